@@ -1,4 +1,4 @@
-"""The whole proof: three lines."""
+"""The whole conformance test: three lines."""
 
 from nrp_brain_minimal import MinimalBackend
 

@@ -1,4 +1,4 @@
-"""What a brain need not offer it can leave out: the six methods that cannot be derived are enough."""
+"""A brain may leave out optional methods: the six methods that cannot be derived are enough."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Networks written in PyNN, and what the neurons of one do on a backend."""
+"""Networks written in PyNN, and the activity of their neurons on a backend."""
 
 from collections.abc import Callable, Iterator
 from typing import Any

@@ -128,7 +128,7 @@ def test_delays_that_the_grid_changes_are_reported(network, opened):
     assert exact.warnings == []
     exact.close()
     coarse = opened(made, resolution="1 ms")
-    assert coarse.warnings == ["projection 'odd': delays are whole numbers of 1 ms in NEST"]
+    assert coarse.warnings.messages == ["projection 'odd': delays are whole numbers of 1 ms in NEST"]
 
 
 def test_a_network_of_sources_alone_runs(network, opened):

@@ -1,7 +1,7 @@
-"""How far PyNN's simulators are from continuous time, by the references in ``tests/backends/event/oracles``.
+"""Deviation of PyNN's simulators from continuous time, by the references in ``tests/backends/event/oracles``.
 
-Errors in the spike times of single neurons under a current or trains of spikes, at two time steps: what is
-due to the step becomes smaller with it.
+Errors in the spike times of single neurons with a current or spike trains as input, at two time steps: errors
+due to the step decrease with it.
 
     python benchmarks/agreement.py nest neuron
 """

@@ -1,4 +1,4 @@
-"""What a 20 ms step of the Braitenberg brain costs on PyNN's simulators, against their own run call in it.
+"""Cost of a 20 ms step of the Braitenberg brain on PyNN's simulators, relative to their own run call in it.
 
 Three rates are written and two integrators read in each step; all spikes are recorded. CPU time, by blocks of
 steps, so that a cost that grows shows.

@@ -12,7 +12,7 @@ DRIVE = {"rate": 200.0, "delay": 1.0}
 
 @pytest.fixture
 def home(tmp_path, monkeypatch):
-    """A folder for what sPyNNaker is told and for its reports."""
+    """A folder for the configuration and the reports of sPyNNaker."""
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.delenv("XDG_CONFIG_HOME", raising=False)
     monkeypatch.chdir(tmp_path)

@@ -10,7 +10,7 @@ from nrp_brain_pynn.simulators import SIMULATORS
 CELLS = sorted(SIMULATORS["brian2"].cells)
 FINE = "0.05 ms"
 SHARE, ROUGH_SHARE = 0.03, 0.2
-"""Of the effect, what is due to the step; and in Hodgkin-Huxley cells, which differ before it, too."""
+"""Relative error of the effect due to the step; larger for Hodgkin-Huxley cells, which differ anyway."""
 
 
 def tired(cell_type):

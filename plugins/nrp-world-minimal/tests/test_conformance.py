@@ -1,4 +1,4 @@
-"""The whole proof: three lines."""
+"""The whole conformance test: three lines."""
 
 from nrp_world_minimal import MinimalBackend
 

@@ -1,4 +1,4 @@
-"""What a world need not offer it can leave out: the four methods that cannot be derived are enough."""
+"""A world may leave out optional methods: the four methods that cannot be derived are enough."""
 
 from dataclasses import replace
 

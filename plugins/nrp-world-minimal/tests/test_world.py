@@ -1,4 +1,4 @@
-"""Footprints part, walls let robots slide, robots do not run through each other."""
+"""Footprints separate, robots slide along walls and do not pass through each other."""
 
 from math import pi
 
@@ -28,8 +28,8 @@ def test_the_way_out_leads_out_and_back_in_no_time(mine, theirs):
     move = way_out(mine, theirs[None])
     assert np.linalg.norm(way_out(mine + move, theirs[None])) < 1e-9
     assert np.linalg.norm(move) <= 2 * np.hypot(2, 2)
-    if np.linalg.norm(move) > 1e-9:  # less is rounding
-        assert way_out(mine + 0.9 * move, theirs[None]).any(), "a shorter way would have done"
+    if np.linalg.norm(move) > 1e-9:  # smaller values are rounding
+        assert way_out(mine + 0.9 * move, theirs[None]).any(), "a shorter way would have sufficed"
 
 
 @given(st.lists(rectangles(), min_size=1, max_size=4), rectangles())

@@ -81,7 +81,7 @@ class Programs:
         return self.start(sys.executable, "-m", "nrp_core", *arguments)
 
     def body(self, *arguments: str) -> subprocess.Popen[str]:
-        """Start the world of the main experiment with small pictures, and wait until ROS knows it."""
+        """Start the world of the main experiment with small images, and wait until ROS knows it."""
         process = self.nrp(
             "ros-bridge", "braitenberg_husky", "--without-brain", "-s", "world.options.image_scale=0.25",
             *self.bridge, *arguments,

@@ -1,4 +1,4 @@
-"""What can be told without ROS."""
+"""Tests of the backend without ROS."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from nrp_core.world.messages.sensor_msgs import Image
 from pydantic import ValidationError
 
 from nrp_world_ros import RosBackend, RosOptions
-from nrp_world_ros.backend import Ros, TimeSource
+from nrp_world_ros.images import shaped
 from nrp_world_ros.inbox import DEPTH, Inbox, Letter
 from nrp_world_ros.lockstep import Sent, Turn
-from nrp_world_ros.pictures import shaped
+from nrp_world_ros.model_poses import ModelPoses
+from nrp_world_ros.options import Ros, TimeSource
 from nrp_world_ros.ros1.wire import CODEC
-from nrp_world_ros.whereabouts import Whereabouts
 
 HALF_TURN = geo.Quaternion(0, 0, 1, 0)
 
@@ -96,11 +96,11 @@ def test_a_simulated_body_is_declared_as_its_simulator_declares_it() -> None:
 
 
 def test_before_anything_is_told_models_are_where_the_files_have_them(scene: Scene) -> None:
-    assert Whereabouts(scene).motion("husky").pose == scene.model("husky").pose
+    assert ModelPoses(scene).motion("husky").pose == scene.model("husky").pose
 
 
 def test_odometry_begins_where_the_robot_did_and_its_speed_is_the_bodys(scene: Scene) -> None:
-    where = Whereabouts(scene)
+    where = ModelPoses(scene)
     moved = geo.Pose(geo.Point(2.0, 0.5, 0.0), HALF_TURN)
     twist = geo.Twist(geo.Vector3(1.0, 0.0, 0.0), geo.Vector3(0.0, 0.0, 0.5))
     message = Odometry(pose=geo.PoseWithCovariance(moved), twist=geo.TwistWithCovariance(twist))
@@ -113,25 +113,25 @@ def test_odometry_begins_where_the_robot_did_and_its_speed_is_the_bodys(scene: S
 
 
 def test_what_a_simulator_tells_counts_more_than_odometry(scene: Scene) -> None:
-    where = Whereabouts(scene)
-    told = ModelStates(
+    where = ModelPoses(scene)
+    message = ModelStates(
         ["husky", "stranger"], [geo.Pose(geo.Point(1, 2, 3)), geo.Pose()], [geo.Twist(), geo.Twist()]
     )
-    where.take("/gazebo/model_states", told)
+    where.take("/gazebo/model_states", message)
     where.take("/husky/odom", Odometry())
     assert where.motion("husky").pose.position == (1, 2, 3)
     with pytest.raises(KeyError):
         where.motion("stranger")
 
 
-def test_a_picture_of_ros_has_its_shape_without_what_fills_up_its_rows() -> None:
+def test_an_image_of_ros_has_its_shape_without_what_fills_up_its_rows() -> None:
     row = [1, 2, 3, 4, 5, 6, 0, 0]
     padded = Image(height=2, width=2, encoding="rgb8", step=8, data=np.array(row * 2, np.uint8))
-    picture = shaped(padded)
-    assert picture.data.tolist() == [[[1, 2, 3], [4, 5, 6]]] * 2
-    assert picture.step == 6
+    image = shaped(padded)
+    assert image.data.tolist() == [[[1, 2, 3], [4, 5, 6]]] * 2
+    assert image.step == 6
     with pytest.raises(ValueError, match="read-only"):
-        picture.data[0, 0, 0] = 7
+        image.data[0, 0, 0] = 7
     depth = np.array([[0.5, 1.5]], np.float32)
     bits = Image(height=1, width=2, encoding="32FC1", step=8, data=depth.view(np.uint8).reshape(-1))
     assert shaped(bits).data.tolist() == depth.tolist()
@@ -145,7 +145,7 @@ def test_a_picture_of_ros_has_its_shape_without_what_fills_up_its_rows() -> None
         geo.Twist(),
     ],
 )
-def test_what_is_no_picture_that_is_known_stays_as_it_came(message: object) -> None:
+def test_what_is_no_image_that_is_known_stays_as_it_came(message: object) -> None:
     assert shaped(message) is message
 
 
@@ -155,8 +155,8 @@ def test_what_is_no_picture_that_is_known_stays_as_it_came(message: object) -> N
     st.binary(max_size=9),
 )
 def test_what_is_told_of_a_turn_is_what_was_sent_in_it(codec: Codec, sent: Sent, note: bytes) -> None:
-    told = codec.encode(Turn.ended(7, dict(sent), ["/a"], note))
-    turn = codec.decode(told, "nrp_msgs/msg/Turn")
+    message = codec.encode(Turn.ended(7, dict(sent), ["/a"], note))
+    turn = codec.decode(message, "nrp_msgs/msg/Turn")
     assert (turn.sent, turn.note.tobytes(), turn.time.to_ns()) == (sent, note, 7)
 
 

@@ -1,4 +1,4 @@
-"""What goes wrong with ROS is one error that says what to do."""
+"""Failures of ROS are a single error that states the remedy."""
 
 from __future__ import annotations
 

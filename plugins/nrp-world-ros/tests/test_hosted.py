@@ -27,9 +27,9 @@ from nrp_core.world.messages.std_msgs import ColorRGBA
 
 from conftest import Programs, needs_ros2
 from nrp_world_ros import RosBackend, RosOptions
-from nrp_world_ros.backend import Ros
 from nrp_world_ros.inbox import DEPTH, Letter
-from nrp_world_ros.node import join
+from nrp_world_ros.joining import join
+from nrp_world_ros.options import Ros
 
 pytestmark = pytest.mark.usefixtures("no_idle_bodies")
 
@@ -51,7 +51,7 @@ def here(scene: Scene = SCENE, seed: int = 1) -> World:
     return backend.open(scene, seed=seed, options=backend.options())
 
 
-def told(stamped: Stamped | None) -> tuple[int, bytes]:
+def stamp_and_bytes(stamped: Stamped | None) -> tuple[int, bytes]:
     assert stamped is not None
     return stamped.t_ns, bytes(Codec().encode(stamped.message))
 
@@ -73,7 +73,7 @@ def go(world: World, steps: int, turn: float = 0.3) -> None:
         world.run_until(world.now_ns + STEP_NS)
 
 
-# -- what it does is what the simulator does
+# -- it behaves like its simulator
 
 
 def paused(world: World) -> None:
@@ -131,14 +131,16 @@ def test_a_simulated_body_does_bit_for_bit_what_it_does_in_this_process(
         seen = []
         for each in (world, other):
             odometry = each.subscribe("/robot/odom", depth=10_000)
-            pictures = each.subscribe("/robot/camera")
+            images = each.subscribe("/robot/camera")
             go(each, 8)
             happens(each)
             go(each, 8)
-            heard = [told(stamped) for stamped in (*odometry.since(-1), pictures.latest)]
+            heard = [stamp_and_bytes(stamped) for stamped in (*odometry.since(-1), images.latest)]
             joints = each.subscribe("/pendulum/joint_states").latest
-            picture = each.engine.render("robot", "eye", "camera")
-            seen.append((states(each), heard, told(joints), picture.tobytes(), each.topics, each.warnings))
+            image = each.engine.render("robot", "eye", "camera")
+            seen.append(
+                (states(each), heard, stamp_and_bytes(joints), image.tobytes(), each.topics, each.warnings)
+            )
         assert seen[0] == seen[1]
 
 
@@ -158,10 +160,10 @@ def test_worlds_that_run_side_by_side_do_not_hear_each_other() -> None:
 @needs_ros2
 def test_options_of_the_simulator_are_its_own() -> None:
     with hosted(image_scale=0.5, timestep="4 ms") as world:
-        pictures = world.subscribe("/robot/camera")
+        images = world.subscribe("/robot/camera")
         world.run_until(STEP_NS)
-        assert pictures.latest is not None
-        assert pictures.latest.message.data.shape == (16, 24, 3)
+        assert images.latest is not None
+        assert images.latest.message.data.shape == (16, 24, 3)
         assert world.engine.image_size("robot", "eye", "camera") == (16, 24)
         assert world.capabilities.step_ns == 4_000_000
 
@@ -256,7 +258,7 @@ def test_what_is_refused_in_this_process_is_refused_alike(
 
 
 @needs_ros2
-@pytest.mark.skipif(sys.platform == "win32", reason="signals are told otherwise")
+@pytest.mark.skipif(sys.platform == "win32", reason="exit codes of signals differ")
 def test_a_body_ends_with_the_process_that_needs_it() -> None:
     script = (
         "from test_hosted import hosted, process_of\n"
@@ -274,7 +276,7 @@ def test_a_body_ends_with_the_process_that_needs_it() -> None:
 
 
 @needs_ros2
-@pytest.mark.skipif(sys.platform == "win32", reason="signals are told otherwise")
+@pytest.mark.skipif(sys.platform == "win32", reason="exit codes of signals differ")
 def test_a_body_that_hangs_is_given_up() -> None:
     options = RosOptions(body="mujoco", domain=DOMAIN, patience="2 s")
     with RosBackend().open(SCENE, seed=1, options=options) as world:

@@ -50,7 +50,7 @@ with Run(load_experiment("braitenberg_husky", settings)) as run:
     assert run.result().final_pose["husky"]["yaw"] == before
     run.run_until(0.5)
     assert run.result().final_pose["husky"]["yaw"] != before
-    assert run.warnings == []
+    assert run.problems == ()
 """
 
 

@@ -1,4 +1,4 @@
-"""What a loop and its own body say to each other besides ROS's topics."""
+"""Requests of a loop to its own body, and the answers."""
 
 from __future__ import annotations
 

@@ -26,8 +26,9 @@ from nrp_core.world.messages.generated import PACKAGES, names
 from nrp_core.world.messages.std_msgs import Header
 
 from conftest import Ros2, needs_ros2
-from nrp_world_ros.backend import Ros
-from nrp_world_ros.node import Node, join
+from nrp_world_ros.joining import join
+from nrp_world_ros.node import Node
+from nrp_world_ros.options import Ros
 from nrp_world_ros.ros2.network import configuration, domain_number, on_this_machine_only
 from nrp_world_ros.ros2.types import DdsTypes, dds_name, dds_topic
 
@@ -63,8 +64,8 @@ def test_topics_and_types_have_the_names_that_ros_2_gives_them_in_dds() -> None:
 
 
 def test_types_have_the_hashes_by_which_ros_2_knows_them() -> None:
-    told = "RIHS01_9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a"  # by ROS 2 Jazzy
-    assert Codec().hash("geometry_msgs/msg/Twist") == told
+    expected = "RIHS01_9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a"  # by ROS 2 Jazzy
+    assert Codec().hash("geometry_msgs/msg/Twist") == expected
 
 
 @needs_ros2

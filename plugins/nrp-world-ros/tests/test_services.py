@@ -16,6 +16,7 @@ import pytest
 from nrp_core import worlds
 from nrp_core.errors import TopicError
 from nrp_core.world import Scene
+from nrp_core.world.messages import gazebo_srvs, std_srvs
 
 from conftest import Ros, needs_ros
 from nrp_world_ros.calls import Calls
@@ -31,11 +32,17 @@ SUMS = {
     "SpawnModel": "9ed9c82c96abe1a00c3e8cdaeee24413",
 }
 
+STD_SUMS = {"SetBool": "09fb03525b03e7ea1fd3992bafd87e16", "Trigger": "937c9679a518e3a18d831e57125ea522"}
+
+
+@pytest.mark.parametrize("service", STD_SUMS)
+def test_the_check_sums_of_standard_services_are_those_of_std_srvs(service: str) -> None:
+    names = [CODEC.name(getattr(std_srvs, service + part)) for part in ("Request", "Response")]
+    assert CODEC.service_md5(*names) == STD_SUMS[service]
+
 
 @pytest.mark.parametrize("service", SUMS)
 def test_the_check_sums_of_services_are_those_of_gazebo(service: str) -> None:
-    from nrp_core.world.messages import gazebo_srvs
-
     names = [CODEC.name(getattr(gazebo_srvs, service + part)) for part in ("Request", "Response")]
     assert CODEC.service_md5(*names) == SUMS[service]
 
@@ -70,9 +77,9 @@ def test_a_node_of_ros_puts_the_robot_elsewhere_and_hears_what_is_wrong(ros: Ros
     motion = struct.pack("<7d", 1.0, 2.0, 0.2, 0, 0, 0, 1) + bytes(48)
     service, md5 = "/gazebo/set_model_state", SUMS["SetModelState"]
     assert call(ros, service, md5, text("husky") + motion + text("world")) == (True, b"\x01" + text(""))
-    told = call(ros, "/gazebo/get_model_state", SUMS["GetModelState"], text("husky") + text("world"))[1]
-    frame = struct.unpack_from("<I", told, 12)[0]
-    assert struct.unpack_from("<2d", told, 16 + frame) == pytest.approx((1.0, 2.0), abs=0.05)
+    reply = call(ros, "/gazebo/get_model_state", SUMS["GetModelState"], text("husky") + text("world"))[1]
+    frame = struct.unpack_from("<I", reply, 12)[0]
+    assert struct.unpack_from("<2d", reply, 16 + frame) == pytest.approx((1.0, 2.0), abs=0.05)
     done, answer = call(ros, service, md5, text("huskie") + motion + text("world"))
     assert done
     assert answer.startswith(b"\x00")

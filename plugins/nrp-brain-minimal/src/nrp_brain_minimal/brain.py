@@ -61,7 +61,7 @@ def outgoing(network: Network, tau_syn: FloatArray) -> Any:
 
 @dataclass
 class Moving:
-    """Everything that changes; ``g`` and ``rise`` have shape ``(2, n)``, ``arriving`` is by tick."""
+    """The state; ``g`` and ``rise`` have shape ``(2, n)``, ``arriving`` is by tick."""
 
     v: FloatArray
     g: FloatArray
@@ -74,7 +74,7 @@ class Moving:
 
 
 class MinimalBrain(Brain):
-    """Steps all cells at once; spikes and arrivals lie on the grid."""
+    """Steps all cells at once; spikes and arrivals are on the grid."""
 
     def __init__(self, network: Network, *, seed: int, capabilities: BrainCapabilities) -> None:
         super().__init__(network, seed=seed, capabilities=capabilities, identity="minimal")
@@ -102,7 +102,7 @@ class MinimalBrain(Brain):
         g, rise, free_at = np.zeros((2, n)), np.zeros((2, n)), np.zeros(n, np.int64)
         return Moving(self._v0.copy(), g, rise, np.zeros(n), free_at, self._at_rest.copy())
 
-    # -- what the interface asks for
+    # -- required by the interface
 
     def _do_run_until(self, t_ns: int) -> None:
         while self._now.tick < GRID.number_of(t_ns):
@@ -126,7 +126,7 @@ class MinimalBrain(Brain):
     def _do_reset(self, seed: int) -> None:
         self._now, self._spikes = self._fresh(), []
 
-    # -- what it offers beyond that
+    # -- optional
 
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
         return self._now.v[neurons]
@@ -156,7 +156,7 @@ class MinimalBrain(Brain):
 
     def _fire(self, fired: IntArray) -> None:
         s = self._now
-        time_ms = s.tick * GRID.step_ns / NS_PER_MS  # to the bit the end of the window it lies in
+        time_ms = s.tick * GRID.step_ns / NS_PER_MS  # exactly the end of its window
         s.v[fired] = self._p["v_reset"][fired]
         s.free_at[fired] = s.tick + np.rint(self._p["tau_refrac"][fired] / STEP_MS).astype(np.int64)
         self._spikes.append((fired, time_ms))
@@ -171,7 +171,7 @@ class MinimalBrain(Brain):
         self._post(own["target"], own["receptor"], weights, time_ms + own["delay_ms"])
 
     def _post(self, target: IntArray, receptor: IntArray, weight: FloatArray, at_ms: FloatArray) -> None:
-        """Let weights arrive at the first step at or after a time."""
+        """Add weights that arrive at the first step at or after a time."""
         s = self._now
         ticks = np.maximum(s.tick, GRID.first_at(at_ms))
         for tick in np.unique(ticks).tolist():

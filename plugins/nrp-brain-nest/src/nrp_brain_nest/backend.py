@@ -1,4 +1,4 @@
-"""The entry point: what the backend has. Importing it does not load NEST."""
+"""The entry point and capabilities of the backend. Importing it does not load NEST."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class NestBackend(BrainBackend):
 
     def diagnose(self) -> list[Diagnosis]:
         present = find_spec("nest") is not None
-        meaning = "the simulator is here" if present else "the simulator is not in this Python"
+        meaning = "the simulator is installed" if present else "the simulator is not installed in this Python"
         return [Diagnosis("NEST", present, meaning, INSTALL, needed=True)]
 
     def open(self, network: Network, *, seed: int, options: BrainOptions) -> Brain:
@@ -58,7 +58,7 @@ class NestBackend(BrainBackend):
         if python is not None:
             return RemoteBrain(self, network, seed=seed, options=options.here(), python=python)
         if find_spec("nest") is None:
-            raise BackendLoadError(f"NEST is not installed in this Python; try: {INSTALL}")
+            raise BackendLoadError("NEST is not installed in this Python", remedy=INSTALL)
         from nrp_brain_nest.brain import NestBrain
 
         return NestBrain(network, seed, self.capabilities(options), options)

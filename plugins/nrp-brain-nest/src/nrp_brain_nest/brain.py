@@ -8,6 +8,7 @@ import numpy as np
 from nrp_core.brain import (
     Brain,
     BrainCapabilities,
+    Findings,
     FloatArray,
     Grid,
     IntArray,
@@ -16,6 +17,7 @@ from nrp_core.brain import (
     Projection,
     Spikes,
     SynapticEvents,
+    flushing_subnormals,
 )
 from nrp_core.clock import milliseconds
 
@@ -33,11 +35,11 @@ _TIME_CONSTANTS: Final = frozenset({"tau_syn_E", "tau_syn_I"})
 class NestBrain(Brain):
     """See :class:`~nrp_core.brain.interface.Brain`.
 
-    Spikes lie on the grid, at the end of the step in which the threshold was crossed.
+    Spikes are on the grid, at the end of the step in which the threshold was crossed.
 
     Raises:
         LifecycleError: another brain of this process uses NEST.
-        CapabilityError, NetworkError: the network is not one that NEST can simulate.
+        CapabilityError, NetworkError: NEST cannot simulate the network.
     """
 
     def __init__(
@@ -53,8 +55,8 @@ class NestBrain(Brain):
             self._kernel.release()
             raise
 
-    def _build(self) -> list[str]:
-        """Fill an empty kernel with the network; return what NEST does otherwise than the network says."""
+    def _build(self) -> Findings:
+        """Build the network in an empty kernel; return warnings about NEST's deviations from it."""
         network, grid = self.network, self._grid
         self._reached_ns = 0
         delays = [grid.delays(p.delay_ms).max() for p in network.projections if p.size]
@@ -79,7 +81,8 @@ class NestBrain(Brain):
         self._source_cells.feed(until)
         self._device_input.feed(until)
         # not Prepare and Run: between those a recorder cannot be emptied
-        self._nest.Simulate(milliseconds(t_ns - self._reached_ns))
+        with flushing_subnormals():  # silent cells decay to such numbers, and the kernel's threads inherit it
+            self._nest.Simulate(milliseconds(t_ns - self._reached_ns))
         self._reached_ns = t_ns
 
     def _do_take_spikes(self) -> Spikes:

@@ -1,6 +1,6 @@
 """PyNN's standard cells as NEST's models: names, and factors from PyNN's units to NEST's.
 
-PyNN has nF, nA and uS where NEST has pF, pA and nS.
+PyNN uses nF, nA and uS, NEST uses pF, pA and nS.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Final, Literal
 
 MILLI: Final = 1000.0
-"""Of NEST's units in one of PyNN's: pF in nF, pA in nA, nS in uS."""
+"""Factor from PyNN's units to NEST's: pF in nF, pA in nA, nS in uS."""
 
 Names = Mapping[str, tuple[str, float]]
 Drive = Literal["current", "conductance", "jump"]
@@ -61,13 +61,13 @@ _GATES: Final[Names] = {"m": ("Act_m", 1.0), "h": ("Inact_h", 1.0), "n": ("Act_n
 
 @dataclass(frozen=True)
 class CellType:
-    """How NEST simulates one of PyNN's standard cells.
+    """NEST's model of one of PyNN's standard cells.
 
     Args:
         model: NEST's name.
-        drive: what a synapse is: a current, a conductance, or a jump of the voltage.
+        drive: the effect of a synapse: a current, a conductance, or a jump of the voltage.
         parameters: NEST's name and the factor to its unit, by PyNN's name.
-        state: the same of the state variables.
+        state: the same for the state variables.
         initial: PyNN's initial values.
         fixed: NEST's parameters that PyNN's cells do not have.
     """

@@ -1,4 +1,4 @@
-"""The cells of a network in NEST: made, driven by currents, read."""
+"""The cells of a network in NEST: creation, currents, reading."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from nrp_core.brain import FloatArray, IntArray, Network, ParameterChange, Population
+from nrp_core.brain import FloatArray, IntArray, Network, ParameterChange, Population, no_variable
 from nrp_core.brain.network.cells.traub import settled_gates
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 
@@ -19,11 +19,11 @@ class Cells:
 
     Args:
         nest: the module, with an empty kernel.
-        network: they are made of.
+        network: the network.
 
     Attributes:
         nodes: NEST's id of each global id, 0 for source cells, shape ``(network.size,)``.
-        all: every cell as one collection of NEST's, or None where there is none.
+        all: all cells as one NEST collection, or None if there are none.
 
     Raises:
         NetworkError: NEST refuses a parameter.
@@ -51,7 +51,7 @@ class Cells:
         self._offsets_pa[ids] = population.parameters["i_offset"] * MILLI
 
     def set_currents(self, currents_na: FloatArray) -> None:
-        """Hold these currents, shape ``(network.size,)``, beside the cells' own."""
+        """Set constant currents, shape ``(network.size,)``, in addition to the cells' own."""
         wanted = self._offsets_pa + currents_na * MILLI
         changed = np.flatnonzero((wanted != self._held_pa) & (self.nodes > 0))
         for _, collection, index, which in self._by_population(changed):
@@ -59,7 +59,7 @@ class Cells:
         self._held_pa = wanted
 
     def changed(self, change: ParameterChange) -> Mapping[str, FloatArray]:
-        """Return all parameters of a population, in PyNN's units, as they are after a change."""
+        """Return all parameters of a population after a change, in PyNN's units."""
         values = {name: array.copy() for name, array in self._parameters[change.label].items()}
         for name, array in change.values.items():
             values[name][change.index] = array
@@ -94,10 +94,7 @@ class Cells:
         for population, collection, index, which in self._by_population(neurons):
             kind = CELL_TYPES[population.cell_type]
             if variable not in kind.readable:
-                raise CapabilityError(
-                    f"the cells of population '{population.label}' have no '{variable}'"
-                    + did_you_mean(variable, kind.readable)
-                )
+                raise no_variable(population.label, variable, kind.readable)
             name, factor = kind.state[variable]
             distinct, where = np.unique(index, return_inverse=True)
             held = np.atleast_1d(np.asarray(collection[distinct.tolist()].get(name), dtype=float))
@@ -105,11 +102,11 @@ class Cells:
         return values
 
     def set_trace_time(self, label: str, cells: IntArray, tau_minus_ms: FloatArray) -> None:
-        """Set the time constant of the trace that cells keep of their own spikes for STDP."""
+        """Set the time constant of the trace of cells' own spikes for STDP."""
         self._collections[label][cells.tolist()].set(tau_minus=tau_minus_ms.tolist())
 
     def _by_population(self, neurons: IntArray) -> Iterator[tuple[Population, Any, IntArray, IntArray]]:
-        """Give each population that has some of the neurons, its cells, indices in it and in ``neurons``."""
+        """Yield each population of the neurons, its cells, the indices in it and those in ``neurons``."""
         for label, collection in self._collections.items():
             population, first = self._network.populations[label], self._network.offsets[label]
             which = np.flatnonzero((neurons >= first) & (neurons < first + population.size))

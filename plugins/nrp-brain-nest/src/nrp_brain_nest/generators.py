@@ -1,4 +1,4 @@
-"""Spike generators: trains from outside, handed to NEST window by window."""
+"""Spike generators: external spike trains, passed to NEST window by window."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from nrp_brain_nest.status import put
 
 
 class SpikeGenerators:
-    """Generators with a train each; they are numbered in the order in which they are added.
+    """Generators with one spike train each, numbered in the order of creation.
 
     Args:
         nest: the module.
-        grid: its.
-        weighted: whether each spike has a weight of its own.
+        grid: NEST's time grid.
+        weighted: whether each spike has its own weight.
     """
 
     def __init__(self, nest: Any, grid: Grid, *, weighted: bool) -> None:
@@ -26,7 +26,7 @@ class SpikeGenerators:
         self._size = 0
 
     def add(self, n: int) -> tuple[IntArray, IntArray]:
-        """Make generators and return their numbers and NEST's ids of them."""
+        """Create generators; return their numbers and NEST ids."""
         nodes = self._nest.Create("spike_generator", n)
         self._nodes = nodes if self._nodes is None else self._nodes + nodes
         numbers = np.arange(self._size, self._size + n)
@@ -34,11 +34,11 @@ class SpikeGenerators:
         return numbers, np.array(nodes.tolist())
 
     def send(self, numbers: IntArray, steps: IntArray, weights: FloatArray) -> None:
-        """Let generators emit spikes at grid points; they may lie beyond the window to come."""
+        """Add spikes of generators at grid points, which may be after the next window."""
         self._queue.put(numbers, steps, weights)
 
     def feed(self, until_step: int) -> None:
-        """Give NEST everything up to the end of a window."""
+        """Pass all spikes up to the end of a window to NEST."""
         busy, trains = self._queue.take(until_step)
         if trains:
             names = ("spike_times", "spike_weights")[: 1 + self._weighted]

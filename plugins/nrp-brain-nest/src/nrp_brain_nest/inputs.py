@@ -1,9 +1,9 @@
-"""What reaches the cells from outside NEST: the spikes of source cells, and events from devices.
+"""External input to the cells: the spikes of source cells, and events from devices.
 
-A generator emits a spike at the earliest one step from now, and the spike arrives one step later or more.
-So an event arrives at the grid point after its time if it was known a step before; a device's events are,
-whose delay is a step or more. Plasticity is not for generators: there each spike takes one step more, to
-a relay.
+A generator emits a spike at least one step from now, and the spike arrives at least one step later. So an
+event that is known one step before arrives at the grid point after its time; this holds for devices, whose
+delay is at least one step. Generators cannot have plastic synapses: these need a relay, which delays each
+spike by one more step.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ class SourceCells:
 
     Args:
         nest: the module.
-        network: it holds them.
-        grid: NEST's.
+        network: the network.
+        grid: NEST's time grid.
     """
 
     def __init__(self, nest: Any, network: Network, grid: Grid) -> None:
@@ -33,12 +33,12 @@ class SourceCells:
         self._rows: dict[int | None, tuple[IntArray, IntArray]] = {}
 
     def nodes(self, label: str, *, copy: int | None) -> IntArray:
-        """Return NEST's ids of what emits the spikes of a population, made when first asked for.
+        """Return the NEST ids of the nodes that emit the spikes of a population, created on demand.
 
         Args:
-            label: of the population.
-            copy: which of the generators, whose synapses are all of one model in NEST; None for the relays
-                that plastic synapses need, whose spikes come one step later.
+            label: the label of the population.
+            copy: number of the set of generators, whose synapses all have one NEST model; None for the relays
+                of plastic synapses, whose spikes are one step later.
         """
         if copy not in self._rows:
             size = self._network.size
@@ -51,7 +51,7 @@ class SourceCells:
         return emitters
 
     def fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
-        """Let cells (global ids) emit spikes."""
+        """Add spikes of cells (global ids)."""
         steps = self._grid.first_at(times_ms)
         for every, _ in self._rows.values():
             numbers = every[neurons]
@@ -60,7 +60,7 @@ class SourceCells:
                 self._generators.send(numbers[used], steps[used], np.ones(int(used.sum())))
 
     def feed(self, until_step: int) -> None:
-        """Give NEST everything up to the end of a window."""
+        """Pass all input up to the end of a window to NEST."""
         self._generators.feed(until_step)
 
     def _relays(self, generators: IntArray) -> IntArray:
@@ -70,13 +70,13 @@ class SourceCells:
 
 
 class DeviceInput:
-    """Events that devices let arrive at cells: one generator for each cell and receptor that gets any.
+    """Events of devices at cells: one generator for each cell and receptor with events.
 
     Args:
         nest: the module.
         cells: the targets.
-        weights: translates to NEST's.
-        grid: NEST's.
+        weights: conversion to NEST's weights.
+        grid: NEST's time grid.
     """
 
     def __init__(self, nest: Any, cells: Cells, weights: Weights, grid: Grid) -> None:
@@ -85,10 +85,10 @@ class DeviceInput:
         self._numbers = np.full((len(RECEPTORS), cells.nodes.size), -1)
 
     def send(self, events: SynapticEvents, now_step: int) -> None:
-        """Let events arrive.
+        """Add events.
 
         Raises:
-            CapabilityError: NEST has no such synapse on a target.
+            CapabilityError: NEST does not have such a synapse on a target.
         """
         weights = self._weights.onto(events.neurons, events.weights, events.receptor)
         numbers = self._numbers[RECEPTORS.index(events.receptor)]
@@ -100,7 +100,7 @@ class DeviceInput:
         self._generators.send(numbers[events.neurons], steps, weights)
 
     def feed(self, until_step: int) -> None:
-        """Give NEST everything up to the end of a window."""
+        """Pass all input up to the end of a window to NEST."""
         self._generators.feed(until_step)
 
 

@@ -1,26 +1,26 @@
-"""NEST's kernel, of which a process has one: how it starts and whom it is given to."""
+"""NEST's kernel, of which a process has only one: its start and its owner."""
 
 from __future__ import annotations
 
 import os
 from typing import Any, Final
 
-from nrp_core.brain import Grid, Sole
+from nrp_core.brain import Grid, Sole, flushing_subnormals
 
 NAME: Final = "NEST"
 _DEFAULT_DELAY_MS: Final = 1.0
-"""Of NEST's synapse models, which NEST demands to lie in the range."""
+"""Default delay of NEST's synapse models, which must be in the range of delays."""
 
 
 class Kernel:
-    """The right to NEST's kernel, until it is released or forgotten.
+    """Ownership of NEST's kernel, until it is released or garbage collected.
 
     Args:
-        grid: its.
-        threads: that share the neurons.
+        grid: NEST's time grid.
+        threads: number of threads for the neurons.
 
     Raises:
-        LifecycleError: another has the kernel.
+        LifecycleError: the kernel has another owner.
     """
 
     def __init__(self, grid: Grid, threads: int) -> None:
@@ -38,19 +38,20 @@ class Kernel:
         nest, step_ms = self._nest, self._grid.step_ms
         nest.ResetKernel()
         nest.verbosity = nest.VerbosityLevel.ERROR
-        nest.local_num_threads = self._threads
+        with flushing_subnormals():  # for threads that begin here
+            nest.local_num_threads = self._threads
         nest.resolution = step_ms
         nest.set(min_delay=step_ms, max_delay=max(_DEFAULT_DELAY_MS, longest_delay_ms))
         return nest
 
     def release(self) -> None:
-        """Give the kernel to whoever comes next."""
+        """Release the kernel."""
         self._nest.ResetKernel()
         self._right.release()
 
 
 def _imported() -> Any:
-    os.environ.setdefault("PYNEST_QUIET", "1")  # NEST greets on standard output, which is not ours
+    os.environ.setdefault("PYNEST_QUIET", "1")  # NEST prints a banner on standard output
     import nest
 
     return nest

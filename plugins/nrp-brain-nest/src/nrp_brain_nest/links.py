@@ -1,4 +1,4 @@
-"""The synapses of projections, found again in NEST, which keeps them in an order of its own."""
+"""The synapses of projections in NEST, which stores them in a different order."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class Link:
     Args:
         nest: the module.
         model: NEST's synapse model; no other projection between these nodes has it.
-        made: gives what the synapses were made of: NEST's ids of their ends, and their values in its units,
-            each of shape ``(n,)``; anew each time, because it takes much memory.
+        made: returns the data of the synapses: NEST ids of their ends, and their values in NEST's units, each
+            of shape ``(n,)``; they are computed each time to save memory.
     """
 
     def __init__(self, nest: Any, model: str, made: Callable[[], Synapses]) -> None:
@@ -28,14 +28,14 @@ class Link:
         self._changed: dict[str, FloatArray] = {}
 
     def read(self, name: str) -> FloatArray:
-        """Return a value of each synapse as it is now, in the order of the projection."""
+        """Return the present value of a parameter of each synapse, in the order of the projection."""
         synapses, ours, theirs = self._found()
         now = np.empty(len(ours))
         now[ours] = np.atleast_1d(synapses.get(name))[theirs]
         return now
 
     def set(self, name: str, values: FloatArray) -> None:
-        """Set a value of each synapse."""
+        """Set a parameter of each synapse."""
         synapses, ours, theirs = self._found()
         wanted = np.empty(len(ours))
         wanted[theirs] = values[ours]
@@ -43,7 +43,7 @@ class Link:
         self._changed[name] = values
 
     def _found(self) -> tuple[Any, IntArray, IntArray]:
-        """Return NEST's synapses, and the orders in which ours and theirs are the same."""
+        """Return NEST's synapses, and the sort orders that match ours to NEST's."""
         pre, post, values = self._made()
         ends = (self._nest.NodeCollection(np.unique(ids).tolist()) for ids in (pre, post))
         synapses = self._nest.GetConnections(*ends, synapse_model=self._model)

@@ -22,6 +22,6 @@ class NestOptions(RemoteOptions):
     """Options of the ``nest`` backend."""
 
     resolution: Annotated[DurationNs, AfterValidator(_whole_tics)] = Field(
-        default=100_000, description="the grid on which spikes lie and membranes are updated"
+        default=100_000, description="the time grid of spikes and membrane updates"
     )
-    threads: int = Field(default=1, ge=1, description="threads that share the neurons")
+    threads: int = Field(default=1, ge=1, description="number of threads for the neurons")

@@ -1,4 +1,4 @@
-"""Setting NEST's nodes in the loop: their own ``set`` first asks each node where it lives, at 6 us a node."""
+"""Fast setting of parameters of NEST's nodes: their own ``set`` first looks up each node, at 6 us a node."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 def put(nodes: Any, values: Sequence[Mapping[str, object]]) -> None:
-    """Set each node of a collection to values of its own; lists are taken over faster than arrays."""
-    from nest import nestkernel_api  # by now it is loaded
+    """Set individual values for each node of a collection; lists are faster than arrays."""
+    from nest import nestkernel_api  # it is loaded by now
 
     nestkernel_api.llapi_set_nc_status(nodes._datum, values)

@@ -12,6 +12,8 @@ from nrp_core.brain import (
     STATIC,
     STDP,
     TSODYKS_MARKRAM,
+    Code,
+    Findings,
     FloatArray,
     Grid,
     IntArray,
@@ -30,11 +32,11 @@ from nrp_brain_nest.weights import Weights
 _MODELS: Final = {STATIC: "static_synapse", TSODYKS_MARKRAM: "tsodyks_synapse", STDP: "stdp_synapse"}
 _EXPONENT: Final = {"AdditiveWeightDependence": 0.0, "MultiplicativeWeightDependence": 1.0}
 _NO_TIME_MS: Final = 1e-9
-"""Decay of the active resources of a synapse that acts at once."""
+"""Time constant of the active resources of a delta synapse."""
 _APART: Final = 1.0 + 1e-6
 """NEST's closed form of Tsodyks-Markram synapses divides by the difference of two time constants."""
 _NO_POTENTIATION: Final = 1e-12
-"""NEST gives depression as a ratio to potentiation, which therefore cannot be 0."""
+"""NEST has depression as a ratio to potentiation, which therefore cannot be 0."""
 
 
 class Wiring:
@@ -42,13 +44,13 @@ class Wiring:
 
     Args:
         nest: the module.
-        network: what is connected.
+        network: the network.
         cells, sources: the ends.
-        weights: translates to NEST's.
-        grid: NEST's.
+        weights: conversion to NEST's weights.
+        grid: NEST's time grid.
 
     Attributes:
-        warnings: what NEST does otherwise than the network says.
+        warnings: warnings about NEST's deviations from the network.
     """
 
     def __init__(
@@ -59,13 +61,13 @@ class Wiring:
         self._tau_minus = np.full(network.size, np.nan)
         self._links: dict[str, Link] = {}
         self._between: Counter[tuple[str, str, str]] = Counter()
-        self.warnings: list[str] = []
+        self.warnings = Findings()
 
     def connect(self, projection: Projection) -> None:
-        """Make the synapses of a projection.
+        """Create the synapses of a projection.
 
         Raises:
-            CapabilityError, NetworkError: NEST has no such synapses.
+            CapabilityError, NetworkError: NEST does not have such synapses.
         """
         if not projection.size:
             return
@@ -83,12 +85,12 @@ class Wiring:
         *ends, values = self._made(projection, nodes)
         synapses = {"synapse_model": model, **values}
         if projection.synapse_type == TSODYKS_MARKRAM:
-            synapses["u"] = np.zeros(projection.size)  # they start rested, with nothing facilitated
+            synapses["u"] = np.zeros(projection.size)  # they start recovered and without facilitation
         self._nest.Connect(*ends, "one_to_one", synapses)
         self._links[projection.label] = Link(self._nest, model, partial(self._made, projection, nodes))
 
     def _made(self, projection: Projection, nodes: IntArray) -> Synapses:
-        """Return what a projection is in NEST, given the ids of its presynaptic cells."""
+        """Return the NEST synapses of a projection, given the ids of its presynaptic nodes."""
         post = self._targets(projection)
         weights = self._weights.onto(post, projection.weight, projection.receptor)
         relayed = _is_relayed(self._network.populations[projection.pre], projection)
@@ -103,7 +105,7 @@ class Wiring:
         return nodes[projection.pre_index], self._cells.nodes[post], values
 
     def read_weights(self, projection: Projection) -> FloatArray:
-        """Return the weights of a projection as they are now, in PyNN's units."""
+        """Return the present weights of a projection, in PyNN's units."""
         if not projection.size:
             return np.empty(0)
         return self._weights.of(
@@ -114,14 +116,14 @@ class Wiring:
         """Change the weights of a projection.
 
         Raises:
-            CapabilityError: NEST has no such synapses.
+            CapabilityError: NEST does not have such synapses.
         """
         if projection.size:
             new = self._weights.onto(self._targets(projection), weights, projection.receptor)
             self._links[projection.label].set("weight", new)
 
     def renew_decay(self, label: str, parameters: Mapping[str, FloatArray]) -> None:
-        """Let Tsodyks-Markram synapses know the time constants of their targets, as they are now."""
+        """Update the time constants of targets in Tsodyks-Markram synapses."""
         for projection in self._network.projections:
             if projection.post == label and projection.synapse_type == TSODYKS_MARKRAM and projection.size:
                 self._links[projection.label].set("tau_psc", self._decay(projection, parameters))
@@ -130,7 +132,7 @@ class Wiring:
         return self._network.offsets[projection.post] + projection.post_index.astype(np.int64)
 
     def _copy_of(self, projection: Projection) -> int:
-        """Return how many of a kind between two populations came before: it tells them apart."""
+        """Return the number of earlier projections of a kind between two populations, to distinguish them."""
         kind = projection.pre, projection.post, projection.synapse_type
         self._between[kind] += 1
         return self._between[kind] - 1
@@ -144,7 +146,7 @@ class Wiring:
     def _delays_ms(self, projection: Projection, *, sooner: bool) -> FloatArray:
         """Return the delays in NEST; ``sooner`` by the step that a relay takes.
 
-        Not so for STDP, where NEST would count that step twice: there the spike is one step late instead.
+        Not for STDP, for which NEST would count that step twice; there the spike is one step late.
         """
         steps, step_ms = self._grid.delays(projection.delay_ms), self._grid.step_ms
         if np.abs(steps * step_ms - projection.delay_ms).max() > 1e-6:
@@ -192,7 +194,7 @@ class Wiring:
         }
 
     def _share_trace(self, projection: Projection) -> None:
-        """Set ``tau_minus``, which in NEST belongs to the cell and not to its synapses."""
+        """Set ``tau_minus``, which in NEST is a parameter of the cell and not of its synapses."""
         post = self._targets(projection)
         tau_minus, known = _parameter(projection, "tau_minus"), self._tau_minus
         fresh = np.isnan(known[post])
@@ -207,9 +209,8 @@ class Wiring:
         self._cells.set_trace_time(projection.post, cells, known[offset + cells])
 
     def _warn(self, projection: Projection, text: str) -> None:
-        warning = f"projection '{projection.label}': {text}"
-        if warning not in self.warnings:
-            self.warnings.append(warning)
+        message = f"projection '{projection.label}': {text}"
+        self.warnings.add(Code.NRP217, message, subject=projection.label)
 
 
 def _is_relayed(pre: Population, projection: Projection) -> bool:
@@ -226,7 +227,7 @@ def _parameter(projection: Projection, name: str) -> FloatArray:
 
 
 def _exponent(projection: Projection) -> float:
-    """Return the exponent of the rule's dependence on the weight; refuse what NEST's rule cannot do."""
+    """Return the exponent of the rule's weight dependence; refuse rules that NEST does not have."""
     where, names = f"projection '{projection.label}'", projection.plasticity
     timing, weight = names.get("timing_dependence"), names.get("weight_dependence")
     if timing != "SpikePairRule" or weight not in _EXPONENT:

@@ -1,4 +1,4 @@
-"""Weights in NEST's units, where the sign of a weight names the receptor."""
+"""Weights in NEST's units, in which the sign of a weight selects the receptor."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from nrp_brain_nest.cell_types import CELL_TYPES, MILLI
 
 
 class Weights:
-    """Translates weights onto the cells of a network."""
+    """Converts weights onto the cells of a network."""
 
     def __init__(self, network: Network) -> None:
         self._network = network
@@ -34,7 +34,7 @@ class Weights:
         """Return NEST's weights of synapses on neurons (global ids).
 
         Raises:
-            CapabilityError: NEST would put one on the other receptor.
+            CapabilityError: NEST would use the other receptor.
         """
         values: FloatArray = weights * self._factors[RECEPTORS.index(receptor), neurons]
         wrong = values < 0 if receptor == "excitatory" else values > 0
@@ -49,15 +49,15 @@ class Weights:
         return values
 
     def of(self, neurons: IntArray, values: FloatArray, receptor: str) -> FloatArray:
-        """Return the weights that :meth:`onto` makes these of."""
+        """Return the weights of which :meth:`onto` makes these."""
         weights: FloatArray = values / self._factors[RECEPTORS.index(receptor), neurons]
         return weights
 
     def check_receptors(self, label: str, parameters: Mapping[str, FloatArray]) -> None:
-        """Check that other parameters of a population leave the meaning of signs as it is.
+        """Check that changed parameters of a population keep the meaning of signs.
 
         Raises:
-            CapabilityError: the receptors become different where a weight of any sign could be on both.
+            CapabilityError: the receptors become different, so that existing weights may be on the wrong one.
         """
         ids = self._network.ids_of(label)
         if CELL_TYPES[self._network.populations[label].cell_type].drive == "current":

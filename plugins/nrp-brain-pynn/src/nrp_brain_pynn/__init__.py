@@ -1,4 +1,4 @@
-"""The simulators that PyNN drives as brains of the platform, from the same networks as every other."""
+"""The simulators of PyNN as brain backends, with the same networks as all others."""
 
 from nrp_brain_pynn.backend import PyNNBackend
 from nrp_brain_pynn.options import PyNNOptions

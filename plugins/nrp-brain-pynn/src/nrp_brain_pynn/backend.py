@@ -1,4 +1,4 @@
-"""The entry point: which simulators there are, their options. Importing it loads none of them."""
+"""The entry point: the simulators and their options. Importing it does not load them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from nrp_brain_pynn.simulators import SIMULATORS
 
 
 class PyNNBackend(BrainBackend):
-    """Any simulator that PyNN drives."""
+    """Any simulator of PyNN."""
 
     options: ClassVar[type[BrainOptions]] = PyNNOptions
 
@@ -52,7 +52,7 @@ class PyNNBackend(BrainBackend):
         if python is not None:
             return RemoteBrain(self, network, seed=seed, options=options.here(), python=python)
         if find_spec(chosen.package) is None:
-            raise BackendLoadError(f"{chosen.name} is not installed in this Python; try: {chosen.install}")
+            raise BackendLoadError(f"{chosen.name} is not installed in this Python", remedy=chosen.install)
         from nrp_brain_pynn.brain import PyNNBrain
 
         return PyNNBrain(network, seed, self.capabilities(options), options)

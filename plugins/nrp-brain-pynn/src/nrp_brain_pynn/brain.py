@@ -27,12 +27,12 @@ from nrp_brain_pynn.options import PyNNOptions
 class PyNNBrain(Brain):
     """See :class:`~nrp_core.brain.interface.Brain`.
 
-    PyNN's own interface builds the network; its driver steps it, because PyNN's ``run`` and ``get_data`` are
-    made for one long run.
+    PyNN builds the network; a driver steps it, because PyNN's ``run`` and ``get_data`` are designed for one
+    long run.
 
     Raises:
         LifecycleError: another brain of this process uses the simulator.
-        CapabilityError: the network is not one that the simulator can hold.
+        CapabilityError: the simulator cannot simulate the network.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""PyNN's models for Brian2, put right where they do something else than PyNN says.
+"""PyNN's models for Brian2, with corrections of deviations from PyNN.
 
 Importing this loads Brian2.
 """
@@ -14,11 +14,11 @@ from pyNN.brian2.standardmodels.synapses import StaticSynapse
 from pyNN.standardmodels import StandardSynapseType, build_translations, synapses
 
 _STABLE_MS: Final = 0.05
-"""The longest step in which Hodgkin-Huxley cells can be integrated by a method of higher order."""
+"""Maximum step for Hodgkin-Huxley cells with a method of higher order."""
 
 
 class CurrentAlpha(sim.IF_curr_alpha):  # type: ignore[misc]
-    """PyNN's cells, whose inhibitory currents decay with the excitatory time constant, put right."""
+    """PyNN's cells, corrected: their inhibitory currents decay with the excitatory time constant."""
 
     eqs = leaky_iaf + brian2.Equations(
         """
@@ -34,15 +34,15 @@ class CurrentAlpha(sim.IF_curr_alpha):  # type: ignore[misc]
 
 
 class AdaptiveAlpha(sim.EIF_cond_alpha_isfa_ista):  # type: ignore[misc]
-    """PyNN's cells, whose synapses make the conductance jump, put right: it rises."""
+    """PyNN's cells, corrected: their conductance jumps instead of rising."""
 
     post_synaptic_variables = {"excitatory": "ye", "inhibitory": "yi"}  # noqa: RUF012
 
 
 class Cells(brian2.NeuronGroup):  # type: ignore[misc]
-    """Cells each with parameters of its own; PyNN's groups share some, and are held a step too short.
+    """Cells with individual parameters; PyNN's groups share some, and are refractory a step too short.
 
-    Brian2 counts from the beginning of the step in which a cell fires, which here lies at its end.
+    Brian2 counts from the beginning of the step in which a cell fires; here the spike is at its end.
     """
 
     more = """v_thresh : volt
@@ -50,7 +50,7 @@ class Cells(brian2.NeuronGroup):  # type: ignore[misc]
               held : second"""
     threshold: str = "v > v_thresh"
     reset: str | None = "v = v_reset"
-    method: str | tuple[str, ...] = ("exact", "euler", "heun")  # Brian2's own choice
+    method: str | tuple[str, ...] = ("exact", "euler", "heun")  # Brian2's default
     refractory: Any = "ceil(held / dt - 1e-6) * dt + dt"
 
     def __init__(self, size: int, equations: Any, **parameters: Any) -> None:
@@ -71,7 +71,7 @@ class Cells(brian2.NeuronGroup):  # type: ignore[misc]
 
 
 class SecondOrderCells(Cells):
-    """Conductances want more than Euler steps, with which a membrane reaches its threshold too soon."""
+    """Conductances need better than Euler steps, with which a membrane reaches its threshold too soon."""
 
     method = "rk2"
 
@@ -93,7 +93,7 @@ class IzhikevichCells(Cells):
 
 
 class HodgkinHuxleyCells(Cells):
-    """PyNN's group diverges at steps of 0.1 ms, and spikes in each step above the threshold."""
+    """PyNN's group diverges with steps of 0.1 ms, and spikes in each step above the threshold."""
 
     more = ""
     threshold, reset, method = "v > -40*mV", None, "exponential_euler"
@@ -108,7 +108,7 @@ class HodgkinHuxleyCells(Cells):
 def _of(group: type[Cells], cell_type: Any) -> Any:
     """Return PyNN's description of a cell type, with cells of a group."""
     names = dict(cell_type.translations)
-    if "tau_refrac" in names:  # PyNN lets a group share what has this name
+    if "tau_refrac" in names:  # PyNN uses one value for a group for this name
         names |= build_translations(("tau_refrac", "held", brian2.ms))
     members = {"brian2_model": group, "translations": names, "__doc__": cell_type.__doc__}
     return type(cell_type.__name__, (cell_type,), members)
@@ -125,14 +125,14 @@ PUT_RIGHT: Final = {
     "Izhikevich": _of(IzhikevichCells, sim.Izhikevich),
     "HH_cond_exp": _of(HodgkinHuxleyCells, sim.HH_cond_exp),
 }
-"""By the name of the cell type."""
+"""Groups by the name of the cell type."""
 
 
 class TsodyksMarkramSynapse(StandardSynapseType):  # type: ignore[misc]
     """The model of Tsodyks, Uziel & Markram (2000), J Neurosci 20:RC50; PyNN's resources never recover.
 
     Between two spikes the active resources become inactive ones with the time constant of the target's
-    synapses, and these recover. No variable may be called as one of a cell.
+    synapses, and these recover. Variables must not have the names of cell variables.
     """
 
     default_parameters = synapses.TsodyksMarkramSynapse.default_parameters

@@ -1,4 +1,4 @@
-"""Networks that PyNN would take and a simulator would run otherwise than they say."""
+"""Checks for networks that PyNN accepts and a simulator would run incorrectly."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from nrp_brain_pynn.simulators import Simulator
 
 
 def check(network: Network, simulator: Simulator) -> None:
-    """Check that a simulator can hold a network.
+    """Check that a simulator can simulate a network.
 
     Raises:
         CapabilityError: it cannot; the message names projection and parameter.

@@ -1,4 +1,4 @@
-"""What is common to all simulators: PyNN builds the network; a driver steps it."""
+"""The common part of all simulators: PyNN builds the network; a driver steps it."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ import numpy as np
 from nrp_core.brain import (
     STATIC,
     STDP,
+    Code,
+    Findings,
     FloatArray,
     Grid,
     IntArray,
@@ -34,22 +36,22 @@ class Driver(ABC):
     """A network in one simulator.
 
     Args:
-        network: what is built.
-        grid: the simulator's.
-        options: of the backend.
+        network: the network.
+        grid: the time grid of the simulator.
+        options: options of the backend.
 
     Attributes:
         sim: PyNN's module for the simulator.
         populations: PyNN's populations by label.
         projections: PyNN's projections by label.
-        warnings: what the simulator does otherwise than the network says.
+        warnings: warnings about the simulator's deviations from the network.
     """
 
     sim: Any
 
     def __init__(self, network: Network, grid: Grid, options: PyNNOptions) -> None:
         self.network, self.grid, self.options = network, grid, options
-        self.warnings: list[str] = []
+        self.warnings = Findings()
         delays = [grid.delays(p.delay_ms).max() for p in network.projections if p.size]
         self._set_up(float(grid.time_ms(np.max(delays, initial=1))))
         self.populations = {
@@ -90,7 +92,7 @@ class Driver(ABC):
         return self._projection(projection, self.populations[projection.pre], self._delays_ms(projection))
 
     def _projection(self, projection: Projection, pre: Any, delays_ms: FloatArray) -> Any:
-        """Make a projection; all numbers of its synapses but those of STDP come as columns."""
+        """Create a projection; the parameters of its synapses, except those of STDP, are columns."""
         columns = {"weight": projection.weight, "delay": delays_ms}
         columns |= short_term(self.network, projection)
         if projection.synapse_type == STDP:
@@ -109,7 +111,7 @@ class Driver(ABC):
         )
 
     def _short_term(self) -> Any:
-        """Return a Tsodyks-Markram synapse type, whose numbers come later."""
+        """Return a Tsodyks-Markram synapse type; its parameters are set later."""
         return self.sim.TsodyksMarkramSynapse()
 
     def _connector(self, projection: Projection, columns: dict[str, FloatArray]) -> Any:
@@ -136,9 +138,11 @@ class Driver(ABC):
     def _delays_ms(self, projection: Projection) -> FloatArray:
         delays_ms = self.grid.time_ms(self.grid.delays(projection.delay_ms))
         if np.abs(delays_ms - projection.delay_ms).max() > _ON_THE_GRID_MS:
-            self.warnings.append(
+            self.warnings.add(
+                Code.NRP217,
                 f"projection '{projection.label}': delays are whole numbers of {self.grid.step_ms:g} ms in "
-                f"{self.grid.owner}"
+                f"{self.grid.owner}",
+                subject=projection.label,
             )
         return delays_ms
 
@@ -150,7 +154,7 @@ class Driver(ABC):
         return [label for label in self.populations if not self.network.populations[label].is_source]
 
     def by_population(self, neurons: IntArray) -> Iterator[tuple[str, IntArray, IntArray]]:
-        """Give each population that has some of the neurons, indices in it, and where in ``neurons``."""
+        """Yield each population with some of the neurons, the indices in it, and those in ``neurons``."""
         for label in self.populations:
             first, size = self.network.offsets[label], self.network.populations[label].size
             which = np.flatnonzero((neurons >= first) & (neurons < first + size))
@@ -160,7 +164,7 @@ class Driver(ABC):
     # -- changes between steps
 
     def set_currents(self, currents_na: FloatArray) -> None:
-        """Hold these currents into all cells beside their own, shape ``(network.size,)``."""
+        """Set constant currents into all cells in addition to their own, shape ``(network.size,)``."""
         self._currents_na = currents_na
         wanted = self._offsets_na + currents_na
         changed = np.flatnonzero(wanted != self._held_na)
@@ -173,7 +177,7 @@ class Driver(ABC):
         """Change parameters of cells.
 
         Raises:
-            CapabilityError: the simulator cannot.
+            CapabilityError: the simulator does not support it.
         """
         check_change(self.network, change)
         label, cells = change.label, np.unique(change.index)
@@ -183,45 +187,45 @@ class Driver(ABC):
         self._parameters[label] = now
         self._offsets_na[self.network.offsets[label] + cells] = now["i_offset"][cells]
         names = change.values.keys() - {"i_offset"}
-        # where cells keep the leak, cm would change tau_m
+        # in cells with a leak conductance cm would change tau_m
         for some in (names - {"tau_m"}, {"tau_m"} if names & {"cm", "tau_m"} and "tau_m" in now else ()):
             if some:
                 self.populations[label][cells].set(**{name: now[name][cells] for name in some})
         self.set_currents(self._currents_na)
 
-    # -- what each simulator does its own way
+    # -- implemented by each simulator
 
     @abstractmethod
     def _set_up(self, longest_delay_ms: float) -> None:
-        """Empty the simulator."""
+        """Reset the simulator to an empty state."""
 
     @abstractmethod
     def _sources(self, population: Population) -> Any:
-        """Make a population of cells that :meth:`fire` lets emit spikes."""
+        """Create a population of cells that emit the spikes of :meth:`fire`."""
 
     @abstractmethod
     def _begin(self) -> None:
-        """Get ready for the first step."""
+        """Prepare the first step."""
 
     @abstractmethod
     def fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
-        """Let source cells (global ids) emit spikes in the window to come."""
+        """Add spikes of source cells (global ids) in the next window."""
 
     @abstractmethod
     def inject(self, events: SynapticEvents) -> None:
-        """Let events arrive at cells, maybe beyond the window to come."""
+        """Add events at cells, possibly after the next window."""
 
     @abstractmethod
     def _hold(self, label: str, index: IntArray, currents_na: FloatArray) -> None:
-        """Hold currents into cells of a population, in place of those before."""
+        """Set constant currents into cells of a population, replacing earlier ones."""
 
     @abstractmethod
     def read_weights(self, projection: Projection) -> FloatArray:
-        """Return the weights of a projection as they are now."""
+        """Return the present weights of a projection."""
 
     @abstractmethod
     def set_weights(self, projection: Projection, weights: FloatArray) -> None:
-        """Change the weights of a projection; spikes on their way keep the old ones."""
+        """Change the weights of a projection; spikes in transit keep the old ones."""
 
     @abstractmethod
     def run_until(self, step: int) -> None:
@@ -229,7 +233,7 @@ class Driver(ABC):
 
     @abstractmethod
     def take_spikes(self) -> Spikes:
-        """Return and forget the spikes of cells since the last call."""
+        """Return and remove the spikes of cells since the last call."""
 
     @abstractmethod
     def read(self, variable: str, neurons: IntArray) -> FloatArray:
@@ -241,9 +245,9 @@ class Driver(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Let the network go."""
+        """Release the network."""
 
 
 def _simplified(values: FloatArray) -> float | FloatArray:
-    """Return one number for equal ones, which PyNN hands on faster."""
+    """Return a single number for equal ones, which is faster in PyNN."""
     return float(values[0]) if (values == values[0]).all() else values

@@ -1,6 +1,6 @@
-"""Weights that change in simulators which look at a weight when a spike arrives, and not when it sets out.
+"""Changes of weights in simulators that use the weight at a spike's arrival and not at its emission.
 
-There each synapse gets its new weight when the last spike that set out before the change has arrived.
+In these a synapse gets its new weight after the arrival of the last spike emitted before the change.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ class LateWeightsDriver(Driver):
     """A driver of such a simulator.
 
     Attributes:
-        arrival_steps: how long after the time of its arrival a spike has acted at the latest.
+        arrival_steps: maximum number of steps from the arrival of a spike to its effect.
     """
 
     arrival_steps: ClassVar[int] = 0
@@ -63,7 +63,7 @@ class LateWeightsDriver(Driver):
 
     @abstractmethod
     def _write(self, projection: Projection, index: IntArray, weights: FloatArray) -> None:
-        """Give synapses of a projection other weights now."""
+        """Set weights of synapses of a projection now."""
 
     def _weights_now(self, projection: Projection) -> FloatArray:
         """Return the weights of plastic synapses."""

@@ -1,4 +1,4 @@
-"""PyNN's simulators talk while they load and build; standard output is not theirs."""
+"""Keep the messages of PyNN's simulators off standard output."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _ERR: Final = 2
 
 @contextmanager
 def quietly() -> Iterator[None]:
-    """Send what is printed, by C code as well, to standard error; drop warnings; find programs.
+    """Redirect output, also of C code, to standard error; suppress warnings; find programs.
 
-    PyNN looks for ``nrnivmodl`` and ``nest-config`` on the search path, where a virtual environment that is
-    not activated has none.
+    PyNN searches ``nrnivmodl`` and ``nest-config`` on the path, which lacks those of a virtual environment
+    that is not activated.
     """
     programs = str(Path(sys.executable).parent)
     if programs not in os.environ.get("PATH", "").split(os.pathsep):

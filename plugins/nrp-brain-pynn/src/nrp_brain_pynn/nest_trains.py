@@ -1,4 +1,4 @@
-"""Spike generators of NEST: trains from outside, handed over window by window. Importing this loads NEST."""
+"""Spike generators of NEST: external spike trains, passed window by window. Importing this loads NEST."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from nrp_core.brain import FloatArray, Grid, IntArray, TrainQueue
 
 
 class Trains:
-    """What generators are to emit; they are numbered in the order in which they are added.
+    """Spike trains of generators, numbered in the order of addition.
 
     Args:
-        grid: NEST's.
+        grid: NEST's time grid.
     """
 
     def __init__(self, grid: Grid) -> None:
@@ -22,17 +22,17 @@ class Trains:
         self._nodes: Any = None
 
     def add(self, generators: Any) -> IntArray:
-        """Take generators on and return their numbers."""
+        """Add generators and return their numbers."""
         first = 0 if self._nodes is None else len(self._nodes)
         self._nodes = generators if self._nodes is None else self._nodes + generators
         return np.arange(first, first + len(generators))
 
     def send(self, numbers: IntArray, steps: IntArray, weights: FloatArray) -> None:
-        """Let generators emit spikes at grid points; they may lie beyond the window to come."""
+        """Add spikes of generators at grid points, which may be after the next window."""
         self._queue.put(numbers, steps, weights)
 
     def feed(self, until_step: int) -> None:
-        """Give NEST everything up to the end of a window."""
+        """Pass all spikes up to the end of a window to NEST."""
         busy, trains = self._queue.take(until_step)
         if trains:
             nodes = self._nodes if busy.size == len(self._nodes) else self._nodes[busy.tolist()]
@@ -40,5 +40,5 @@ class Trains:
 
 
 def put(nodes: Any, values: Sequence[Mapping[str, object]]) -> None:
-    """Set each node to values of its own. NEST's ``set`` first asks each where it lives, at 6 us a node."""
+    """Set individual values for each node. NEST's ``set`` first looks up each node, at 6 us a node."""
     nestkernel_api.llapi_set_nc_status(nodes._datum, values)

@@ -1,4 +1,4 @@
-"""PyNN's connections in NEURON, which it sorts by target in no certain order."""
+"""PyNN's connections in NEURON, which are sorted by target in an undefined order."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ def in_order(
     """Return connections in the order of a projection, None for those of other processes.
 
     Args:
-        made: PyNN's connections, with their weights as they were made or as plasticity left them.
-        projection: what they were made of.
-        short_term: the parameters that Tsodyks-Markram synapses got.
-        grid: NEURON's.
+        made: PyNN's connections, with initial weights or those after plasticity.
+        projection: the projection.
+        short_term: the parameters of Tsodyks-Markram synapses.
+        grid: NEURON's time grid.
     """
     local = np.isin(projection.post_index, [one.postsynaptic_index for one in made])
     ours: dict[str, npt.ArrayLike] = {
@@ -45,6 +45,6 @@ def in_order(
 
 
 def weight_of(connection: Any, projection: Projection) -> Any:
-    """Return where a connection keeps its weight: of a Tsodyks-Markram synapse, that without depression."""
+    """Return the place of a connection's weight; for Tsodyks-Markram synapses, of that without depression."""
     short_term = projection.synapse_type == TSODYKS_MARKRAM
     return connection.pre2wa.weight if short_term else connection.nc.weight

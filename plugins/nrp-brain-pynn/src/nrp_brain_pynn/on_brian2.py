@@ -1,4 +1,4 @@
-"""Brian2, by way of pyNN.brian2. Importing this loads it."""
+"""Brian2 through pyNN.brian2. Importing this loads it."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from nrp_core.brain import (
     Projection,
     Spikes,
     SynapticEvents,
+    no_variable,
 )
-from nrp_core.errors import CapabilityError
 from pyNN.connectors import Connector
 
 from nrp_brain_pynn.brian2_models import PUT_RIGHT, TsodyksMarkramSynapse
@@ -33,14 +33,14 @@ _NO_TIME_MS: Final = 1e-6
 
 
 class SourceGroup(brian2.NeuronGroup):  # type: ignore[misc]
-    """Cells that emit a spike in the steps in which they are told to."""
+    """Cells that emit spikes in given steps."""
 
     def __init__(self, size: int, equations: Any, **_: Any) -> None:
         clock = sim.simulator.state.network.clock
         super().__init__(size, "due : boolean", threshold="due", reset="due = False", clock=clock)
 
     def initialize(self) -> None:
-        """Do nothing: there is no state."""
+        """Do nothing, because there is no state."""
 
 
 class SourceType(sim.SpikeSourceArray):  # type: ignore[misc]
@@ -50,7 +50,7 @@ class SourceType(sim.SpikeSourceArray):  # type: ignore[misc]
 
 
 class AtOnce(Connector):  # type: ignore[misc]
-    """Makes all synapses in one call; PyNN's way gives several between two cells the values of the last."""
+    """Creates all synapses in one call; PyNN gives all synapses between two cells the values of the last."""
 
     def __init__(self, pre: IndexArray, post: IndexArray, columns: dict[str, FloatArray]) -> None:
         super().__init__(safe=False)
@@ -74,7 +74,7 @@ class AtOnce(Connector):  # type: ignore[misc]
 class Brian2Driver(LateWeightsDriver):
     """See :class:`~nrp_brain_pynn.driver.Driver`. One run of Brian2 lasts from the first step to the last.
 
-    What Brian2 finds in the step that begins at ``t`` is what is true at its end, ``t + dt``.
+    Results of Brian2 in the step that begins at ``t`` are those at its end, ``t + dt``.
     """
 
     sim = sim
@@ -112,7 +112,7 @@ class Brian2Driver(LateWeightsDriver):
             network.add(brian2.NetworkOperation(_told_step(operation, clock), when=slot, clock=clock))
         self._run = SteppedRun(network, clock)
 
-    # -- what happens in each step, in Brian2's thread
+    # -- operations in each step, in Brian2's thread
 
     def _emit(self, step: int) -> None:
         for flags, index in self._due.pop(step, ()):
@@ -120,7 +120,7 @@ class Brian2Driver(LateWeightsDriver):
 
     def _arrive(self, step: int) -> None:
         for variable, index, amounts, unlocked in self._arriving.pop(step, ()):
-            if unlocked is not None:  # Brian2 ignores what reaches a membrane that is refractory
+            if unlocked is not None:  # Brian2 ignores input to a refractory membrane
                 amounts = amounts * unlocked.get_value()[index]
             np.add.at(variable.get_value(), index, amounts)
 
@@ -138,7 +138,7 @@ class Brian2Driver(LateWeightsDriver):
             flags = self.populations[label].brian2_group.variables["due"].get_value()
             taken: set[tuple[int, int]] = set()
             for cell, step in zip(index.tolist(), steps[which].tolist(), strict=True):
-                while (cell, step) in taken:  # one spike a step: the next one waits
+                while (cell, step) in taken:  # one spike per step: the next one waits
                     step += 1
                 taken.add((cell, step))
                 self._due.setdefault(step, []).append((flags, cell))
@@ -186,7 +186,7 @@ class Brian2Driver(LateWeightsDriver):
             population = self.populations[label]
             known = getattr(population.celltype, "state_variable_translations", {})
             if variable not in known:
-                raise CapabilityError(f"the cells of population '{label}' have no '{variable}'")
+                raise no_variable(label, variable)
             name = known[variable]["translated_name"]
             values[which] = population.brian2_group.variables[name].get_value()[index] / _UNITS[variable]
         return values
@@ -200,7 +200,7 @@ class Brian2Driver(LateWeightsDriver):
 
 
 def _told_step(operation: Any, clock: Any) -> Any:
-    """Return a function without arguments, as Brian2 wants it, that tells an operation its step."""
+    """Return a function without arguments, for Brian2, that passes the step to an operation."""
     number = clock.variables["timestep"]
 
     def run() -> None:

@@ -1,4 +1,4 @@
-"""NEST, by way of pyNN.nest. Importing this loads it."""
+"""NEST through pyNN.nest. Importing this loads it."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from nrp_core.brain import (
     Projection,
     Spikes,
     SynapticEvents,
+    flushing_subnormals,
+    no_variable,
     same_order,
 )
 from nrp_core.clock import milliseconds
@@ -27,19 +29,19 @@ from nrp_brain_pynn.short_term import short_term
 
 _MILLI: Final = 1000.0
 _NO_POTENTIATION: Final = 1e-12
-"""PyNN gives NEST depression as a ratio to potentiation, which therefore cannot be 0."""
+"""PyNN passes depression to NEST as a ratio to potentiation, which therefore cannot be 0."""
 
 
 class Direct(sim.SpikeSourceArray):  # type: ignore[misc]
-    """Spike generators without the relays that PyNN puts behind them, which take a delay."""
+    """Spike generators without PyNN's relays, which add a delay."""
 
     uses_parrot = False
 
 
 class NestDriver(Driver):
-    """See :class:`~nrp_brain_pynn.driver.Driver`. Spikes lie on the grid.
+    """See :class:`~nrp_brain_pynn.driver.Driver`. Spikes are on the grid.
 
-    NEST's generators have no plastic synapses: there PyNN's relays emit the spikes, one step later.
+    NEST's generators cannot have plastic synapses: for these PyNN's relays emit the spikes, one step later.
     """
 
     sim = sim
@@ -62,7 +64,7 @@ class NestDriver(Driver):
 
     def _cells(self, population: Population) -> Any:
         cells = super()._cells(population)
-        if not hasattr(cells.celltype, "variable_map"):  # PyNN does not know where such cells keep v
+        if not hasattr(cells.celltype, "variable_map"):  # PyNN does not know the name of v in such cells
             cells.node_collection.set(V_m=population.initial_values["v"].tolist())
         return cells
 
@@ -73,7 +75,7 @@ class NestDriver(Driver):
         return self._projection(projection, pre, delays_ms)
 
     def _stdp_parameters(self, projection: Projection) -> dict[str, float]:
-        """Return the numbers of a rule; PyNN scales weights onto cells that jump, but not their limits."""
+        """Return the parameters of a rule; PyNN scales weights onto delta cells, but not their limits."""
         given = super()._stdp_parameters(projection)
         given["A_plus"] = given["A_plus"] or _NO_POTENTIATION
         scale = getattr(self.populations[projection.post].celltype, "receptor_scale", 1.0)
@@ -83,7 +85,7 @@ class NestDriver(Driver):
         return self.network.populations[projection.pre].is_source and projection.synapse_type != STATIC
 
     def _steps(self, projection: Projection) -> IntArray:
-        """Return delays in steps, of which a relay takes one."""
+        """Return delays in steps, minus one for a relay."""
         return np.maximum(self.grid.delays(projection.delay_ms) - self._is_relayed(projection), 1)
 
     def _relays(self, label: str) -> Any:
@@ -124,7 +126,7 @@ class NestDriver(Driver):
         if (unknown := numbers[events.neurons] < 0).any():
             new = np.unique(events.neurons[unknown])
             numbers[new] = self._trains.add(self._device_generators(new))
-        # known a step before it arrives, an event arrives at the point after its time
+        # an event known one step before arrives at the grid point after its time
         steps = np.maximum(self.grid.first_at(events.times_ms) - 1, self._step + 1)
         weights = events.weights * self._factors[receptor, events.neurons]
         self._trains.send(numbers[events.neurons], steps, weights)
@@ -141,7 +143,8 @@ class NestDriver(Driver):
         self._step = step
 
     def _simulate(self, duration_ms: float) -> None:
-        nest.Simulate(duration_ms)  # PyNN's own call asks NEST for its whole status, which grows
+        with flushing_subnormals():  # silent cells decay to such numbers
+            nest.Simulate(duration_ms)  # PyNN's own call reads NEST's whole status, which grows
 
     def _hold(self, label: str, index: IntArray, currents_na: FloatArray) -> None:
         cells = self.populations[label].node_collection[index.tolist()]
@@ -168,7 +171,7 @@ class NestDriver(Driver):
         return factors
 
     def _synapses(self, projection: Projection) -> tuple[Any, IntArray, IntArray]:
-        """Return NEST's synapses of a projection, and the orders in which ours and theirs are the same."""
+        """Return NEST's synapses of a projection, and the sort orders that match ours to NEST's."""
         made = self.projections[projection.label]
         synapses = nest.GetConnections(synapse_label=made.nest_synapse_label)
         weights = self._weights.get(projection.label, projection.weight)
@@ -197,12 +200,12 @@ class NestDriver(Driver):
             kind = self.populations[label].celltype
             names = getattr(kind, "variable_map", {"v": "V_m"})
             if variable not in names:
-                raise CapabilityError(f"the cells of population '{label}' have no '{variable}'")
+                raise no_variable(label, variable)
             distinct, where = np.unique(index, return_inverse=True)
             nodes = self.populations[label].node_collection[distinct.tolist()]
             try:
                 found = np.atleast_1d(np.asarray(nodes.get(names[variable]), dtype=float))
-            except KeyError:  # NEST records it, but does not show it
+            except KeyError:  # NEST can record it, but not read it
                 raise CapabilityError(f"NEST does not show '{variable}' of population '{label}'") from None
             values[which] = found[where] * getattr(kind, "scale_factors", {}).get(variable, 1.0)
         return values

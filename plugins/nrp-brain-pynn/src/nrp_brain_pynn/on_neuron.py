@@ -1,4 +1,4 @@
-"""NEURON, by way of pyNN.neuron. Importing this loads it."""
+"""NEURON through pyNN.neuron. Importing this loads it."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from nrp_core.brain import (
     Projection,
     Spikes,
     SynapticEvents,
+    no_variable,
 )
 from nrp_core.clock import milliseconds
 from nrp_core.errors import CapabilityError
@@ -29,10 +30,10 @@ from nrp_brain_pynn.short_term import short_term
 BoolArray = npt.NDArray[np.bool_]
 
 _APART_MS: Final = 1e-6
-"""NEURON's artificial cells answer one of several simultaneous events; so the others come a little later."""
+"""Offset between simultaneous events, of which NEURON's artificial cells answer only one."""
 _STEPS_BETWEEN_PROCESSES: Final = 2
 _CRANK_NICOLSON: Final = 2
-"""Of NEURON's methods with a fixed step; by default it takes implicit Euler steps, of first order."""
+"""Order of NEURON's fixed-step method; its default is implicit Euler, of first order."""
 _GATE: Final = 2.0
 """A weight that makes the relay fire, whose threshold is 1."""
 
@@ -98,7 +99,7 @@ class NeuronDriver(LateWeightsDriver):
     """See :class:`~nrp_brain_pynn.driver.Driver`. In an MPI job each process has a part of the cells."""
 
     sim = sim
-    arrival_steps = 1  # what arrives at the end of a step acts in the next
+    arrival_steps = 1  # an event at the end of a step acts in the next one
 
     def _set_up(self, longest_delay_ms: float) -> None:
         step_ms = self.grid.step_ms
@@ -106,13 +107,13 @@ class NeuronDriver(LateWeightsDriver):
         sim.setup(timestep=step_ms, min_delay=step_ms, max_delay=longest_delay_ms)
         h.secondorder = _CRANK_NICOLSON
         self._parallel = sim.simulator.state.parallel_context
-        self._parallel.spike_compress(0, 0)  # PyNN lets processes tell each other times rounded to steps
+        self._parallel.spike_compress(0, 0)  # PyNN's processes exchange times rounded to steps
         self._events: dict[tuple[int, str, float], Any] = {}
         self._connections: dict[str, list[Any]] = {}
         self._times, self._gids = h.Vector(), h.Vector()
 
     def _check_parallel(self) -> None:
-        """Refuse what NEURON would between processes, whose spikes are exchanged once in a shortest delay."""
+        """Refuse delays too short for several processes, which exchange spikes once per shortest delay."""
         if sim.num_processes() == 1:
             return
         for projection in self.network.projections:
@@ -140,7 +141,7 @@ class NeuronDriver(LateWeightsDriver):
                         self._parallel.spike_record(int(ident), self._times, self._gids)
         self._watch_thresholds()
         self._crossed = np.empty(0, np.int64)
-        sim.run_until(0.0)  # what happens from now on must find an initialised simulator
+        sim.run_until(0.0)  # later calls need an initialised simulator
 
     def _watch_thresholds(self) -> None:
         cells = {
@@ -217,8 +218,8 @@ class NeuronDriver(LateWeightsDriver):
         self._finished = step
 
     def take_spikes(self) -> Spikes:
-        """Return spikes. NEURON looks at thresholds when the next step begins; those of the last are ours."""
-        # NEURON adds up its steps, with rounding
+        """Return spikes; those of the last step, which NEURON checks only in the next one, are found here."""
+        # NEURON sums its steps, with rounding
         steps = np.rint(self._times.as_numpy() / self.grid.step_ms).astype(np.int64)
         neurons = self._gid_to_id[self._gids.as_numpy().astype(np.int64)]
         self._times.resize(0)
@@ -236,7 +237,7 @@ class NeuronDriver(LateWeightsDriver):
         values = np.zeros(len(neurons))
         for i, neuron in enumerate(neurons.tolist()):
             if self._objects[neuron] is None:
-                continue  # another process has it
+                continue  # it is in another process
             try:
                 values[i] = show(self._objects[neuron])
             except AttributeError:
@@ -245,11 +246,11 @@ class NeuronDriver(LateWeightsDriver):
             values = np.sum(self._parallel.py_allgather(values), axis=0)
         if np.isnan(values).any():
             label, _ = self.network.label_of(int(neurons[np.isnan(values)][0]))
-            raise CapabilityError(f"the cells of population '{label}' have no '{variable}'")
+            raise no_variable(label, variable)
         return values
 
     def close(self) -> None:
-        sim.projections._projections.clear()  # PyNN keeps them all, and NEURON would simulate their cells
+        sim.projections._projections.clear()  # PyNN keeps all of them, and NEURON would simulate their cells
         self.populations.clear()
         self._objects, self._events, self._connections = [], {}, {}
         sim.setup(timestep=self.grid.step_ms)

@@ -1,7 +1,7 @@
-"""SpiNNaker boards, by way of sPyNNaker. Importing this loads it.
+"""SpiNNaker boards through sPyNNaker. Importing this loads it.
 
-The machine is mapped at the first step. A step is one run of the machine, which then stands still: its spikes
-are read and those for the next step are written. So it is in lockstep with the loop, not in real time.
+The machine is mapped at the first step. A step is one run of the machine, which then pauses: its spikes are
+read and those for the next step are written. So it runs in lockstep with the loop, not in real time.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from nrp_brain_pynn.driver import Driver
 from nrp_brain_pynn.loading import quietly
 
 _CELLS_A_CORE: Final = 64
-"""What a core can do in real time with steps of 1 ms; the synapses of a spike on one core may be 255."""
+"""Limits of a core in real time with steps of 1 ms; a spike can have 255 synapses on one core."""
 
 
 class SpinnakerDriver(Driver):
     """See :class:`~nrp_brain_pynn.driver.Driver`.
 
-    An event of a device is a spike of a source cell of its own, because weights belong to synapses there.
-    These must be known when the machine is mapped.
+    An event of a device is a spike of a separate source cell, because weights belong to synapses there. These
+    must be known when the machine is mapped.
     """
 
     sim = sim
@@ -62,7 +62,7 @@ class SpinnakerDriver(Driver):
         return made
 
     def _begin(self) -> None:
-        """Do nothing: the first run maps."""
+        """Do nothing, because the first run maps the machine."""
 
     def fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
         steps = self.grid.first_at(times_ms)
@@ -100,7 +100,7 @@ class SpinnakerDriver(Driver):
         self._since_ms, self._step = self._step * self.grid.step_ms, step
 
     def _emit(self, source: Any, queue: TrainQueue, until: int) -> None:
-        """Let source cells emit what is due; ``set`` of sPyNNaker 7.4.1 fails on a train for each."""
+        """Set the due spikes of source cells; ``set`` of sPyNNaker 7.4.1 fails with individual trains."""
         busy, trains = queue.take(until)
         if not trains:
             return
@@ -117,7 +117,7 @@ class SpinnakerDriver(Driver):
                 found = self.populations[label].spinnaker_get_data("spikes").reshape(-1, 2)  # since the start
             fresh = found[found[:, 1] >= self._since_ms]
             neurons.append(self.network.offsets[label] + fresh[:, 0].astype(np.int64))
-            times_ms.append(fresh[:, 1] + self.grid.step_ms)  # they lie at the end of their step
+            times_ms.append(fresh[:, 1] + self.grid.step_ms)  # they are at the end of their step
         return Spikes(np.concatenate(neurons), np.concatenate(times_ms))
 
     def _hold(self, label: str, index: IntArray, currents_na: FloatArray) -> None:
@@ -127,7 +127,7 @@ class SpinnakerDriver(Driver):
         self.populations[label].set(i_offset=wanted)
 
     def read(self, variable: str, neurons: IntArray) -> FloatArray:
-        raise NotImplementedError(variable)  # none is declared
+        raise NotImplementedError(variable)  # without declared ones
 
     def read_weights(self, projection: Projection) -> FloatArray:
         raise NotImplementedError(projection.label)

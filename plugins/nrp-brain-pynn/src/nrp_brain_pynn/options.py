@@ -24,18 +24,18 @@ class PyNNOptions(RemoteOptions):
     """Options of the ``pynn`` backend."""
 
     simulator: Literal["nest", "neuron", "brian2", "spinnaker"] = Field(
-        default="neuron", description="which of PyNN's simulators"
+        default="neuron", description="the simulator of PyNN"
     )
     timestep: Annotated[DurationNs, AfterValidator(_whole_microseconds)] = Field(
-        default=100_000, description="the step in which the simulator integrates"
+        default=100_000, description="the integration step of the simulator"
     )
 
     compiled: bool = Field(
         default=False,
-        description="Brian2 alone: compile its loops, which takes half a minute the first time",
+        description="for Brian2: compile its loops, which takes half a minute the first time",
     )
 
     @property
     def chosen(self) -> Simulator:
-        """What is known about the simulator."""
+        """The description of the simulator."""
         return SIMULATORS[self.simulator]

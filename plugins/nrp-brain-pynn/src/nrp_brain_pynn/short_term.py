@@ -1,4 +1,4 @@
-"""The numbers of Tsodyks-Markram synapses."""
+"""The parameters of Tsodyks-Markram synapses."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _APART: Final = 1.0 + 1e-6
 
 
 def short_term(network: Network, projection: Projection) -> dict[str, FloatArray]:
-    """Return the parameters of synapses as the simulators get them; those of other kinds have none."""
+    """Return the parameters of synapses for the simulators; empty for other kinds."""
     if projection.synapse_type != TSODYKS_MARKRAM:
         return {}
     given = dict(projection.synapse_parameters)

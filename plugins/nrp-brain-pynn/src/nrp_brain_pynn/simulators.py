@@ -1,4 +1,4 @@
-"""What is known about each of PyNN's simulators without loading it."""
+"""Descriptions of PyNN's simulators, without loading them."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ class Simulator:
     """One of PyNN's simulators.
 
     Args:
-        name: as people write it.
+        name: name of the simulator, for messages.
         package: the Python package of the simulator itself.
-        install: what installs it.
+        install: command that installs it.
         driver: module and class of the driver.
         cells, synapses, approximate, state_variables, changes, determinism: see
             :class:`~nrp_core.brain.interface.BrainCapabilities`.
-        untiring: cells onto which PyNN has no Tsodyks-Markram synapses there.
+        untiring: cells that cannot have Tsodyks-Markram synapses.
     """
 
     name: str
@@ -79,4 +79,4 @@ SIMULATORS: Final[Mapping[str, Simulator]] = {
     "brian2": BRIAN2,
     "spinnaker": SPINNAKER,
 }
-"""By the name of PyNN's module, in small letters: ``pyNN.nest`` ..."""
+"""Simulators by the lower-case name of PyNN's module: ``pyNN.nest`` ..."""

@@ -1,8 +1,8 @@
-"""One long run of Brian2 that halts where it is told to.
+"""One long run of Brian2 that pauses at given steps.
 
-Each of Brian2's own runs prepares everything anew, which takes longer than a step of the loop. So one run
-goes on in a thread of its own and waits at the beginning of the step at which it is to halt. One of the two
-threads is always waiting for the other.
+Each run of Brian2 prepares everything again, which takes longer than a step of the loop. So one long run is
+in a separate thread and pauses at the beginning of a given step. One of the two threads always waits for the
+other.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ import brian2
 from nrp_core.errors import SimulationError
 
 _FOREVER_S: Final = 1e6
-"""As long as Brian2 can count in steps of 0.1 ms without rounding."""
+"""The longest duration that Brian2 can count in steps of 0.1 ms without rounding."""
 
 
 class SteppedRun:
     """A run of a Brian2 network.
 
     Args:
-        network: everything in it is there already.
-        clock: its only one.
+        network: the complete network.
+        clock: its only clock.
 
     Attributes:
-        step: number of the step that comes next.
+        step: number of the next step.
     """
 
     def __init__(self, network: Any, clock: Any) -> None:

@@ -1,8 +1,8 @@
-"""Robots that go as they are told on a plane, and slide along what is solid.
+"""Robots that move on a plane as commanded, and slide along solid objects.
 
-A robot is an ideal unicycle: its velocity is the commanded one from the next step on, its path an arc. Where
-its footprint then overlaps another, it is moved out again by the shortest way, which the separating axes of
-the two rectangles tell (Gottschalk, Lin & Manocha 1996, SIGGRAPH, 171-180).
+A robot is an ideal unicycle: its velocity is the commanded one from the next step on, its path an arc. If its
+footprint then overlaps another, it is moved out by the shortest way, which follows from the separating axes
+of the two rectangles (Gottschalk, Lin & Manocha 1996, SIGGRAPH, 171-180).
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ from nrp_core.world import (
 STEP_NS = 5_000_000
 STEP_S = seconds(STEP_NS)
 CLEARANCE_M = 0.05
-"""What ends so little above the lowest point of a robot is ground to it."""
+"""Shapes that end this little above the lowest point of a robot are ground, m."""
 ATTEMPTS = 4
-"""How many footprints a robot is moved out of in one step; in a corner there are two."""
+"""Number of footprints a robot is moved out of in one step; a corner has two."""
 REST = BodyVelocity()
 CORNERS = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
 
 
 @dataclass(frozen=True)
 class Footprint:
-    """An upright rectangle that holds something solid: its corners, shape ``(4, 2)``, and heights, m."""
+    """An upright box around a solid object: its corners, shape ``(4, 2)``, and heights, m."""
 
     corners: FloatArray
     low: float
@@ -62,12 +62,12 @@ class Footprint:
         return cls(corners, points[:, 2].min(), points[:, 2].max())
 
     def at(self, x: float, y: float, yaw: float) -> FloatArray:
-        """Return its corners where a robot has carried it."""
+        """Return its corners at the pose of a robot."""
         return self.corners @ rotation(yaw).T + (x, y)
 
 
 def rotation(yaw: float) -> FloatArray:
-    """Return the matrix that turns by an angle."""
+    """Return the rotation matrix of an angle."""
     return np.array([(cos(yaw), -sin(yaw)), (sin(yaw), cos(yaw))])
 
 
@@ -79,7 +79,7 @@ def points_of(collision: Collision, place: Pose) -> FloatArray:
 
 
 def solids(model: Model) -> Iterator[tuple[Collision, Pose]]:
-    """Return what is solid of a model, with the places of its links; what is an endless plane is ground."""
+    """Return the solid shapes of a model with the poses of their links; infinite planes are ground."""
     for link in model.links:
         for collision in link.collisions:
             if not isinstance(collision.geometry, Plane):
@@ -109,10 +109,10 @@ def way_out(mine: FloatArray, theirs: FloatArray) -> FloatArray:
         theirs: corners of others, shape ``(n, 4, 2)``.
 
     Returns:
-        The move out of the one that is overlapped deepest, shape ``(2,)``; 0 if none is.
+        The move out of the one with the deepest overlap, shape ``(2,)``; 0 if there is none.
     """
     rectangles = np.concatenate([theirs, np.broadcast_to(mine, theirs.shape)], axis=1).reshape(-1, 2, 4, 2)
-    sides = rectangles[:, :, (1, 3)] - rectangles[:, :, :1]  # two of each rectangle
+    sides = rectangles[:, :, (1, 3)] - rectangles[:, :, :1]  # two axes of each rectangle
     axes = sides.reshape(-1, 4, 2) / np.maximum(np.linalg.norm(sides, axis=-1), 1e-12).reshape(-1, 4, 1)
     here, there = axes @ mine.T, axes @ theirs.transpose(0, 2, 1)
     ahead, back = there.max(2) - here.min(2), here.max(2) - there.min(2)
@@ -129,22 +129,22 @@ def way_out(mine: FloatArray, theirs: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True)
 class Robot:
-    """Where a robot is, how it moved in the last step, and what it is told."""
+    """The pose of a robot, its motion in the last step, and its command."""
 
     x: float
     y: float
     yaw: float
     linear: Vector = (0.0, 0.0, 0.0)
     turn: float = 0.0
-    told: BodyVelocity = REST
+    command: BodyVelocity = REST
 
     def moved(self) -> tuple[float, float, float]:
-        """Return where the command takes it in one step; the chord of the arc lies along its middle."""
-        angle = self.told.turn * STEP_S
+        """Return the pose after one step of the command; the chord of the arc lies along its mean heading."""
+        angle = self.command.turn * STEP_S
         middle = self.yaw + angle / 2
         length = STEP_S * float(np.sinc(angle / 2 / np.pi))
-        x = self.x + length * (self.told.forward * cos(middle) - self.told.left * sin(middle))
-        y = self.y + length * (self.told.forward * sin(middle) + self.told.left * cos(middle))
+        x = self.x + length * (self.command.forward * cos(middle) - self.command.left * sin(middle))
+        y = self.y + length * (self.command.forward * sin(middle) + self.command.left * cos(middle))
         return x, y, self.yaw + angle
 
 
@@ -157,7 +157,7 @@ class MinimalEngine(Engine):
         self._footprints = {model.name: carried(model) for model in scene.models if not model.static}
         self._do_reset(seed)
 
-    # -- what the interface asks for
+    # -- required by the interface
 
     def _do_advance(self, steps: int) -> None:
         for _ in range(steps):
@@ -177,9 +177,9 @@ class MinimalEngine(Engine):
         return ModelMotion(pose, robot.linear, (0.0, 0.0, robot.turn))
 
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
-        self._robots[model] = replace(self._robots[model], told=velocity)
+        self._robots[model] = replace(self._robots[model], command=velocity)
 
-    # -- what it offers beyond that
+    # -- optional
 
     def _do_save(self) -> object:
         return dict(self._robots)
@@ -191,7 +191,7 @@ class MinimalEngine(Engine):
 
     def _move(self, name: str) -> None:
         robot = self._robots[name]
-        if robot.told == REST and not any(robot.linear) and not robot.turn:
+        if robot.command == REST and not any(robot.linear) and not robot.turn:
             return
         x, y, yaw = robot.moved()
         footprint, others = self._footprints[name], self._others(name)
@@ -202,7 +202,7 @@ class MinimalEngine(Engine):
         self._robots[name] = replace(robot, x=x, y=y, yaw=yaw, linear=linear, turn=(yaw - robot.yaw) / STEP_S)
 
     def _others(self, name: str) -> FloatArray:
-        """Return the corners of what a robot can run into, shape ``(n, 4, 2)``."""
+        """Return the corners of the footprints that a robot can collide with, shape ``(n, 4, 2)``."""
         mine, others = self._footprints[name], list(self._static)
         for other, robot in self._robots.items():
             if other != name:

@@ -1,5 +1,6 @@
-"""ROS: bodies behind its topics as worlds of the platform, and worlds of the platform as such bodies."""
+"""ROS: robots and simulators behind its topics as worlds, and worlds of the platform as ROS simulators."""
 
-from nrp_world_ros.backend import RosBackend, RosOptions
+from nrp_world_ros.backend import RosBackend
+from nrp_world_ros.options import RosOptions
 
 __all__ = ["RosBackend", "RosOptions"]

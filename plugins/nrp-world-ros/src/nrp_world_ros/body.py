@@ -1,4 +1,4 @@
-"""A world without a brain, as a simulator that ROS commands."""
+"""A world without a brain, as a simulator for ROS."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from nrp_world_ros.lockstep import DONE, GO, Sent, Turn, Turns
 from nrp_world_ros.node import Node
 
 if TYPE_CHECKING:
-    from nrp_core.cle import Pacing
+    from nrp_core.cle.pacing import Pacing
 
 _TURN_S = 1.0
 
@@ -25,7 +25,7 @@ class Publications:
         self._open: dict[str, Publication] = {}
 
     def __call__(self, topic: str, message: Any) -> None:
-        """Publish a message; it takes effect now."""
+        """Publish a message; it takes effect at once."""
         if topic not in self._open:
             self._open[topic] = self._world.advertise(topic)
         self._open[topic].publish(message)
@@ -39,7 +39,7 @@ class Body:
         node: in ROS.
 
     Attributes:
-        bridge: what ROS sees of it.
+        bridge: its topics in ROS.
     """
 
     def __init__(self, world: World, node: Node) -> None:
@@ -47,15 +47,15 @@ class Body:
         self.bridge = Bridge(world, node, Publications(world))
 
     def run(self, until_ns: int | None, period_ns: int, pacing: Pacing) -> None:
-        """Let time pass.
+        """Run for some time.
 
         Args:
-            until_ns: when to end; None: never.
-            period_ns: how often messages are exchanged.
-            pacing: how fast.
+            until_ns: end time, ns; None: never.
+            period_ns: period of the exchange of messages, ns.
+            pacing: the pace.
 
         Raises:
-            SimulationError: the engine failed, or ROS is gone.
+            SimulationError: the engine failed, or the connection to ROS was lost.
         """
         pacing.start(self._world.now_ns)
         while until_ns is None or self._world.now_ns < until_ns:
@@ -67,19 +67,19 @@ class Body:
             pacing.wait(self._world.now_ns)
 
     def _between(self) -> None:
-        """Do what is due while no time passes."""
+        """Handle messages and calls while time does not pass."""
         self._node.check()
         self.bridge.answer()
 
     def run_in_lockstep(self, until_ns: int | None, began: Callable[[], None]) -> None:
-        """Let time pass as far as a loop says that it may.
+        """Run in lockstep with a loop.
 
         Args:
-            until_ns: when to end; None: never.
-            began: called when a loop can find this body.
+            until_ns: end time, ns; None: never.
+            began: called when loops can find this body.
 
         Raises:
-            SimulationError: the engine failed, or ROS is gone.
+            SimulationError: the engine failed, or the connection to ROS was lost.
         """
         turns = Turns(self._node, DONE, GO)
         began()
@@ -90,14 +90,14 @@ class Body:
                 turns.end(self._world.now_ns, sent)
 
     def take_turn(self, turn: Turn) -> Sent:
-        """Do what has come from a loop, and let time pass as far as it says.
+        """Handle the messages of a loop, and run to its time.
 
         Returns:
-            what was sensed meanwhile and sent.
+            The sensor messages sent meanwhile.
         """
         self.bridge.receive()
         if turn.time.to_ns() <= self._world.now_ns:
-            return {}  # it only asks what time it is
+            return {}  # it only asks for the time
         self.bridge.attend()
         self._world.run_until(turn.time.to_ns())
         return self.bridge.send()

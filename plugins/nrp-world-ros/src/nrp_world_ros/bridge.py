@@ -1,4 +1,4 @@
-"""The topics of a world in ROS: what it senses is published there, what comes from there is given to it."""
+"""The topics of a world in ROS: its sensor messages are published, and received commands are passed to it."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from nrp_core.errors import NrpError, TopicError
-from nrp_core.world import Closing, Direction, Stamped, Subscription, TopicInfo, World
+from nrp_core.world import Closing, Code, Direction, Findings, Stamped, Subscription, TopicInfo, World
 from nrp_core.world.messages.base import Time
-from nrp_core.world.services.service import PREFIX
 
 from nrp_world_ros.calls import Calls
 from nrp_world_ros.frames import TF, Frames
@@ -18,33 +17,33 @@ from nrp_world_ros.node import Node, Publisher, ros_type
 from nrp_world_ros.times import CLOCK
 
 _DEPTH = 256
-"""How many messages of a topic may come in one step of the loop."""
+"""Maximum number of messages of a topic in one step of the loop."""
 
 Publish = Callable[[str, Any], None]
 
 
 @dataclass(slots=True)
 class Outlet:
-    """A topic that goes to ROS, and who listens in the world for it."""
+    """A topic published in ROS, and its subscription in the world."""
 
     publisher: Publisher
     subscription: Subscription | None = None
 
 
 class Bridge(Closing):
-    """Carries messages between a world and ROS, whenever it is told to.
+    """Transfers messages between a world and ROS on request.
 
-    A topic that nobody in ROS listens to costs nothing. Besides the world's own topics and services there are
+    A topic without subscribers in ROS costs nothing. Besides the world's own topics and services there are
     ``/clock`` and, with the links of all models that can move, ``/tf``.
 
     Args:
         world: the world.
         node: in ROS.
-        publish: gives a message to the world.
+        publish: publishes a message in the world.
 
     Attributes:
-        left: topics of which one who listens has said that it wants nothing more.
-        warnings: what ROS 1 cannot carry, and what came from there and was refused.
+        left: topics whose subscriber has announced that it does not need more messages.
+        warnings: warnings about messages that ROS 1 cannot carry, and about refused messages from ROS.
         incoming, outgoing: the topics from and to ROS.
     """
 
@@ -52,7 +51,7 @@ class Bridge(Closing):
         self._world, self._node, self._publish = world, node, publish
         self._outlets: dict[str, Outlet] = {}
         self.left: Collection[str] = ()
-        self.warnings: list[str] = []
+        self.warnings = Findings()
         self.incoming: list[str] = []
         self.follow()
         self._clock_type = ros_type("rosgraph_msgs/msg/Clock")
@@ -62,7 +61,7 @@ class Bridge(Closing):
         self._sent_ns = -1
 
     def follow(self) -> None:
-        """Carry the topics that the world has now; models may have come and gone."""
+        """Transfer the present topics of the world; models may have been added and deleted."""
         topics = self._world.topics
         for name in self._outlets.keys() - topics.keys():
             self._mute(self._outlets.pop(name))
@@ -72,7 +71,7 @@ class Bridge(Closing):
                 try:
                     self._connect(info)
                 except TopicError as error:
-                    self._warn(f"{info.name} is not in ROS: {error}")
+                    self.warnings.add(Code.NRP282, f"{info.name} is not in ROS: {error}", subject=info.name)
 
     def _mute(self, outlet: Outlet) -> None:
         if outlet.subscription is not None:
@@ -81,12 +80,12 @@ class Bridge(Closing):
 
     @property
     def outgoing(self) -> list[str]:
-        """The topics that ROS can listen to."""
+        """The topics that ROS can subscribe to."""
         return [*self._outlets, CLOCK, TF]
 
     def _connect(self, info: TopicInfo) -> None:
-        if info.name.startswith(PREFIX) and info.direction is Direction.IN:
-            return  # a service: it is called
+        if info.response is not None:
+            return  # services are called instead
         if info.direction is Direction.OUT:
             self._outlets[info.name] = Outlet(self._node.publisher(info.name, info.type))
         else:
@@ -99,24 +98,25 @@ class Bridge(Closing):
         return self._calls.services
 
     def answer(self) -> None:
-        """Answer the calls of services that wait."""
+        """Answer waiting calls of services."""
         self._calls.answer()
 
     def receive(self) -> None:
-        """Give the world what has come from ROS; what it refuses is dropped, with a warning."""
+        """Pass messages from ROS to the world; refused ones are dropped with a warning."""
         self.answer()
         for letter in self._node.inbox.take():
             if letter.topic in self.incoming:
                 try:
                     self._publish(letter.topic, letter.message)
                 except NrpError as error:
-                    self._warn(f"a message from {letter.sender} was dropped: {error}")
+                    message = f"a message from {letter.sender} was dropped: {error}"
+                    self.warnings.add(Code.NRP282, message, subject=letter.topic)
 
     def send(self) -> Sent:
-        """Publish what is new in the world since the last time.
+        """Publish the new messages of the world since the last call.
 
         Returns:
-            what went out.
+            The published messages.
         """
         sent: Sent = {}
         for name, outlet in self._outlets.items():
@@ -130,7 +130,7 @@ class Bridge(Closing):
         return sent
 
     def attend(self) -> None:
-        """Listen in the world to what somebody in ROS listens to, and to nothing else."""
+        """Subscribe in the world to exactly those topics that have subscribers in ROS."""
         for name, outlet in self._outlets.items():
             if outlet.publisher.peers() > (name in self.left):
                 outlet.subscription = outlet.subscription or self._world.subscribe(name, depth=_DEPTH)
@@ -138,12 +138,8 @@ class Bridge(Closing):
                 self._mute(outlet)
 
     def restart(self, sent_ns: int = -1) -> None:
-        """The world is at another time than it was, by default back at 0; all until then was sent."""
+        """Continue at another time of the world, by default 0; earlier messages count as sent."""
         self._sent_ns = sent_ns
-
-    def _warn(self, warning: str) -> None:
-        if warning not in self.warnings:
-            self.warnings.append(warning)
 
     def close(self) -> None:
         """Leave ROS."""

@@ -1,6 +1,6 @@
-"""The services of a world in ROS: ``/gazebo/set_model_state`` and the others, as Gazebo has them.
+"""The services of a world in ROS, such as ``/gazebo/set_model_state``, with the names of Gazebo.
 
-ROS calls in threads of its own; what it asks waits until the world stands still between two steps.
+ROS calls in its own threads; requests wait until the world is between two steps.
 """
 
 from __future__ import annotations
@@ -12,18 +12,17 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from nrp_core.errors import NrpError, TopicError
-from nrp_core.world import Direction, World
-from nrp_core.world.services.service import PREFIX, response_of
+from nrp_core.world import World
 
 from nrp_world_ros.node import Node
 
 PATIENCE_S = 30.0
-"""How long a caller waits for the world."""
+"""Maximum waiting time of a caller, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Call:
-    """What somebody in ROS asks, and where the answer goes."""
+    """A request from ROS, and the place for its answer."""
 
     service: str
     kind: str
@@ -32,10 +31,10 @@ class _Call:
 
 
 class Calls:
-    """Answers calls of ROS, whenever it is told to.
+    """Answers calls from ROS on request.
 
     Args:
-        world: answers them.
+        world: the world that answers them.
         node: in ROS.
 
     Attributes:
@@ -51,8 +50,8 @@ class Calls:
 
     def _offer(self, node: Node) -> None:
         for info in self._world.topics.values():
-            if info.name.startswith(PREFIX) and info.direction is Direction.IN:
-                request, response = map(self._codec.name, (info.type, response_of(info.type)))
+            if info.response is not None:
+                request, response = map(self._codec.name, (info.type, info.response))
                 node.serve(info.name, request, response, partial(self._ask, info.name, request))
                 self.services.append(info.name)
 
@@ -63,12 +62,12 @@ class Calls:
         try:
             return call.answer.result(PATIENCE_S)
         except TimeoutError:
-            if not call.answer.cancel():  # it is being answered this moment
+            if not call.answer.cancel():  # it is being answered now
                 return call.answer.result()
             raise TopicError(f"{service}: no answer within {PATIENCE_S:g} s; does time pass?") from None
 
     def answer(self) -> None:
-        """Answer all that wait; what somebody has given up waiting for is not done."""
+        """Answer all waiting calls; those that timed out are not executed."""
         while (call := self._next()) is not None:
             if not call.answer.set_running_or_notify_cancel():
                 continue

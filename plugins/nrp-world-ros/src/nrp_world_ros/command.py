@@ -10,7 +10,7 @@ from nrp_core.cli.failure import INTERRUPTED, complain
 from nrp_core.cli.options import BrainName, ExperimentName, Overrides, Seed, WorldName, overrides_of
 from nrp_core.quantities import time_ns
 
-from nrp_world_ros.backend import LAST_DOMAIN, Ros
+from nrp_world_ros.options import LAST_DOMAIN, Ros
 
 if TYPE_CHECKING:
     from nrp_core import Experiment
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from nrp_world_ros.node import Node
 
 _QUEUE = 10
-"""How many messages wait for a listener that is slow, when nobody waits for it."""
+"""Queue length for a slow subscriber outside lockstep."""
 
 
 def ros_bridge(
     experiment: ExperimentName,
     without_brain: Annotated[
         bool,
-        typer.Option("--without-brain", help="Only the world: its robots do what ROS tells them."),
+        typer.Option("--without-brain", help="Only the world: its robots are commanded from ROS."),
     ] = False,
     lockstep: Annotated[
         bool,
@@ -50,19 +50,21 @@ def ros_bridge(
         str | None, typer.Option(metavar="TIME", help="Stop at this time; by default Ctrl-C ends it.")
     ] = None,
 ) -> None:
-    """Let ROS see an experiment and command its robots: rviz, rosbag, your nodes."""
+    """Connect an experiment and its robots to ROS: rviz, rosbag, your nodes."""
     from nrp_core import load_experiment
 
-    from nrp_world_ros.node import join
+    from nrp_world_ros.joining import join
 
     if lockstep and not without_brain:
-        raise typer.BadParameter("a brain here waits for no other loop", param_hint="--lockstep")
+        raise typer.BadParameter(
+            "an experiment with a brain cannot wait for another loop", param_hint="--lockstep"
+        )
     if domain is not None and not ros2:
         raise typer.BadParameter("only ROS 2 has domains: say --ros2, too", param_hint="--domain")
     settings = overrides_of(overrides, brain=brain, world=world, seed=seed, pace=pace)
     loaded = load_experiment(experiment, settings)
     until_ns = None if until is None else time_ns(until)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # what ends it leaves ROS in order
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # any end leaves ROS in order
     try:
         ros = Ros.TWO if ros2 else Ros.ONE
         with join(ros, "nrp_body", queue=0 if lockstep else _QUEUE, domain=domain) as node:
@@ -75,10 +77,10 @@ def ros_bridge(
 
 
 def _body(experiment: Experiment, node: Node, until_ns: int | None, *, lockstep: bool) -> None:
-    from nrp_core.cle import pacing_of
+    from nrp_core import open_world
+    from nrp_core.cle.pacing import pacing_of
 
     from nrp_world_ros.body import Body
-    from nrp_world_ros.opening import open_world
 
     with open_world(experiment) as world:
         body = Body(world, node)
@@ -115,8 +117,10 @@ def _whole(experiment: Experiment, node: Node, until_ns: int | None) -> None:
         finally:
             _warn(bridge)
         result = run.result()
+    for _, line in result.judgement.lines():
+        typer.echo(line)
     typer.echo(f"criteria met: {result.passed}")
-    if result.passed is False:
+    if result.passed is False or not result.complete:
         raise typer.Exit(1)
 
 
@@ -128,5 +132,5 @@ def _tell(bridge: Bridge) -> None:
 
 def _warn(bridge: Bridge) -> None:
     for warning in bridge.warnings:
-        complain(warning, label="warning", color="yellow")
+        complain(str(warning), label="warning", color="yellow")
     bridge.warnings.clear()

@@ -1,4 +1,4 @@
-"""A scene whose body is behind ROS: what it senses comes from topics, what it is told goes to topics."""
+"""A scene whose body is behind ROS: sensor data come from topics, commands go to topics."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from nrp_core.errors import CapabilityError, SimulationError
 from nrp_core.world import (
     BodyPath,
     BodyVelocity,
+    Code,
     Direction,
     Engine,
     JointAim,
@@ -26,36 +27,37 @@ from nrp_core.world import (
 )
 from nrp_core.world.messages.geometry_msgs import Twist
 
-from nrp_world_ros.backend import RosOptions, TimeSource
+from nrp_world_ros.images import shaped
 from nrp_world_ros.inbox import DEPTH
+from nrp_world_ros.joining import join
 from nrp_world_ros.lockstep import GO, Sent
-from nrp_world_ros.node import Node, join
+from nrp_world_ros.model_poses import ModelPoses
+from nrp_world_ros.node import Node
+from nrp_world_ros.options import RosOptions, TimeSource
 from nrp_world_ros.parts import RemotePart
-from nrp_world_ros.pictures import shaped
 from nrp_world_ros.times import Timekeeper, timekeeper
-from nrp_world_ros.whereabouts import Whereabouts
 
 _MUCH_NS = 500 * NS_PER_MS
-"""What is made up for soon, such as a first step that compiles code, is not worth a warning."""
+"""Minimum duration of a delay for a warning; shorter ones, as when code is compiled, are made up soon."""
 
 _HANDED_OVER_S = 0.1
-"""How long ROS may take to hand the last messages to the network."""
+"""Time for ROS to send the last messages, s."""
 
 
 class RosEngine(Engine):
-    """A body behind ROS. Where its models are comes from ``/gazebo/model_states``, or from odometry.
+    """A body behind ROS. Poses of its models come from ``/gazebo/model_states``, or from odometry.
 
-    It is also what carries messages for its parts, see :class:`~nrp_world_ros.parts.Post`.
+    It also transfers messages for its parts, see :class:`~nrp_world_ros.parts.Post`.
 
     Raises:
-        BackendLoadError: this ROS is not there, or no master is.
+        BackendLoadError: ROS is not installed, or there is no master.
     """
 
     def __init__(self, scene: Scene, seed: int, capabilities: WorldCapabilities, options: RosOptions) -> None:
         identity = f"ros:{options.body}:{options.body_options}"
         super().__init__(scene, capabilities, seed=seed, identity=identity)
         self._options = options
-        self._where = self._whereabouts(scene)
+        self._where = self._pose_source(scene)
         self._sent: Sent = {}
         self._told: set[str] = set()
         self._remote: dict[str, TopicInfo] = {}
@@ -74,20 +76,20 @@ class RosEngine(Engine):
         node = join(options.ros, "nrp_loop", queue=queue, domain=options.domain)
         return node, timekeeper(options, node)
 
-    def _whereabouts(self, scene: Scene) -> Whereabouts:
-        return Whereabouts(scene)
+    def _pose_source(self, scene: Scene) -> ModelPoses:
+        return ModelPoses(scene)
 
-    # -- the parts whose messages are in ROS
+    # -- parts with messages in ROS
 
     def parts(self, usual: Sequence[Part], model: Model | None) -> Sequence[Part]:
-        """All parts of models; what belongs to no model follows from poses, or is a service, and is here."""
+        """All parts of models; other parts follow from poses or are services, and stay in this process."""
         return usual if model is None else [RemotePart(part, self) for part in usual]
 
     def is_heard(self, topic: TopicInfo) -> bool:
         return True
 
     def attend(self, topics: Iterable[TopicInfo], subscribed: frozenset[str]) -> None:
-        if not self._must_attend:  # the first part of those that report now
+        if not self._must_attend:  # the first of the parts that report now
             self._must_attend, self._remote = True, {}
         self._remote.update({topic.name: topic for topic in topics})
         self._subscribed = subscribed
@@ -98,7 +100,7 @@ class RosEngine(Engine):
     def last(self, topic: str) -> Any:
         return None
 
-    def tell(self, part: Part, topic: TopicInfo, message: Any) -> None:
+    def tell(self, topic: TopicInfo, message: Any) -> None:
         publisher = self._node.publisher(topic.name, topic.type)
         if topic.name not in self._told:
             self._told.add(topic.name)
@@ -134,28 +136,29 @@ class RosEngine(Engine):
     def _note_lateness(self) -> None:
         if self._time.late_ns > _MUCH_NS and not self._was_late:
             self._was_late = True
-            self.warnings.append(
+            self.warnings.add(
+                Code.NRP283,
                 f"the loop does not keep up with the body: at {seconds(self.now_ns):g} s it was "
-                f"{milliseconds(self._time.late_ns):.0f} ms late"
+                f"{milliseconds(self._time.late_ns):.0f} ms late",
             )
 
-    # -- whom to hear
+    # -- subscriptions
 
     def _find_models(self) -> None:
-        """Learn where the models are before the first step, from a body that does not wait for that step."""
+        """Receive the poses of models before the first step, if the body does not wait for that step."""
         for name, kind in self._where.topics.items():
             self._node.listen(name, kind)
         patience_s = seconds(self._options.patience)
-        told = self._where.topics.keys() - self._node.settle(patience_s)
-        if told and self._options.time is not TimeSource.LOCKSTEP:
+        reported = self._where.topics.keys() - self._node.settle(patience_s)
+        if reported and self._options.time is not TimeSource.LOCKSTEP:
             inbox = self._node.inbox
-            inbox.wait(lambda: any(map(inbox.last, told)), patience_s, self._node.check)
+            inbox.wait(lambda: any(map(inbox.last, reported)), patience_s, self._node.check)
             for letter in inbox.take():
-                if letter.topic in told:
+                if letter.topic in reported:
                     self._where.take(letter.topic, letter.message)
 
     def _attend(self) -> None:
-        """Listen to all that is subscribed to here, and wait for those who publish it."""
+        """Subscribe to all topics that are subscribed to here, and wait for their publishers."""
         wanted = set(self._subscribed & self._remote.keys())
         self._attended_topics = wanted | self._where.topics.keys()
         for name in wanted:
@@ -164,7 +167,7 @@ class RosEngine(Engine):
             wanted.add(GO)
         for name, info in self._remote.items():
             if info.direction is Direction.IN:
-                self._node.publisher(name, info.type)  # so that no command comes before its connection
+                self._node.publisher(name, info.type)  # so that commands are not sent before the connection
         self._meet(wanted)
 
     def _meet(self, wanted: set[str]) -> None:
@@ -180,18 +183,18 @@ class RosEngine(Engine):
             self._node.check()
             time.sleep(0.05)
         if self._where.topics.keys() <= alone:
-            told = " and ".join(sorted(self._where.topics))
-            self.warnings.append(f"where the models are is not known: nobody publishes {told}")
+            reported = " and ".join(sorted(self._where.topics))
+            self.warnings.add(Code.NRP268, f"where the models are is not known: nobody publishes {reported}")
 
     def _introduce(self, topic: str) -> None:
-        """Wait for those who listen to a topic that is new here."""
+        """Wait for the subscribers of a new topic."""
         if topic in self._node.settle(seconds(self._options.patience)):
-            self.warnings.append(f"nobody in ROS listens to {topic}")
+            self.warnings.add(Code.NRP267, f"nobody in ROS listens to {topic}", subject=topic)
 
-    # -- what a world must have
+    # -- required by the interface
 
     def _do_reset(self, seed: int) -> None:
-        """Time begins anew; the body is where it is."""
+        """The time restarts; the body stays where it is."""
         self._node.inbox.take()
         self._begun = False
 
@@ -199,7 +202,7 @@ class RosEngine(Engine):
         return self._where.motion(model)
 
     def _do_close(self) -> None:
-        """Stop what was driven, and leave."""
+        """Stop driven robots, and leave ROS."""
         drives = {drive.command_topic for model in self.scene.models for drive in model.drives}
         for topic in drives & self._told:
             self._node.publisher(topic, Twist).publish(Twist())
@@ -207,13 +210,13 @@ class RosEngine(Engine):
         self._node.close()
 
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
-        """The body does that, when it hears it."""
+        """The body does this when it receives the message."""
 
     def _do_set_color(self, visual: str, rgba: Rgba) -> None:
-        """So does the room."""
+        """The room does this."""
 
     def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
-        """So do joints."""
+        """Joints do this."""
 
     def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:
         raise CapabilityError("a body behind ROS is not pushed from here")

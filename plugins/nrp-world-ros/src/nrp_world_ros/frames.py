@@ -1,4 +1,4 @@
-"""Where the links of a world are, as ROS's tools want to know it: transforms on ``/tf``."""
+"""Poses of the links of a world for ROS's tools: transforms on ``/tf``."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from typing import Any
 from nrp_core.errors import CapabilityError
 from nrp_core.world import World
 from nrp_core.world.messages.base import Time
-from nrp_core.world.messages.geometry_msgs import Vector3
+from nrp_core.world.messages.geometry_msgs import Quaternion, Vector3
 from nrp_core.world.messages.std_msgs import Header
-from nrp_core.world.pose_messages import pose_message
 
 from nrp_world_ros.node import Node, ros_type
 
@@ -18,10 +17,10 @@ WORLD = "world"
 
 
 class Frames:
-    """Publishes the frames ``model/link`` that the stamps of sensors name, while somebody listens.
+    """Publishes the frames ``model/link`` of sensor messages while there are subscribers.
 
     Args:
-        world: its models that can move.
+        world: the world with the movable models.
         node: in ROS.
     """
 
@@ -33,7 +32,7 @@ class Frames:
         self._publisher = node.publisher(TF, self._list)
 
     def send(self, now_ns: int) -> None:
-        """Publish where the links are now."""
+        """Publish the present poses of links."""
         if self._publisher.peers():
             header = Header(Time.from_ns(now_ns), WORLD)
             links = [(model.name, link.name) for model, link in self._world.scene.links() if not model.static]
@@ -42,10 +41,8 @@ class Frames:
     def _frame(self, header: Header, model: str, link: str) -> Any:
         try:
             pose = self._world.link_motion(model, link).pose
-        except CapabilityError:  # it does not tell of links that joints move: as the file has them
+        except CapabilityError:  # it does not report links moved by joints: use their initial poses
             held = self._world.scene.model(model).link(link).pose
             pose = self._world.model_motion(model).pose @ held
-        place = pose_message(pose)
-        p = place.position
-        transform = self._transform(Vector3(p.x, p.y, p.z), place.orientation)
+        transform = self._transform(Vector3(*pose.position), Quaternion(*pose.orientation))
         return self._stamped(header, f"{model}/{link}", transform)

@@ -1,4 +1,4 @@
-"""Where messages wait that ROS delivers in threads of its own, until the loop takes them."""
+"""The queue of messages that ROS delivers in its own threads, until the loop takes them."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from typing import Any
 from nrp_core.world.messages.cdr import Codec
 
 DEPTH = 256
-"""How many messages of a topic may wait; of more the oldest are lost."""
+"""Maximum number of waiting messages of a topic; beyond it the oldest are lost."""
 
 
 @dataclass(frozen=True, slots=True)
 class Letter:
-    """A message as it came: its topic, its type, its bytes, the node that sent it, and what reads it."""
+    """A received message: its topic, type and bytes, the sending node, and the codec."""
 
     topic: str
     kind: str
@@ -30,13 +30,13 @@ class Letter:
         """The message, of the platform's class.
 
         Raises:
-            TopicError: the bytes are no such message.
+            TopicError: the bytes are not such a message.
         """
         return self.codec.decode(self.data, self.kind)
 
 
 class Inbox:
-    """Messages that wait; any thread may add one."""
+    """Waiting messages; any thread may add one."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
@@ -44,14 +44,14 @@ class Inbox:
         self._counts: Counter[tuple[str, str]] = Counter()
 
     def add(self, letter: Letter) -> None:
-        """Let a message wait."""
+        """Add a message."""
         with self._changed:
             self._letters.setdefault(letter.topic, deque(maxlen=DEPTH)).append(letter)
             self._counts[letter.sender, letter.topic] += 1
             self._changed.notify_all()
 
     def take(self) -> list[Letter]:
-        """Take out all that wait, topic by topic, each in the order in which it came."""
+        """Remove and return all messages, topic by topic, in order of arrival."""
         with self._changed:
             letters = [letter for queue in self._letters.values() for letter in queue]
             self._letters.clear()
@@ -59,21 +59,21 @@ class Inbox:
         return letters
 
     def last(self, topic: str) -> Letter | None:
-        """Return the last message that waits on a topic and leave it there."""
+        """Return the last waiting message of a topic without removing it."""
         queue = self._letters.get(topic)
         return queue[-1] if queue else None
 
     def has(self, sender: str, counts: Mapping[str, int]) -> bool:
-        """Whether so many messages on these topics have come from a node since the last :meth:`take`."""
+        """Return whether these numbers of messages have come from a node since the last :meth:`take`."""
         return all(self._counts[sender, topic] >= count for topic, count in counts.items())
 
     def wait(self, arrived: Callable[[], bool], timeout_s: float, meanwhile: Callable[[], None]) -> bool:
-        """Wait until something has come; return whether it has.
+        """Wait for messages; return whether they have come.
 
         Args:
-            arrived: whether it has.
-            timeout_s: how long to wait at most.
-            meanwhile: called a few times a second; what it raises ends the waiting.
+            arrived: returns whether they have come.
+            timeout_s: maximum waiting time, s.
+            meanwhile: called a few times a second; its exceptions end the waiting.
         """
         end_s = time.monotonic() + timeout_s
         while True:

@@ -1,10 +1,10 @@
-"""How a loop and a body in two processes take their steps in turn.
+"""Lockstep of a loop and a body in two processes, which take turns.
 
-The loop says on ``/nrp/go`` up to what time the body may go; the body says on ``/nrp/done`` what time it has
-reached. ROS keeps the order of messages on one topic but not across topics. So either tells how many messages
-it has sent on each of the others, and neither goes on before it has them. In ROS 2 one side may have found
-the other on a topic, but not yet been found; so either tells where it has, and neither goes on before it has,
-too. No run depends on the network.
+The loop publishes on ``/nrp/go`` the time up to which the body may run; the body publishes on ``/nrp/done``
+the time that it has reached. ROS keeps the order of messages on one topic but not across topics. So each side
+announces the number of messages that it has sent on each of the other topics, and waits for those of the
+other side. In ROS 2 discovery of a topic may be one-sided; so each side announces the topics on which it has
+discovered the other, and waits until both have. So results do not depend on the network.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ Sent = dict[str, list[int]]
 @message("nrp_msgs/msg/Turn")
 @dataclass(slots=True)
 class Turn:
-    """Whose turn ends, and what was sent in it.
+    """The end of a turn, with the messages sent in it.
 
     Args:
-        time: up to which the other may go, or that was reached.
-        topics: on which something was sent.
-        counts: how many messages on each.
-        times_ns: of these messages, topic by topic.
-        met: the topics on which there is somebody.
-        note: what is asked or answered besides, where the two have agreed on how.
+        time: the time up to which the other side may run, or the time reached.
+        topics: the topics with sent messages.
+        counts: the number of messages on each.
+        times_ns: times of these messages, topic by topic.
+        met: the topics on which the other side was discovered.
+        note: a request or an answer, if the two sides use them.
     """
 
     time: Time = field(default_factory=Time)
@@ -50,7 +50,7 @@ class Turn:
 
     @classmethod
     def ended(cls, t_ns: int, sent: Sent, met: list[str], note: bytes = b"") -> Turn:
-        """Return what one says at the end of a turn, and count anew."""
+        """Return the message for the end of a turn, and clear the counts."""
         counts = [len(times_ns) for times_ns in sent.values()]
         all_ns = [t_ns for times_ns in sent.values() for t_ns in times_ns]
         turn = cls(Time.from_ns(t_ns), list(sent), counts, all_ns, met, np.frombuffer(note, np.uint8))
@@ -59,7 +59,7 @@ class Turn:
 
     @property
     def sent(self) -> Sent:
-        """When each message was sent."""
+        """The time of each message."""
         times_ns = iter(self.times_ns)
         return {
             topic: list(islice(times_ns, count))
@@ -68,12 +68,12 @@ class Turn:
 
 
 class Turns:
-    """One of the two.
+    """One of the two sides.
 
     Args:
-        node: of this process.
-        mine: where this one says that it is the other's turn.
-        theirs: where the other one says so.
+        node: the node of this process.
+        mine: the topic on which this side ends its turn.
+        theirs: the topic on which the other side ends its turn.
     """
 
     def __init__(self, node: Node, mine: str, theirs: str) -> None:
@@ -82,7 +82,7 @@ class Turns:
         node.listen(theirs, Turn)
 
     def end(self, t_ns: int, sent: Sent, note: bytes = b"") -> None:
-        """Say that it is the other's turn."""
+        """End this side's turn."""
         self._say.publish(Turn.ended(t_ns, sent, self._node.met(), note))
 
     def wait(
@@ -93,16 +93,16 @@ class Turns:
         heard: Collection[str] | None = None,
         meanwhile: Callable[[], None],
     ) -> Turn | None:
-        """Wait for the other to end its turn, and for all that it has sent.
+        """Wait for the end of the other side's turn, and for all messages sent in it.
 
         Args:
-            timeout_s: how long to wait at most.
-            after_ns: the time must be at least this.
-            heard: the topics that this one hears; None: all that the other names.
+            timeout_s: maximum waiting time, s.
+            after_ns: minimum time of the message, ns.
+            heard: the topics subscribed to here; None: all that the other side names.
             meanwhile: called a few times a second.
 
         Returns:
-            what the other says; None: it was silent.
+            The message of the other side; None after the time limit.
         """
         said: list[Turn] = []
         turns: dict[Letter, Turn] = {}

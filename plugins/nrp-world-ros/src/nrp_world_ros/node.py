@@ -1,4 +1,4 @@
-"""A process in ROS, of either kind: what it publishes and hears. The rest of the plugin knows no more."""
+"""A process in ROS 1 or ROS 2: its publishers and subscribers, for the rest of the plugin."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from nrp_core.world import Closing
 from nrp_core.world.messages.cdr import Codec
 from nrp_core.world.messages.generated import made
 
-from nrp_world_ros.backend import Ros
 from nrp_world_ros.inbox import Inbox
 
 
@@ -18,30 +17,30 @@ class Publisher(Protocol):
     """Publishes on one topic."""
 
     def peers(self) -> int:
-        """Return how many listen."""
+        """Return the number of subscribers."""
         ...
 
     def publish(self, message: Any) -> None:
-        """Send a message to all who listen.
+        """Send a message to all subscribers.
 
         Raises:
-            TopicError: a field holds what its type cannot.
+            TopicError: a value does not fit the type of its field.
         """
         ...
 
 
 class Node(Closing):
-    """Publishes and hears topics of ROS, and offers services.
+    """Publishes and subscribes to topics of ROS, and offers services.
 
     Args:
-        codec: what this ROS makes of messages.
+        codec: the encoding of messages in this ROS.
 
     Attributes:
-        inbox: where messages arrive.
+        inbox: the received messages.
     """
 
     tool: ClassVar[str]
-    """The program by which users see topics."""
+    """The program with which users list topics."""
 
     has_services: ClassVar[bool]
     """Whether :meth:`serve` can be called."""
@@ -52,20 +51,20 @@ class Node(Closing):
 
     @abstractmethod
     def publisher(self, topic: str, cls: type) -> Publisher:
-        """Return what publishes on a topic; asked again, the same.
+        """Return the publisher on a topic; the same one for each call.
 
         Raises:
-            TopicError: this ROS cannot carry such messages.
-            SimulationError: ROS is gone.
+            TopicError: this ROS does not support such messages.
+            SimulationError: the connection to ROS was lost.
         """
 
     @abstractmethod
     def listen(self, topic: str, cls: type) -> None:
-        """Let what others publish on a topic arrive in the inbox.
+        """Subscribe to a topic; messages go to the inbox.
 
         Raises:
-            TopicError: this ROS cannot carry such messages.
-            SimulationError: ROS is gone.
+            TopicError: this ROS does not support such messages.
+            SimulationError: the connection to ROS was lost.
         """
 
     @abstractmethod
@@ -74,65 +73,44 @@ class Node(Closing):
 
         Args:
             service: its name.
-            request: type of what is asked, ``package/msg/NameRequest``.
-            response: type of what is answered.
-            answer: is given a request and returns the response, in a thread of its own.
+            request: type of the request, ``package/msg/NameRequest``.
+            response: type of the response.
+            answer: takes a request and returns the response; called in a separate thread.
 
         Raises:
-            SimulationError: ROS is gone.
+            SimulationError: the connection to ROS was lost.
         """
 
     @abstractmethod
     def peers(self, topic: str) -> int:
-        """Return how many are on the other side of a topic of ours."""
+        """Return the number of nodes on the other side of a topic of this node."""
 
     @abstractmethod
     def met(self) -> list[str]:
-        """Return the topics of ours with anybody on the other side."""
+        """Return the topics of this node with nodes on the other side."""
 
     @abstractmethod
     def sees(self, topic: str, other: str) -> bool:
-        """Whether a node is on the other side of a topic of ours; true where the topic is not ours."""
+        """Return whether a node is on the other side of a topic of this node; true for other topics."""
 
     @abstractmethod
     def settle(self, timeout_s: float) -> set[str]:
-        """Wait until everybody who is known on our topics is connected.
+        """Wait until all known nodes on the topics of this node are connected.
 
         Returns:
-            the topics with nobody on the other side.
+            The topics without nodes on the other side.
 
         Raises:
-            SimulationError: ROS is gone.
+            SimulationError: the connection to ROS was lost.
         """
 
     @abstractmethod
     def check(self) -> None:
-        """Look whether ROS is still there; calling it often costs nothing.
+        """Check the connection to ROS; calling it often is cheap.
 
         Raises:
-            SimulationError: it is not.
+            SimulationError: it was lost.
         """
-
-
-def join(ros: Ros, name: str, *, queue: int = 0, domain: int | None = None) -> Node:
-    """Become a node of ROS.
-
-    Args:
-        ros: which of the two.
-        name: what the node is called, if nothing else in this process has started it before.
-        queue: how many messages wait for a listener that is slow, before the oldest are lost; 0: all.
-        domain: of ROS 2; by default ``ROS_DOMAIN_ID`` says, else 0.
-
-    Raises:
-        BackendLoadError: what it needs is not there.
-    """
-    if ros is Ros.ONE:
-        from nrp_world_ros.ros1.node import Ros1Node
-
-        return Ros1Node(name, queue=queue)
-    from nrp_world_ros.ros2.node import Ros2Node
-
-    return Ros2Node(name, queue=queue, domain=domain)
 
 
 def ros_type(name: str) -> Any:

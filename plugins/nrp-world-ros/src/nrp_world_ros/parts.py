@@ -1,39 +1,38 @@
-"""Parts whose body is behind ROS: what they sense comes from there, what they are told goes there."""
+"""Parts whose body is behind ROS: sensor messages come from there, commands go there."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from typing import Any, Protocol
 
-from nrp_core.world import Direction, Part, Stamped, TopicInfo
-from nrp_core.world.part import PartInPlace
+from nrp_core.world import Direction, Part, PartInPlace, Stamped, TopicInfo
 
 
 class Post(Protocol):
-    """Carries messages between parts and ROS."""
+    """Transfers messages between parts and ROS."""
 
     def is_heard(self, topic: TopicInfo) -> bool:
-        """Whether the messages of an outgoing topic are handed on as they come."""
+        """Return whether the messages of an outgoing topic are passed on as they come."""
 
     def attend(self, topics: Iterable[TopicInfo], subscribed: frozenset[str]) -> None:
-        """Listen to those of the topics that are subscribed to."""
+        """Subscribe to those of the topics that are subscribed to here."""
 
     def arrived(self, topic: str) -> list[Stamped]:
-        """Return what came on a topic in the last step."""
+        """Return the messages of a topic in the last step."""
 
     def last(self, topic: str) -> Any:
-        """Return the message that still holds on a topic; None: there is none."""
+        """Return the current message of a topic, or None."""
 
-    def tell(self, part: Part, topic: TopicInfo, message: Any) -> None:
+    def tell(self, topic: TopicInfo, message: Any) -> None:
         """Publish a message."""
 
 
 class RemotePart(PartInPlace):
-    """A part whose topics are in ROS. A topic that goes both ways is known here, and told as well.
+    """A part whose topics are in ROS. A bidirectional topic is also handled here.
 
     Args:
-        inner: what the core would use.
-        post: carries messages.
+        inner: the core's part.
+        post: transfers messages.
     """
 
     def __init__(self, inner: Part, post: Post) -> None:
@@ -61,4 +60,4 @@ class RemotePart(PartInPlace):
         info = self._infos[topic]
         if info.direction is Direction.BOTH:
             super().write(topic, message, now_ns)
-        self._post.tell(self.unwrapped, info, message)
+        self._post.tell(info, message)

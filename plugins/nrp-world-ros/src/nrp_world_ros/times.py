@@ -1,4 +1,4 @@
-"""What says how late it is behind ROS; the time of a world begins at 0 when its body is first waited for."""
+"""The sources of time behind ROS; the time of a world starts at 0 at the first wait for its body."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from collections.abc import Callable, Collection
 from nrp_core.clock import seconds
 from nrp_core.errors import SimulationError
 
-from nrp_world_ros.backend import RosOptions, TimeSource
 from nrp_world_ros.lockstep import DONE, GO, Sent, Turn, Turns
 from nrp_world_ros.node import Node, ros_type
+from nrp_world_ros.options import RosOptions, TimeSource
 
 CLOCK = "/clock"
 
 _ASK_S = 1.0
-"""How often a body is asked what time it is, until it answers."""
+"""Period of the requests for the time of a body until it answers, s."""
 
 
 class Timekeeper(ABC):
-    """Lets the loop wait for a time.
+    """Waits until a time.
 
     Args:
-        node: of this process.
-        patience_s: how long time may stand still.
+        node: the node of this process.
+        patience_s: maximum period without progress of the time, s.
 
     Attributes:
-        late_ns: by how much the loop came too late at its last step.
+        late_ns: delay of the loop at its last step, ns.
     """
 
     late_ns = 0
@@ -37,29 +37,29 @@ class Timekeeper(ABC):
 
     @abstractmethod
     def start(self, sent: Sent) -> None:
-        """Let it be 0 now.
+        """Set the time to 0 now.
 
         Args:
-            sent: what was sent since the last step; counted anew afterwards.
+            sent: the messages sent since the last step; cleared afterwards.
 
         Raises:
-            SimulationError: nobody says what time it is.
+            SimulationError: the time is not published.
         """
 
     @abstractmethod
     def reach(self, t_ns: int, sent: Sent, heard: Collection[str]) -> Sent:
-        """Return when it is ``t_ns`` and what was sent until then has come.
+        """Wait until ``t_ns``, and until the messages sent by then have come.
 
         Args:
             t_ns: the time to wait for.
-            sent: what was sent since the last step; counted anew afterwards.
-            heard: the topics that are listened to.
+            sent: the messages sent since the last step; cleared afterwards.
+            heard: the subscribed topics.
 
         Returns:
-            when what has come was sent, as far as that is told.
+            The times of the received messages, as far as they are known.
 
         Raises:
-            SimulationError: time stands still.
+            SimulationError: the time does not advance.
         """
 
     def _await(self, arrived: Callable[[], bool], what: str) -> None:
@@ -122,7 +122,7 @@ class Lockstep(Timekeeper):
             raise SimulationError(f"{bodies} bodies wait on {GO}; a loop steps one: end the others")
         end_s = time.monotonic() + self._patience_s
         while (turn := self._go(0, sent, (), min(_ASK_S, self._patience_s))) is None:
-            if time.monotonic() > end_s:  # a body that has only just come may not hear it the first time
+            if time.monotonic() > end_s:  # a new body may miss the first message
                 raise self._silent()
         self._origin_ns = turn.time.to_ns()
 
@@ -151,5 +151,5 @@ _KINDS: dict[TimeSource, type[Timekeeper]] = {
 
 
 def timekeeper(options: RosOptions, node: Node) -> Timekeeper:
-    """Return what the options choose."""
+    """Return the source of time that the options select."""
     return _KINDS[options.time](node, seconds(options.patience))

@@ -1,4 +1,4 @@
-"""A world behind ROS 2 that is stepped and asked by one loop alone."""
+"""A world behind ROS 2 that is stepped and queried by a single loop."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class HostedBody(Body):
     Args:
         world: the world.
         node: in ROS.
-        notes: reads what the loop asks, and writes what is answered.
+        notes: reads the requests of the loop, and writes the answers.
     """
 
     def __init__(self, world: World, node: Node, notes: Notes) -> None:
@@ -58,7 +58,7 @@ class HostedBody(Body):
         }
 
     def serve(self, turns: Turns) -> None:
-        """Do what the loop says until it needs this body no more."""
+        """Handle the loop's requests until it releases this body."""
         while self._wanted:
             turn = turns.wait(_TURN_S, meanwhile=self._node.check)
             if turn is not None:
@@ -72,7 +72,7 @@ class HostedBody(Body):
             sent = self.take_turn(turn)
             self._require_heard()
             value = self._replied(turn)
-        except Exception as raised:  # noqa: BLE001  told to the loop
+        except Exception as raised:  # noqa: BLE001  reported to the loop
             error = portable(raised)
         warnings = tuple(self._world.warnings[self._n_warned :])
         self._n_warned += len(warnings)
@@ -80,9 +80,9 @@ class HostedBody(Body):
         return sent, b"" if silent else self._notes.write(Answer(value, error, warnings))
 
     def _require_heard(self) -> None:
-        """Refuse to go on where the world has refused a message: its loop would not know."""
+        """Stop if the world has refused a message, because the loop would not know."""
         if self.bridge.warnings:
-            refused = "; ".join(self.bridge.warnings)
+            refused = "; ".join(warning.message for warning in self.bridge.warnings)
             self.bridge.warnings.clear()
             raise SimulationError(refused)
 
@@ -92,10 +92,10 @@ class HostedBody(Body):
         question: Question = self._notes.read(turn.note.tobytes())
         return self._does[question.name](*question.arguments)
 
-    # -- what is not a method of a world as it is
+    # -- requests that are not methods of a world
 
     def _follow(self) -> None:
-        """Carry the topics that there are now; one that ROS cannot carry is no error until it is used."""
+        """Transfer the present topics; one that ROS cannot carry is an error only when it is used."""
         self.bridge.follow()
         self._world.warnings.extend(self.bridge.warnings)
         self.bridge.warnings.clear()

@@ -1,4 +1,4 @@
-"""Lockstep with a body that has no other loop: it can be asked."""
+"""Lockstep with a body that has no other loop, with requests and answers."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Collection
 from typing import Any
 
 from nrp_core.errors import SimulationError
+from nrp_core.world import Findings
 
 from nrp_world_ros.hosted.notes import Answer, Notes, Question
 from nrp_world_ros.lockstep import Sent, Turn
@@ -18,23 +19,23 @@ class Dialogue(Lockstep):
 
     Args:
         node: of this process; its check tells when the body's process has ended.
-        patience_s: how long it may take to answer.
-        notes: of the two.
-        warnings: gets what the body notices.
+        patience_s: time limit of an answer, s.
+        notes: reads and writes requests and answers.
+        warnings: receives the warnings of the body.
 
     Attributes:
-        broken: whether the last turn was not ended, so that the body cannot be spoken to any more.
+        broken: whether the last turn did not end, so that the body cannot be used any more.
     """
 
     _origin_ns = 0
 
-    def __init__(self, node: Node, patience_s: float, notes: Notes, warnings: list[str]) -> None:
+    def __init__(self, node: Node, patience_s: float, notes: Notes, warnings: Findings) -> None:
         super().__init__(node, patience_s)
         self._notes, self._warnings = notes, warnings
         self.broken = False
 
     def start(self, sent: Sent) -> None:
-        """Nobody has to be found."""
+        """Do nothing, because the body is known."""
 
     def reach(self, t_ns: int, sent: Sent, heard: Collection[str]) -> Sent:
         turn = self._exchange(t_ns, sent, b"", heard)
@@ -42,18 +43,18 @@ class Dialogue(Lockstep):
         return turn.sent
 
     def ask(self, sent: Sent, question: Question) -> Any:
-        """Let the body do or tell something now, after what it was sent.
+        """Send a request to the body, after the messages sent so far.
 
         Args:
-            sent: what it was sent since the last turn; counted anew afterwards.
-            question: what it is asked.
+            sent: the messages sent since the last turn; cleared afterwards.
+            question: the request.
 
         Returns:
-            what it answers.
+            The answer.
 
         Raises:
             SimulationError: its process has ended, or hangs.
-            Exception: what was raised there.
+            Exception: the exception raised there.
         """
         answer = self._answer_in(self._exchange(0, sent, self._notes.write(question), ()))
         self._node.inbox.take()

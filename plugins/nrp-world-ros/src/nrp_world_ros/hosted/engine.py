@@ -1,7 +1,7 @@
-"""A world that another process simulates behind ROS 2, for this one alone.
+"""A world that another process simulates behind ROS 2, only for this one.
 
-What it senses and what it is told goes over topics of ROS, as with any body. What ROS has no topic for, such
-as putting a model somewhere, it is asked for between two steps.
+Sensor data and commands use topics of ROS, as with any body. Operations without a topic, such as moving a
+model, are requests between two steps.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Any
 from nrp_core.clock import seconds
 from nrp_core.errors import NrpError, SimulationError
 from nrp_core.world import (
+    JOINT_CONTROL,
     BodyPath,
     DepthArray,
     ImageArray,
@@ -28,32 +29,27 @@ from nrp_core.world import (
     Touch,
     Wrench,
 )
-from nrp_core.world.controllers.joint import ControllerPart
-from nrp_core.world.controllers.trajectory import TrajectoryPart
-from nrp_core.world.forces import ForcesPart
 from nrp_core.world.messages.gazebo_msgs import ModelStates
-from nrp_core.world.model_states import MODEL_STATES
-from nrp_core.world.services.part import Services
 
 from nrp_world_ros.engine import RosEngine
 from nrp_world_ros.hosted.dialogue import Dialogue
 from nrp_world_ros.hosted.hosts import POLL_S, Order, borrow, give_back
 from nrp_world_ros.hosted.notes import Question
 from nrp_world_ros.inbox import DEPTH
+from nrp_world_ros.model_poses import MODEL_STATES, ModelPoses
 from nrp_world_ros.node import Node
 from nrp_world_ros.parts import RemotePart
 from nrp_world_ros.times import Timekeeper
-from nrp_world_ros.whereabouts import Whereabouts
 
 _AT_ONCE = DEPTH // 2
-"""How many steps the body takes in a turn: what comes of them, one message a step and topic, has to wait."""
+"""Maximum number of steps of the body in a turn, because its messages, one per step and topic, are queued."""
 
 
 class HostedEngine(RosEngine):
-    """See :class:`~nrp_world_ros.engine.RosEngine`; here the body does all that its simulator can.
+    """See :class:`~nrp_world_ros.engine.RosEngine`; here the body has all capabilities of its simulator.
 
     Raises:
-        BackendError: Cyclone DDS or the simulator is not there, or does not open.
+        BackendError: Cyclone DDS or the simulator is not installed, or does not open.
         SceneError: the simulator cannot take this scene.
     """
 
@@ -66,7 +62,7 @@ class HostedEngine(RosEngine):
         except BaseException as error:
             give_back(self._host, usable=isinstance(error, NrpError))
             raise
-        self.warnings += [warning for warning in opened.warnings if warning not in self.warnings]
+        self.warnings += opened.warnings
         self.image_scale = opened.image_scale
         self._latest: dict[str, Any] = {}
         self._knows_motions = False
@@ -79,17 +75,17 @@ class HostedEngine(RosEngine):
     def _find_models(self) -> None:
         self._node.listen(MODEL_STATES, ModelStates)
 
-    def _whereabouts(self, scene: Scene) -> Whereabouts:
-        return Whereabouts(scene, by_odometry=False)  # the body tells by itself
+    def _pose_source(self, scene: Scene) -> ModelPoses:
+        return ModelPoses(scene, by_odometry=False)  # the body reports it by itself
 
-    # -- what is asked besides
+    # -- requests
 
     def _ask(self, name: str, *arguments: object) -> Any:
-        """Let the body tell something."""
+        """Request data from the body."""
         return self._dialogue.ask(self._sent, Question(name, arguments))
 
     def _order(self, name: str, *arguments: object) -> None:
-        """Let the body do something, after which what it told before holds no longer."""
+        """Request an operation of the body, after which earlier data are invalid."""
         self._forget()
         self._ask(name, *arguments)
 
@@ -100,11 +96,11 @@ class HostedEngine(RosEngine):
     # -- topics
 
     def parts(self, usual: Sequence[Part], model: Model | None) -> Sequence[Part]:
-        """Services, and the forces that they set, are here; everything else is told by the body."""
-        return [part if isinstance(part, Services | ForcesPart) else RemotePart(part, self) for part in usual]
+        """Services, and parts without topics, are in this process; all others are in ROS."""
+        return [RemotePart(part, self) if any(map(_is_told, part.topics)) else part for part in usual]
 
     def is_heard(self, topic: TopicInfo) -> bool:
-        """Topics without a rate tell of now, also when nothing has come since; the others as it comes."""
+        """Topics without a rate have a value without new messages, too; others have received messages."""
         return topic.rate_hz is not None
 
     def last(self, topic: str) -> Any:
@@ -114,11 +110,18 @@ class HostedEngine(RosEngine):
         super()._take(topic, heard)
         self._latest[topic] = heard.message
 
-    def tell(self, part: Part, topic: TopicInfo, message: Any) -> None:
-        if isinstance(part, ControllerPart | TrajectoryPart) and not self.capabilities.joint_control:
-            raise self.lacks("does not control joints")
-        self._forget()  # it takes effect now, not with the next step
-        super().tell(part, topic, message)
+    def tell(self, topic: TopicInfo, message: Any) -> None:
+        if not self.capabilities.joint_control and topic.name in self._joint_commands():
+            raise self.lacks(JOINT_CONTROL)
+        self._forget()  # it takes effect now and not in the next step
+        super().tell(topic, message)
+
+    def _joint_commands(self) -> set[str]:
+        """Return the topics on which controllers of joints take commands."""
+        of_joints = {each.topic for model in self.scene.models for each in model.controllers}
+        return of_joints.union(
+            each.command_topic for model in self.scene.models for each in model.trajectory_controllers
+        )
 
     def _meet(self, wanted: set[str]) -> None:
         patience_s = seconds(self._options.patience)
@@ -132,7 +135,7 @@ class HostedEngine(RosEngine):
             time.sleep(POLL_S)
 
     def _attend(self) -> None:
-        """Let the body know, too, what nobody listens to any more; ROS is slow to tell."""
+        """Report topics without subscribers to the body, because ROS is slow to do so."""
         listened = self._attended_topics
         super()._attend()
         self._left = (self._left | listened) - self._attended_topics
@@ -142,7 +145,7 @@ class HostedEngine(RosEngine):
 
     def _introduce(self, topic: str) -> None:
         self._meet({topic})
-        self._ask("nothing")  # before it answers, it has found us, too
+        self._ask("nothing")  # it has found this process before it answers
 
     # -- time
 
@@ -151,7 +154,7 @@ class HostedEngine(RosEngine):
         self._go_on(steps)
 
     def _do_wait(self, steps: int) -> None:
-        """The body pauses itself: its sensors go on."""
+        """The body pauses itself; its sensors continue."""
         self._pause(paused=True)
         self._go_on(steps)
 
@@ -168,7 +171,7 @@ class HostedEngine(RosEngine):
         self._knows_motions = MODEL_STATES in self._latest
 
     def _do_reset(self, seed: int) -> None:
-        """Begin anew; where time goes on, only the body does."""
+        """Reset; if time continues, only the body is reset."""
         self._told_pause = False
         if self.now_ns:
             self._order("start_over")
@@ -188,7 +191,7 @@ class HostedEngine(RosEngine):
                 self._ask("close")
         give_back(self._host, usable=not self._dialogue.broken)
 
-    # -- what moves
+    # -- states
 
     def _do_model_motion(self, model: str) -> ModelMotion:
         if not self._knows_motions:
@@ -213,24 +216,24 @@ class HostedEngine(RosEngine):
         return wrench
 
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
-        picture: ImageArray = self._ask("render", model, link, camera)
-        return picture
+        image: ImageArray = self._ask("render", model, link, camera)
+        return image
 
     def _do_depth(self, model: str, link: str, camera: str) -> DepthArray:
-        picture: DepthArray = self._ask("depth", model, link, camera)
-        return picture
+        image: DepthArray = self._ask("depth", model, link, camera)
+        return image
 
-    # -- what is changed
+    # -- changes
 
     def _do_load(self, scene: Scene) -> None:
         self._order("load", scene)
-        self._where = self._whereabouts(scene)
+        self._where = self._pose_source(scene)
 
     def _do_configuration(self, model: str) -> None:
-        """The body keeps it."""
+        """The body stores it."""
 
     def _do_configure(self, model: str, configuration: object) -> None:
-        """The body has kept it."""
+        """The body has stored it."""
 
     def _do_place(self, model: str, motion: ModelMotion) -> None:
         self._order("place", model, motion)
@@ -249,3 +252,8 @@ class HostedEngine(RosEngine):
 
     def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
         self._order("push", body, wrench)
+
+
+def _is_told(topic: TopicInfo) -> bool:
+    """Return whether the messages of a topic are in ROS; services are answered in this process."""
+    return topic.response is None

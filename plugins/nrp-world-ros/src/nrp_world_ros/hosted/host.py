@@ -16,24 +16,24 @@ from nrp_core.errors import BackendLoadError
 from nrp_world_ros.hosted.body import HostedBody
 from nrp_world_ros.hosted.hosts import Opened, Order, Place, await_other
 from nrp_world_ros.hosted.notes import Answer, Notes, portable
-from nrp_world_ros.hosted.simulator import Simulator
 from nrp_world_ros.lockstep import DONE, GO, Turns
 from nrp_world_ros.ros2.node import Ros2Node
+from nrp_world_ros.simulator import Simulator
 
 Orders = SimpleQueue[tuple[Order, Place]]
 
 
 def main() -> None:
-    """Simulate what is ordered, one world after the other, until nobody is there to order."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is for the loop, which ends this
-    told = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what engines print is no answer
+    """Simulate the requested worlds, one after the other, until the other process ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the loop, which ends this process
+    answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # output of engines must not mix with answers
     orders: Orders = SimpleQueue()
     Thread(target=_listen, args=(sys.stdin.buffer, orders), daemon=True).start()
 
     def tell(answer: Answer) -> None:
-        pickle.dump(answer, told)
-        told.flush()
+        pickle.dump(answer, answers)
+        answers.flush()
 
     try:
         node = Ros2Node("nrp_body", domain=int(sys.argv[1]))
@@ -46,7 +46,7 @@ def main() -> None:
 
 
 def _listen(source: BinaryIO, orders: Orders) -> None:
-    """Take orders; where no more can come, end whatever is being done."""
+    """Receive requests; at the end of input, end the present work."""
     try:
         while True:
             orders.put(pickle.load(source))
@@ -57,7 +57,7 @@ def _listen(source: BinaryIO, orders: Orders) -> None:
 def _simulate(order: Order, place: Place, node: Ros2Node, tell: Callable[[Answer], None]) -> None:
     try:
         world = Simulator.named(order.body, order.options).open(order.scene, order.seed)
-    except Exception as error:  # noqa: BLE001  told to the loop
+    except Exception as error:  # noqa: BLE001  reported to the loop
         tell(Answer(error=portable(error)))
         return
     with world:
@@ -67,7 +67,7 @@ def _simulate(order: Order, place: Place, node: Ros2Node, tell: Callable[[Answer
         await_other(node)
         tell(Answer(Opened(tuple(world.warnings), world.engine.image_scale)))
         body.serve(turns)
-        await_other(node, there=False)  # who has the last answer
+        await_other(node, there=False)  # the last answer was sent
     node.move("")
 
 

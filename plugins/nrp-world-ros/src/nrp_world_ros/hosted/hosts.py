@@ -1,6 +1,7 @@
 """The processes that simulate bodies for this one.
 
-Starting one takes a second, as does finding it in ROS; so one that has no body any more is kept for the next.
+Starting one takes a second, as does its discovery in ROS; so a process without a body is kept for the next
+one.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from nrp_core.errors import SimulationError
-from nrp_core.world import Closing, Scene
+from nrp_core.world import Closing, Finding, Scene
 
 from nrp_world_ros.hosted.notes import Answer, Notes
 from nrp_world_ros.lockstep import DONE, GO, Turn
@@ -27,17 +28,17 @@ from nrp_world_ros.ros2.network import domain_number
 from nrp_world_ros.ros2.node import Ros2Node
 
 _KEPT = 4
-"""How many without a body are kept."""
+"""Number of processes without a body that are kept."""
 
 _KEY_BYTES = 32
 
 POLL_S = 0.0005
-"""How often to look whether the other is there; on loopback it takes some ms to be found."""
+"""Polling period of the discovery; on loopback discovery takes some ms."""
 
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """What to simulate: a scene with a seed, by a backend with options."""
+    """A request for a simulation: a scene, a seed, a backend and its options."""
 
     scene: Scene
     seed: int
@@ -47,7 +48,7 @@ class Order:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where in ROS the two meet, and what only they know."""
+    """The namespace of the two processes in ROS, and their secret key."""
 
     namespace: str
     key: bytes
@@ -55,14 +56,14 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """What a world says when it was opened; see :class:`~nrp_core.world.world.World`."""
+    """The description of an opened world; see :class:`~nrp_core.world.world.World`."""
 
-    warnings: tuple[str, ...]
+    warnings: tuple[Finding, ...]
     image_scale: float
 
 
 class _MeetingNode(Ros2Node):
-    """A node that also looks whether the other one lives."""
+    """A node that also checks whether the other process lives."""
 
     def __init__(self, domain: int, look: Callable[[], None]) -> None:
         super().__init__("nrp_loop", domain=domain)
@@ -74,24 +75,24 @@ class _MeetingNode(Ros2Node):
 
 
 class Host(Closing):
-    """A process that simulates one body at a time, and the node by which this process meets it.
+    """A process that simulates one body at a time, and this process's node for it.
 
-    Orders go through its standard input, and its first answers come from its standard output; all else goes
-    over ROS. Its standard input ends when this process does, and so does it.
+    Requests go to its standard input, and first answers come from its standard output; all else goes over
+    ROS. Its standard input closes when this process ends, and then it ends, too.
 
     Args:
-        domain: of ROS 2.
+        domain: the domain of ROS 2.
 
     Attributes:
-        node: of this process.
-        notes: for what is said to this body alone.
+        node: the node of this process.
+        notes: for requests to this body.
 
     Raises:
-        BackendLoadError: Cyclone DDS is not there, or cannot use the network.
+        BackendLoadError: Cyclone DDS is not installed, or cannot use the network.
     """
 
     def __init__(self, domain: int) -> None:
-        load_dds()  # or say what is missing before a process finds out
+        load_dds()  # fails here if something is missing, before a process is started
         self.domain = domain
         self._simulates = "nothing yet"
         self._places = 0
@@ -104,11 +105,11 @@ class Host(Closing):
             raise
 
     def open(self, order: Order) -> Opened:
-        """Let it open a world, and meet it in a place of ROS where nobody else is.
+        """Request a world, and connect to it in a separate namespace of ROS.
 
         Raises:
             SimulationError: the process has ended.
-            Exception: what was raised there.
+            Exception: the exception raised there.
         """
         self._simulates = order.body
         self._places += 1
@@ -143,7 +144,7 @@ class Host(Closing):
 
     @property
     def lives(self) -> bool:
-        """Whether the process is there."""
+        """Whether the process is alive."""
         return self._process.poll() is None
 
     def close(self) -> None:
@@ -157,14 +158,14 @@ class Host(Closing):
 
 
 def await_other(node: Ros2Node, *, there: bool = True) -> None:
-    """Wait until the two have found each other, as far as a node can tell, or until the other has left."""
+    """Wait until both have discovered each other, or until the other has left."""
     while any((node.peers(topic) > 0) is not there for topic in (GO, DONE)):
         node.check()
         time.sleep(POLL_S)
 
 
 _idle: dict[int, list[Host]] = {}
-"""By the process that they are of, for a copy of this process has none."""
+"""Hosts by process id, because a fork of this process has none."""
 
 
 def borrow(domain: int | None) -> Host:
@@ -191,7 +192,7 @@ def give_back(host: Host, *, usable: bool) -> None:
 
 @atexit.register
 def end_idle() -> None:
-    """End the processes that wait for a world, as happens at the end of this process."""
+    """End the processes without a world; called at the end of this process."""
     for host in _idle.pop(os.getpid(), []):
         with suppress(SimulationError):
             host.close()

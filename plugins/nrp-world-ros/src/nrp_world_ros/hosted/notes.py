@@ -1,7 +1,7 @@
-"""What a loop asks of its own body, and what that answers, as bytes that travel with their turns.
+"""Requests of a loop to its body, and the answers, as bytes that are sent at the end of turns.
 
-They are Python pickles, which can do anything to who reads them; so each carries a code that only the two
-can make (HMAC, RFC 2104), and no other is read.
+They are Python pickles, which can run any code in their reader; so each carries a code that only the two can
+make (HMAC, RFC 2104), and others are refused.
 """
 
 from __future__ import annotations
@@ -12,13 +12,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from nrp_core.errors import SimulationError
+from nrp_core.world import Finding
 
 _HASH, _LENGTH = "sha256", 32
 
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """What to do or to tell: the name of it, and with what."""
+    """A request: the name of an operation, and its arguments."""
 
     name: str
     arguments: tuple[Any, ...] = ()
@@ -26,17 +27,17 @@ class Question:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What came of it: a value, or why there is none, and what was noticed meanwhile."""
+    """The answer: a value or an error, and the warnings meanwhile."""
 
     value: Any = None
     error: Exception | None = None
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Finding, ...] = ()
 
     def taken(self) -> Any:
         """Return the value.
 
         Raises:
-            Exception: what was raised there instead.
+            Exception: the exception raised there.
         """
         if self.error is not None:
             raise self.error
@@ -44,7 +45,7 @@ class Answer:
 
 
 def portable(error: Exception) -> Exception:
-    """Return an error as it can travel: as one of ours if not as it is."""
+    """Return an error that can be pickled: one of ours if the original cannot."""
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:  # noqa: BLE001  whatever its own code does then
@@ -53,10 +54,10 @@ def portable(error: Exception) -> Exception:
 
 
 class Notes:
-    """Writes and reads them.
+    """Writes and reads requests and answers.
 
     Args:
-        key: what only the two know.
+        key: the secret key of the two processes.
     """
 
     def __init__(self, key: bytes) -> None:
@@ -68,10 +69,10 @@ class Notes:
         return hmac.digest(self._key, data, _HASH) + data
 
     def read(self, note: bytes) -> Any:
-        """Return the question or the answer.
+        """Return the request or the answer.
 
         Raises:
-            SimulationError: somebody else wrote it.
+            SimulationError: it is from somebody else.
         """
         code, data = note[:_LENGTH], note[_LENGTH:]
         if not hmac.compare_digest(code, hmac.digest(self._key, data, _HASH)):

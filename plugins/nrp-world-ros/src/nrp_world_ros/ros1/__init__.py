@@ -1,4 +1,4 @@
-"""ROS 1, by way of rospy."""
+"""ROS 1 through rospy."""
 
 from nrp_world_ros.ros1.load import INSTALL, load_rospy
 

@@ -1,4 +1,4 @@
-"""This process as a node of ROS. rospy allows one node to a process, and starts it once."""
+"""This process as a node of ROS. rospy allows one node per process, started once."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class Ros1Node(Node):
     """See :class:`~nrp_world_ros.node.Node`.
 
     Args:
-        name: what the node is called, if nothing else in this process has started it before.
-        queue: how many messages wait for a listener that is slow, before the oldest are lost; 0: all.
+        name: name of the node, unless this process has already started one.
+        queue: queue length for a slow subscriber, beyond which the oldest messages are lost; 0: unlimited.
 
     Raises:
-        BackendLoadError: rospy is not there, or no master is.
+        BackendLoadError: rospy is not installed, or there is no master.
     """
 
     tool = "rostopic"
@@ -94,10 +94,10 @@ class Ros1Node(Node):
         return [topic for topic, peers in self._ends().items() if peers()]
 
     def sees(self, topic: str, other: str) -> bool:
-        return True  # both sides of a connection of TCP know of it
+        return True  # a TCP connection is known on both sides
 
     def _ends(self) -> dict[str, Callable[[], int]]:
-        """Return what counts the connections of each topic."""
+        """Return the objects that count the connections of each topic."""
         listeners = {topic: listener.get_num_connections for topic, listener in self._listeners.items()}
         return listeners | {topic: publisher.peers for topic, publisher in self._publishers.items()}
 
@@ -112,7 +112,7 @@ class Ros1Node(Node):
             time.sleep(0.01)
 
     def _known(self, answers: Callable[[str], bool]) -> dict[str, int]:
-        """Return how many others there are on the other side of each of our topics."""
+        """Return the number of nodes on the other side of each topic."""
         try:
             publishing, listening, _ = self._master.getSystemState()
         except Exception as error:
@@ -127,7 +127,7 @@ class Ros1Node(Node):
         }
 
     def _answers(self, node: str) -> bool:
-        """Whether a node is there; the master goes on listing those that have died."""
+        """Return whether a node is alive; the master keeps listing dead ones."""
         try:
             _reach(self._master.lookupNode(node))
         except Exception:  # noqa: BLE001  the master says in one way of its own that there is none
@@ -143,7 +143,7 @@ class Ros1Node(Node):
         self._checked_s = time.monotonic()
 
     def _require_master(self) -> None:
-        """Look for the master; without one, rospy would wait for it for ever where it joins a topic."""
+        """Check the master; without one, rospy would wait forever when it joins a topic."""
         try:
             self._look_for_master()
         except _NOT_HERE as error:
@@ -163,7 +163,7 @@ class Ros1Node(Node):
         try:
             self._look_for_master()
         except _NOT_HERE:
-            return  # there is nobody to tell, and rospy would complain once for each topic
+            return  # without a master rospy would log an error for each topic
         for end in (*self._publishers.values(), *self._listeners.values()):
             end.unregister()
         for service in self._services:
@@ -174,18 +174,18 @@ class Ros1Node(Node):
 
 
 def _unmoved(*_error: object) -> None:
-    """Leave an error to the caller, whom rospy tells it; it is no fault of this process."""
+    """Pass an error to the caller through rospy; it is not a fault of this process."""
 
 
 def _reach(uri: str) -> None:
-    """Look whether somebody listens at ``http://host:port``.
+    """Check that there is a server at ``http://host:port``.
 
     Raises:
-        OSError, ValueError: nobody does.
+        OSError, ValueError: there is none.
     """
     parts = urlsplit(uri)
     if parts.hostname is None or parts.port is None:
-        raise ValueError("that is no http://host:port")
+        raise ValueError("that is not http://host:port")
     socket.create_connection((parts.hostname, parts.port), timeout=2.0).close()
 
 

@@ -1,7 +1,7 @@
-"""Message classes as rospy wants them, for any type, without ROS's message packages.
+"""Message classes for rospy, for any type, without ROS's message packages.
 
-rospy needs to know of a message its type, a check sum, the text of its definition, and bytes. The platform's
-codec has them all, also for types that no ROS package on this machine has.
+rospy needs the type of a message, a checksum, the text of its definition, and bytes. The platform's codec has
+them all, also for types that are not installed on this machine.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ CODEC = Ros1Codec()
 
 @cache
 def wire_type(name: str) -> type[Any]:
-    """Return rospy's message class for a type that the codec knows.
+    """Return rospy's message class for a type of the codec.
 
     Args:
         name: the full name, ``package/msg/Type``.
@@ -24,7 +24,7 @@ def wire_type(name: str) -> type[Any]:
     import genpy
 
     class Wire(genpy.Message):  # type: ignore[misc]
-        """A message that is not looked into."""
+        """A message as bytes."""
 
         __slots__ = ["data"]
         _slot_types = ["uint8[]"]  # noqa: RUF012  rospy's own name for what it reads
@@ -51,8 +51,8 @@ def wire_service(request: str, response: str) -> type[Any]:
     """Return rospy's class of a service.
 
     Args:
-        request: full name of one of its messages, ``package/msg/NameRequest``.
-        response: that of the other, ``package/msg/NameResponse``.
+        request: full name of the request, ``package/msg/NameRequest``.
+        response: full name of the response, ``package/msg/NameResponse``.
     """
     content = {
         "_type": request.replace("/msg/", "/").removesuffix("Request"),

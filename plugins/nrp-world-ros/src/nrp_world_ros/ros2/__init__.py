@@ -1,4 +1,4 @@
-"""ROS 2, by way of DDS: no installation of ROS is needed."""
+"""ROS 2 through DDS, without an installation of ROS."""
 
 from nrp_world_ros.ros2.load import INSTALL, load_dds
 

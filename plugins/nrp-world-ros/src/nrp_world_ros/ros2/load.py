@@ -1,4 +1,4 @@
-"""Load Cyclone DDS, or say how to get it."""
+"""Load Cyclone DDS, or report how to install it."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ def load_dds() -> ModuleType:
     """Return Cyclone DDS.
 
     Raises:
-        BackendLoadError: it is not there.
+        BackendLoadError: it is not installed.
     """
     try:
         import cyclonedds.domain
     except ImportError as error:
-        raise BackendLoadError(f"ROS 2 is not in this Python ({error}); try: {INSTALL}") from error
+        raise BackendLoadError(f"ROS 2 is not in this Python ({error})", remedy=INSTALL) from error
     module: ModuleType = cyclonedds
     return module

@@ -1,4 +1,4 @@
-"""What others send in ROS 2, taken by a thread of ours as it comes."""
+"""Receive messages in ROS 2 in a separate thread."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from nrp_core.world.messages.cdr import Codec
 from nrp_world_ros.inbox import Inbox, Letter
 
 _AT_ONCE = 64
-"""How many messages of a topic are taken at a time."""
+"""Number of messages of a topic that are taken at a time."""
 
 _GONE = "somebody who has left"
 
 
 class Mail(Closing):
-    """Puts what comes on topics into an inbox.
+    """Puts received messages into an inbox.
 
-    DDS delivers in threads of its own, which nothing should hold up: a thread of ours waits for them.
+    DDS delivers in its own threads, which must not be blocked, so a separate thread waits for messages.
 
     Args:
-        participant: of DDS.
-        inbox: where messages go.
-        codec: reads them.
+        participant: the participant of DDS.
+        inbox: receives the messages.
+        codec: decodes them.
     """
 
     def __init__(self, participant: Any, inbox: Inbox, codec: Codec) -> None:
@@ -44,38 +44,38 @@ class Mail(Closing):
         self._thread.start()
 
     def ends(self) -> dict[str, Callable[[], int]]:
-        """Return what counts those who publish, by topic."""
+        """Return the readers that count publishers, by topic."""
         return {topic: reader.peers for topic, reader in self._readers.items()}
 
     def __contains__(self, topic: str) -> bool:
         return topic in self._readers
 
     def open(self, topic: str, kind: str, subject: Any, qos: Any) -> None:
-        """Listen to a topic.
+        """Subscribe to a topic.
 
         Args:
             topic: its name.
             kind: type of its messages.
-            subject: the topic of DDS.
-            qos: what is asked of those who send.
+            subject: the DDS topic.
+            qos: the quality of service requested of publishers.
         """
         reader = _Reader(topic, kind, subject, qos, self._participant)
         self._readers[topic] = reader
         self._waiting.attach(reader.condition)
 
     def adapt(self) -> None:
-        """Ask less of those who promise less, as drivers of sensors do: their best effort is enough."""
+        """Request only best effort from publishers that offer less, as drivers of sensors do."""
         for topic, reader in list(self._readers.items()):
             if reader.asks_too_much():
                 self._waiting.detach(reader.condition)
                 self.open(topic, reader.kind, reader.subject, reader.modest())
 
     def senders(self, topic: str) -> set[str]:
-        """Return the participants that publish on a topic that is listened to."""
+        """Return the participants that publish on a subscribed topic."""
         return self._readers[topic].senders()
 
     def check(self) -> None:
-        """Look whether messages are still taken.
+        """Check that messages are still received.
 
         Raises:
             SimulationError: they are not.
@@ -88,7 +88,7 @@ class Mail(Closing):
             while not self._end.read():
                 self._waiting.wait(10 * NS_PER_S)
                 self._deliver()
-        except Exception as error:  # noqa: BLE001  told to the loop, which runs in another thread
+        except Exception as error:  # noqa: BLE001  reported to the loop, which runs in another thread
             self._error = error
 
     def _deliver(self) -> None:
@@ -98,14 +98,14 @@ class Mail(Closing):
                     self._inbox.add(Letter(reader.topic, reader.kind, data, sender, self._codec))
 
     def clear(self) -> None:
-        """Listen to no topic any more."""
+        """End all subscriptions."""
         with self._taking:
             for reader in self._readers.values():
                 self._waiting.detach(reader.condition)
             self._readers.clear()
 
     def close(self) -> None:
-        """Listen no more."""
+        """End the subscription."""
         if self._end is None:
             return
         self._end.set(True)
@@ -115,21 +115,21 @@ class Mail(Closing):
 
 
 def participants(handles: Iterable[int], known: dict[int, str], look_up: Callable[[int], Any]) -> set[str]:
-    """Return to which participants others belong.
+    """Return the participants of other publishers.
 
     Args:
-        handles: by which DDS names the others.
-        known: those who were looked up before; those who were not are added.
-        look_up: asks DDS, which takes its time.
+        handles: DDS handles of the publishers.
+        known: cache of earlier look-ups; new ones are added.
+        look_up: queries DDS, which is slow.
     """
     for handle in set(handles) - known.keys():
-        if (other := look_up(handle)) is not None:  # else it has left meanwhile
+        if (other := look_up(handle)) is not None:  # otherwise it has left meanwhile
             known[handle] = str(other.participant_key)
     return {known[handle] for handle in handles if handle in known}
 
 
 class _Reader:
-    """Takes what comes on one topic."""
+    """Receives the messages of one topic."""
 
     def __init__(self, topic: str, kind: str, subject: Any, qos: Any, participant: Any) -> None:
         from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
@@ -141,12 +141,12 @@ class _Reader:
         self._known: dict[int, str] = {}
 
     def take(self) -> Iterator[tuple[bytes, str]]:
-        """Yield the bytes that have come, and who sent them."""
+        """Yield the received bytes with their senders."""
         from cyclonedds.internal import InvalidSample
 
         while samples := self._reader.take(_AT_ONCE):
             for sample in samples:
-                if not isinstance(sample, InvalidSample):  # those tell that somebody has left
+                if not isinstance(sample, InvalidSample):  # those report that a publisher has left
                     yield sample.data, self._sender(sample.sample_info.publication_handle)
 
     def _sender(self, handle: int) -> str:
@@ -154,21 +154,21 @@ class _Reader:
         return next(iter(participants([handle], self._known, look_up)), _GONE)
 
     def peers(self) -> int:
-        """Return how many publish here."""
+        """Return the number of publishers."""
         return int(self._reader.get_subscription_matched_status().current_count)
 
     def senders(self) -> set[str]:
-        """Return the participants that publish here."""
+        """Return the publishing participants."""
         handles = self._reader.get_matched_publications()
         return participants(handles, self._known, self._reader.get_matched_publication_data)
 
     def asks_too_much(self) -> bool:
-        """Whether all who publish here promise less than is asked."""
+        """Return whether all publishers offer less than is requested."""
         refused = self._reader.get_requested_incompatible_qos_status().total_count
         return bool(refused) and not self.peers()
 
     def modest(self) -> Any:
-        """Return what asks for no more than the best effort of others."""
+        """Return a quality of service that requests only best effort."""
         from cyclonedds.core import Policy, Qos
 
         asked = [each for each in self._qos if not isinstance(each, Policy.Reliability.Reliable)]

@@ -1,7 +1,7 @@
-"""Which domain of ROS 2 this process is in, and which networks it can be reached from: by default none.
+"""The domain of ROS 2 of this process, and the networks from which it can be reached: by default none.
 
-The variables are ROS 2's own. Only a default differs: without ``ROS_AUTOMATIC_DISCOVERY_RANGE`` a node of ROS
-looks for others on the whole subnet, and one of ours on this machine.
+The variables are those of ROS 2. Only a default differs: without ``ROS_AUTOMATIC_DISCOVERY_RANGE`` a node of
+ROS searches the whole subnet, a node of this package only this machine.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from xml.sax.saxutils import quoteattr
 
 from nrp_core.errors import BackendLoadError, did_you_mean
 
-from nrp_world_ros.backend import LAST_DOMAIN
+from nrp_world_ros.options import LAST_DOMAIN
 
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 _MACHINE, _SUBNET = "LOCALHOST", "SUBNET"
@@ -32,8 +32,8 @@ def domain_number(chosen: int | None, environ: Mapping[str, str] = os.environ) -
     """Return the number of the domain.
 
     Args:
-        chosen: by the user; None: ``ROS_DOMAIN_ID`` says, else it is 0.
-        environ: the variables.
+        chosen: the user's choice; None: ``ROS_DOMAIN_ID``, else 0.
+        environ: the environment variables.
 
     Raises:
         BackendLoadError: there is no such domain.
@@ -45,10 +45,10 @@ def domain_number(chosen: int | None, environ: Mapping[str, str] = os.environ) -
 
 
 def on_this_machine_only(environ: Mapping[str, str] = os.environ) -> bool:
-    """Whether no other machine can reach this process, as it is unless the user asks for it.
+    """Return whether other machines cannot reach this process, which is the default.
 
     Raises:
-        BackendLoadError: the range is none that ROS 2 has.
+        BackendLoadError: ROS 2 does not have such a range.
     """
     wanted = environ.get(_RANGE, _MACHINE)
     if wanted not in _RANGES:
@@ -58,7 +58,7 @@ def on_this_machine_only(environ: Mapping[str, str] = os.environ) -> bool:
 
 
 def configuration(environ: Mapping[str, str] = os.environ) -> str:
-    """Return what Cyclone DDS is told of the network, its own ``CYCLONEDDS_URI`` having the last word."""
+    """Return the network configuration for Cyclone DDS; its own ``CYCLONEDDS_URI`` takes precedence."""
     peers = [peer for peer in environ.get("ROS_STATIC_PEERS", "").split(";") if peer]
     general = ""
     if on_this_machine_only(environ):
@@ -76,7 +76,7 @@ def configuration(environ: Mapping[str, str] = os.environ) -> str:
 
 
 def participate(number: int) -> tuple[Any, Any]:
-    """Return the domain of a number, shared by all in this process, and a new participant of it.
+    """Return the domain with a number, shared in this process, and a new participant of it.
 
     Raises:
         BackendLoadError: DDS cannot use the network.
@@ -98,19 +98,19 @@ def participate(number: int) -> tuple[Any, Any]:
 
 
 def _open_sockets() -> set[int]:
-    """Return the sockets of this process; none where the system does not tell."""
+    """Return the sockets of this process; empty if the system does not list them."""
     found = set()
     for link in _SOCKETS.iterdir() if _SOCKETS.exists() else ():
-        with suppress(OSError):  # the one by which they are listed
+        with suppress(OSError):  # the descriptor used for the list
             if link.readlink().name.startswith("socket:"):
                 found.add(int(link.name))
     return found
 
 
 def _fence(sockets: set[int]) -> None:
-    """Let nothing but the loopback device into sockets; Cyclone DDS would always listen on all devices.
+    """Bind sockets to the loopback device; Cyclone DDS always listens on all devices.
 
-    See https://github.com/eclipse-cyclonedds/cyclonedds/issues/1923. Only Linux can; there since 5.7 without
+    See https://github.com/eclipse-cyclonedds/cyclonedds/issues/1923. This needs Linux; since 5.7 without
     privileges.
     """
     if sys.platform != "linux":

@@ -1,6 +1,6 @@
 """This process as a node of ROS 2: a participant of DDS, with ROS 2's names for topics and types.
 
-Nobody keeps a list of who is there; everybody finds the others, which takes a moment.
+There is no central list of nodes; they discover each other, which takes a moment.
 """
 
 from __future__ import annotations
@@ -22,28 +22,28 @@ from nrp_world_ros.ros2.presence import announce
 from nrp_world_ros.ros2.types import DdsTypes, dds_topic
 
 _DISCOVERY_S = 1.0
-"""How long the others may take to find a new node, and it them; on loopback it is a tenth of that."""
+"""Time limit of the mutual discovery of a new node and others, s; a tenth of it on loopback."""
 
 _MUTUAL_S = 0.2
-"""How long one that was just found may need to find us, too."""
+"""Time limit for a discovered node to discover this one, s."""
 
 _HELD_UP_S = 10.0
-"""How long a listener may hold us up if it is to get every message."""
+"""Maximum blocking time by a slow subscriber that must get every message, s."""
 
 _HARDLY_S = 0.01
-"""How long it may if it is not: then messages are lost instead."""
+"""The same if messages may be lost, s."""
 
 
 class Ros2Node(Node):
     """See :class:`~nrp_world_ros.node.Node`.
 
     Args:
-        name: what the node is called.
-        queue: how many messages wait for a listener that is slow, before the oldest are lost; 0: all.
-        domain: its number; None: ``ROS_DOMAIN_ID`` says, else it is 0.
+        name: name of the node.
+        queue: queue length for a slow subscriber, beyond which the oldest messages are lost; 0: unlimited.
+        domain: its number; None: ``ROS_DOMAIN_ID``, else 0.
 
     Raises:
-        BackendLoadError: Cyclone DDS is not there, or cannot use the network.
+        BackendLoadError: Cyclone DDS is not installed, or cannot use the network.
     """
 
     tool = "ros2 topic"
@@ -60,13 +60,13 @@ class Ros2Node(Node):
         self._matched: tuple[dict[str, int], float] = ({}, time.monotonic())
         self._joined_s = time.monotonic()
         self._presence = announce(name, self._participant, self.codec, self._types)
-        # its thread starts when all else is there
+        # its thread starts after all else
         self._mail = Mail(self._participant, self.inbox, self.codec)
 
     # -- topics
 
     def move(self, namespace: str) -> None:
-        """Leave all topics; those of which is spoken from now on lie below a namespace, ``/there``."""
+        """Leave all topics; later ones are below a namespace, ``/there``."""
         self._require_open()
         self._leave_topics()
         self._namespace = namespace
@@ -108,7 +108,7 @@ class Ros2Node(Node):
             raise TopicError(f"{topic} cannot be a topic of ROS 2: {error}") from error
 
     def _qos(self, name: str, queue: int) -> Any:
-        """Return ROS 2's default: what is sent arrives, but not at those who come later."""
+        """Return ROS 2's default quality of service: reliable, and volatile for late subscribers."""
         from cyclonedds.core import Policy, Qos
 
         return Qos(
@@ -123,10 +123,10 @@ class Ros2Node(Node):
     def serve(self, service: str, request: str, response: str, answer: Callable[[bytes], memoryview]) -> None:
         raise NotImplementedError("the transports of ROS 2 do not agree on how a call is carried")
 
-    # -- who is there
+    # -- discovery
 
     def _ends(self) -> dict[str, Callable[[], int]]:
-        """Return what counts the others on each of our topics."""
+        """Return the objects that count the nodes on each topic."""
         writers = {topic: writer.peers for topic, writer in self._writers.items()}
         return self._mail.ends() | writers
 
@@ -171,14 +171,14 @@ class Ros2Node(Node):
 
 
 class _Ros2Publisher(Closing):
-    """Publishes on one topic; if that is lossy, what a listener does not take is lost to all."""
+    """Publishes on one topic; if it is lossy, a message that one subscriber does not take is lost for all."""
 
     def __init__(self, topic: str, writer: Any, codec: Codec, *, lossy: bool) -> None:
         self._topic, self._writer, self._codec, self._lossy = topic, writer, codec, lossy
         self._known: dict[int, str] = {}
 
     def listeners(self) -> set[str]:
-        """Return the participants that listen."""
+        """Return the subscribed participants."""
         handles = self._writer.get_matched_subscriptions()
         return participants(handles, self._known, self._writer.get_matched_subscription_data)
 
@@ -193,7 +193,7 @@ class _Ros2Publisher(Closing):
             self._writer.write(self._writer.data_type(data))
         except DDSException as error:
             if not (self._lossy and error.code == DDSException.DDS_RETCODE_TIMEOUT):
-                raise SimulationError(f"what is sent on {self._topic} is not taken: {error}") from error
+                raise SimulationError(f"a message on {self._topic} was not accepted: {error}") from error
 
     def close(self) -> None:
         """Leave the topic."""

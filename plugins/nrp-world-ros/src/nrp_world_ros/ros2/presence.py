@@ -1,6 +1,6 @@
-"""The names of nodes: ROS 2 shows a participant as a node when it says on one topic which nodes it holds.
+"""The names of nodes: a participant in ROS 2 publishes the names of its nodes on one topic.
 
-The topic, its type and its promises are those of ROS 2's package ``rmw_dds_common`` as of Jazzy.
+The topic, its type and its quality of service are those of ROS 2's package ``rmw_dds_common`` as of Jazzy.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ _TYPE = "rmw_dds_common/msg/ParticipantEntitiesInfo"
 
 
 def announce(name: str, participant: Any, codec: Codec, types: DdsTypes) -> Any:
-    """Let ``ros2 node list`` show this process.
+    """Make this process visible in ``ros2 node list``.
 
     Args:
-        name: of the node.
-        participant: of DDS.
-        codec: of ROS 2.
-        types: of DDS.
+        name: name of the node.
+        participant: the participant of DDS.
+        codec: the codec of ROS 2.
+        types: the types of DDS.
 
     Returns:
-        what has to be kept for as long as it shall be shown.
+        Objects that must be kept while it is visible.
     """
     from cyclonedds.core import Policy, Qos
     from cyclonedds.pub import DataWriter

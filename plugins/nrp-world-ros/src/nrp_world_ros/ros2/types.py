@@ -1,4 +1,4 @@
-"""Message classes as DDS wants them, of any type: fields for it to compare, and bytes from our codec."""
+"""Message classes for DDS, of any type: fields for its comparison, and bytes from our codec."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from nrp_core.world.messages.cdr import Codec, MessageField
 
 
 def dds_topic(topic: str) -> str:
-    """Return the name that a topic of ROS 2 has in DDS."""
+    """Return the DDS name of a topic of ROS 2."""
     return f"rt{topic if topic.startswith('/') else f'/{topic}'}"
 
 
 def dds_name(name: str) -> str:
-    """Return the name that the type ``package/msg/Type`` has in DDS."""
+    """Return the DDS name of the type ``package/msg/Type``."""
     package, kind, short = name.split("/")
     return f"{package}::{kind}::dds_::{short}_"
 
 
 class DdsTypes:
-    """Makes them.
+    """Creates the classes.
 
     Args:
-        codec: knows the types.
+        codec: the codec with the types.
     """
 
     def __init__(self, codec: Codec) -> None:
@@ -30,7 +30,7 @@ class DdsTypes:
         self._made: dict[str, type[Any]] = {}
 
     def type(self, name: str) -> type[Any]:
-        """Return the class of a type that the codec knows, ``package/msg/Type``; it is made of bytes."""
+        """Return the class of a type of the codec, ``package/msg/Type``; its instances hold bytes."""
         if name not in self._made:
             from cyclonedds.idl import make_idl_struct
 

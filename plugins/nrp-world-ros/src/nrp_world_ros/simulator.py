@@ -1,4 +1,4 @@
-"""Which backend simulates a body, with what options."""
+"""The backend that simulates a body, and its options."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ class Simulator:
 
     @classmethod
     def named(cls, name: str, options: Mapping[str, Any]) -> Simulator:
-        """Find it.
+        """Find the backend.
 
         Args:
             name: its entry-point name.
-            options: as an experiment file gives them.
+            options: as in an experiment file.
 
         Raises:
             BackendError: there is no such backend, or it does not load.
-            ExperimentError: an option is wrong, or time passes by itself there.
+            ExperimentError: an option is wrong, or the backend runs in real time.
         """
         backend = worlds().load(name)
         try:
@@ -44,7 +44,7 @@ class Simulator:
 
     @property
     def capabilities(self) -> WorldCapabilities:
-        """What it has."""
+        """Its capabilities."""
         return self.backend.capabilities(self.options)
 
     def open(self, scene: Scene, seed: int) -> World:

@@ -1,4 +1,4 @@
-"""Where the models of a scene are, as ROS tells."""
+"""The poses of the models of a scene, from ROS."""
 
 from __future__ import annotations
 
@@ -8,18 +8,20 @@ from typing import Any
 from nrp_core.world import ModelMotion, Pose, Scene
 from nrp_core.world.messages.gazebo_msgs import ModelStates
 from nrp_core.world.messages.nav_msgs import Odometry
-from nrp_core.world.model_states import MODEL_STATES
+
+MODEL_STATES = "/gazebo/model_states"
+"""The topic with the poses and velocities of all models, in Gazebo and in every world of the platform."""
 
 
-class Whereabouts:
-    """What was told last: by the topic that a simulator has, else by a drive's odometry, else by the files.
+class ModelPoses:
+    """The last known states: from a simulator's topic, else from a drive's odometry, else from the files.
 
     Args:
         scene: the models, at the poses of their files.
-        by_odometry: whether odometry is listened to.
+        by_odometry: whether to use odometry.
 
     Attributes:
-        topics: where it is told, with the types of messages.
+        topics: the topics of poses, with the types of their messages.
     """
 
     def __init__(self, scene: Scene, *, by_odometry: bool = True) -> None:
@@ -35,24 +37,27 @@ class Whereabouts:
         self.topics: dict[str, type] = {MODEL_STATES: ModelStates, **dict.fromkeys(self._odometers, Odometry)}
 
     def motion(self, model: str) -> ModelMotion:
-        """Return where a model's frame is and how it moves, in the frame of the world."""
+        """Return pose and velocity of a model's frame, in the frame of the world."""
         return self._motions[model]
 
     def note(self, motions: Mapping[str, ModelMotion]) -> None:
-        """Take over what is known of models otherwise."""
+        """Set states of models that are known from elsewhere."""
         self._motions.update(motions)
 
     def take(self, topic: str, message: Any) -> None:
-        """Take in what was told."""
+        """Update the states from a message."""
         if topic == MODEL_STATES:
             for name, pose, twist in zip(message.name, message.pose, message.twist, strict=True):
                 if name in self._motions:
                     self._motions[name] = _motion(pose, twist)
                     self._seen.add(name)
         elif (name := self._odometers[topic]) not in self._seen:
-            told = _motion(message.pose.pose, message.twist.twist)
-            pose = self._homes[name].pose @ told.pose  # odometry begins where the model did,
-            linear, angular = pose.rotate(told.linear), pose.rotate(told.angular)  # its twist is the body's
+            motion = _motion(message.pose.pose, message.twist.twist)
+            pose = self._homes[name].pose @ motion.pose  # odometry begins where the model did,
+            linear, angular = (
+                pose.rotate(motion.linear),
+                pose.rotate(motion.angular),
+            )  # its twist is the body's
             self._motions[name] = ModelMotion(pose, linear, angular)
 
 

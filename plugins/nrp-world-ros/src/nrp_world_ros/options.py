@@ -1,0 +1,85 @@
+"""Options of the ``ros`` backend."""
+
+from __future__ import annotations
+
+from enum import IntEnum, StrEnum
+from typing import Annotated, Any, Self
+
+from nrp_core.clock import NS_PER_MS, NS_PER_S
+from nrp_core.errors import BackendError
+from nrp_core.quantities import DurationNs
+from nrp_core.world import WorldOptions
+from pydantic import Field, model_validator
+
+from nrp_world_ros.simulator import Simulator
+
+LAST_DOMAIN = 232
+"""Maximum domain; DDS does not have ports for more."""
+
+
+class Ros(IntEnum):
+    """The versions of ROS."""
+
+    ONE = 1
+    """A master, TCP, rospy."""
+    TWO = 2
+    """DDS with automatic discovery."""
+
+
+class TimeSource(StrEnum):
+    """The source of the time."""
+
+    CLOCK = "clock"
+    """The topic ``/clock``, as a simulator publishes it."""
+    WALL = "wall"
+    """The clock of this machine."""
+    LOCKSTEP = "lockstep"
+    """The loop itself: a body under ``nrp ros-bridge --lockstep`` waits for it."""
+
+
+class RosOptions(WorldOptions):
+    """Options of the ``ros`` backend."""
+
+    ros: Annotated[Ros, Field(description="1 or 2: which ROS the body is in")] = Ros.ONE
+    domain: Annotated[
+        int | None,
+        Field(ge=0, le=LAST_DOMAIN, description="the domain of ROS 2; by default ROS_DOMAIN_ID says"),
+    ] = None
+    time: Annotated[TimeSource, Field(description="source of the time: clock, wall or lockstep")] = (
+        TimeSource.CLOCK
+    )
+    timestep: Annotated[DurationNs, Field(gt=0, description="the time grid of the loop")] = NS_PER_MS
+    patience: Annotated[DurationNs, Field(gt=0, description="time limit of waiting for ROS")] = 10 * NS_PER_S
+    body: Annotated[
+        str | None,
+        Field(description="the backend that simulates the body in a process of its own, behind ROS 2"),
+    ] = None
+    body_options: Annotated[
+        dict[str, Any], Field(default_factory=dict, description="the options of that backend")
+    ]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _suits_a_body_of_ours(cls, given: Any) -> Any:
+        """Set the defaults of a simulated body: ROS 2 and lockstep."""
+        if isinstance(given, dict) and given.get("body") is not None:
+            return {"ros": Ros.TWO, "time": TimeSource.LOCKSTEP, **given}
+        return given
+
+    @model_validator(mode="after")
+    def _agrees_with_itself(self) -> Self:
+        if self.domain is not None and self.ros is Ros.ONE:
+            raise ValueError("only ROS 2 has domains: say 'ros: 2', too")
+        if self.body is None:
+            if self.body_options:
+                raise ValueError("'body_options' are for a simulated body: say 'body', too")
+            return self
+        if (self.ros, self.time) != (Ros.TWO, TimeSource.LOCKSTEP):
+            raise ValueError("a simulated body is behind ROS 2, in lockstep: leave out 'ros' and 'time'")
+        if "timestep" in self.model_fields_set:
+            raise ValueError("the step of a simulated body is said in 'body_options'")
+        try:
+            Simulator.named(self.body, self.body_options)
+        except BackendError as error:  # wrong options are reported unchanged
+            raise ValueError(str(error)) from None
+        return self
