@@ -52,6 +52,7 @@ class SwapsReceptors(SmallBrain):
 
 @found_by(
     "a_synapse_moves_the_membrane_as_its_equations_say",
+    "an_injected_spike_is_like_one_of_a_source",
     "inhibition_holds_a_cell_back",
 )
 class IgnoresInhibition(SmallBrain):
@@ -64,11 +65,14 @@ class IgnoresInhibition(SmallBrain):
     "a_device_acts_within_its_delay_and_a_step",
     "a_source_acts_on_the_chosen_neurons_alone",
     "an_injected_spike_acts_after_its_delay",
+    "an_injected_spike_is_like_one_of_a_source",
     "each_cell_has_its_own_parameters",
     "each_synapse_has_its_own_delay",
     "each_synapse_has_its_own_weight",
     "every_kind_of_cell_can_be_heard_under_its_own_id",
     "many_cells_keep_apart",
+    "nothing_acts_before_its_delay",
+    "projections_between_the_same_cells_keep_their_delays_and_receptors",
     "spikes_reach_the_connected_cell_and_no_other",
     "the_noise_of_a_device_does_not_depend_on_other_devices",
     "two_synapses_onto_one_cell_add_up",
@@ -108,6 +112,7 @@ class KeepsOneEventAStep(SmallBrain):
     "a_fixed_frequency_source_sends_equidistant_spikes",
     "a_snapshot_keeps_what_a_device_has_sent",
     "an_injected_spike_acts_after_its_delay",
+    "an_injected_spike_is_like_one_of_a_source",
     "the_noise_of_a_device_does_not_depend_on_other_devices",
 )
 class SendsDeviceSpikesAtOnce(SmallBrain):
@@ -333,6 +338,7 @@ class _Unmoved(SmallBrain):
 
 @found_by(
     "a_reset_undoes_changes_and_a_snapshot_keeps_them",
+    "each_weight_changes_to_its_own",
     "parameters_change_from_now_on_or_are_refused",
     "weights_can_be_read_as_they_are",
     "weights_change_from_now_on_or_are_refused",

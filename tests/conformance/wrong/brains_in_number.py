@@ -73,6 +73,7 @@ class TakesTheFirstWeightOfAProjectionForAll(_Wires):
 
 @found_by(
     "a_cell_can_act_on_itself",
+    "projections_between_the_same_cells_keep_their_delays_and_receptors",
     "projections_between_the_same_populations_add_to_each_other",
     "two_synapses_onto_one_cell_add_up",
 )
@@ -108,6 +109,7 @@ class CountsTargetsInAByte(SmallBrain):
 
 
 @found_by(
+    "projections_between_the_same_cells_keep_their_delays_and_receptors",
     "source_cells_that_fire_at_once_all_act",
 )
 class HearsOneSourceAtATime(SmallBrain):
@@ -141,6 +143,7 @@ class StartsAtRest(SmallBrain):
 @found_by(
     "a_cell_fires_under_a_current_when_its_equations_say",
     "a_refractory_cell_fires_no_faster_than_it_may",
+    "nothing_acts_before_its_delay",
 )
 class ResetsToTheRest(SmallBrain):
     def fire(self, neuron: int) -> None:

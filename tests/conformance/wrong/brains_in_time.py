@@ -19,7 +19,9 @@ found_by = register(FOUND_BY, SmallBackend, "brain")
     "a_snapshot_keeps_spikes_in_flight",
     "a_spike_arrives_after_its_delay_and_not_before",
     "a_synapse_moves_the_membrane_as_its_equations_say",
+    "an_injected_spike_is_like_one_of_a_source",
     "each_synapse_has_its_own_delay",
+    "nothing_acts_before_its_delay",
 )
 class IgnoresDelays(SmallBrain):
     def send(self, neuron: int, time_ms: float) -> None:
@@ -30,6 +32,7 @@ class IgnoresDelays(SmallBrain):
 @found_by(
     "a_spike_arrives_after_its_delay_and_not_before",
     "a_synapse_moves_the_membrane_as_its_equations_say",
+    "an_injected_spike_is_like_one_of_a_source",
     "what_arrives_while_a_membrane_is_held_acts_when_it_is_free",
 )
 class AddsAMillisecondToDelays(SmallBrain):
@@ -39,6 +42,7 @@ class AddsAMillisecondToDelays(SmallBrain):
 
 @found_by(
     "each_synapse_has_its_own_delay",
+    "projections_between_the_same_cells_keep_their_delays_and_receptors",
 )
 class UsesTheFirstDelayForAll(SmallBrain):
     def send(self, neuron: int, time_ms: float) -> None:
@@ -49,6 +53,8 @@ class UsesTheFirstDelayForAll(SmallBrain):
 @found_by(
     "a_source_spike_at_the_edge_of_a_window_is_counted_once_and_acts_once",
     "a_synapse_moves_the_membrane_as_its_equations_say",
+    "an_injected_spike_is_like_one_of_a_source",
+    "projections_between_the_same_cells_keep_their_delays_and_receptors",
     "splitting_a_run_is_invisible",
 )
 class DropsSourceSpikesAtTheEdge(SmallBrain):
@@ -111,6 +117,7 @@ class ReportsSpikesTwice(SmallBrain):
 @found_by(
     "a_current_acts_from_the_moment_it_is_set",
     "every_spike_is_reported_in_the_window_it_lies_in",
+    "nothing_acts_before_its_delay",
 )
 class RunsTooFar(SmallBrain):
     def _do_run_until(self, t_ns: int) -> None:

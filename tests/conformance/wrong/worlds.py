@@ -45,6 +45,7 @@ class _Changes(_Opens):
     "a_camera_sees_from_where_it_is_in_its_link",
     "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
     "a_visual_is_where_and_as_it_lies_in_its_link",
+    "every_visual_of_a_link_is_seen",
     "left_is_left",
     "turning_left_moves_what_is_ahead_to_the_right",
 )
@@ -68,13 +69,15 @@ class IsUpsideDown(MujocoEngine):
     "a_camera_sees_from_where_it_is_in_its_link",
     "a_camera_that_is_tilted_down_sees_what_is_ahead_further_up",
     "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
+    "an_image_shows_the_moment_of_its_stamp",
     "a_new_colour_is_seen_within_one_period",
-    "a_picture_shows_the_moment_of_its_stamp",
     "a_thing_is_as_wide_as_its_distance_and_the_field_of_view_make_it",
     "a_visual_is_where_and_as_it_lies_in_its_link",
     "channels_are_red_green_blue",
     "coming_nearer_makes_things_larger",
     "each_robot_sees_with_its_own_camera",
+    "edges_are_in_the_pixels_of_a_pinhole",
+    "every_visual_of_a_link_is_seen",
     "left_is_left",
     "turning_left_moves_what_is_ahead_to_the_right",
     "up_is_up",
@@ -86,32 +89,32 @@ class GivesBlueFirst(MujocoEngine):
 
 
 @found_by(
-    "an_old_picture_does_not_change_when_a_new_one_is_taken",
+    "an_old_image_does_not_change_when_a_new_one_is_taken",
 )
-class UsesOneBufferForAllPictures(MujocoEngine):
+class UsesOneBufferForAllImages(MujocoEngine):
     buffer: ImageArray | None = None
 
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
-        picture = super()._do_render(model, link, camera)
-        if self.buffer is None or self.buffer.shape != picture.shape:
-            self.buffer = picture.copy()
+        image = super()._do_render(model, link, camera)
+        if self.buffer is None or self.buffer.shape != image.shape:
+            self.buffer = image.copy()
         self.buffer.flags.writeable = True
-        self.buffer[:] = picture
+        self.buffer[:] = image
         return self.buffer
 
 
 @found_by(
     "a_new_colour_is_seen_within_one_period",
-    "a_picture_shows_the_moment_of_its_stamp",
+    "an_image_shows_the_moment_of_its_stamp",
     "coming_nearer_makes_things_larger",
     "turning_left_moves_what_is_ahead_to_the_right",
 )
-class ShowsThePictureBefore(MujocoEngine):
+class ShowsTheImageBefore(MujocoEngine):
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
         before = getattr(self, "_before", {})
-        picture = super()._do_render(model, link, camera)
-        shown = before.get((model, camera), picture)
-        self._before = {**before, (model, camera): picture}
+        image = super()._do_render(model, link, camera)
+        shown = before.get((model, camera), image)
+        self._before = {**before, (model, camera): image}
         return shown.copy()
 
 
@@ -128,6 +131,7 @@ class SeesWithTheFirstCamera(MujocoEngine):
     "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
     "a_thing_is_as_wide_as_its_distance_and_the_field_of_view_make_it",
     "depth_is_the_distance_along_the_line_of_sight",
+    "edges_are_in_the_pixels_of_a_pinhole",
     "left_is_left",
 )
 class TakesTheFieldOfViewForVertical(_Changes):
@@ -147,6 +151,7 @@ class IgnoresThePoseOfCameras(_Changes):
 @found_by(
     "channels_are_red_green_blue",
     "each_robot_sees_with_its_own_camera",
+    "every_visual_of_a_link_is_seen",
     "left_is_left",
     "what_is_nearer_hides_what_is_behind_it",
 )
@@ -188,9 +193,11 @@ class KeepsColoursOverAReset(MujocoEngine):
 
 
 @found_by(
+    "a_curve_is_exactly_the_commanded_arc",
     "a_joint_turns_by_the_right_hand_about_its_axis_until_its_limit",
     "a_positive_turn_is_to_the_left",
     "a_quarter_turn_is_told_as_x_y_z_w",
+    "a_robot_keeps_its_roll_and_pitch_where_nothing_tilts_it",
     "a_velocity_is_the_change_of_the_position",
     "an_axis_is_along_the_frame_of_its_joint",
     "forward_is_along_the_robots_own_x",
@@ -223,10 +230,12 @@ class TellsVelocitiesInTheBodysFrame(MujocoEngine):
     "a_positive_turn_is_to_the_left",
     "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
     "a_velocity_is_the_change_of_the_position",
+    "inertia_has_its_principal_axes_where_the_file_puts_them",
     "models_are_put_where_they_are_wanted_or_that_is_refused",
     "odometry_tells_the_velocity_in_the_robots_own_frame",
     "several_robots_each_do_what_they_are_told",
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
+    "velocities_are_those_of_the_arc",
 )
 class TellsTurnsInDegrees(MujocoEngine):
     def _do_model_motion(self, model: str) -> ModelMotion:
@@ -240,8 +249,10 @@ class TellsTurnsInDegrees(MujocoEngine):
     "a_joint_goes_as_far_as_the_one_that_it_follows_says",
     "a_light_link_between_two_joints_lets_its_child_turn_about_both",
     "a_thing_falls_along_gravity_by_half_g_t_squared",
+    "contacts_carry_what_holds_a_box_on_a_slope",
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
     "what_slides_is_held_by_its_friction",
+    "what_slides_is_slowed_by_the_friction_of_its_shape",
 )
 class KnowsGravityAlongZOnly(_Changes):
     def changed(self, scene: Scene) -> Scene:
@@ -253,15 +264,24 @@ class KnowsGravityAlongZOnly(_Changes):
     "a_joint_ends_at_its_lower_limit",
     "a_joint_goes_as_far_as_the_one_that_it_follows_says",
     "a_joint_is_slowed_by_its_damping",
+    "a_joint_stops_at_its_limit",
     "a_joint_takes_no_more_effort_than_its_limit",
+    "a_joint_turns_once_its_friction_is_overcome",
+    "a_joint_without_limits_counts_its_turns",
     "a_light_link_between_two_joints_lets_its_child_turn_about_both",
+    "a_position_servo_swings_by_its_gains",
     "a_push_changes_a_velocity_by_force_times_time_over_mass_or_is_refused",
+    "a_servo_takes_no_more_effort_than_the_limit_of_its_joint",
     "a_thing_falls_along_gravity_by_half_g_t_squared",
     "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
+    "a_velocity_servo_reaches_its_velocity_by_its_gain",
     "a_world_that_is_no_longer_finite_says_so_and_a_reset_cures_it",
     "an_effort_accelerates_a_joint",
+    "an_effort_on_a_joint_accelerates_it_by_effort_over_inertia",
+    "contacts_carry_what_holds_a_box_on_a_slope",
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
     "what_slides_is_held_by_its_friction",
+    "what_slides_is_slowed_by_the_friction_of_its_shape",
     "without_gravity_nothing_moves",
 )
 class HasGravityOfItsOwn(_Changes):
@@ -270,9 +290,13 @@ class HasGravityOfItsOwn(_Changes):
 
 
 @found_by(
+    "a_position_servo_sags_by_load_over_gain",
+    "a_robot_falls_like_everything_else",
+    "a_spring_swings_about_where_it_carries_its_load",
     "a_thing_falls_along_gravity_by_half_g_t_squared",
     "an_imu_feels_gravity_at_rest_and_nothing_in_free_fall",
     "contacts_carry_the_weight_or_are_refused",
+    "contacts_carry_what_holds_a_box_on_a_slope",
     "the_load_in_a_joint_is_the_weight_that_hangs_on_it_or_is_refused",
 )
 class HasALittleLessGravity(_Changes):
@@ -298,14 +322,20 @@ class MakesEverythingSolid(_Changes):
 @found_by(
     "a_laser_measures_the_distance_to_a_wall",
     "a_laser_sees_what_moves",
+    "a_link_stands_on_any_of_its_shapes",
+    "a_low_wall_stops_a_robot_and_a_bridge_does_not",
+    "a_robot_ends_at_half_its_length_whichever_way_it_faces",
     "a_robot_pushes_what_stands_in_its_way",
+    "a_shape_ends_exactly_at_its_size",
     "a_shape_ends_where_its_size_and_its_place_say",
     "a_thing_at_rest_stays_at_rest",
     "a_turned_box_has_its_sides_where_they_belong",
     "a_wall_stops_a_robot",
     "an_imu_feels_gravity_at_rest_and_nothing_in_free_fall",
     "contacts_carry_the_weight_or_are_refused",
+    "contacts_carry_what_holds_a_box_on_a_slope",
     "what_slides_is_held_by_its_friction",
+    "what_slides_is_slowed_by_the_friction_of_its_shape",
 )
 class LetsNothingTouch(_Changes):
     def changed(self, scene: Scene) -> Scene:
@@ -320,10 +350,12 @@ class LetsNothingTouch(_Changes):
 
 @found_by(
     "a_curve_is_a_circle_of_speed_over_turn",
+    "a_curve_is_exactly_the_commanded_arc",
     "a_positive_turn_is_to_the_left",
     "odometry_tells_the_velocity_in_the_robots_own_frame",
     "several_robots_each_do_what_they_are_told",
     "turning_left_moves_what_is_ahead_to_the_right",
+    "velocities_are_those_of_the_arc",
     "wheels_turn_by_the_way_they_roll",
 )
 class TurnsTheWrongWay(MujocoEngine):
@@ -333,11 +365,14 @@ class TurnsTheWrongWay(MujocoEngine):
 
 @found_by(
     "a_curve_is_a_circle_of_speed_over_turn",
+    "a_curve_is_exactly_the_commanded_arc",
+    "a_planar_drive_moves_exactly_as_commanded",
     "a_spawned_robot_drives_and_sees",
     "forward_is_along_the_robots_own_x",
     "odometry_tells_the_velocity_in_the_robots_own_frame",
     "several_robots_each_do_what_they_are_told",
     "the_commanded_speed_is_reached",
+    "velocities_are_those_of_the_arc",
     "wheels_turn_by_the_way_they_roll",
 )
 class DrivesATenthTooFast(MujocoEngine):
@@ -371,14 +406,24 @@ class NeverStopsADrive(MujocoEngine):
     "a_joint_goes_as_far_as_the_one_that_it_follows_says",
     "a_joint_goes_where_it_is_told_but_for_its_sag_or_refuses",
     "a_joint_is_slowed_by_its_damping",
+    "a_joint_stops_at_its_limit",
     "a_joint_takes_no_more_effort_than_its_limit",
     "a_joint_turns_by_the_right_hand_about_its_axis_until_its_limit",
+    "a_joint_turns_once_its_friction_is_overcome",
+    "a_joint_without_limits_counts_its_turns",
     "a_light_link_between_two_joints_lets_its_child_turn_about_both",
+    "a_link_stands_on_any_of_its_shapes",
     "a_link_turns_about_axes_of_the_world",
+    "a_position_servo_sags_by_load_over_gain",
+    "a_position_servo_swings_by_its_gains",
+    "a_servo_takes_no_more_effort_than_the_limit_of_its_joint",
+    "a_shape_ends_exactly_at_its_size",
     "a_shape_ends_where_its_size_and_its_place_say",
     "a_spring_swings_about_where_it_carries_its_load",
+    "a_velocity_servo_reaches_its_velocity_by_its_gain",
     "an_axis_is_along_the_frame_of_its_joint",
     "an_effort_accelerates_a_joint",
+    "an_effort_on_a_joint_accelerates_it_by_effort_over_inertia",
     "several_robots_each_do_what_they_are_told",
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
     "wheels_turn_by_the_way_they_roll",
@@ -403,7 +448,9 @@ class SortsJoints(MujocoEngine):
 
 @found_by(
     "a_curve_is_a_circle_of_speed_over_turn",
+    "a_curve_is_exactly_the_commanded_arc",
     "a_positive_turn_is_to_the_left",
+    "a_robot_falls_like_everything_else",
     "a_run_ends_exactly_where_it_was_told_to",
     "a_spawned_robot_drives_and_sees",
     "a_thing_falls_along_gravity_by_half_g_t_squared",
@@ -431,6 +478,7 @@ class JoltsWithEveryCall(MujocoEngine):
 @found_by(
     "a_snapshot_keeps_a_command_and_its_time_out",
     "a_snapshot_keeps_everything_that_moves",
+    "a_snapshot_keeps_forces_and_targets",
     "a_snapshot_keeps_what_joints_are_told",
     "a_snapshot_keeps_what_was_spawned",
 )
@@ -441,6 +489,7 @@ class ForgetsVelocitiesInASnapshot(MujocoEngine):
 
 
 @found_by(
+    "a_reset_ends_forces_and_targets",
     "a_reset_stops_the_robots",
     "a_reset_world_equals_a_fresh_one",
     "a_reset_world_that_nobody_commands_equals_a_fresh_one",

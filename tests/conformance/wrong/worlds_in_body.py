@@ -39,6 +39,7 @@ def _w_first(pose: Pose) -> Pose:
 
 @found_by(
     "what_slides_is_held_by_its_friction",
+    "what_slides_is_slowed_by_the_friction_of_its_shape",
 )
 class KnowsOneFriction(_Changes):
     def changed(self, scene: Scene) -> Scene:
@@ -56,6 +57,7 @@ class PutsShapesIntoTheMiddleOfTheirLink(_Changes):
 
 
 @found_by(
+    "a_shape_ends_exactly_at_its_size",
     "a_shape_ends_where_its_size_and_its_place_say",
 )
 class TakesLengthsForHalfLengths(_Changes):
@@ -70,6 +72,7 @@ class TakesLengthsForHalfLengths(_Changes):
 
 
 @found_by(
+    "a_shape_ends_exactly_at_its_size",
     "a_shape_ends_where_its_size_and_its_place_say",
 )
 class CutsTheEndsOffCapsules(_Changes):
@@ -85,6 +88,7 @@ class CutsTheEndsOffCapsules(_Changes):
 
 @found_by(
     "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
+    "inertia_has_its_principal_axes_where_the_file_puts_them",
 )
 class TurnsEveryBodyAsIfItWereASphere(_Changes):
     def changed(self, scene: Scene) -> Scene:
@@ -107,6 +111,7 @@ class DampsNoJoint(_Changes):
 
 @found_by(
     "a_joint_ends_at_its_lower_limit",
+    "a_joint_stops_at_its_limit",
 )
 class KnowsUpperLimitsOnly(_Changes):
     def changed(self, scene: Scene) -> Scene:
@@ -115,6 +120,7 @@ class KnowsUpperLimitsOnly(_Changes):
 
 @found_by(
     "a_joint_takes_no_more_effort_than_its_limit",
+    "a_servo_takes_no_more_effort_than_the_limit_of_its_joint",
 )
 class KnowsNoLimitOfEffort(_Changes):
     def changed(self, scene: Scene) -> Scene:
@@ -215,6 +221,7 @@ class TellsNoEfforts(MujocoEngine):
 
 @found_by(
     "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
+    "inertia_has_its_principal_axes_where_the_file_puts_them",
 )
 class PushesWithoutTurning(MujocoEngine):
     def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
@@ -222,6 +229,7 @@ class PushesWithoutTurning(MujocoEngine):
 
 
 @found_by(
+    "a_snapshot_keeps_forces_and_targets",
     "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
 )
 class PushesAlongTheAxesOfTheBody(MujocoEngine):
@@ -232,6 +240,7 @@ class PushesAlongTheAxesOfTheBody(MujocoEngine):
 
 @found_by(
     "a_planar_drive_goes_sideways_as_well",
+    "a_planar_drive_moves_exactly_as_commanded",
 )
 class SlidesToTheWrongSide(MujocoEngine):
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:

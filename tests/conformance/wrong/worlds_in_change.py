@@ -63,6 +63,7 @@ class TellsVelocitiesOfLinksWithoutTheTurn(MujocoEngine):
 
 @found_by(
     "contacts_carry_the_weight_or_are_refused",
+    "contacts_carry_what_holds_a_box_on_a_slope",
 )
 class FeelsTheOtherSideOfAContact(MujocoEngine):
     def _do_touches(self) -> Sequence[Touch]:
@@ -91,6 +92,7 @@ class TellsLoadsFromTheOtherSide(MujocoEngine):
 @found_by(
     "a_push_changes_a_velocity_by_force_times_time_over_mass_or_is_refused",
     "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
+    "inertia_has_its_principal_axes_where_the_file_puts_them",
 )
 class PullsInsteadOfPushing(MujocoEngine):
     def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
@@ -100,7 +102,13 @@ class PullsInsteadOfPushing(MujocoEngine):
 @found_by(
     "a_joint_goes_where_it_is_told_but_for_its_sag_or_refuses",
     "a_joint_is_slowed_by_its_damping",
+    "a_joint_stops_at_its_limit",
     "a_joint_takes_no_more_effort_than_its_limit",
+    "a_joint_turns_once_its_friction_is_overcome",
+    "a_joint_without_limits_counts_its_turns",
+    "a_position_servo_sags_by_load_over_gain",
+    "a_position_servo_swings_by_its_gains",
+    "a_servo_takes_no_more_effort_than_the_limit_of_its_joint",
     "an_effort_accelerates_a_joint",
 )
 class TurnsJointsBackwards(MujocoEngine):
