@@ -16,6 +16,11 @@ CORPUS = Path(__file__).with_name("corpus")
 
 Opened = Callable[..., Run]
 
+ENGINES = {
+    "event and mujoco": ("brain.backend=event", "world.backend=mujoco"),
+    "spinnaker and pybullet": ("brain.backend=spinnaker", "world.backend=pybullet"),
+}
+
 
 @pytest.fixture
 def corpus(tmp_path: Path) -> Path:
@@ -33,3 +38,16 @@ def opened(corpus: Path) -> Iterator[Opened]:
             return stack.enter_context(Run(read_exc(corpus / name, [models, *overrides])))
 
         yield open_run
+
+
+@pytest.fixture(params=ENGINES.values(), ids=ENGINES)
+def played(request: pytest.FixtureRequest, opened: Opened) -> Callable[..., Run]:
+    """Runs an experiment of the corpus to its end."""
+
+    def play(name: str, *overrides: str) -> Run:
+        run = opened(name, *request.param, *overrides)
+        run.run()
+        assert run.result().error is None
+        return run
+
+    return play

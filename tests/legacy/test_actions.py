@@ -143,7 +143,7 @@ def test_joints_that_no_model_has_are_told_of_once_and_the_goal_is_aborted(
 ) -> None:
     run = run_of(opened, corpus, FUNCTION.replace("JOINT", "elbow").replace("heard ==", "heard != heard and"))
     run.run_until(0.1)
-    told = [text for text in run.result().warnings if "elbow" in text]
+    told = [text for text in map(str, run.result().problems) if "elbow" in text]
     assert len(told) == 1
     assert "moves joints that do not exist: elbow" in told[0]
     assert run.loop.functions[0].adapters["rows"].rows[-1][1] == "4"
@@ -156,7 +156,7 @@ def test_a_goal_whose_model_is_taken_out_is_aborted_and_the_run_goes_on(opened: 
     run.world.delete("robot")
     run.run_until(0.3)
     assert run.loop.functions[0].adapters["rows"].rows[-1][1] == "4"
-    assert any("the action '/arm/follow' is aborted" in text for text in run.result().warnings)
+    assert any("the action '/arm/follow' is aborted" in text for text in map(str, run.result().problems))
 
 
 def test_a_state_machine_waits_until_its_goal_is_reached(opened: Opened, corpus: Path) -> None:

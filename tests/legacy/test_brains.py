@@ -11,7 +11,8 @@ from nrp_legacy.brains import load_brain, remark
 from nrp_core._support.xml import Element, parse_xml
 from nrp_core.brain.files import read_network, save_network
 from nrp_core.brain.network.data import Network
-from nrp_core.errors import ExperimentError, NetworkError
+from nrp_core.errors import CapabilityError, ExperimentError, NetworkError
+from nrp_core.findings import Findings
 
 SETUP = "import pyNN.nest as sim\nsim.setup(timestep=0.1)\n"
 CELLS = SETUP + "circuit = sim.Population(6, sim.IF_cond_alpha, {'tau_m': 10.0})\n"
@@ -30,14 +31,14 @@ sim.Projection(circuit[1:2], circuit[2:3],
 """
 
 
-def loaded(folder: Path, text: str, populations: str = "") -> tuple[Network, list[str]]:
+def loaded(folder: Path, text: str, populations: str = "") -> tuple[Network, Findings]:
     path = folder / "brain.py"
     path.write_text(text)
     root = parse_xml(f"<brainModel>{populations}</brainModel>".encode(), Path("b.bibi"), ExperimentError)
     chosen: dict[str, Element] = {one.attributes["population"]: one for one in root.children}
-    notes: list[str] = []
+    notes = Findings()
     network = load_brain(path, chosen, 0)
-    remark(path, chosen, network, notes.append)
+    remark(path, chosen, network, notes.add)
     return network, notes
 
 
@@ -92,7 +93,7 @@ def test_a_population_of_a_name_that_the_file_has_is_the_file_s(tmp_path: Path) 
 
 def test_a_name_without_neurons_is_told(tmp_path: Path) -> None:
     _, notes = loaded(tmp_path, CELLS, '<populations population="p" from="7" to="9"/>')
-    assert notes == ["population 'p' has no neurons in brain.py"]
+    assert notes.messages == ["population 'p' has no neurons in brain.py"]
 
 
 def test_a_brain_in_another_kind_of_file_is_refused(tmp_path: Path) -> None:
@@ -127,3 +128,90 @@ def test_a_network_whose_weights_are_numbers_of_numpy_is_kept_in_a_file(tmp_path
     network = load_brain(path, {}, 0)
     save_network(network, tmp_path / "brain.nrpnet")
     assert read_network(tmp_path / "brain.nrpnet").digest == network.digest
+
+
+def test_limits_of_a_uniform_distribution_may_come_in_any_order(tmp_path: Path) -> None:
+    text = CELLS + "from pyNN.random import RandomDistribution\n"
+    for written in ("('uniform', (3.0, 1.0))", "('uniform', low=3.0, high=1.0)"):
+        drawn = f"weight = RandomDistribution{written}\n"
+        network, _ = loaded(
+            tmp_path,
+            text + drawn + "sim.Projection(circuit, circuit, sim.AllToAllConnector(), "
+            "sim.StaticSynapse(weight=weight), receptor_type='excitatory')\n",
+        )
+        weight = network.projections[0].weight
+        assert 1.0 <= weight.min() < 1.5
+        assert 2.5 < weight.max() <= 3.0
+
+
+@pytest.mark.parametrize(
+    "synapses",
+    [
+        "sim.TsodyksMarkramSynapse(weight=1.0, U=1.0, tau_rec=0.0, tau_facil=0.0)",
+        "sim.native_synapse_type('tsodyks_synapse')(weight=1.0, U=1.0, tau_rec=0.0, tau_fac=0.0)",
+    ],
+)
+def test_synapses_that_recover_at_once_do_so_within_a_microsecond(tmp_path: Path, synapses: str) -> None:
+    network, _ = loaded(
+        tmp_path, CELLS + f"sim.Projection(circuit, circuit, sim.AllToAllConnector(), {synapses})\n"
+    )
+    assert set(network.projections[0].synapse_parameters["tau_rec"].tolist()) == {1e-3}
+
+
+def test_synapses_of_nest_recover_at_once_too(tmp_path: Path) -> None:
+    text = "import nest\ncircuit = nest.Create('iaf_cond_alpha', 2)\n"
+    text += "synapse = {'model': 'tsodyks_synapse', 'U': 1.0, 'tau_rec': 0.0, 'weight': 1.0}\n"
+    network, _ = loaded(tmp_path, text + "nest.Connect(circuit[:1], circuit[1:], 'all_to_all', synapse)\n")
+    assert network.projections[0].synapse_parameters["tau_rec"].tolist() == [1e-3]
+
+
+def test_a_copied_model_of_nest_is_a_cell_type_of_pynn(tmp_path: Path) -> None:
+    text = SETUP + "sim.nest.CopyModel('iaf_cond_alpha', 'my_cell', {'t_ref': 7.0, 'E_L': -65.0})\n"
+    text += "circuit = sim.Population(2, sim.native_cell_type('my_cell')(E_L=-66.0))\n"
+    network, _ = loaded(tmp_path, text)
+    (population,) = network.populations.values()
+    assert population.cell_type == "IF_cond_alpha"
+    assert population.parameters["tau_refrac"].tolist() == [7.0, 7.0]
+    assert population.parameters["v_rest"].tolist() == [-66.0, -66.0]
+
+
+def test_a_copied_synapse_model_of_nest_is_a_synapse_type_of_pynn(tmp_path: Path) -> None:
+    text = CELLS + "sim.nest.CopyModel('tsodyks_synapse', 'mine', {'U': 0.3, 'tau_rec': 0.0})\n"
+    text += "kind = sim.native_synapse_type('mine')\n"
+    text += "sim.Projection(circuit, circuit, sim.AllToAllConnector(), kind(weight=1.0))\n"
+    (projection,) = loaded(tmp_path, text)[0].projections
+    assert set(projection.synapse_parameters["U"].tolist()) == {0.3}
+
+
+OWN_CONNECTOR = """
+import nest
+from pyNN.connectors import Connector
+
+class Listed(Connector):
+    def __init__(self, pairs):
+        self.source, self.target = zip(*pairs)
+
+    def connect(self, projection):
+        nest.Connect([projection.pre.all_cells[i] for i in self.source],
+                     [projection.post.all_cells[j] for j in self.target],
+                     RULE, syn_spec=projection.nest_synapse_model)
+
+synapse = sim.TsodyksMarkramSynapse(weight=0.5, delay=2.0, U=0.3, tau_rec=4.0, tau_facil=0.0)
+made = sim.Projection(circuit[0:3], circuit[2:6], Listed([(0, 3), (2, 1)]), synapse)
+assert made.nest_synapse_model == "tsodyks_synapse"
+"""
+
+
+def test_a_connector_of_a_user_connects_by_nest(tmp_path: Path) -> None:
+    network, _ = loaded(tmp_path, CELLS + OWN_CONNECTOR.replace("RULE", "'one_to_one'"))
+    (projection,) = network.projections
+    assert list(zip(projection.pre_index.tolist(), projection.post_index.tolist(), strict=True)) == [
+        (2, 3),
+        (0, 5),
+    ]
+    assert set(projection.weight.tolist()) == {0.5}
+    assert set(projection.synapse_parameters["U"].tolist()) == {0.3}
+    (projection,) = loaded(tmp_path, CELLS + OWN_CONNECTOR.replace("RULE", "'all_to_all'"))[0].projections
+    assert len(projection.weight) == 4
+    with pytest.raises(CapabilityError, match="all_to_all, not 'fixed_indegree'"):
+        loaded(tmp_path, CELLS + OWN_CONNECTOR.replace("RULE", "'fixed_indegree'"))

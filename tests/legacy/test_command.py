@@ -16,7 +16,8 @@ def _leave_stdout_alone(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def result_of(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> dict[str, object]:
-    assert app.run_app([*arguments, "--json"]) == 0
+    missing = ["--allow-incomplete"] if arguments[0] == "run" else []  # rooms and robots that do not exist
+    assert app.run_app([*arguments, *missing, "--json"]) == 0
     out = capsys.readouterr().out
     document: dict[str, object] = json.loads(out[out.index("{") :])
     return document
@@ -25,6 +26,8 @@ def result_of(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> dict[
 def test_a_folder_with_an_exc_file_runs(corpus: Path, capsys: pytest.CaptureFixture[str]) -> None:
     result = result_of(["run", str(corpus / "bare")], capsys)
     assert (result["experiment"], result["error"], result["sim_time_s"]) == ("bare", None, 0.1)
+    assert (result["complete"], result["passed"]) == (False, None)
+    assert app.run_app(["run", str(corpus / "bare")]) == 1
 
 
 def test_models_are_looked_for_where_the_command_says(

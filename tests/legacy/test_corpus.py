@@ -4,46 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from recorded import rows
 
 from nrp_core.experiment.running.run import Run
 from nrp_core.world.scene.model import Box
 
 Opened = Callable[..., Run]
 
-ENGINES = {
-    "event and mujoco": ("brain.backend=event", "world.backend=mujoco"),
-    "spinnaker and pybullet": ("brain.backend=spinnaker", "world.backend=pybullet"),
-}
-
-
-@pytest.fixture(params=ENGINES.values(), ids=ENGINES)
-def played(request: pytest.FixtureRequest, opened: Opened) -> Callable[..., Run]:
-    """Runs an experiment of the corpus to its end."""
-
-    def play(name: str, *overrides: str) -> Run:
-        run = opened(name, *request.param, *overrides)
-        run.run()
-        assert run.result().error is None
-        return run
-
-    return play
-
-
-def rows(run: Run, function: str, parameter: str) -> list[list[str]]:
-    adapters: dict[str, Any] = {one.name: one.adapters for one in run.loop.functions}
-    recorded: list[list[str]] = adapters[function][parameter].rows
-    return recorded
-
 
 def test_an_arm_goes_where_its_joints_are_told_to(played: Callable[..., Run]) -> None:
     run = played("arm_2017/arm.exc")
     last = {name: float(position) for name, _, position in rows(run, "record_joints", "recorder")}
     assert last == {"arm_1_joint": pytest.approx(0.5, abs=0.03), "arm_2_joint": pytest.approx(-0.4, abs=0.03)}
-    told = "\n".join(run.result().warnings)
+    told = "\n".join(map(str, run.result().problems))
     assert "the mesh 'model://arm_robot/meshes/arm_1.stl' is not there" in told
     assert "room 'nowhere/biology_base.sdf' not found: a plain floor is used" in told
 
@@ -56,7 +32,7 @@ def test_a_pioneer_sees_a_wall_and_moves(played: Callable[..., Run]) -> None:
     assert result.final_pose["robot"]["x"] > 0.02
     assert abs(result.final_pose["robot"]["pitch"]) < 0.1
     assert len(rows(run, "csv_spike_monitor", "recorder")) == result.spikes["record"]
-    assert any("no 'model://no_such_model'" in warning for warning in result.warnings)
+    assert any("no 'model://no_such_model'" in warning for warning in map(str, result.problems))
 
 
 def test_eyes_turn_by_topics_that_no_known_plugin_serves(played: Callable[..., Run]) -> None:
@@ -70,7 +46,7 @@ def test_machines_switch_screens_move_things_and_call_services(played: Callable[
     run = played("screens_2016/ExDBraitenbergHuskyScreens.exc")
     result = run.result()
     assert not result.failures
-    told = "\n".join(result.warnings)
+    told = "\n".join(map(str, result.problems))
     assert "state machine" not in told
     assert "service /gazebo" not in told
     screen = run.world.subscribe("/left_vr_screen/body/screen_glass/color").latest
@@ -106,7 +82,7 @@ def test_every_idiom_of_transfer_functions_runs(played: Callable[..., Run]) -> N
     assert float(rate) > 0
     assert result.final_pose["rat"]["x"] > 3.1
     assert result.final_pose["husky"]["y"] > 0.05
-    told = "\n".join(result.warnings)
+    told = "\n".join(map(str, result.problems))
     for left_out in (
         "no_such_library",
         "does not declare a transfer function",
@@ -117,7 +93,10 @@ def test_every_idiom_of_transfer_functions_runs(played: Callable[..., Run]) -> N
 
 
 def test_a_machine_that_is_not_there_is_named(opened: Opened, corpus: Path) -> None:
-    assert any("state machine 'gone.exd' not found" in text for text in opened("icub_2017/icub.exc").warnings)
+    assert any(
+        "state machine 'gone.exd' not found" in text
+        for text in map(str, opened("icub_2017/icub.exc").problems)
+    )
 
 
 def test_code_of_python_2_of_old_libraries_and_of_no_library_runs(played: Callable[..., Run]) -> None:
@@ -135,7 +114,7 @@ def test_code_of_python_2_of_old_libraries_and_of_no_library_runs(played: Callab
     assert (first[:3], float(first[3])) == (["10", "-50.0", "25"], pytest.approx(0.02, rel=1e-3))
     assert (last[:3], float(last[3])) == (["10", "-40.0", "25"], pytest.approx(0.03, rel=1e-3))
     assert result.spikes["sensors"] > 50
-    told = "\n".join(result.warnings)
+    told = "\n".join(map(str, result.problems))
     assert "module 'keras' is not installed" in told
     assert "the message package 'tigrillo_msgs' is not known" in told
     assert "'yaw' of <robotPose> must be a number, not 'north': not used" in told
@@ -174,3 +153,17 @@ def turn(t):
     run = played("icub_2017/icub.exc", "duration=1 s")
     joints = run.world.joint_states("icub")
     assert joints.positions[joints.names.index("eye_version")] == pytest.approx(0.2, abs=0.01)
+
+
+def test_copies_of_models_of_nest_fire_and_their_synapses_recover_at_once(opened: Opened) -> None:
+    run = opened("copies_2016/copies.exc")
+    run.run()
+    result = run.result()
+    assert result.complete
+    assert not result.failures
+    (projection,) = run.brain.network.projections
+    assert set(projection.synapse_parameters["tau_rec"].tolist()) == {1e-3}
+    assert 0.01 <= projection.weight.min() <= projection.weight.max() <= 0.02
+    # at 0.2 nA the membrane of 25 pF passes 0.5 mV in 0.06 ms; then it rests for 9 ms: 110 spikes a second
+    assert result.spikes["eyes"] == pytest.approx(0.4 / 9.1e-3, abs=3)
+    assert result.spikes["wheels"] > 10

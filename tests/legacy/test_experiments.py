@@ -49,12 +49,15 @@ def test_a_function_that_raises_is_set_aside_and_the_rest_runs_on(opened: Opened
 
 
 def test_everything_that_is_left_out_is_named_with_its_line(opened: Opened) -> None:
-    told = "\n".join(opened(EVERY[0]).result().warnings)
-    assert "bibi_configuration.bibi:14: the experiment does not have a transfer function 'lost.py'" in told
+    told = "\n".join(map(str, opened(EVERY[0]).result().problems))
+    assert "bibi_configuration.bibi:14: a transfer function is left out: " in told
+    assert "the experiment does not have a transfer function 'lost.py'" in told
     assert "experiment_configuration.exc:15: <rosLaunch> is not supported: ignored" in told
     assert "drive.py: leftovers of Python 2 were converted: tabs in indentation, print statements" in told
     assert "the world has no topic '/nobody/serves/this'" in told
-    assert "robot 'nowhere/model.sdf' not found: left out" in "\n".join(opened(EVERY[1]).result().warnings)
+    assert "robot 'nowhere/model.sdf' not found: left out" in "\n".join(
+        map(str, opened(EVERY[1]).result().problems)
+    )
 
 
 def test_a_state_machine_acts_at_its_time(opened: Opened) -> None:
@@ -146,7 +149,7 @@ def test_without_brain_body_and_room_what_is_left_runs(opened: Opened) -> None:
     run.run()
     count = run.loop.functions[0].adapters["count"]
     assert count.value == 5
-    assert any("room 'no/such/room.sdf' not found" in warning for warning in run.result().warnings)
+    assert any("room 'no/such/room.sdf' not found" in warning for warning in map(str, run.result().problems))
 
 
 def test_a_robot_in_an_archive_is_found(
@@ -171,7 +174,7 @@ def test_a_brain_that_cannot_be_loaded_leaves_the_functions_that_need_none(
     )
     run = opened(EVERY[0])
     assert [function.name for function in run.loop.functions] == ["raises", "record"]
-    assert any("the brain is left out" in warning for warning in run.result().warnings)
+    assert any("the brain is left out" in warning for warning in map(str, run.result().problems))
 
 
 BRAIN = "brain_model/idle_brain.py"
@@ -186,7 +189,8 @@ NO_TIME = "must be a time in seconds or a duration such as PT14M, not"
         ("", "<timestep>1</timestep>", ""),
         ("", "<timestep>fast</timestep>", f"<timestep> {NO_TIME} 'fast'"),
         ('<environmentModel src="broken.sdf"/>', "", "the room is left out and replaced by a plain floor"),
-        ("", "<bodyModel>broken.sdf</bodyModel>", "broken.sdf:1: this is not well-formed XML"),
+        ("", "<bodyModel>broken.sdf</bodyModel>",
+         "broken.sdf:1: the robot 'robot' is left out: this is not well-formed XML"),
         ("", f'{IT} model="husky_model"/>', ""),
         ("", f'{IT} customAsset="true" assetPath="no.zip">husky_model/model.sdf</bodyModel>', ""),
         ("", "<bodyModel>Husky_Model/model.SDF</bodyModel>", ""),
@@ -211,7 +215,7 @@ def test_what_cannot_be_read_is_told_and_the_rest_runs(
     result = run.result()
     assert [function.name for function in run.loop.functions] == ["runs"]
     assert not result.failures
-    warnings = "\n".join(result.warnings)
+    warnings = "\n".join(map(str, result.problems))
     assert told in warnings
     assert (
         "the experiment names 'other.bibi', which does not exist: odd.bibi in its folder is used" in warnings
@@ -225,3 +229,10 @@ def test_what_cannot_be_read_is_told_and_the_rest_runs(
 def test_an_override_of_our_own_format_wins(corpus: Path) -> None:
     experiment = read_exc(corpus / EVERY[0], [f"models=[{corpus / 'models'}]", "duration=1 s", "seed=5"])
     assert (experiment.duration, experiment.seed) == (10**9, 5)
+
+
+def test_patterns_of_a_map_take_the_population_of_its_source(opened: Opened) -> None:
+    run = opened("husky_maps_2015/maps.exc")
+    assert [function.name for function in run.loop.functions] == ["stimulate"]
+    (group,) = [one for one in run.loop.functions[0].adapters.values() if hasattr(one, "__len__")]
+    assert len(group) == 2

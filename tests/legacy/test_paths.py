@@ -12,6 +12,7 @@ from nrp_legacy.brains import load_brain
 from nrp_legacy.code import Source
 from nrp_legacy.files import Library
 from nrp_legacy.namespace import Namespace
+from nrp_legacy.notes import unnoted
 from nrp_legacy.shims.paths import Paths
 
 # code of Python 2 leaves files open
@@ -37,8 +38,8 @@ def run(folder: Path, code: str) -> dict[str, object]:
     """Execute code as a transfer function file and return its names."""
     path = folder / "tf.py"
     path.write_text(code)
-    names = Namespace(lambda _note: None, Library(folder))
-    source = Source.of_file(path).compiled(lambda _note: None)
+    names = Namespace(unnoted, Library(folder))
+    source = Source.of_file(path).compiled(unnoted)
     return vars(names.scope.run(path, names.module, source))
 
 

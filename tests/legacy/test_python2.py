@@ -16,6 +16,8 @@ from nrp_legacy.code import Source
 from nrp_legacy.convert.python import piece_of
 from nrp_legacy.python2 import converted, executable, names
 
+from nrp_core.errors import TransferFunctionError
+
 
 def printed(code: str, **values: object) -> str:
     out = io.StringIO()
@@ -174,3 +176,11 @@ def test_an_import_rounds_as_python_2_did(tmp_path: Path) -> None:
     scope: dict[str, object] = {}
     exec(piece.text, scope)
     assert scope["x"] == 3.0
+
+
+def test_a_repeated_argument_is_refused_with_its_line_where_code_is_read(tmp_path: Path) -> None:
+    file = tmp_path / "functions.py"
+    file.write_text("import numpy\n\n\ndef drive(t, eye, eye):\n    print eye\n")
+    with pytest.raises(TransferFunctionError, match="duplicate argument 'eye'") as caught:
+        Source.of_file(file).tree(lambda *_note, **_about: None)
+    assert (caught.value.path, caught.value.line) == (file, 4)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from nrp_legacy import documents
+from nrp_legacy.code import compiled_file
 from nrp_legacy.documents import FileNamed
 from nrp_legacy.elements import seconds_of
 from nrp_legacy.files import Library
@@ -138,3 +139,14 @@ def test_a_folder_of_models_that_is_not_there_is_refused(tmp_path: Path) -> None
     path = written(tmp_path, "some.exc", '<ExD><bibiConf src="some.bibi"/></ExD>')
     with pytest.raises(ExperimentError, match="there is no folder"):
         read_exc(path, [f"models=[{tmp_path / 'nowhere'}]"])
+
+
+def test_a_file_that_is_indented_as_a_whole_is_moved_to_the_left(tmp_path: Path) -> None:
+    path = tmp_path / "tf.py"
+    path.write_text("    # by students\n    import math\n    def f(t):\n        return math.cos(t)\n")
+    names: dict[str, object] = {}
+    exec(compiled_file(path), names)
+    assert names["f"](0.0) == 1.0  # type: ignore[operator]
+    path.write_text("def f(t):\n    return '''kept\n    as it is'''\n")
+    exec(compiled_file(path), names)
+    assert names["f"](0.0) == "kept\n    as it is"  # type: ignore[operator]

@@ -17,6 +17,7 @@ from nrp_legacy.reader import read_exc
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.reader import read_yaml
 from nrp_core.experiment.running.run import Run
+from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.scene.model import Joint, Model
 
 Made = Callable[..., Experiment]
@@ -83,7 +84,7 @@ def test_robots_of_one_model_obey_one_topic_and_see_on_two(made: Made, opened: O
     result = opened(made(DRIVE, {"one": absolute, "two": absolute})).result()
     assert result.final_pose["one"]["x"] == pytest.approx(0.25, abs=0.05)
     assert result.final_pose["two"]["x"] == pytest.approx(result.final_pose["one"]["x"], abs=0.01)
-    told = "\n".join(result.warnings)
+    told = "\n".join(map(str, result.problems))
     assert "'/eye' is already in use: 'two' publishes on '/two/eye'" in told
     assert "/drive" not in told
 
@@ -126,10 +127,13 @@ def test_what_names_another_robot_or_no_joint_commands_nothing() -> None:
 
 
 def test_a_plugin_that_ran_controllers_is_told_of_only_where_no_joint_obeys() -> None:
-    told = "a.sdf:3: the plugin 'gazebo_ros_control' is unknown and has no effect"
-    arm = replace(ARM, warnings=(told, "another"))
-    assert with_commanded_joints(arm, ["'/nao/j1_controller/command'"]).warnings == ("another",)
-    assert with_commanded_joints(arm, ["'/husky/cmd_vel'"]).warnings == (told, "another")
+    told, another = (
+        Finding(Code.NRP261, f"the plugin '{name}' is unknown and has no effect", Level.WARNING, subject=name)
+        for name in ("gazebo_ros_control", "another")
+    )
+    arm = replace(ARM, warnings=(told, another))
+    assert with_commanded_joints(arm, ["'/nao/j1_controller/command'"]).warnings == (another,)
+    assert with_commanded_joints(arm, ["'/husky/cmd_vel'"]).warnings == (told, another)
 
 
 def test_joints_that_a_trajectory_names_hold_where_it_puts_them() -> None:
@@ -183,7 +187,7 @@ def test_a_machine_waits_for_what_a_function_shows_and_its_topics_are_no_silent_
 ) -> None:
     experiment = made(HEARING, {"robot": CART}, SAYING)
     run = opened(experiment)
-    assert "/said" not in "\n".join(run.result().warnings)
+    assert "/said" not in "\n".join(map(str, run.result().problems))
     (hear,) = run.loop.functions
     said = [row[1] for row in hear.adapters["rows"].rows]
     assert said.index("went") in (6, 7)  # steps of 20 ms; the text is shown at 0.1 s

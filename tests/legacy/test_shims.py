@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nrp_legacy.files import Library
 from nrp_legacy.namespace import Namespace
+from nrp_legacy.notes import unnoted
 from nrp_legacy.shims import transformations
 from nrp_legacy.shims.containers import Concurrence
 from nrp_legacy.shims.cv_bridge import CvBridge, CvBridgeError
@@ -22,6 +23,7 @@ from nrp_legacy.shims.times import Duration, Time
 
 from nrp_core.dsl.loading.loader import load_transfer_functions
 from nrp_core.experiment.running.run import Run
+from nrp_core.findings import Findings
 
 ANGLES = st.floats(-1.5, 1.5)
 
@@ -60,30 +62,30 @@ def test_quaternions_multiply_as_their_matrices_do(one: float, two: float) -> No
 
 # -- cv_bridge
 
-PICTURE = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3)
+IMAGE = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3)
 
 
 @pytest.mark.parametrize("encoding", ["rgb8", "bgr8"])
-def test_a_picture_survives_its_message(encoding: str) -> None:
-    message = CvBridge().cv2_to_imgmsg(PICTURE, encoding)
-    assert (CvBridge().imgmsg_to_cv2(message, encoding) == PICTURE).all()
-    assert (CvBridge().imgmsg_to_cv2(message) == PICTURE).all()
+def test_an_image_survives_its_message(encoding: str) -> None:
+    message = CvBridge().cv2_to_imgmsg(IMAGE, encoding)
+    assert (CvBridge().imgmsg_to_cv2(message, encoding) == IMAGE).all()
+    assert (CvBridge().imgmsg_to_cv2(message) == IMAGE).all()
 
 
 def test_channels_are_swapped_between_orders() -> None:
-    message = CvBridge().cv2_to_imgmsg(PICTURE, "rgb8")
-    assert (CvBridge().imgmsg_to_cv2(message, "bgr8") == PICTURE[..., ::-1]).all()
+    message = CvBridge().cv2_to_imgmsg(IMAGE, "rgb8")
+    assert (CvBridge().imgmsg_to_cv2(message, "bgr8") == IMAGE[..., ::-1]).all()
 
 
-def test_grey_pictures_have_no_axis_of_channels() -> None:
-    message = CvBridge().cv2_to_imgmsg(PICTURE[..., 0], "mono8")
-    assert (CvBridge().imgmsg_to_cv2(message, "mono8") == PICTURE[..., 0]).all()
+def test_grey_images_have_no_axis_of_channels() -> None:
+    message = CvBridge().cv2_to_imgmsg(IMAGE[..., 0], "mono8")
+    assert (CvBridge().imgmsg_to_cv2(message, "mono8") == IMAGE[..., 0]).all()
     assert CvBridge().imgmsg_to_cv2(message, "rgb8").shape == (2, 3, 3)
 
 
 def test_an_encoding_that_is_not_known_is_refused() -> None:
     with pytest.raises(CvBridgeError, match="unknown encoding 'yuv'; valid: mono8"):
-        CvBridge().cv2_to_imgmsg(PICTURE, "yuv")
+        CvBridge().cv2_to_imgmsg(IMAGE, "yuv")
 
 
 # -- smach
@@ -259,7 +261,7 @@ def test_everything_that_experiments_import_is_there(tmp_path: Path) -> None:
     (tmp_path / "resources" / "helper.py").write_text("answer = 42\n")
     path = tmp_path / "tf.py"
     path.write_text(IMPORTS + "\nimport helper\nassert helper.answer == 42\n")
-    names = Namespace(lambda _note: None, Library(tmp_path), [tmp_path / "resources"])
+    names = Namespace(unnoted, Library(tmp_path), [tmp_path / "resources"])
     (function,) = load_transfer_functions(path, module=names.module, scope=names.scope)
     function.function(0.0, None)
 
@@ -269,10 +271,10 @@ def test_what_a_module_has_not_can_be_imported_and_is_named_where_it_is_used(tmp
     path.write_text(
         "from rospy import Nowhere\nimport keras.models, keras.layers\nfrom keras.models import Sequential\n"
     )
-    told: list[str] = []
-    names = Namespace(told.append, Library(tmp_path))
+    told = Findings()
+    names = Namespace(told.add, Library(tmp_path))
     module = names.scope.run(path)
-    assert told == ["module 'keras' is not installed: code that uses it fails"]
+    assert told.messages == ["module 'keras' is not installed: code that uses it fails"]
     with pytest.raises(ImportError, match="'rospy' does not have 'Nowhere'"):
         module.Nowhere()
     with pytest.raises(ImportError, match="the module 'keras' is not installed"):
@@ -356,7 +358,7 @@ def test_machines_and_functions_talk_in_simulated_time(opened: Opened, corpus: P
     assert "ball" in names
     assert "box" not in names
     assert run.world.model_motion("ball").pose.position == pytest.approx((1.0, 2.5, 3.0))
-    assert not [warning for warning in result.warnings if "box" in warning]
+    assert not [warning for warning in map(str, result.problems) if "box" in warning]
     last = run.loop.functions[0].adapters["rows"].rows[-1]
     # what is published at the end of a step is heard at the end of the next: 0.22 s at 0.26 s
     assert last == ["0.48", "[0.26, 100.3]"]

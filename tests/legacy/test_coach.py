@@ -1,0 +1,335 @@
+"""What the Virtual Coach does to a simulation: functions, machines, brain, records, experiments."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hbp_nrp_virtual_coach.simulation import Simulation
+from hbp_nrp_virtual_coach.virtual_coach import VirtualCoach
+
+from nrp_core import Recording
+from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError
+
+POSE = """@nrp.MapCSVRecorder("recorder", filename="pose.csv", headers=["time", "x"])
+@nrp.MapRobotSubscriber("states", Topic("/gazebo/model_states", gazebo_msgs.msg.ModelStates))
+@nrp.Robot2Neuron()
+def record_pose(t, recorder, states):
+    names = states.value.name if states.value else []
+    if "robot" in names:
+        recorder.record_entry(t, states.value.pose[names.index("robot")].position.x)
+"""
+AHEAD = """@nrp.Neuron2Robot(Topic("/robot/p3dx/cmd_vel", geometry_msgs.msg.Twist))
+def drive(t):
+    return geometry_msgs.msg.Twist(linear=geometry_msgs.msg.Vector3(x=0.4, y=0.0, z=0.0))
+"""
+MACHINE = """import hbp_nrp_excontrol.nrp_states as states
+from smach import StateMachine
+sm = StateMachine(outcomes=["done", "error", "preempted"])
+with sm:
+    StateMachine.add("wait", states.ClockDelayState(0.1),
+                     transitions={"valid": "wait", "invalid": "paint", "preempted": "preempted"})
+    StateMachine.add("paint", states.SetMaterialColorServiceState(
+        "left_vr_screen", "body", "screen_glass", "Gazebo/RedGlow"),
+        transitions={"succeeded": "done", "aborted": "error", "preempted": "preempted"})
+"""
+
+Launched = Callable[..., Simulation]
+
+
+@pytest.fixture
+def coach(corpus: Path, monkeypatch: pytest.MonkeyPatch) -> VirtualCoach:
+    monkeypatch.setenv("NRP_MODELS", str(corpus / "models"))
+    monkeypatch.setenv("NRP_PACE", "max")
+    return VirtualCoach(environment=corpus)
+
+
+@pytest.fixture
+def launched(coach: VirtualCoach, monkeypatch: pytest.MonkeyPatch) -> Iterator[Launched]:
+    """Launches an experiment of the corpus, which stops at the end of the test."""
+    simulations: list[Simulation] = []
+
+    def launch(name: str = "p3dx_2018", settings: str = "duration=600s") -> Simulation:
+        monkeypatch.setenv("NRP_SET", settings)
+        simulations.append(coach.launch_experiment(name))
+        return simulations[-1]
+
+    yield launch
+    for simulation in simulations:
+        simulation.stop()
+
+
+def run_to(simulation: Simulation, time_s: float) -> dict[str, Any]:
+    """Run a simulation until a whole second, where it is paused; return its status there."""
+    reached: list[dict[str, Any]] = []
+
+    def on_status(status: dict[str, Any]) -> None:
+        if not reached and status["simulationTime"] == time_s and status["state"] == "started":
+            simulation.pause()
+            reached.append(status)
+
+    simulation.register_status_callback(on_status)
+    simulation.start()
+    while simulation.get_state() == "started":
+        time.sleep(0.01)
+    return reached[0]
+
+
+def xs(simulation: Simulation) -> list[float]:
+    return [float(row[1]) for row in simulation.get_csv_data("pose.csv")[1:]]
+
+
+def test_a_pause_in_a_callback_is_exact_and_the_clock_stands_still(launched: Launched) -> None:
+    simulation = launched()
+    status = run_to(simulation, 1.0)
+    assert (status["simulationTime"], status["state"], status["timeout"]) == (1.0, "started", 599.0)
+    rows = simulation.get_csv_data("spikes.csv")
+    assert simulation.get_state() == "paused"
+    time.sleep(0.3)
+    assert simulation.get_csv_data("spikes.csv") == rows
+    assert max(float(when) for _, when in rows[1:]) <= 1000.0
+
+
+def test_an_edited_function_acts_and_keeps_its_source_and_the_state(launched: Launched, corpus: Path) -> None:
+    simulation = launched()
+    simulation.add_transfer_function(POSE)
+    assert simulation.get_transfer_function("drive") == (corpus / "p3dx_2018" / "drive.py").read_text()
+    simulation.edit_transfer_function("drive", AHEAD)
+    assert simulation.get_transfer_function("drive") == AHEAD
+    run_to(simulation, 1.0)
+    assert xs(simulation)[-1] == pytest.approx(0.4, abs=0.04)  # 0.4 m/s for a second
+    simulation.start()
+    simulation.edit_transfer_function("drive", AHEAD.replace("0.4", "0.0"))
+    assert simulation.get_state() == "started"
+    simulation.pause()
+
+
+def test_an_edit_that_is_wrong_changes_nothing(launched: Launched) -> None:
+    simulation = launched()
+    before = simulation.get_transfer_function("drive")
+    for name, source, said in (
+        ("drve", AHEAD, "no transfer function 'drve'; did you mean 'drive'"),
+        ("drive", "def drive(t:", "neither Python 3 nor Python 2"),
+        ("drive", "x = 1\n", "does not declare a transfer function"),
+        ("drive", AHEAD.replace("def drive", "def grab_laser"), "a transfer function 'grab_laser' already"),
+        ("drive", AHEAD + "raise ValueError('no')\n", "no"),
+    ):
+        with pytest.raises(ExperimentError, match=said):
+            simulation.edit_transfer_function(name, source)
+        assert simulation.get_transfer_function("drive") == before
+    with pytest.raises(ExperimentError, match="'drive' already"):
+        simulation.add_transfer_function(AHEAD)
+    simulation.delete_transfer_function("drive")
+    with pytest.raises(ExperimentError, match="no transfer function 'drive'"):
+        simulation.get_transfer_function("drive")
+
+
+def test_saved_functions_are_those_of_the_next_launch(launched: Launched, corpus: Path) -> None:
+    simulation = launched()
+    simulation.edit_transfer_function("drive", AHEAD)
+    simulation.save_transfer_functions()
+    assert (corpus / "p3dx_2018" / "drive.py").read_text() == AHEAD
+    assert launched().get_transfer_function("drive") == AHEAD
+    simulation.add_transfer_function(POSE)
+    with pytest.raises(ExperimentError, match="'record_pose' is not saved"):
+        simulation.save_transfer_functions()
+
+
+def test_resets_pause_and_bring_back_what_they_name(launched: Launched) -> None:
+    simulation = launched()
+    simulation.add_transfer_function(POSE)
+    simulation.edit_transfer_function("drive", AHEAD)
+    run_to(simulation, 1.0)
+    simulation.reset("robot_pose")
+    assert simulation.get_state() == "paused"
+    run_to(simulation, 2.0)
+    path = xs(simulation)
+    assert path[-1] == pytest.approx(0.4, abs=0.05)  # of the second that followed the reset
+    simulation.start()
+    simulation.reset("full")
+    assert simulation.get_state() == "paused"
+    run_to(simulation, 1.0)
+    assert xs(simulation)[-1] == pytest.approx(path[49], abs=1e-9)  # the first second, once more
+    with pytest.raises(CapabilityError, match="shares its time with the world"):
+        simulation.reset("brain")
+    with pytest.raises(ExperimentError, match="no reset 'ful'; did you mean 'full'"):
+        simulation.reset("ful")
+
+
+def test_another_brain_begins_at_zero_with_the_functions_that_there_are(launched: Launched) -> None:
+    simulation = launched()
+    simulation.edit_transfer_function("drive", AHEAD)
+    brain = simulation.get_brain()
+    states: list[str] = []
+    run_to(simulation, 1.0)
+    simulation.register_status_callback(lambda status: states.append(status["state"]))
+    simulation.edit_brain(brain + "\nmarked = True\n")
+    assert simulation.get_brain().endswith("marked = True\n")
+    assert simulation.get_transfer_function("drive") == AHEAD
+    with pytest.raises(ExperimentError, match="division by zero"):
+        simulation.edit_brain("1/0")
+    assert simulation.get_brain().endswith("marked = True\n")
+    assert "stopped" not in states
+    assert run_to(simulation, 1.0)["simulationTime"] == 1.0
+
+
+def test_populations_are_read_and_named_anew(launched: Launched) -> None:
+    simulation = launched()
+    populations = simulation.get_populations()
+    assert populations == {
+        "sensors": {"from": 0, "to": 10}, "actors": {"from": 10, "to": 12}, "record": "Population",
+    }  # fmt: skip
+    changed = {**populations, "actors": [10, 11], "record": {"from": 0, "to": 4, "step": 1}}
+    run_to(simulation, 1.0)
+    assert {11.0} <= {float(row[0]) for row in simulation.get_csv_data("spikes.csv")[1:]}
+    simulation.edit_populations(changed)
+    assert simulation.get_populations() == changed
+    run_to(simulation, 1.0)
+    neurons = {float(row[0]) for row in simulation.get_csv_data("spikes.csv")[1:]}
+    assert neurons
+    assert neurons <= {0.0, 1.0, 2.0, 3.0}
+    with pytest.raises(ExperimentError, match="population 'actors' must be a dict"):
+        simulation.edit_populations({"actors": 1.5})  # type: ignore[dict-item]
+    assert simulation.get_populations() == changed
+
+
+def test_state_machines_are_exchanged_in_a_run(launched: Launched) -> None:
+    simulation = launched("screens_2016", "duration=600s world.options.image_scale=0.25")
+    name = "HuskyAwareScreenControlling"
+    assert "wait_for_husky" in simulation.get_state_machine(name)
+    simulation.delete_state_machine(name)
+    simulation.add_state_machine("painter", MACHINE)
+    with pytest.raises(ExperimentError, match="a state machine 'painter' already"):
+        simulation.add_state_machine("painter", MACHINE)
+    with pytest.raises(ExperimentError, match="neither Python 3 nor Python 2"):
+        simulation.edit_state_machine("painter", "while")
+    assert simulation.get_state_machine("painter") == MACHINE
+    run_to(simulation, 1.0)
+    topic = "/left_vr_screen/body/screen_glass/color"
+    latest = simulation._runner.call(lambda run: run.world.subscribe(topic).latest)
+    assert latest is not None
+    assert (latest.message.r, latest.message.g, latest.message.b) == (1.0, 0.0, 0.0)
+
+
+def test_a_recording_holds_the_run_since_it_began(launched: Launched, corpus: Path) -> None:
+    simulation = launched()
+    with pytest.raises(LifecycleError, match="is not being recorded"):
+        simulation.stop_recording(True)
+    simulation.start_recording()
+    run_to(simulation, 1.0)
+    folder = simulation.stop_recording(True, description="the first second")
+    assert folder is not None
+    assert folder.is_relative_to(corpus / "p3dx_2018")
+    assert Recording(folder).run["result"]["sim_time_s"] == 1.0
+    simulation.start_recording()
+    assert simulation.stop_recording(False) is None
+
+
+def test_what_comes_after_the_end_is_refused_and_records_stay(launched: Launched) -> None:
+    simulation = launched(settings="duration=1s")
+    simulation.start()
+    while simulation.get_state() != "stopped":
+        time.sleep(0.01)
+    assert len(simulation.get_csv_data("spikes.csv")) > 100
+    simulation.stop()
+    for action in (simulation.start, simulation.pause, simulation.print_transfer_functions):
+        with pytest.raises(LifecycleError, match="the simulation is stopped; launch the experiment again"):
+            action()
+    with pytest.raises(ExperimentError, match=r"a file 'spike.csv'; did you mean 'spikes.csv'"):
+        simulation.get_csv_data("spike.csv")
+
+
+def test_a_callback_that_fails_does_not_end_the_run(
+    launched: Launched, caplog: pytest.LogCaptureFixture
+) -> None:
+    simulation = launched()
+    simulation.register_status_callback(lambda status: status["no such key"])
+    assert run_to(simulation, 1.0)["simulationTime"] == 1.0
+    assert "a status callback failed" in caplog.text
+
+
+def test_experiments_are_cloned_changed_and_deleted(coach: VirtualCoach, corpus: Path) -> None:
+    name = coach.clone_experiment_to_storage("p3dx_2018")
+    assert name == "p3dx_2018_0"
+    coach.set_experiment_file(name, "drive.py", AHEAD)
+    assert (corpus / name / "drive.py").read_text() == AHEAD
+    assert coach.clone_experiment_to_storage("braitenberg_husky") == "braitenberg_husky_0"
+    assert coach.clone_experiment_to_storage("p3dx_2018") == "p3dx_2018_1"
+    with pytest.raises(ExperimentError, match="lies outside of the experiment"):
+        coach.set_experiment_file(name, "../drive.py", AHEAD)
+    coach.delete_cloned_experiment(name)
+    assert not (corpus / name).exists()
+    with pytest.raises(ExperimentError, match="'braitenberg_husky' is installed"):
+        coach.delete_cloned_experiment("braitenberg_husky")
+    with pytest.raises(ExperimentError, match=r"no experiment 'p3dx_208' .*did you mean 'p3dx_2018"):
+        coach.launch_experiment("p3dx_208")
+
+
+def test_accounts_and_servers_are_accepted_and_mentioned_once(
+    corpus: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    from hbp_nrp_virtual_coach.once import say_once
+
+    say_once.cache_clear()
+    for _ in range(2):
+        VirtualCoach("http://148.187.97.12", storage_username="nrpuser", storage_password="password")
+    assert caplog.text.count("accounts are not needed") == 1
+    assert caplog.text.count("is not a folder") == 1
+    with pytest.raises(ExperimentError, match="no such folder of experiments"):
+        VirtualCoach(str(corpus / "nowhere"))
+
+
+def test_parts_that_are_missing_and_functions_that_fail_are_logged(
+    launched: Launched, caplog: pytest.LogCaptureFixture
+) -> None:
+    launched("arm_2017")
+    assert "the simulation is not complete: " in caplog.text
+    assert "room 'nowhere/biology_base.sdf' not found" in caplog.text
+    simulation = launched()
+    simulation.edit_transfer_function("drive", AHEAD.replace("return", "1 / 0\n    return"))
+    run_to(simulation, 1.0)
+    assert caplog.text.count("transfer function 'drive' is set aside") == 1
+    assert "ZeroDivisionError" in caplog.text
+    simulation.edit_transfer_function("drive", AHEAD)
+    simulation.add_transfer_function(POSE)
+    run_to(simulation, 2.0)
+    assert xs(simulation)[-1] > 0.3  # it runs again
+
+
+def test_an_error_of_an_engine_halts_and_a_full_reset_helps(launched: Launched) -> None:
+    simulation = launched(settings="duration=600s on_error=stop")
+    simulation.edit_transfer_function("drive", AHEAD.replace("return", "1 / 0\n    return"))
+    simulation.start()
+    while simulation.get_state() == "started":
+        time.sleep(0.01)
+    assert simulation.get_state() == "halted"
+    with pytest.raises(LifecycleError, match=r"halted by an error: .*division by zero"):
+        simulation.start()
+    simulation.edit_transfer_function("drive", AHEAD)
+    simulation.reset("full")
+    assert run_to(simulation, 1.0)["simulationTime"] == 1.0
+
+
+def test_the_names_of_what_there_is_are_printed(
+    coach: VirtualCoach, launched: Launched, capsys: pytest.CaptureFixture[str]
+) -> None:
+    simulation = launched()
+    coach.print_running_experiments()
+    simulation.print_transfer_functions()
+    simulation.stop()
+    coach.print_running_experiments()
+    coach.print_last_run_files("p3dx_2018", "csv")
+    coach.print_experiment_runs_files("p3dx_2018", "csv")
+    expected = """p3dx_2018: paused
+grab_laser
+drive
+csv_spike_monitor
+spikes.csv
+run 0: spikes.csv
+"""
+    assert capsys.readouterr().out == expected
+    with pytest.raises(ExperimentError, match="does not have a run 3; runs: 0 to 0"):
+        coach.get_experiment_run_file("p3dx_2018", "csv", 3, "spikes.csv")

@@ -1,0 +1,107 @@
+"""Scripts for the Virtual Coach run unchanged, with plain Python; ``nrp run`` says what they must find."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from nrp_experiments import braitenberg_husky
+
+SCRIPTS = Path(__file__).with_name("coach_scripts")
+BIN = Path(sys.executable).parent
+
+Ran = Callable[..., str]
+
+SPIKES = """import hbp_nrp_client.tf_framework as nrp
+
+
+@nrp.MapCSVRecorder("recorder", filename="all_spikes.csv", headers=["id", "time"])
+@nrp.MapSpikeSink("spikes", nrp.brain.actors, nrp.spike_recorder)
+@nrp.Robot2Neuron()
+def all_spikes(t, recorder, spikes):
+    for neuron, time in spikes.times:
+        recorder.record_entry(neuron, time)
+"""
+
+
+@pytest.fixture
+def ran(corpus: Path, tmp_path: Path) -> Ran:
+    """Runs a program in an empty folder and returns its output."""
+
+    def run(*command: str | Path, **variables: str) -> str:
+        folders = {"NRP_EXPERIMENTS": str(corpus), "NRP_MODELS": str(corpus / "models"), "NRP_PACE": "max"}
+        done = subprocess.run(
+            [str(part) for part in command], cwd=tmp_path, env={**os.environ, **folders, **variables},
+            capture_output=True, text=True, check=False, timeout=300,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    return run
+
+
+@pytest.mark.slow
+def test_a_status_callback_ends_a_trial_at_its_second(ran: Ran, corpus: Path, tmp_path: Path) -> None:
+    experiment = corpus / "p3dx_2018"
+    ran(BIN / "nrp", "run", experiment, "--allow-incomplete", "--until", "1s", "-s", "duration=2 s")
+    expected = (experiment / "csv" / "spikes.csv").read_text()
+    assert expected.count("\n") > 100
+    said = ran(sys.executable, SCRIPTS / "trial.py", tmp_path, NRP_SET="duration=2s")
+    assert (tmp_path / "spikes.csv").read_text() == expected
+    assert "p3dx_2018\n" in said
+    assert (experiment / "csv" / "run_0" / "spikes.csv").read_text() == expected
+
+
+@pytest.mark.slow
+def test_generations_edit_functions_and_reset(ran: Ran) -> None:
+    said = ran(sys.executable, SCRIPTS / "generations.py", NRP_SET="duration=60s", NRP_PACE="realtime")
+    generations = [[float(word) for word in line.split()] for line in said.splitlines()]
+    assert [gain for gain, _, _ in generations] == [0.25, 0.5]
+    for gain, time, speed in generations:
+        assert 1.0 <= time < 20.0
+        assert speed == pytest.approx(gain * time)  # of this step: what was added runs last
+
+
+@pytest.mark.slow
+def test_an_installed_experiment_runs_with_a_function_more(ran: Ran, tmp_path: Path) -> None:
+    (tmp_path / "spikes.py").write_text(SPIKES)
+    small = "duration=1s world.options.image_scale=0.25"
+    said = ran(sys.executable, SCRIPTS / "shipped.py", NRP_SET=small)
+    folder = Path(str(braitenberg_husky.__file__)).parent
+    files = f"{folder}/listing1.py, {folder}/listing2.py, spikes.py"
+    (tmp_path / "twin.yaml").write_text(
+        f"{{extends: braitenberg_husky/no_red, transfer_functions: [{files}]}}"
+    )
+    ran(BIN / "nrp", "run", tmp_path / "twin.yaml", *(part for one in small.split() for part in ("-s", one)))
+    assert said == (tmp_path / "csv" / "all_spikes.csv").read_text()
+    assert said.count("\n") > 10
+
+
+@pytest.mark.parametrize("place", ["before", "after"])
+def test_an_installed_pynrp_is_never_shadowed(ran: Ran, tmp_path: Path, place: str) -> None:
+    package = tmp_path / "site" / "pynrp"
+    package.mkdir(parents=True)
+    (package / "__init__.py").touch()
+    (package / "virtual_coach.py").write_text("VirtualCoach = 'theirs'\n")
+    where = "0" if place == "before" else "len(sys.path)"
+    script = f"import sys; sys.path.insert({where}, {str(package.parent)!r})\n"
+    script += "from pynrp.virtual_coach import VirtualCoach; print(VirtualCoach)"
+    assert ran(sys.executable, "-c", script) == "theirs\n"
+
+
+def test_without_pynrp_the_newer_name_is_ours(ran: Ran) -> None:
+    script = "from pynrp.virtual_coach import VirtualCoach; print(VirtualCoach.__module__)"
+    assert ran(sys.executable, "-c", script) == "hbp_nrp_virtual_coach.virtual_coach\n"
+
+
+@pytest.mark.slow
+def test_a_script_that_ends_early_ends_its_simulation(ran: Ran, corpus: Path) -> None:
+    script = """if True:
+        from hbp_nrp_virtual_coach.virtual_coach import VirtualCoach
+        VirtualCoach().launch_experiment('p3dx_2018').start()"""
+    ran(sys.executable, "-c", script, NRP_SET="duration=600s", NRP_PACE="realtime")
+    assert (corpus / "p3dx_2018" / "csv" / "run_0" / "spikes.csv").read_text().startswith("id,time\n")
