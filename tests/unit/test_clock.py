@@ -72,7 +72,7 @@ def test_sample_k_is_the_last_one_due_from_its_own_time_on(rate: float, step_ns:
     assert schedule.index_at(int(due_ns) - 1) < k
 
 
-def test_a_30_hz_camera_on_2_ms_steps_gives_30_pictures_in_every_second() -> None:
+def test_a_30_hz_camera_on_2_ms_steps_gives_30_images_in_every_second() -> None:
     schedule = SampleSchedule.of(30, 2 * MS)
     times = [schedule.sample_ns(k) for k in range(300)]
     assert times[:4] == [0, 34 * MS, 68 * MS, 100 * MS]

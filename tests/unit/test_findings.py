@@ -2,12 +2,25 @@
 
 import json
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+import nrp_core
 from nrp_core.errors import ExperimentError, TopicError
-from nrp_core.findings import Code, Finding, InvalidExperimentError, Level, has_errors
+from nrp_core.findings import (
+    Code,
+    Finding,
+    Findings,
+    InvalidExperimentError,
+    Level,
+    Weight,
+    has_errors,
+    headline,
+    merged,
+)
+from nrp_core.findings.problems import is_complete
 
 WARNING = Finding(Code.NRP209, "repaired", Level.WARNING, Path("room.sdf"), 3)
 ERROR = Finding(Code.NRP212, "no topic '/a'", path=Path("experiment.yaml"), line=2, column=5)
@@ -22,6 +35,7 @@ def test_a_finding_is_plain_data() -> None:
     assert json.loads(json.dumps(ERROR.to_dict())) == {
         "code": "NRP212", "message": "no topic '/a'", "level": "error",
         "path": "experiment.yaml", "line": 2, "column": 5,
+        "subject": None, "count": 1, "weight": "incomplete",
         "why": Code.NRP212.why, "suggestion": Code.NRP212.suggestion,
     }  # fmt: skip
 
@@ -57,3 +71,86 @@ def test_an_error_with_findings_reaches_whoever_waits_in_another_process():
     error = pickle.loads(pickle.dumps(InvalidExperimentError([found])))
     assert isinstance(error, InvalidExperimentError)
     assert (error.findings, error.path, error.line) == ((found,), Path("a.yaml"), 3)
+
+
+def test_every_code_is_explained_in_full() -> None:
+    for code in Code:
+        for text in (code.summary, code.why, code.suggestion):
+            assert text.endswith("."), code
+        assert code.counted(3).startswith("3 "), code
+        assert isinstance(code.weight, Weight)
+
+
+def test_weights_are_ordered_by_their_effect_on_a_run() -> None:
+    assert Weight.REMARK < Weight.ALTERED < Weight.INCOMPLETE
+    assert max(finding.weight for finding in (WARNING, ERROR)) is Weight.INCOMPLETE
+    assert str(Weight.ALTERED) == "altered"
+
+
+def test_only_what_is_left_out_fails_or_ends_early_makes_a_run_incomplete() -> None:
+    left_out = {Code.NRP256, Code.NRP257, Code.NRP269, Code.NRP272, Code.NRP273}
+    failed = {Code.NRP274, Code.NRP275, Code.NRP276, Code.NRP294}
+    assert {code for code in Code if code.weight is Weight.INCOMPLETE} == left_out | failed
+
+
+def test_a_warning_of_a_code_that_is_an_error_elsewhere_alters_the_run() -> None:
+    alias = Finding(Code.NRP212, "no topic '/a'", Level.WARNING)
+    weights = {level: replace(alias, level=level).weight for level in Level}
+    assert weights == {
+        Level.ERROR: Weight.INCOMPLETE, Level.WARNING: Weight.ALTERED, Level.NOTE: Weight.REMARK,
+    }  # fmt: skip
+    assert is_complete([alias])
+
+
+def test_collected_findings_are_kept_once_and_in_their_order() -> None:
+    found = Findings()
+    for _ in range(2):
+        found.add(Code.NRP258, "the mesh 'a.dae' is replaced", subject="a.dae")
+        found.add(Code.NRP261, "the plugin 'p' has no effect", subject="p")
+    assert [finding.subject for finding in found] == ["a.dae", "p"]
+    assert {finding.level for finding in found} == {Level.WARNING}
+    assert [finding.subject for finding in found.of(Code.NRP261)] == ["p"]
+    assert "the plugin 'p' has no effect" in found
+    assert "the plugin" not in found
+
+
+def test_a_text_becomes_a_finding_of_the_general_code() -> None:
+    found = Findings(["slow"])
+    found.append("slow")
+    found += ["hot", "slow"]
+    assert [(finding.code, finding.message) for finding in found] == [
+        (Code.NRP278, "slow"),
+        (Code.NRP278, "hot"),
+    ]
+    assert Findings(["x"], general=Code.NRP217)[0].code is Code.NRP217
+
+
+def test_findings_that_differ_only_in_place_become_one_that_counts_them() -> None:
+    places = [
+        Finding(Code.NRP263, "<a> is ignored", Level.WARNING, Path("a.sdf"), line) for line in (3, 4, 9)
+    ]
+    other = Finding(Code.NRP263, "<b> is ignored", Level.WARNING, Path("a.sdf"), 5)
+    first, second = merged([*places, other])
+    assert (first.line, first.count, str(first)) == (3, 3, "a.sdf:3: <a> is ignored (and 2 more) [NRP263]")
+    assert second == other
+    assert headline([first, second]) == "4 elements of models are ignored"
+    assert headline([other]) == "<b> is ignored"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "cannot save and restore", "have no '{variable", "has no {things", "; it shows: ",
+        "the world backend '{", "would not move;", "cannot move models", "does not control joints",
+        "cannot change its scene",
+    ],
+)  # fmt: skip
+def test_the_words_of_a_shared_refusal_stand_in_one_file(words: str) -> None:
+    root = Path(nrp_core.__file__).parents[1]
+    files = [
+        file
+        for folder in ("nrp_core", "backends", "plugins", "bibi")
+        for file in (root / folder).rglob("*.py")
+        if words in file.read_text("utf-8")
+    ]
+    assert files == [root / "nrp_core" / "findings" / "capabilities.py"]

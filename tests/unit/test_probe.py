@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core._support.probe import ChildResult, ask, inquire
+from nrp_core._support.probe import ChildResult, probe_succeeds, run_probe
 
 
 @pytest.fixture
@@ -18,13 +18,13 @@ def module(site: Path) -> Path:
 
 def test_an_answer_holds_what_the_child_wrote_and_how_it_ended(module: Path) -> None:
     module.write_text("import sys; print(sys.argv[1]); print('oh', file=sys.stderr); sys.exit(3)")
-    assert inquire("asked", "yes") == ChildResult(3, "yes\n", "oh\n")
-    assert not ask("asked", "yes")
+    assert run_probe("asked", "yes") == ChildResult(3, "yes\n", "oh\n")
+    assert not probe_succeeds("asked", "yes")
 
 
 def test_a_child_that_is_killed_shows_the_signal(module: Path) -> None:
     module.write_text("import os; os.kill(os.getpid(), 9)")
-    assert inquire("asked") == ChildResult(-9)
+    assert run_probe("asked") == ChildResult(-9)
 
 
 def test_a_child_that_does_not_end_is_ended_with_whatever_it_started(module: Path, tmp_path: Path) -> None:
@@ -32,7 +32,7 @@ def test_a_child_that_does_not_end_is_ended_with_whatever_it_started(module: Pat
     module.write_text(
         f"import os; open(r'{tmp_path}/pid', 'w').write(str(os.getpid())); os.system({grandchild!r})"
     )
-    assert inquire("asked", timeout_s=0.5) == ChildResult(None)
+    assert run_probe("asked", timeout_s=0.5) == ChildResult(None)
     group = (tmp_path / "pid").read_text()
     for _ in range(500):  # the system takes a moment
         if not alive(group):
@@ -42,7 +42,7 @@ def test_a_child_that_does_not_end_is_ended_with_whatever_it_started(module: Pat
 
 
 def alive(group: str) -> bool:
-    """Tell whether a process of a group runs."""
+    """Return whether a process of a group runs."""
     for path in Path("/proc").glob("[0-9]*/stat"):
         try:
             state, _, its_group = path.read_text().rpartition(")")[2].split()[:3]
@@ -55,10 +55,10 @@ def alive(group: str) -> bool:
 
 def test_an_answer_is_kept_under_all_that_it_depends_on(module: Path) -> None:
     module.write_text("import random; print(random.random())")
-    first = inquire("asked", depends_on="version 1")
-    assert inquire("asked", depends_on="version 1") == first
-    assert inquire("asked", depends_on="version 2") != first
-    assert inquire("asked", depends_on="version 1", anew=True) != first
+    first = run_probe("asked", depends_on="version 1")
+    assert run_probe("asked", depends_on="version 1") == first
+    assert run_probe("asked", depends_on="version 2") != first
+    assert run_probe("asked", depends_on="version 1", anew=True) != first
 
 
 def test_without_a_place_to_keep_answers_it_is_asked_every_time(
@@ -67,13 +67,13 @@ def test_without_a_place_to_keep_answers_it_is_asked_every_time(
     (tmp_path / "file").touch()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     module.write_text("print('here')")
-    assert ask("asked")
-    assert ask("asked")
+    assert probe_succeeds("asked")
+    assert probe_succeeds("asked")
 
 
 def test_a_damaged_answer_is_asked_anew(module: Path) -> None:
     module.write_text("print('here')")
-    inquire("asked")
+    run_probe("asked")
     (kept,) = Path(os.environ["XDG_CACHE_HOME"]).rglob("*.json")
     kept.write_text('{"answer": {"nonsense": 1}}')
-    assert inquire("asked").output == "here\n"
+    assert run_probe("asked").output == "here\n"

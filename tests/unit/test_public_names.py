@@ -14,19 +14,11 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 DOORS = ("nrp_core", "nrp_core.brain", "nrp_core.world", "nrp_core.comparison")
-DEEP = frozenset(
-    f"plugins/nrp-world-ros/src/nrp_world_ros/{name}.py"
-    for name in (
-        "body", "command", "opening",  # a command of nrp that runs an experiment
-        "bridge", "calls", "frames", "hosted/engine", "parts", "whereabouts",  # parts of a world over ROS
-    )
-)  # fmt: skip
-"""Files that need what is not public; it moves with them."""
 IMPORT = re.compile(
     r"^[ >]*(?:from (nrp_core[\w.]*) import (\([^)]*\)|[^\n#]*)|import (nrp_core[\w.]*))", re.MULTILINE
 )
 
-OWN_FILE = re.compile(r"^```python\n# (?:nrp_core|backends|tests)/.*?^```$", re.MULTILINE | re.DOTALL)
+OWN_FILE = re.compile(r"^```python\n# (?:nrp_core|backends)/.*?^```$", re.MULTILINE | re.DOTALL)
 """A block of a page that becomes a file of the project itself, which does not use the doors."""
 
 
@@ -128,8 +120,6 @@ def test_the_reference_names_every_name_of_the_doors_and_no_other() -> None:
 
 @pytest.mark.parametrize("path", outside(), ids=lambda path: str(path.relative_to(ROOT)))
 def test_who_writes_outside_the_core_uses_public_names_only(path: Path) -> None:
-    if str(path.relative_to(ROOT)) in DEEP:
-        pytest.skip("needs what is not public")
     for module, name in imported(OWN_FILE.sub("", path.read_text())):
         assert is_public(module) or is_public(f"{module}.{name}"), f"{module}.{name}"
         names = getattr(importlib.import_module(module), "__all__", None)

@@ -88,6 +88,23 @@ def test_a_broken_plugin_is_named_with_its_cause_and_hides_no_other(install: Ins
     assert brains().load("good")
 
 
+@pytest.mark.parametrize(
+    ("source", "message", "line"),
+    [
+        ("x = 1\ndef f(:\n", "SyntaxError: invalid syntax", 2),
+        ("x = 1\n\nx = undefined\n", "NameError: name 'undefined' is not defined", 3),
+    ],
+)
+def test_a_mistake_in_a_plugin_is_named_with_its_line_and_not_with_a_command(
+    install: Install, tmp_path: Path, source: str, message: str, line: int
+) -> None:
+    install("wrong", source, module="my_backend_with_a_mistake")
+    with pytest.raises(BackendLoadError) as error:
+        brains().load("wrong")
+    assert str(error.value).endswith(f"{message}, at {tmp_path / 'my_backend_with_a_mistake.py'}:{line}")
+    assert "pip" not in str(error.value)
+
+
 def test_two_distributions_with_one_name_are_both_named_and_only_that_name_is_refused(
     install: Install,
 ) -> None:
@@ -116,7 +133,7 @@ def test_a_backend_that_does_not_say_was_written_for_the_first_version_of_the_in
     install("old")
     assert brains().load("old").interface_version == 1
     monkeypatch.setattr(backends, "BRAIN_INTERFACE_VERSION", 2)
-    with pytest.raises(IncompatibleBackendError, match=r"version 1; .* version 2: .*--upgrade acme-brain"):
+    with pytest.raises(IncompatibleBackendError, match=r"version 1; .* version 2; .*--upgrade acme-brain"):
         brains().load("old")
 
 

@@ -1,6 +1,7 @@
 """Looking at installed backends, of which some do what none should."""
 
 import os
+import pickle
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 from nrp_core._support import probe
 from nrp_core.brain.backends import brains
 from nrp_core.cli.survey import Surveyed, look_at, survey
+from nrp_core.errors import BackendError
 
 GOOD = """
 from nrp_core.brain.interface import BrainBackend, BrainCapabilities
@@ -80,6 +82,27 @@ def test_a_backend_that_cannot_be_imported_is_reported_with_a_remedy(
     assert not found.available
     assert reason in found.reason
     assert "pip install" not in found.reason
+
+
+@pytest.mark.parametrize(
+    ("source", "remedy"),
+    [
+        ("import not_installed_here", "pip install --force-reinstall bad"),
+        ("from nrp_core.clock import no_such_name", "pip install --upgrade bad"),
+        ("class Backend: pass", ""),
+    ],
+)
+def test_the_command_that_helps_is_a_field_of_the_error(
+    install_brain: Install, source: str, remedy: str
+) -> None:
+    install_brain("bad", source)
+    with pytest.raises(BackendError) as raised:
+        brains().load("bad")
+    assert raised.value.remedy == remedy
+    again = pickle.loads(pickle.dumps(raised.value))
+    assert (again.reason, again.remedy, str(again)) == (raised.value.reason, remedy, str(raised.value))
+    found = looked("bad")
+    assert (found.reason, found.remedy) == (raised.value.reason, remedy)
 
 
 def test_a_backend_that_takes_forever_is_given_up(install_brain: Install) -> None:

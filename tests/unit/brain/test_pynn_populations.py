@@ -233,3 +233,23 @@ def test_a_current_that_changes_is_refused(sim: ModuleType) -> None:
 def test_an_empty_population_is_refused(sim: ModuleType) -> None:
     with pytest.raises(NetworkError, match="population 'none' has no cells"):
         sim.Population(0, sim.IF_cond_exp(), label="none")
+
+
+@pytest.mark.parametrize("part", ["cells", "cells[0:1]"])
+def test_an_attribute_that_means_a_parameter_is_refused(part: str) -> None:
+    sim = builder()
+    names = {"cells": sim.Population(2, sim.IF_curr_exp())}
+    target = eval(part, names)
+    with pytest.raises(NetworkError, match=r"set by \.set\(tau_m=\.\.\.\)"):
+        target.tau_mm = 3.0
+    with pytest.raises(NetworkError, match=r"set by \.set\(tau_m=\.\.\.\)"):
+        target.tau_m = 3.0
+    target.my_note = "kept"
+    assert target.my_note == "kept"
+
+
+def test_a_misspelt_setting_of_setup_is_refused_and_those_of_other_simulators_are_not() -> None:
+    sim = builder()
+    sim.setup(timestep=0.5, spike_precision="on_grid", threads=2)
+    with pytest.raises(NetworkError, match="no setting 'timstep'; did you mean 'timestep'"):
+        sim.setup(timstep=0.5)

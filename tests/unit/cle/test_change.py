@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -233,3 +234,65 @@ def test_any_sequence_of_changes_leaves_those_bound_that_were_asked_for(
         expected = {name: n + steps for name, n in expected.items()}
         assert {f.name: f.total.value for f in loop.functions} == expected
         assert all(function.is_bound for function in loop.functions)
+
+
+def test_a_stop_between_two_steps_ends_the_run_before_the_next() -> None:
+    loop = loop_of(counting(1))
+    begun = threading.Event()
+    loop.hooks.after_step.append(lambda _loop: begun.set() or requested.wait(10))
+    requested = threading.Event()
+    times: list[int] = []
+
+    def stop() -> None:
+        loop.stop()
+        times.append(loop.now_ns)
+
+    def ask() -> None:
+        begun.wait(10)
+        loop.between_steps(stop)
+
+    waiting = len(loop._requests._waiting)
+    other = threading.Thread(target=ask)
+    other.start()
+    watcher = threading.Thread(
+        target=lambda: _until(lambda: len(loop._requests._waiting) > waiting, requested)
+    )
+    watcher.start()
+    loop.run_until(100 * PERIOD)
+    other.join()
+    watcher.join()
+    assert times == [loop.now_ns] == [PERIOD]
+
+
+def _until(condition: Callable[[], bool], event: threading.Event) -> None:
+    while not condition():
+        time.sleep(0.001)
+    event.set()
+
+
+def test_a_thread_that_attends_makes_the_calls_of_others_between_runs_and_in_them() -> None:
+    loop = loop_of(counting(1))
+    makers: list[int] = []
+
+    def ask() -> None:
+        for _ in range(3):
+            loop.between_steps(lambda: makers.append(threading.get_ident()))
+
+    with loop.attended():
+        other = threading.Thread(target=ask)
+        other.start()
+        while len(makers) < 2:
+            loop.attend(10.0)
+        loop.run_until(PERIOD)
+        while len(makers) < 3:
+            loop.attend(10.0)
+        other.join()
+    assert makers == [threading.get_ident()] * 3
+    loop.between_steps(lambda: makers.append(0))  # nobody attends: the caller makes it
+    assert makers[3:] == [0]
+
+
+def test_attending_returns_without_a_call_in_time() -> None:
+    loop = loop_of()
+    with loop.attended():
+        loop.attend(0.01)

@@ -58,7 +58,7 @@ def test_what_agrees_is_told_and_the_exit_code_is_0(nrp: Any, worlds: Path, tmp_
     )  # fmt: skip
     assert done.code == 0
     assert "runs: 14 of 14" in done.err
-    assert done.out.startswith("The finding does not depend on the simulator")
+    assert done.out.startswith("The finding does not depend on the simulator\nThe engines agree: ")
     assert "the same to the last bit in 151 steps" in done.out
     html = page.read_text()
     assert html.count("<svg") == 3
@@ -75,6 +75,9 @@ def test_what_differs_is_named(nrp: Any, worlds: Path, tmp_path: Path) -> None:
     assert done.code == 1
     told = json.loads(done.out)
     assert told["answer"] == "depends on the world"
+    assert told["engines"]["answer"] == "the engines differ"
+    assert told["engines"]["differences"][0]["measure"] == "motion"
+    assert told["engines"]["differences"][0]["part"] == "husky/velocity"
     assert told["finding"] == ["criteria", "time_to_event"]
     assert told["metrics"]["steps"]["answer"] == "agrees across backends"
     response = told["metrics"]["drive_response"]["parts"]["husky/forward"]
@@ -108,12 +111,12 @@ def test_what_has_run_is_not_run_again_and_processes_share_the_work(
     results = tmp_path / "results"
     asked = ("diff", worlds, "--worlds", "disc,fast", "--results", results, "--json")
     first = nrp(*asked, "--seeds", 1, "--jobs", 2)
-    made = {folder: (folder / "recording.mcap").stat().st_mtime_ns for folder in results.iterdir()}
+    made = {folder: (folder / "recording.mcap").stat().st_mtime_ns for folder in results.glob("*-*")}
     assert len(made) == 2
     assert json.loads(first.out)["answer"] == "not decided: take more seeds"
     (next(iter(made)) / "run.json").unlink()  # as a kill leaves it
     nrp(*asked, "--seeds", 2, "--jobs", 1)
-    again = {folder: (folder / "recording.mcap").stat().st_mtime_ns for folder in results.iterdir()}
+    again = {folder: (folder / "recording.mcap").stat().st_mtime_ns for folder in results.glob("*-*")}
     assert len(again) == 4
     assert sum(again[folder] == made[folder] for folder in made) == 1
 
@@ -125,7 +128,7 @@ def test_another_file_is_another_run(nrp: Any, worlds: Path, tmp_path: Path) -> 
     drive = worlds / "drive.py"
     drive.write_text(drive.read_text() + "\n# changed\n")
     nrp(*asked)
-    assert len(list(results.iterdir())) == 4
+    assert len(list(results.glob("*-*"))) == 4
 
 
 def test_a_backend_that_was_worked_on_is_run_again(
@@ -139,7 +142,7 @@ def test_a_backend_that_was_worked_on_is_run_again(
     code.write_text(FAST + "\n# changed\n")
     fingerprint.cache_clear()  # another process
     nrp(*asked)
-    assert sorted(folder.name.split("-")[1] for folder in results.iterdir()) == ["disc", "fast", "fast"]
+    assert sorted(folder.name.split("-")[1] for folder in results.glob("*-*")) == ["disc", "fast", "fast"]
 
 
 def test_a_setting_can_be_drawn_with_the_seed(nrp: Any, worlds: Path, tmp_path: Path) -> None:
@@ -211,3 +214,90 @@ def test_an_experiment_says_itself_what_is_drawn_with_the_seed(
     assert len(set(part["cells"][0]["values"])) > 1
     fixed = json.loads(nrp(*asked, "--results", tmp_path / "results", "-s", "comparison=null").out)
     assert fixed["varied"] == {}
+
+
+@pytest.fixture
+def pair(nrp: Any, worlds: Path, tmp_path: Path) -> tuple[Path, Path]:
+    """Two recordings; the robot of the second drives half as fast again."""
+    one, other = tmp_path / "one", tmp_path / "other"
+    nrp("run", worlds, "--record", one)
+    nrp("run", worlds, "--record", other, "--world", "fast")
+    return one, other
+
+
+@pytest.mark.parametrize(
+    "option", [("--brains", "x"), ("--worlds", "x"), ("--seeds", 3), ("-s", "seed=1"), ("--jobs", 1)]
+)
+def test_options_of_runs_are_refused_where_nothing_runs(
+    nrp: Any, pair: tuple[Path, Path], option: tuple[Any, ...]
+) -> None:
+    done = nrp("diff", *pair, *option)
+    assert done.code == 2
+    assert "two recordings are compared without a run" in " ".join(done.err.replace("│", " ").split())
+
+
+def test_a_margin_against_seeds_is_refused_for_two_recordings(nrp: Any, pair: tuple[Path, Path]) -> None:
+    done = nrp("diff", *pair, "--margin", "rate=1")
+    assert done.code == 2
+    assert "needs many seeds" in " ".join(done.err.replace("│", " ").split())
+
+
+def test_the_exit_code_is_that_of_the_engines_on_request(nrp: Any, worlds: Path, tmp_path: Path) -> None:
+    asked = ("diff", worlds, "--seeds", 1, "--jobs", 1, "--results", tmp_path / "results")
+    assert nrp(*asked, "--worlds", "disc,twin").code == 1  # one seed decides nothing about the finding
+    assert nrp(*asked, "--worlds", "disc,twin", "--engines").code == 0
+    done = nrp(*asked, "--worlds", "disc,fast", "--engines")
+    assert done.code == 1
+    assert "The engines differ in motion (world disc -> fast, husky/velocity: " in " ".join(done.out.split())
+
+
+def test_a_margin_of_a_measure_says_what_matters(nrp: Any, worlds: Path, tmp_path: Path) -> None:
+    asked = ("diff", worlds, "--worlds", "disc,fast", "--seeds", 1, "--jobs", 1, "--engines", "--json")
+    results = ("--results", tmp_path / "results")
+    first = json.loads(nrp(*asked, *results).out)["engines"]
+    margins = [x for name in {key.split(": ")[1].split("/", 1)[0] for key in first["new"]}
+               for x in ("--margin", f"{name}=1000")]  # fmt: skip
+    done = nrp(*asked, *results, *margins)
+    assert done.code == 0
+    refused = nrp(*asked, *results, "--margin", "motion/dog=1 %")
+    assert refused.code == 3
+    assert "'motion/dog' was not measured" in refused.out
+    assert nrp(*asked, *results, "--margin", "motion=2sd").code == 2
+
+
+def test_only_differences_that_a_baseline_does_not_have_are_new(
+    nrp: Any, worlds: Path, pair: tuple[Path, Path], tmp_path: Path
+) -> None:
+    known = tmp_path / "known.json"
+    asked = ("diff", *pair, "--engines", "--baseline", known, "--json")
+    first = nrp(*asked)
+    assert first.code == 0
+    assert json.loads(first.out)["engines"]["answer"] == "the engines differ as known"
+    data = json.loads(known.read_text())
+    forgotten = next(iter(data["known"]))
+    shrunk = {key: amount for key, amount in data["known"].items() if key != forgotten}
+    known.write_text(json.dumps({**data, "known": shrunk}))
+    again = nrp(*asked)
+    assert again.code == 1
+    assert json.loads(again.out)["engines"]["new"] == [forgotten]
+    assert json.loads(known.read_text())["known"] == shrunk  # a baseline is written once
+    known.write_text(json.dumps({**data, "known": {key: v / 2 for key, v in data["known"].items()}}))
+    assert nrp(*asked).code == 1  # what has grown is new
+    known.write_text(json.dumps({**data, "experiment": "another"}))
+    assert nrp(*asked).code == 3
+    known.write_text("[]")
+    assert nrp(*asked).code == 3
+
+
+def test_a_run_that_ended_early_is_reported_first(nrp: Any, worlds: Path, tmp_path: Path) -> None:
+    one, other = tmp_path / "one", tmp_path / "other"
+    nrp("run", worlds, "--record", one)
+    wrong = worlds / "wrong.py"
+    wrong.write_text(
+        "@nrp.Neuron2Robot(Topic('/husky/cmd_vel', geometry_msgs.msg.Twist))\n"
+        "def wrong(t):\n    if t > 1.0:\n        raise ValueError('worn out')\n"
+    )
+    nrp("run", worlds, "--record", other, "-s", f"transfer_functions=[{wrong}]")
+    told = nrp("diff", one, other).out
+    assert told.startswith("not complete: ")
+    assert "worn out" in " ".join(told.split())

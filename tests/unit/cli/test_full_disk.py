@@ -40,7 +40,7 @@ def recorded(nrp: Nrp, experiment: Path, tmp_path: Path) -> Path:
 
 
 def test_the_reason_is_the_systems_also_from_libraries_that_bury_it(tmp_path: Path) -> None:
-    buried = OSError("cannot create file (file write failed: time = Fri, errno = 28, error message = '...')")
+    buried = OSError(errno.ENOSPC, "Unable to create file (file write failed: time = Fri, errno = 28, ...)")
     for error in (OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)), buried):
         with pytest.raises(ExperimentError, match=r"out: cannot be written: No space left on device$"):  # noqa: SIM117
             with writing(tmp_path / "out"):
@@ -122,6 +122,8 @@ def test_a_run_whose_end_cannot_be_recorded_has_no_whole_recording(
         done = nrp("run", experiment, "--record", tmp_path / "cut")
     assert done.code == 1
     assert "error: the recording cannot be " in done.err
+    assert "passed" not in done.out
+    assert done.out.splitlines()[-1].startswith("failed at ")
     assert Recording(tmp_path / "cut").run["state"] == "interrupted"
 
 

@@ -49,7 +49,7 @@ def test_nothing_of_a_file_of_transfer_functions_is_run(nrp, tmp_path):
     file = tmp_path / "harm.py"
     file.write_text("import os\nos.remove(__file__)\n")
     done = nrp("inspect", file)
-    assert (done.code, done.err) == (3, f"error: {file}: declares no transfer function\n")
+    assert (done.code, done.err) == (3, f"error: {file}: declares no transfer function and no parameter\n")
     assert file.is_file()
 
 
@@ -73,11 +73,11 @@ def test_it_tells_the_same_in_json(nrp):
     assert listens == ["/husky/cmd_vel"]
 
 
-def test_it_draws_a_picture(nrp, tmp_path):
-    assert nrp("inspect", HUSKY, "--picture", tmp_path / "husky.png").code == 0
-    picture = cv2.imread(str(tmp_path / "husky.png"))
-    assert picture.shape == (720, 960, 3)
-    yellow = (picture[:, :, 2] > 150) & (picture[:, :, 0] < 60)
+def test_it_draws_an_image(nrp, tmp_path):
+    assert nrp("inspect", HUSKY, "--image", tmp_path / "husky.png").code == 0
+    image = cv2.imread(str(tmp_path / "husky.png"))
+    assert image.shape == (720, 960, 3)
+    yellow = (image[:, :, 2] > 150) & (image[:, :, 0] < 60)
     assert yellow.mean() > 0.05
 
 
@@ -88,7 +88,7 @@ def test_a_room_without_one_of_its_models_is_told_without_it(nrp, tmp_path):
     done = nrp("inspect", room)
     assert done.code == 0
     assert "ground_plane" in done.out
-    assert done.err == f"warning: {room}:1: there is no 'model://gone': left out\n"
+    assert done.err == f"warning: {room}:1: there is no 'model://gone': left out [NRP260]\n"
 
 
 def test_an_archive_is_looked_into(nrp, tmp_path):
@@ -100,7 +100,7 @@ def test_an_archive_is_looked_into(nrp, tmp_path):
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("notes.txt", "hello", "not an SDF or URDF file"),
+        ("notes.txt", "hello", "not an experiment, an SDF or URDF file"),
         (
             "robot.sdf",
             "<sdf version='1.9'><model name='m'></sdf>",
@@ -117,7 +117,19 @@ def test_what_cannot_be_read_is_one_error(nrp, tmp_path, name, content, message)
     assert done.err.count("\n") == 1
 
 
-def test_a_picture_of_another_kind_is_refused_before_anything_is_read(nrp, tmp_path):
-    done = nrp("inspect", HUSKY, "--picture", tmp_path / "husky.gif")
+def test_an_image_of_another_kind_is_refused_before_anything_is_read(nrp, tmp_path):
+    done = nrp("inspect", HUSKY, "--image", tmp_path / "husky.gif")
     assert done.code == 2
     assert "an image is a .png or .jpg file" in done.err
+
+
+def test_a_robot_with_an_element_that_a_run_would_leave_out_is_described_without_it(nrp, tmp_path):
+    robot = tmp_path / "robot.sdf"
+    joint = '<joint name="{}" type="fixed"><parent>a</parent><child>b</child></joint>'
+    links = '<link name="a"/><link name="b"/>' + "\n".join(map(joint.format, ("first", "second")))
+    robot.write_text(f'<sdf version="1.6"><model name="m">\n{links}\n</model></sdf>')
+    done = nrp("inspect", robot)
+    assert done.code == 0
+    assert "joint first, fixed" in done.out
+    assert "joint second" not in done.out
+    assert "robot.sdf:3: the joint 'second' closes a loop" in done.err

@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 from nrp_core.cli import progress
-from nrp_core.cli.progress import HINT, Bar, Lines
+from nrp_core.cli.progress import HINT, SCRIPT_HINT, Bar, Lines
 
 SHARES = {"brain": 0.1, "world": 0.6, "transfer_functions": 0.2, "engine": 0.1}
 
@@ -52,7 +52,11 @@ def test_what_takes_long_is_explained(
         lines.begin_task("opening the brain (event)")
         assert lines._timer is not None
         lines._timer.join()
-    assert capsys.readouterr().err == f"opening the brain (event); {HINT}\n"
+        lines.begin_task("executing the brain script brain.py")
+        lines._timer.join()
+    opening, executing = capsys.readouterr().err.splitlines()
+    assert opening == f"opening the brain (event); {HINT}"
+    assert executing == f"executing the brain script brain.py; {SCRIPT_HINT}"
 
 
 def test_what_is_quick_is_not_mentioned(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,14 +1,19 @@
 """The commands on recordings, with engines that simulate nothing and have no snapshots."""
 
 import json
+import shutil
+import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from nrp_core.experiment.running.control import ControlServer, tell
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME
-from nrp_core.recording.reading.recording import DIGEST, digest_of
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.sealing import sealed
 
 Nrp = Callable[..., Any]
 
@@ -18,7 +23,7 @@ def recorded(nrp: Nrp, experiment: Path, tmp_path: Path) -> Path:
     folder = tmp_path / "recorded"
     done = nrp("run", experiment, "--until", "1s", "--record", folder, "--snapshots", "0.2s")
     assert done.code == 0
-    assert done.err.count("no snapshots are recorded: CountingBrain cannot save and restore its state") == 1
+    assert done.out.count("no snapshots are recorded: CountingBrain cannot save and restore its state") == 1
     return folder
 
 
@@ -35,6 +40,52 @@ def slower(recorded: Path, tmp_path: Path) -> Path:
 def test_a_recording_is_verified(nrp: Nrp, recorded: Path) -> None:
     done = nrp("replay", recorded, "--verify")
     assert (done.code, done.out) == (0, "identical: 0 s to 1 s, 50 steps\n")
+
+
+def test_functions_changed_before_the_first_step_are_changed_again(
+    nrp: Nrp, experiment: Path, slower: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The request waits at the socket from its first moment on; the first step waits for its answer."""
+    socket, folder = tmp_path / "run.sock", tmp_path / "changed"
+    changed: list[str] = []
+
+    def change() -> None:
+        while not socket.exists():
+            time.sleep(0.001)
+        (drive,) = tell(socket, "functions", add=[str(slower)], remove=[], activate=[], deactivate=[])
+        changed.append(drive["place"])
+
+    client = threading.Thread(target=change, daemon=True)
+    answer = ControlServer.answer
+
+    def answer_at_once(server: ControlServer) -> None:
+        answer(server)
+        client.join(10)
+
+    monkeypatch.setattr(ControlServer, "answer", answer_at_once)
+    client.start()
+    assert nrp("run", experiment, "--until", "0.4s", "--record", folder, "--control", socket).code == 0
+    assert changed[0].startswith(str(slower))
+    commands = [one.message.linear.x for one in Recording(folder).messages({"/husky/cmd_vel"})]
+    assert set(commands) == {0.5}
+    done = nrp("replay", folder, "--verify")
+    assert (done.code, done.out) == (0, "identical: 0 s to 0.4 s, 20 steps\n")
+
+
+def test_a_recorded_brain_needs_no_brain_script(nrp: Nrp, experiment: Path, tmp_path: Path) -> None:
+    ran, folder = tmp_path / "ran", tmp_path / "recorded"
+    script = experiment / "brain.py"
+    script.write_text(f"with open({str(ran)!r}, 'a') as ran:\n    ran.write('x')\n" + script.read_text())
+    assert nrp("run", experiment, "--until", "1s", "--record", folder).code == 0
+    before = ran.read_text()
+    done = nrp("replay", folder, "--brain", "recorded", "--world", "recorded", "--verify")
+    assert done.code == 0
+    assert done.out.startswith(
+        "the same: 0 s to 1 s, 50 steps; not compared: the brain, which was played back"
+    )
+    assert ran.read_text() == before
+    assert nrp("replay", folder, "--verify").code == 0
+    assert ran.read_text() > before
 
 
 def test_the_first_difference_is_told_and_fails_what_is_to_be_verified(
@@ -104,7 +155,7 @@ def test_what_is_asked_for_wrongly_is_refused_before_anything_runs(
         3,
         f"error: {recorded}: there is no step at 0.03 s; the next is at 0.04 s\n",
     )
-    assert "no recording of a run" in nrp("replay", recorded / RUN_NAME).err
+    assert "not a recording" in nrp("replay", recorded / RUN_NAME).err
     assert "did you mean 'raster'" in nrp("plot", recorded, "rasta").err
     assert "did you mean 'nwb'" in nrp("export", recorded, "-f", "nwbb").err
 
@@ -116,8 +167,10 @@ def test_a_recording_is_an_experiment(nrp: Nrp, recorded: Path) -> None:
 def test_inspect_tells_what_a_recording_holds(nrp: Nrp, recorded: Path) -> None:
     done = nrp("inspect", recorded)
     assert done.code == 0
-    assert done.out.startswith("drive_to_the_wall: counting and disc, seed 7\n  0 s to 1 s, 50 steps, ")
+    assert done.out.startswith("drive_to_the_wall: counting and disc, seed 7\n")
+    assert "\n  0 s to 1 s, 50 steps, " in done.out
     assert "/husky/cmd_vel" in done.out
+    assert done.out.splitlines()[-1].endswith("(criteria judged up to 1 s of 3 s: 2 open)")
     bare = nrp("inspect", recorded / MCAP_NAME, "--json")
     assert json.loads(bare.out)["topics"]["/husky/cmd_vel"]["messages"] == 50
 
@@ -127,20 +180,26 @@ def test_a_cut_recording_is_told_recovered_and_verified_as_far_as_it_goes(nrp: N
     file.write_bytes(file.read_bytes()[:-1])
     assert "nrp recover" in nrp("inspect", recorded).err
     cut = nrp("replay", recorded, "--verify")
-    assert (cut.code, cut.out) == (0, "identical: 0 s to 1 s, 50 steps\n")
-    assert "only its beginning is available" in cut.err
+    flaw = "recording.mcap (all messages are whole, the data around them is not) was changed or damaged"
+    assert (cut.code, cut.out) == (1, f"not identical: {flaw} since it was written\n")
+    assert "all messages are whole" in nrp("replay", recorded).err
     done = nrp("recover", recorded)
     assert done.code == 0
     assert (recorded / "recording.damaged.mcap").is_file()
     assert "nothing to recover" in nrp("recover", recorded).out
-    assert nrp("replay", recorded, "--verify").err.count("warning") == 0
+    assert nrp("replay", recorded, "--verify").code == 1
 
 
-def test_without_what_tells_what_ran_it_is_verified_and_that_is_said(nrp: Nrp, recorded: Path) -> None:
+def test_without_a_description_of_the_run_it_is_never_identical(nrp: Nrp, recorded: Path) -> None:
     (recorded / RUN_NAME).unlink()
+    flaw = "run.json (what ran, and the digests of all other files) is missing"
     done = nrp("replay", recorded, "--verify")
-    assert done.out == "identical: 0 s to 1 s, 50 steps\n"
-    assert done.err == "warning: there is no run.json: what ran, and with which files, is not known\n"
+    assert (done.code, done.out) == (1, f"not identical: {flaw}\n")
+    again = nrp("replay", recorded)
+    assert again.out == f"not identical: {flaw}\n"
+    assert (
+        again.err == "warning: there is no run.json: what ran, and with which files, is not known [NRP285]\n"
+    )
 
 
 def test_a_run_that_was_killed_is_compared_as_far_as_it_went(
@@ -150,7 +209,8 @@ def test_a_run_that_was_killed_is_compared_as_far_as_it_went(
     nrp("run", experiment, "--until", "2s", "--record", killed)
     told = json.loads((killed / RUN_NAME).read_text())
     told |= {"result": None, "state": "running"}
-    (killed / RUN_NAME).write_text(json.dumps(told | {DIGEST: digest_of(told)}))
+    del told["files"][MCAP_NAME]
+    (killed / RUN_NAME).write_bytes(sealed(told))
     file = killed / MCAP_NAME
     file.write_bytes(file.read_bytes()[:-1])
     done = nrp("diff", killed, recorded, "--html", page)
@@ -163,6 +223,39 @@ def test_a_run_that_was_killed_is_compared_as_far_as_it_went(
     other = json.loads(nrp("diff", killed, recorded, "--json").out)
     assert len(other["reservations"]) == 2
     assert json.loads(nrp("diff", recorded, recorded, "--json").out)["reservations"] == []
+
+
+def flipped(recording: Path, copy: Path, place: float) -> str:
+    """Flip a bit of a copy at a share of its messages' file; return its flaw."""
+    shutil.copytree(recording, copy)
+    data = bytearray((copy / MCAP_NAME).read_bytes())
+    data[int(len(data) * place)] ^= 1
+    (copy / MCAP_NAME).write_bytes(data)
+    return f"{copy}: {Recording(copy).check().flaws[0]}"
+
+
+def test_two_recordings_of_which_one_is_damaged_are_never_identical(
+    nrp: Nrp, recorded: Path, tmp_path: Path
+) -> None:
+    page = tmp_path / "page.html"
+    flaw = flipped(recorded, tmp_path / "damaged", 0.97)  # behind the messages, all of which can be read
+    done = nrp("diff", recorded, tmp_path / "damaged", "--html", page)
+    assert done.code == 1
+    assert "".join(done.out.split()).startswith("".join(flaw.split()))
+    assert "not identical: a recording is not as it was written" in done.out
+    assert "is not as it was written</h1>" in page.read_text()
+    assert nrp("diff", recorded, tmp_path / "damaged", "--engines").code == 1
+    told = json.loads(nrp("diff", recorded, tmp_path / "damaged", "--json").out)
+    assert (told["identical"], told["flaws"]) == (False, [flaw])
+
+
+def test_a_recording_of_which_no_step_can_be_read_is_not_compared(
+    nrp: Nrp, recorded: Path, tmp_path: Path
+) -> None:
+    flaw = flipped(recorded, tmp_path / "damaged", 0.4)
+    done = nrp("diff", recorded, tmp_path / "damaged")
+    assert done.code == 3
+    assert f"has no step in common with {tmp_path / 'damaged'}; {flaw}" in done.err
 
 
 def test_a_recording_is_exported(nrp: Nrp, recorded: Path, tmp_path: Path) -> None:
@@ -222,3 +315,61 @@ def test_a_figure_that_cannot_be_written_is_named(nrp: Nrp, recorded: Path, tmp_
     assert done.code != 0
     assert "folder.png" in done.err
     assert "Errno" not in done.err
+
+
+@pytest.mark.parametrize(
+    ("command", "options"), [("export", ("-f", "csv")), ("plot", ()), ("recover", ()), ("replay", ())]
+)
+def test_a_file_of_another_kind_is_refused_and_nothing_is_written(
+    nrp: Nrp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str, options: tuple[str, ...]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "anything.txt").write_text("anything\n")
+    done = nrp(command, "anything.txt", *options)
+    assert done.code == 2
+    assert "anything.txt: not a recording" in " ".join(done.err.replace("\u2502", " ").split())
+    assert [path.name for path in tmp_path.iterdir()] == ["anything.txt"]
+
+
+def test_an_export_of_a_file_of_which_nothing_is_whole_is_refused(nrp: Nrp, tmp_path: Path) -> None:
+    (tmp_path / "noise.mcap").write_bytes(bytes(range(256)))
+    done = nrp("export", tmp_path / "noise.mcap", "-f", "csv", "-o", tmp_path / "tables")
+    assert done.code == 3
+    assert "not a recording, or nothing of it is whole" in done.err
+    assert not (tmp_path / "tables").exists()
+
+
+def test_a_check_names_a_damaged_file_and_ends_with_1(nrp: Nrp, recorded: Path) -> None:
+    done = nrp("inspect", recorded, "--check")
+    assert (done.code, done.err) == (0, "")
+    assert done.out.startswith(f"{recorded}: intact: ")
+    (recorded / "notes.txt").touch()
+    listing = recorded / "experiment" / "drive.py"
+    listing.write_bytes(listing.read_bytes().replace(b" ", b"\t", 1))
+    done = nrp("inspect", recorded, "--check")
+    assert (done.code, done.out) == (1, f"{recorded}: not intact\n")
+    assert done.err.splitlines() == [
+        "note: notes.txt is not part of the recording",
+        "error: experiment/drive.py (transfer_functions) was changed or damaged since it was written",
+    ]
+    data = json.loads(nrp("inspect", recorded, "--check", "--json").out)
+    assert (data["intact"], [flaw["file"] for flaw in data["flaws"]]) == (False, ["experiment/drive.py"])
+    verified = nrp("replay", recorded, "--verify")
+    assert (verified.code, verified.out.startswith("not identical: experiment/drive.py")) == (1, True)
+
+
+def test_only_a_recording_can_be_checked(nrp: Nrp, experiment: Path) -> None:
+    assert nrp("inspect", experiment / "husky.sdf", "--check").code == 2
+
+
+def test_a_replay_of_an_incomplete_run_says_that_it_is(
+    nrp: Nrp, experiment: Path, tmp_path: Path, raising: Callable[[str], str]
+) -> None:
+    folder = tmp_path / "incomplete"
+    settings = ("-s", raising("1 / 0"), "-s", "on_error=quarantine")
+    assert nrp("run", experiment, *settings, "--record", folder).code == 1
+    done = nrp("replay", folder)
+    assert "the run is not complete:" in done.out
+    assert "✗ the transfer function 'wrong' raised ZeroDivisionError" in done.out
+    told = json.loads(nrp("replay", folder, "--json").out)["result"]
+    assert (told["complete"], told["problems"][0]["code"]) == (False, "NRP274")

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from nrp_core.cli import progress
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.writing.writer import McapFile
@@ -39,14 +41,17 @@ def test_a_run_that_is_cut_short_has_decided_nothing_and_exits_with_0(nrp: Nrp, 
     done = nrp("run", experiment, "--until", "0.1 s")
     assert done.code == 0
     assert "? arrives: not decided" in done.out
-    assert done.out.splitlines()[-1] == "not decided: the run ended early"
+    assert done.out.splitlines()[-1] == (
+        "not decided: the run ended early (criteria judged up to 0.1 s of 3 s: 2 open)"
+    )
 
 
 def test_json_holds_everything_that_scripts_rely_on(nrp: Nrp, experiment: Path) -> None:
     data = json.loads(nrp("run", experiment, "--seed", 3, "--json").out)
     assert set(data) >= {
         "experiment", "brain", "world", "seed", "sim_time_s", "wall_time_s", "real_time_factor", "steps",
-        "passed", "criteria", "time_share", "final_pose", "trajectory_digest", "spikes", "events", "warnings",
+        "duration_s", "state", "complete", "passed", "problems", "criteria", "time_share", "final_pose",
+        "trajectory_digest", "spikes", "events",
     }  # fmt: skip
     assert (data["seed"], data["passed"], data["steps"], data["error"]) == (3, True, 150, None)
     assert set(data["time_share"]) == {"brain", "world", "transfer_functions", "engine"}
@@ -114,7 +119,8 @@ def test_a_function_in_quarantine_does_not_end_the_run(nrp: Nrp, experiment: Pat
     settings = (raising("1 / 0"), "on_error=quarantine", "criteria=null")
     done = nrp("run", experiment, *(word for setting in settings for word in ("-s", setting)), "--json")
     data = json.loads(done.out)
-    assert (done.code, data["steps"], len(data["failures"])) == (0, 150, 1)
+    assert (data["steps"], len(data["failures"]), data["complete"], data["passed"]) == (150, 1, False, None)
+    assert done.code == 1
 
 
 @pytest.mark.parametrize(
@@ -132,7 +138,7 @@ def test_a_function_in_quarantine_does_not_end_the_run(nrp: Nrp, experiment: Pat
         (("run", "{}", "--plot", "figure.gif"), 2, "a figure is a .png, .svg or .pdf file"),
         (("run", "{}", "--plot", "no/such/figure.png"), 2, "the folder does not exist"),
         (("run", "{}", "--record", "{}"), 2, "a recording begins in a new folder"),
-        (("run", "{}", "--pictures", "gif"), 2, "'gif'"),
+        (("run", "{}", "--images", "gif"), 2, "'gif'"),
         (("run", "{}", "--sed", "3"), 2, "--seed"),
         (("run",), 2, "EXPERIMENT"),
     ],
@@ -252,6 +258,43 @@ def test_ctrl_c_or_a_polite_kill_ends_the_run_cleanly(running: Any, sent: signal
     assert last_ns == data["steps"] * 20_000_000
 
 
+@pytest.mark.parametrize("sent", ["TERM", "HUP"])
+def test_a_run_in_the_background_of_a_script_is_ended_cleanly(experiment: Path, sent: str) -> None:
+    script = f"""
+        {sys.executable} -m nrp_core run {experiment} --pace realtime --record out > run.txt 2>&1 &
+        while [ ! -s out/recording.mcap ] || [ $(stat -c %s out/recording.mcap) -lt 5000 ]; do
+            kill -0 $! || exit 99
+            sleep 0.05
+        done
+        kill -INT $!
+        sleep 0.1
+        kill -{sent} $!
+        wait $!
+        echo $? > code.txt
+        {sys.executable} -m nrp_core inspect out --check
+    """
+    checked = subprocess.run(
+        ["sh", "-c", script], cwd=experiment, capture_output=True, text=True, check=False, timeout=120
+    )
+    assert (experiment / "code.txt").read_text() == "130\n"
+    assert checked.returncode == 0, checked.stdout + checked.stderr
+    recording = Recording(experiment / "out")
+    assert recording.check().intact
+    assert recording.run["state"] == "interrupted"
+
+
+def test_nohup_keeps_a_run_from_ending_with_its_terminal(experiment: Path) -> None:
+    script = (
+        f"nohup {sys.executable} -m nrp_core run {experiment} --pace realtime --until 1s --record out & "
+        "while [ ! -s out/recording.mcap ]; do kill -0 $! || exit 99; sleep 0.05; done; kill -HUP $!; wait $!"
+    )
+    done = subprocess.run(
+        ["sh", "-c", script], cwd=experiment, capture_output=True, text=True, check=False, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    assert Recording(experiment / "out").run["state"] == "finished"
+
+
 def test_a_killed_run_leaves_a_recording_that_can_be_read(running: Any) -> None:
     process, folder = running
     os.kill(process.pid, signal.SIGKILL)
@@ -260,3 +303,65 @@ def test_a_killed_run_leaves_a_recording_that_can_be_read(running: Any) -> None:
     assert not recording.complete
     assert (recording.run["state"], recording.run["result"]) == ("running", None)
     assert len(list(recording.messages({"/gazebo/model_states"}))) > 2
+
+
+def test_a_brain_script_that_never_ends_is_stopped_with_its_line(nrp, experiment, monkeypatch):
+    monkeypatch.setattr(progress, "PATIENCE_S", 0.1)
+    script = experiment / "brain.py"
+    script.write_text(
+        "import time\n\nwhile True:\n    try:\n        time.sleep(0.01)\n    except Exception: pass\n"
+    )
+    done = nrp("run", experiment, "-s", "brain.time_limit=1 s")
+    assert done.code == 3
+    assert "executing the brain script brain.py; this is the experiment's own code" in done.err
+    assert "because code is compiled" not in done.err
+    assert re.search(
+        r"brain\.py:[3-6]: the brain script did not return within 1 s, its brain\.time_limit", done.err
+    )
+
+
+def test_a_script_that_leaves_the_program_is_an_error_with_its_line(
+    nrp_process: Nrp, experiment: Path
+) -> None:
+    for name, code in (("brain.py", 3), ("drive.py", 0)):
+        script = experiment / name
+        text = script.read_text()
+        script.write_text(f"import os\nos._exit({code})\n{text}")
+        done = nrp_process("run", experiment)
+        script.write_text(text)
+        assert done.code == 3
+        assert f"{name}:2: SystemExit: os._exit({code}) would end the whole program" in done.err
+
+
+def test_processes_that_a_script_forks_still_end_by_themselves(nrp_process: Nrp, experiment: Path) -> None:
+    script = experiment / "brain.py"
+    fork = "import os\nif (child := os.fork()) == 0: os._exit(7)\n"
+    check = "assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7\n"
+    script.write_text(f"{fork}{check}{script.read_text()}")
+    assert nrp_process("run", experiment, "--until", "40ms").code in (0, 1)
+
+
+def test_a_slow_brain_script_without_a_limit_runs(nrp, experiment):
+    script = experiment / "brain.py"
+    script.write_text(f"import time\ntime.sleep(0.5)\n{script.read_text()}")
+    assert nrp("run", experiment, "-s", "brain.time_limit=200 ms").code == 3
+    assert nrp("run", experiment, "-s", "brain.time_limit=off").code == 0
+
+
+def test_a_run_beyond_the_end_of_the_experiment_is_noted(nrp, experiment):
+    assert (
+        "note: --until 4s is beyond the duration of the experiment, 3 s"
+        in nrp("run", experiment, "--until", "4s").err
+    )
+    assert "beyond" not in nrp("run", experiment, "--until", "3s").err
+
+
+def test_every_figure_that_is_asked_for_is_drawn(nrp, experiment, tmp_path):
+    one, two = tmp_path / "one.png", tmp_path / "two.svg"
+    done = nrp("run", experiment, "--until", "0.1s", "--plot", one, "--plot", two)
+    assert f"  figure: {one}\n  figure: {two}\n" in done.out
+    assert one.read_bytes().startswith(b"\x89PNG")
+    assert "<svg" in two.read_text()
+    refused = nrp("run", experiment, "--plot", one, "--plot", tmp_path / "three.txt")
+    assert refused.code != 0
+    assert "three.txt" in refused.err

@@ -124,7 +124,7 @@ def test_a_margin_for_nothing_is_refused() -> None:
     ):
         with pytest.raises(ValueError, match=what):
             Margins.parse([text], [Value()])
-    with pytest.raises(ExperimentError, match="no run has 'value/at'"):
+    with pytest.raises(ExperimentError, match="'value/at' was not measured"):
         judged(Value, BY[Answer.SEED], margins=Margins.parse(["value/at=1"], [Value()]))
 
 

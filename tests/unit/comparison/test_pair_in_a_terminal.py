@@ -21,7 +21,14 @@ def told(pair: PairDiff) -> str:
 
 
 def pair(measured: list[Measured], *experiments: str) -> PairDiff:
-    one, other = (SimpleNamespace(run={"experiment": name}) for name in experiments)
+    one, other = (
+        SimpleNamespace(
+            run={"experiment": name, "state": "finished", "result": {"problems": []}},
+            recording=SimpleNamespace(folder=name),
+            end_s=9.0,
+        )
+        for name in experiments
+    )
     first = Difference(1, 20_000_000, "brain", "/brain/all/spikes", "ids[0] 1", "ids[0] 2")
     divergence: Any = Divergence("event x mujoco, seed 1", "event x mujoco, seed 2", 9, first, None)
     return PairDiff(one, other, divergence, [], measured)  # type: ignore[arg-type]

@@ -54,7 +54,7 @@ Load = Callable[[str], list[TransferFunction]]
         (1, "@nrp.Neuron2Robot(Topic('', None))\ndef f(t): pass", "a topic has a name"),
         (1, "@nrp.Neuron2Robot(Topic('/a', 'std_msgs/Flaot64'))\ndef f(t): pass", "did you mean 'Float64'"),
         (1, "@nrp.Neuron2Robot(Topic('/a', 'std_msg/Float64'))\ndef f(t): pass", "did you mean 'std_msgs'"),
-        (1, "@nrp.Neuron2Robot(Topic('/a', 3))\ndef f(t): pass", "3 is no message type"),
+        (1, "@nrp.Neuron2Robot(Topic('/a', 3))\ndef f(t): pass", "3 is not a message type"),
         (
             1,
             "@nrp.Robot2Neuron(triggers='x')\ndef f(t): pass",

@@ -80,7 +80,7 @@ def robot() -> MockWorld:
     return MockWorld({"/husky/camera": Image, "/husky/cmd_vel": Twist})
 
 
-def picture(left: int = 0, right: int = 0) -> Image:
+def image(left: int = 0, right: int = 0) -> Image:
     """A grey image with so many red columns in its halves."""
     pixels = np.full((240, 320, 3), 128, np.uint8)
     pixels[:, :left] = pixels[:, 320 - right : 320] = (255, 0, 0)
@@ -111,7 +111,7 @@ def test_listing_1_turns_voltages_into_a_twist(
 def test_listing_2_turns_red_into_rates(left: int, right: int, rates: tuple[float, float, float]) -> None:
     function = load("listing2.py")["eye_sensor_transmit"]
     rig = Rig(function, paper_brain(), robot())
-    rig.set(camera=picture(left, right))
+    rig.set(camera=image(left, right))
     rig.run()
     assert (function.red_left_eye.rate, function.red_right_eye.rate, function.green_blue_eye.rate) == rates
 
@@ -141,7 +141,7 @@ def test_the_platform_s_own_gains_choose_the_same_neurons() -> None:
     assert drive.sent("/husky/cmd_vel") == [Twist(Vector3(5.0, 0, 0), Vector3(0, 0, -25.0))]
     eyes = functions["eye_sensor_transmit"]
     see = Rig(eyes, platform_brain(), robot())
-    see.set(camera=picture(left=80))
+    see.set(camera=image(left=80))
     see.run()
     assert (eyes.red_left_eye.rate, eyes.red_right_eye.rate, eyes.green_blue_eye.rate) == (1000, 0, 56.25)
     assert eyes.red_left_eye.port.neurons.tolist() == [0, 2]

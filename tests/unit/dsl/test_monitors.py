@@ -35,8 +35,8 @@ def run_once(function: nrp.TransferFunction, topic: str) -> list[Any]:
 
 def test_spikes_are_shown_with_their_places_and_times() -> None:
     (event,) = run_once(monitor(nrp.brain.cells[1:], nrp.spike_recorder), "/monitor/spike_recorder")
-    assert (event.simulationTime, event.neuronCount, event.monitorName) == (0.02, 2, "watch")
-    assert event.populationLabel == "cells"
+    assert (event.simulation_time, event.neuron_count, event.monitor_name) == (0.02, 2, "watch")
+    assert event.population_label == "cells"
     assert [(spike.neuron, spike.time) for spike in event.spikes] == [(1, 7.0)]
 
 

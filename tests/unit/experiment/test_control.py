@@ -104,9 +104,9 @@ def test_a_second_run_on_one_socket_is_refused_and_the_first_goes_on(
     assert published == [("/a", 1)]
 
 
-def test_a_file_that_is_no_socket_is_left_alone(path: Path) -> None:
+def test_a_file_that_is_not_a_socket_is_left_alone(path: Path) -> None:
     path.write_text("precious")
-    with pytest.raises(ExperimentError, match="no socket"):
+    with pytest.raises(ExperimentError, match="not a socket"):
         ControlServer(path, {})
     assert path.read_text() == "precious"
 
@@ -136,7 +136,7 @@ def test_a_listener_that_is_no_run_is_recognised(path: Path, answer: bytes) -> N
 
         stranger = threading.Thread(target=reply)
         stranger.start()
-        with pytest.raises(ExperimentError, match="what listens here is no run"):
+        with pytest.raises(ExperimentError, match="the program that listens here is not a run"):
             tell(path, "publish", topic="/a", value=1)
         stranger.join()
 

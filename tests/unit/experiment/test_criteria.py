@@ -7,7 +7,7 @@ import pytest
 
 from nrp_core.errors import TopicError
 from nrp_core.experiment.events.conditions import Times
-from nrp_core.experiment.events.criteria import Judge, Verdict, all_passed, judge_of
+from nrp_core.experiment.events.criteria import Judge, Verdict, judge_of
 from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity
 from nrp_core.experiment.model.event_schema import Criterion, Near
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
@@ -170,17 +170,3 @@ def test_a_visual_that_a_joint_moves_has_no_known_distance(room: Scene) -> None:
     near = Near.model_validate({"model": "husky", "visual": "crane/hand/glass", "within": "1 m"})
     with pytest.raises(ValueError, match="'crane/hand' is not known: joint 'elbow' moves it"):
         Proximity(near, scene)
-
-
-def outcome(passed: bool | None) -> Verdict:
-    return Verdict(passed, None, None, None, 1.0, "")
-
-
-@pytest.mark.parametrize(
-    ("each", "together"),
-    [([], True), ([True, True], True), ([True, None], None), ([None, False], False), ([True, False], False)],
-)
-def test_a_run_passes_when_all_did_and_fails_when_one_did(
-    each: list[bool | None], together: bool | None
-) -> None:
-    assert all_passed([outcome(passed) for passed in each]) is together

@@ -112,3 +112,12 @@ def test_a_path_that_is_no_text_is_refused(tmp_path: Path) -> None:
     (folder / "experiment.yaml").touch()
     with pytest.raises(ExperimentError, match="not UTF-8"):
         find_file(str(folder))
+
+
+@pytest.mark.parametrize("name", ["loop", "loop.yaml", "folder"])
+def test_a_circle_of_symbolic_links_is_refused_with_its_name(tmp_path: Path, name: str) -> None:
+    for link, target in (("loop", "loop"), ("loop.yaml", "loop.yaml"), ("folder/experiment.yaml", "nowhere")):
+        (tmp_path / link).parent.mkdir(exist_ok=True)
+        (tmp_path / link).symlink_to(target)
+    with pytest.raises(ExperimentError, match=r"the symbolic link \S+ -> \S+ leads nowhere"):
+        find_file(str(tmp_path / name))

@@ -105,7 +105,7 @@ MISTAKES = [
      "'brain.options' has no key 'resoluton'; did you mean 'resolution'?"),
     ("1 ms}", "1 m}", "1 m}", "NRP206",
      "brain.options.resolution: 'm' is not a unit of a time; did you mean 'ms'?"),
-    ("2 ms}", "-2 ms}", "-2 ms", "NRP206", "world.options.timestep: must be more than 0, not -2000000 ns"),
+    ("2 ms}", "-2 ms}", "-2 ms", "NRP206", "world.options.timestep: must be more than 0, not -2 ms"),
     ("0, 0, 180", "180", "[0, 0", "NRP202",
      "world.robots.husky.pose: a pose is [x, y, z, roll, pitch, yaw], 6 values, not 4"),
     ("180 deg", "180 degrees", "180 degrees", "NRP202",

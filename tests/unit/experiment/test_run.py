@@ -54,8 +54,8 @@ def test_events_for_what_is_not_there_are_told_and_left_out_where_the_experiment
         open_run(events)
     run = open_run(events, "strict=false", "aliases./lamp=/no/lamp")
     run.run()
-    assert run.result().passed is True
-    told = "\n".join(run.warnings)
+    assert run.result().complete
+    told = "\n".join(map(str, run.problems))
     assert told.count("no topic '/no/such/color'") == told.count("no topic '/no/lamp'") == 1
 
 
@@ -128,9 +128,27 @@ def test_a_run_that_is_cut_short_decides_nothing_more(open_run: Open) -> None:
     assert run.result().passed is True
 
 
-def test_a_run_without_criteria_passes(open_run: Open) -> None:
+def test_a_run_without_criteria_is_complete_and_has_nothing_to_pass(open_run: Open) -> None:
     run = open_run("criteria=null")
     run.run(0.1)
+    assert (run.result().complete, run.result().passed) == (True, None)
+
+
+def test_the_end_of_the_experiment_decides_however_it_is_reached(open_run: Open) -> None:
+    whole, steps = open_run("events.red.at=9 s"), open_run("events.red.at=9 s")
+    whole.run()
+    steps.run_until(2.98)
+    assert steps.result().passed is None
+    steps.step()
+    assert whole.result().passed is steps.result().passed is False
+    assert whole.result().criteria == steps.result().criteria
+
+
+def test_a_run_goes_on_after_its_result_was_asked_for_at_the_end(open_run: Open) -> None:
+    run = open_run("events.red.at=4 s", "criteria.arrives.within_of.time=1 s", "criteria.stays_near=null")
+    run.run()
+    assert run.result().passed is False
+    run.run_until(4.5)
     assert run.result().passed is True
 
 
@@ -211,7 +229,7 @@ def test_with_quarantine_the_rest_runs_on(open_run: Open, raising: Raising) -> N
     run = open_run(raising("return 3"), "on_error=quarantine", "criteria=null")
     run.run()
     result = run.result()
-    assert (result.passed, result.sim_time_s, result.error) == (True, 3.0, None)
+    assert (result.complete, result.passed, result.sim_time_s, result.error) == (False, None, 3.0, None)
     assert [failure["function"] for failure in result.failures] == ["wrong"]
 
 
@@ -296,7 +314,7 @@ def test_whoever_waits_is_told_what_is_being_done(drive_to_the_wall: Path) -> No
     Run(load_experiment(drive_to_the_wall), told.append).close()
     assert told == [
         "reading the room and the robots",
-        "building the network",
+        "executing the brain script brain.py",
         "opening the world (disc)",
         "opening the brain (counting)",
     ]

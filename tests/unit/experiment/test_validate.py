@@ -176,7 +176,7 @@ def test_a_run_of_a_wrong_experiment_raises_all_findings(edit: Edit) -> None:
     experiment = load_experiment(edit("event: red, near", "event: rde, near"))
     with pytest.raises(InvalidExperimentError) as error:
         prepare(experiment)
-    assert {finding.code.name for finding in error.value.findings} == {"NRP211", "NRP213", "NRP209"}
+    assert {finding.code.name for finding in error.value.findings} == {"NRP211", "NRP213", "NRP264"}
 
 
 @pytest.mark.parametrize(("name", "kind"), [("countin", UnknownBackendError), ("broken", BackendLoadError)])
@@ -200,3 +200,40 @@ def test_a_plan_holds_what_the_engines_need(drive_to_the_wall: Path) -> None:
     assert [function.name for function in plan.functions] == ["drive"]
     assert not plan.functions[0].is_bound
     assert plan.world.capabilities.step_ns == 2_000_000
+
+
+LONELY = "\nlonely = sim.Population(3, sim.IF_curr_exp(), label='lonely')\n"
+
+
+def notes_of(folder: Path, code: Code) -> list[str]:
+    return [finding.message for finding in validate_file(folder) if finding.code is code]
+
+
+def test_a_population_without_synapse_and_device_is_a_note(edit: Edit) -> None:
+    folder = edit('label="circuit")', f'label="circuit"){LONELY}', "brain.py")
+    assert notes_of(folder, Code.NRP290) == ["the population 'lonely' (3 cells) has no synapse and no device"]
+
+
+def test_a_population_with_a_synapse_is_not_noted(edit: Edit) -> None:
+    connected = f"{LONELY}sim.Projection(circuit, lonely, sim.AllToAllConnector())\n"
+    assert notes_of(edit('label="circuit")', f'label="circuit"){connected}', "brain.py"), Code.NRP290) == []
+
+
+def test_a_delay_that_the_backend_refuses_is_found_before_the_run(edit: Edit) -> None:
+    synapses = "sim.AllToAllConnector(), sim.StaticSynapse(delay=0)"
+    projection = f'label="circuit")\nsim.Projection(circuit, circuit, {synapses})\n'
+    folder = edit('label="circuit")', projection, "brain.py")
+    edit("backend: counting", "backend: event")
+    (error,) = errors_of(folder)
+    assert error.startswith("experiment.yaml:5:")
+    assert "has a delay of 0 ms; from one neuron to another a spike takes at least 1e-06 ms" in error
+    with pytest.raises(InvalidExperimentError, match=r"experiment\.yaml:5:.*has a delay of 0 ms"):
+        prepare(load_experiment(folder))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [("timestep: 20 ms", "timestep: -20 ms"), ("at: 0.5 s", "at: -0.5 s")]
+)
+def test_a_negative_time_is_refused_as_it_is_written(edit: Edit, old: str, new: str) -> None:
+    (error,) = errors_of(edit(old, new))
+    assert error.split(" [")[0].endswith(f", not {new.split(': ')[1]}")

@@ -77,7 +77,8 @@ def test_aliases_that_multiply_without_end_are_refused() -> None:
     [
         (b"", "an experiment is a mapping"),
         (b"- 1", "an experiment is a mapping"),
-        (b"\xff\xfe\x00", "not a text"),
+        (b"\xff\xfe\x00", "not UTF-8: the byte 0xff"),
+        ("name: x\n# caf\u00e9".encode("latin-1"), "not UTF-8: the byte 0xe9, '\u00e9' in Latin-1; save"),
     ],
 )
 def test_a_file_that_holds_no_mapping_is_refused(tmp_path: Path, content: bytes, what: str) -> None:
@@ -86,6 +87,14 @@ def test_a_file_that_holds_no_mapping_is_refused(tmp_path: Path, content: bytes,
     with pytest.raises(ExperimentError, match=what) as error:
         read_tree(path)
     assert error.value.path == path
+
+
+def test_a_byte_that_is_not_utf8_is_named_with_its_line_and_column(tmp_path: Path) -> None:
+    file = tmp_path / "e.yaml"
+    file.write_bytes("name: x\n# un caf\u00e9\n".encode("latin-1"))
+    with pytest.raises(ExperimentError, match="save the file as UTF-8") as caught:
+        read_tree(file)
+    assert (caught.value.line, caught.value.column) == (2, 9)
 
 
 def test_a_file_with_a_byte_order_mark_and_windows_lines_reads_like_any_other(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha
 from nrp_core.dsl.testing.mocks import MockBrain
-from nrp_core.recording.layout import Pictures
+from nrp_core.recording.layout import Images
 from nrp_core.recording.writing.recorder import Recorder
 from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
@@ -81,9 +81,9 @@ def make_rig(brain: MockBrain, world: World, tmp_path: Path) -> Iterator[Any]:
     """A function that starts a recording, with the camera in use."""
     with ExitStack() as stack:
 
-        def make(pictures: Pictures = Pictures.JPEG) -> Rig:
+        def make(images: Images = Images.JPEG) -> Rig:
             world.subscribe("/husky/camera")
-            recorder = Recorder(brain, world, tmp_path, period_ns=PERIOD_NS, pictures=pictures)
+            recorder = Recorder(brain, world, tmp_path, period_ns=PERIOD_NS, images=images)
             stack.callback(recorder.close)
             return Rig(brain, world, tmp_path, recorder)
 

@@ -61,17 +61,17 @@ def test_model_states(models: list[str], data: st.DataObject) -> None:
 
 
 @given(times_ns, names, st.integers(0, 5), st.integers(0, 5), st.sampled_from(["rgb8", "mono8", "8UC1"]))
-def test_pictures(now_ns: int, frame: str, height: int, width: int, kind: str) -> None:
+def test_images(now_ns: int, frame: str, height: int, width: int, kind: str) -> None:
     pixels = np.arange(height * width * 3, dtype=np.uint8).reshape(height, width, 3)
-    picture = Image(Header(Time.from_ns(now_ns), frame), height, width, kind, 0, 3 * width, pixels)
-    assert joined(encoding.image(picture)) == bytes(CODEC.encode(picture))
+    image = Image(Header(Time.from_ns(now_ns), frame), height, width, kind, 0, 3 * width, pixels)
+    assert joined(encoding.image(image)) == bytes(CODEC.encode(image))
 
 
 def test_depths_are_kept_bit_for_bit_and_come_back_as_they_were() -> None:
     depths = np.array([[0.5, np.inf, 3.25], [1e-3, 2.0, np.nan]], np.float32)
-    picture = Image(Header(), 2, 3, "32FC1", 0, 12, depths)  # type: ignore[arg-type]
-    assert joined(encoding.image(picture)) == bytes(CODEC.encode(picture))
-    again = as_it_was(decoded(encoding.image(picture), Image))
+    image = Image(Header(), 2, 3, "32FC1", 0, 12, depths)  # type: ignore[arg-type]
+    assert joined(encoding.image(image)) == bytes(CODEC.encode(image))
+    again = as_it_was(decoded(encoding.image(image), Image))
     np.testing.assert_array_equal(again.data, depths)
     greys = pixels_of(again)
     assert greys.shape == (2, 3, 3)

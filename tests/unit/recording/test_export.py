@@ -2,7 +2,6 @@
 
 import builtins
 import csv
-import json
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from nrp_core.errors import CapabilityError, ExperimentError
 from nrp_core.recording.export import Format, export
 from nrp_core.recording.layout import RUN_NAME
 from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.sealing import sealed
 from nrp_core.world.messages.std_msgs import ColorRGBA
 
 STEPS = 10
@@ -34,7 +34,7 @@ def recording(rig: Any) -> Recording:
         },
         "settings": {"timestep": 20_000_000, "description": "a drive"},
     }  # fmt: skip
-    (rig.folder / RUN_NAME).write_text(json.dumps(run))
+    (rig.folder / RUN_NAME).write_bytes(sealed(run))
     return Recording(rig.folder)
 
 
@@ -51,10 +51,29 @@ def test_tables_hold_every_spike_and_every_number(recording: Recording, tmp_path
     assert spikes[-1] == {"time_ms": "200.0", "population": "wheels", "neuron": "1"}
     poses = files["gazebo.model_states.husky.csv"]
     assert len(poses) == STEPS + 1
-    assert float(poses[-1]["x"]) == pytest.approx(0.09, abs=0.01)
-    assert {row["linear.x"] for row in files["husky.cmd_vel.csv"]} == {"0.5"}
+    assert float(poses[-1]["x [m]"]) == pytest.approx(0.09, abs=0.01)
+    assert {row["linear.x [m/s]"] for row in files["husky.cmd_vel.csv"]} == {"0.5"}
     assert len(files["brain.devices.steer.left.voltage.csv"]) == STEPS
     assert files["wall.body.glass.color.csv"][0]["r"] == "1.0"
+
+
+def test_headers_of_tables_have_units_and_pandas_reads_the_numbers(
+    recording: Recording, tmp_path: Path
+) -> None:
+    import pandas as pd
+
+    export(recording, Format.CSV, tmp_path / "out")
+    command = pd.read_csv(tmp_path / "out" / "husky.cmd_vel.csv", index_col="time_s")
+    assert list(command) == [
+        *(f"linear.{axis} [m/s]" for axis in "xyz"), *(f"angular.{axis} [rad/s]" for axis in "xyz")
+    ]  # fmt: skip
+    assert command.dtypes.eq(float).all()
+    assert list(pd.read_csv(tmp_path / "out" / "gazebo.model_states.husky.csv", index_col="time_s")) == [
+        "x [m]", "y [m]", "z [m]", "qx", "qy", "qz", "qw",
+        "vx [m/s]", "vy [m/s]", "vz [m/s]", "wx [rad/s]", "wy [rad/s]", "wz [rad/s]",
+    ]  # fmt: skip
+    voltage = pd.read_csv(tmp_path / "out" / "brain.devices.steer.left.voltage.csv", index_col="time_s")
+    assert list(voltage) == ["data [mV]"]
 
 
 def test_nwb_is_valid_and_read_by_neo(recording: Recording, tmp_path: Path) -> None:

@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 
 from nrp_core.errors import ExperimentError
-from nrp_core.recording.reading.recording import DIGEST, Recording, digest_of
+from nrp_core.recording.reading.chain import ChainCheck
+from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest
+from nrp_core.recording.sealing import sealed
 
 RECORDINGS = Path(__file__).parents[2] / "recordings"
 S = 10**9
@@ -22,9 +24,18 @@ def test_a_recording_of_version_0_1_0_replays_bit_for_bit(name: str) -> None:
     assert outcome.identical
     assert outcome.steps == 50
     assert (outcome.from_ns, outcome.until_ns) == (0, S)
+    note = "the recording holds no digest of recording.mcap and experiment.yaml: an earlier version made it"
+    assert outcome.warnings[0].message == note
 
 
-@pytest.mark.parametrize("format_", [2, 4])
+@pytest.mark.parametrize("name", ["plain_0.1.0", "changed_0.1.0"])
+def test_the_messages_of_version_0_1_0_are_checked_against_their_hashes(name: str) -> None:
+    check = Recording(RECORDINGS / name).check()
+    assert check.chain == ChainCheck(50, S)
+    assert (check.flaws, check.undigested, check.intact) == ((), ("recording.mcap", "experiment.yaml"), False)
+
+
+@pytest.mark.parametrize("format_", [2, 5])
 def test_a_recording_in_another_format_is_refused_with_the_version_that_made_it(
     tmp_path: Path, format_: int
 ) -> None:
@@ -32,7 +43,21 @@ def test_a_recording_in_another_format_is_refused_with_the_version_that_made_it(
     about = json.loads((folder / "run.json").read_text())
     about["format"] = format_
     about["distributions"]["nrp-core"] = "7.2.0"
-    about[DIGEST] = digest_of(about)
-    (folder / "run.json").write_text(json.dumps(about))
-    with pytest.raises(ExperimentError, match=rf"nrp-core 7\.2\.0 in format {format_}; this version replays"):
+    (folder / "run.json").write_bytes(sealed(about))
+    with pytest.raises(
+        ExperimentError, match=rf"nrp-core 7\.2\.0 in format {format_}; this version replays formats 3 to 4"
+    ):
         Replay(Recording(folder), ReplayRequest())
+
+
+@pytest.mark.usefixtures("fakes")
+def test_a_replay_keeps_images_as_the_recording_did_under_the_old_name_of_the_setting(tmp_path: Path) -> None:
+    shutil.copytree(RECORDINGS / "plain_0.1.0", folder := tmp_path / "old")
+    about = json.loads((folder / "run.json").read_text())
+    assert about["pictures"] == "exact"
+    about["pictures"] = "off"
+    (folder / "run.json").write_bytes(sealed(about))
+    request = ReplayRequest(until_ns=S // 10, record=tmp_path / "new")
+    with Replay(Recording(folder), request) as again:
+        again.verify()
+    assert Recording(tmp_path / "new").run["images"] == "off"

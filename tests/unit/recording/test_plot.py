@@ -1,33 +1,43 @@
 """The figure, and the story it is drawn from."""
 
-import json
 import re
 import sys
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any
 
+import cv2
 import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from nrp_core.dsl.testing.mocks import MockWorld
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.figures import check_target, plot
+from nrp_core.recording.figures.film import camera_images, moments
 from nrp_core.recording.figures.labels import keep_apart
+from nrp_core.recording.figures.options import Panel, PlotOptions, panels_of, size_inches
 from nrp_core.recording.figures.page import draw_page
-from nrp_core.recording.figures.room import footprint
-from nrp_core.recording.figures.story import Coloured, StepSeries, Story, moments, numbers_in, pictures
+from nrp_core.recording.figures.story import Coloured, StepSeries, Story, Track
 from nrp_core.recording.figures.style import style
 from nrp_core.recording.figures.traces import by_unit, groups, moving, short_labels
-from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Pictures, Role
-from nrp_core.recording.reading.recording import Recorded, RecordedTopic, Recording
-from nrp_core.recording.writing.scenery import markers
+from nrp_core.recording.figures.view import footprint
+from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Images, Role
+from nrp_core.recording.reading.columns import numbers_in
+from nrp_core.recording.reading.mcap_messages import RecordedTopic
+from nrp_core.recording.reading.recording import Recorded, Recording
+from nrp_core.recording.reading.shapes import RecordedScene
+from nrp_core.recording.sealing import sealed
+from nrp_core.recording.writing.frames import SceneFrames
+from nrp_core.recording.writing.scenery import scene_update, shown_visuals
 from nrp_core.recording.writing.writer import McapFile
+from nrp_core.world.messages.foxglove_msgs import SceneUpdate
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.model import Box, Capsule, Cylinder, Link, Mesh, Model, Scene, Visual
+from nrp_core.world.scene.model import Box, Capsule, Cylinder, Link, Model, Scene, Visual
 
 GLASS = "/wall/body/glass/color"
 RED, BLUE = ColorRGBA(1.0), ColorRGBA(b=1.0)
@@ -50,8 +60,14 @@ def recording(rig: Any) -> Recording:
         "world": {"backend": "disc"},
         "result": {"criteria": {"near": {"passed": True}, "far": {"passed": None}}},
     }  # fmt: skip
-    (rig.folder / RUN_NAME).write_text(json.dumps(told))
+    (rig.folder / RUN_NAME).write_bytes(sealed(told))
     return Recording(rig.folder)
+
+
+def entities(*models: Model) -> SceneUpdate:
+    """Return what a recording says of a scene at its start."""
+    world = MockWorld(scene=Scene(models))
+    return scene_update({}, shown_visuals(world.scene, SceneFrames(world).now, {}), 0)
 
 
 def texts(figure: Any) -> set[str]:
@@ -81,7 +97,7 @@ def test_times_of_another_colour_begin_and_end_with_its_changes(recording: Recor
 
 def test_the_page_names_everything_it_shows(recording: Recording) -> None:
     story = Story.of(recording)
-    shown = texts(draw_page(story, pictures(recording, moments(story, 4))))
+    shown = texts(draw_page(story, camera_images(recording, moments(story, 4)), PlotOptions()))
     times, dash = "\N{MULTIPLICATION SIGN}", "\N{EN DASH}"
     assert shown >= {
         "driving", f"mock {times} disc   ·   0.4 s   ·   seed 3", "✓ near", "? far", "Room from above",
@@ -108,21 +124,21 @@ def test_a_recording_that_was_cut_is_drawn_as_far_as_it_goes(recording: Recordin
 
 def test_a_recording_of_nothing_is_an_almost_empty_page(tmp_path: Path) -> None:
     McapFile(tmp_path / MCAP_NAME).close()
-    shown = texts(draw_page(Story.of(Recording(tmp_path)), []))
+    shown = texts(draw_page(Story.of(Recording(tmp_path)), [], PlotOptions()))
     assert {"recording", "0 s"} <= shown
 
 
 def test_a_brain_without_a_moving_body_is_drawn(make_rig: Any, tmp_path: Path) -> None:
-    rig = make_rig(Pictures.OFF)
+    rig = make_rig(Images.OFF)
     rig.step(forward=0.0, turn=0.0)
     rig.recorder.close()
     story = Story.of(Recording(rig.folder))
     story.tracks.clear()
-    story.markers.clear()
-    assert "Room from above" not in texts(draw_page(story, []))
+    story.scene = RecordedScene()
+    assert "Room from above" not in texts(draw_page(story, [], PlotOptions()))
 
 
-def test_pictures_are_taken_at_moments_that_matter_and_the_gaps_between() -> None:
+def test_images_are_taken_at_moments_that_matter_and_the_gaps_between() -> None:
     story = Story({}, end_s=40.0)
     story.colours["a/b/c"] = [(0.0, (0, 0, 1)), (5.0, (1, 0, 0)), (7.1, (0, 0, 1))]
     assert moments(story, 6) == pytest.approx([0.0, 6.05, 7.0, 18.0, 29.0, 40.0])
@@ -130,8 +146,8 @@ def test_pictures_are_taken_at_moments_that_matter_and_the_gaps_between() -> Non
     assert moments(Story({}), 3) == [0.0]
 
 
-def test_there_are_no_more_pictures_than_the_camera_took(recording: Recording) -> None:
-    taken = pictures(recording, [0.0, 0.001, 0.2, 9.0])
+def test_there_are_no_more_images_than_the_camera_took(recording: Recording) -> None:
+    taken = camera_images(recording, [0.0, 0.001, 0.2, 9.0])
     assert [round(one.t_s, 3) for one in taken] == [0.0, 0.2, 0.4]
     assert all(one.pixels.shape == (2, 2, 3) for one in taken)
 
@@ -195,7 +211,7 @@ def test_many_devices_are_rows_of_colours_and_no_name_leaves_the_figure() -> Non
     }
     for count in (1, 3, 4, 18):
         story = Story({}, end_s=2.0, sinks=dict(list(sinks.items())[:count]))
-        figure = draw_page(story, [])
+        figure = draw_page(story, [], PlotOptions())
         figure.draw_without_rendering()
         width, height = figure.bbox.size
         for text in figure.findobj(mpl.text.Text):
@@ -209,16 +225,18 @@ def test_many_devices_are_rows_of_colours_and_no_name_leaves_the_figure() -> Non
 
 
 def test_all_of_a_robot_is_seen_and_its_many_joints_share_an_axis(make_rig: Any) -> None:
-    rig = make_rig(Pictures.OFF)
-    rig.step()
+    rig = make_rig(Images.OFF)
+    for _ in range(10):
+        rig.step()
     rig.recorder.close()
     story = Story.of(Recording(rig.folder))
-    boom = Model("husky", (Link("body", visuals=(Visual("boom", Box((9.0, 0.2, 0.2))),)),))
-    story.markers = markers(Scene((boom,))).markers
+    (husky,) = [model for model in rig.world.scene.models if model.name == "husky"]
+    boom = replace(husky.links[0], visuals=(Visual("boom", Box((9.0, 0.2, 0.2))),))
+    story.scene.take(entities(replace(husky, links=(boom,))))
     topics = [f"/husky/leg_{i}/cmd_pos" for i in range(6)]
     story.commands = {f"{one}.data": StepSeries(one, "", [0.0], [0.5]) for one in [*topics, "/husky/lamp"]}
     with style():
-        figure = draw_page(story, [])
+        figure = draw_page(story, [], PlotOptions())
         figure.draw_without_rendering()
     titled = {axes.get_title(loc="left") or axes.get_title(): axes for axes in figure.axes}
     room = titled["Room from above"]
@@ -249,22 +267,14 @@ def test_numbers_are_found_wherever_they_are_in_a_message() -> None:
 def test_a_footprint_is_the_shadow_of_a_shape_from_above(
     geometry: Any, pose: Pose, low: tuple[float, float], high: tuple[float, float]
 ) -> None:
-    model = Model("thing", (Link("body", visuals=(Visual("v", geometry, pose),)),), static=True)
-    (marker,) = markers(Scene((model,))).markers
-    outline = footprint(marker).outline
-    np.testing.assert_allclose(outline.min(axis=0), low, atol=1e-6)
-    np.testing.assert_allclose(outline.max(axis=0), high, atol=1e-6)
+    scene = RecordedScene()
+    scene.take(entities(Model("thing", (Link("body", visuals=(Visual("v", geometry, pose),)),), static=True)))
+    outlines = np.vstack([footprint(shape, Pose()).outline for shape in scene.shapes])
+    np.testing.assert_allclose(outlines.min(axis=0), low, atol=1e-6)
+    np.testing.assert_allclose(outlines.max(axis=0), high, atol=1e-6)
 
 
-def test_a_mesh_is_shown_to_viewers_by_its_file(tmp_path: Path) -> None:
-    mesh = Mesh(tmp_path / "body.stl", (2.0, 2.0, 2.0))
-    model = Model("thing", (Link("body", visuals=(Visual("v", mesh),)),))
-    (marker,) = markers(Scene((model,))).markers
-    assert marker.mesh_resource == f"file://{tmp_path}/body.stl"
-    assert marker.header.frame_id == "thing"
-
-
-def test_a_file_that_is_no_picture_is_refused_by_name(tmp_path: Path) -> None:
+def test_a_file_that_is_no_image_is_refused_by_name(tmp_path: Path) -> None:
     with pytest.raises(ExperimentError, match=r"not 'figure\.pgn'; did you mean '\.png'"):
         check_target(tmp_path / "figure.pgn")
     with pytest.raises(ExperimentError, match="the folder does not exist"):
@@ -277,3 +287,105 @@ def test_without_matplotlib_a_figure_is_refused_with_the_command_that_installs_i
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(ExperimentError, match=re.escape("pip install 'nrp-core[plot]'")):
         check_target(tmp_path / "figure.png")
+
+
+def driven(length_m: float, walls_m: float) -> Story:
+    """A robot that drove along x in a room with walls so far away."""
+    walls = [
+        Visual(f"wall_{x:g}", Box((0.1, 2 * walls_m, 1.0)), Pose((x, 0.0, 0.5))) for x in (-walls_m, walls_m)
+    ]
+    story = Story({}, end_s=10.0)
+    story.scene.take(entities(Model("room", (Link("body", visuals=tuple(walls)),), static=True)))
+    story.tracks["car"] = Track([0.0, 10.0], [0.0, length_m], [0.0, 0.0], [0.0, 0.0])
+    story.spikes["eyes"] = [(np.arange(30, dtype=np.uint32), np.linspace(0.0, 9.0, 30))]
+    return story
+
+
+def map_of(figure: Figure) -> Any:
+    figure.draw_without_rendering()
+    return next((axes for axes in figure.axes if axes.get_title(loc="left") == "Room from above"), None)
+
+
+def test_a_map_is_cropped_to_the_way_and_a_larger_room_is_shown_in_a_corner() -> None:
+    with style():
+        axes = map_of(draw_page(driven(2.0, 20.0), [], PlotOptions()))
+        whole = map_of(draw_page(driven(2.0, 0.3), [], PlotOptions()))
+    low, high = axes.get_xlim()
+    assert -3.0 < low < 0.0
+    assert 2.0 < high < 5.0
+    (inset,) = axes.child_axes
+    assert inset.get_xlim()[0] < -20.0
+    assert inset.get_xlim()[1] > 20.0
+    assert not whole.child_axes
+
+
+def test_a_robot_that_stays_where_it_is_has_no_map() -> None:
+    with style():
+        assert map_of(draw_page(driven(0.0, 20.0), [], PlotOptions())) is None
+
+
+def test_neurons_and_colours_have_axes_with_units() -> None:
+    story = driven(2.0, 20.0)
+    story.sinks = {f"s{i}": StepSeries(f"device {i}", "Hz", [0.0], [float(i)]) for i in range(6)}
+    with style():
+        figure = draw_page(story, [], PlotOptions())
+    figure.draw_without_rendering()
+    assert {"neuron", "Hz", "0", "29"} <= texts(figure)
+
+
+def test_images_are_taken_where_most_moves() -> None:
+    story = Story({}, end_s=100.0)
+    story.activity = [
+        (t_s, 1.0 if 20.0 < t_s <= 30.0 else 0.0) for t_s in np.arange(0.0, 100.0, 0.5).tolist()
+    ]
+    taken = moments(story, 10)
+    assert sum(20.0 <= t_s <= 30.0 for t_s in taken) >= 6
+    assert (taken[0], taken[-1]) == (0.0, 100.0)
+
+
+def test_images_show_the_events_of_a_run() -> None:
+    story = Story({"result": {"events": {"found": 31.4, "missed": None}}}, end_s=100.0)
+    assert 31.4 in moments(story, 8)
+
+
+def test_a_figure_has_the_size_the_resolution_and_the_panels_that_are_wanted(
+    recording: Recording, tmp_path: Path
+) -> None:
+    size = size_inches("127x76.2mm")
+    options = PlotOptions(size_inches=size, dpi=100, panels=(Panel.SPIKES,))
+    plot(recording, tmp_path / "small.png", options=options)
+    assert cv2.imread(str(tmp_path / "small.png")).shape == (300, 500, 3)
+    with style(None, size[0]):
+        shown = texts(draw_page(Story.of(recording), [], options))
+    assert "Spikes" in shown
+    assert not {"Room from above", "Devices (mV)", "Commands (m/s)"} & shown
+
+
+def test_a_figure_shows_a_window_of_time_and_values_from_before_it_hold(recording: Recording) -> None:
+    story = Story.of(recording, 0.21, 0.29)
+    assert (story.begin_s, story.end_s) == pytest.approx((0.21, 0.28))
+    assert story.tracks["husky"].times_s[0] == pytest.approx(0.22)
+    assert story.commands["/husky/cmd_vel.linear.x"].times_s[0] == pytest.approx(0.21)
+    assert story.coloured() == []
+    assert Story.of(recording, 0.11, 0.3).coloured()[0].since_s == pytest.approx(0.11)
+    with pytest.raises(ExperimentError, match="nothing between 3 s and 4 s"):
+        Story.of(recording, 3.0, 4.0)
+
+
+def test_a_style_sheet_that_does_not_exist_is_refused(recording: Recording, tmp_path: Path) -> None:
+    with pytest.raises(ExperimentError, match=r"'gplot' is not a style sheet .* did you mean 'ggplot'"):
+        plot(recording, tmp_path / "figure.png", options=PlotOptions(style="gplot"))
+
+
+@pytest.mark.parametrize("text", ["180", "180x", "x5cm", "180x120", "180x120ly", "0x5cm", "1x1km", "-5x5cm"])
+def test_a_size_that_is_not_one_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match=r"size|inches"):
+        size_inches(text)
+
+
+def test_sizes_are_read_in_three_units() -> None:
+    assert size_inches("254x127mm") == pytest.approx((10.0, 5.0))
+    assert size_inches("25.4 x 12.7 cm") == pytest.approx((10.0, 5.0))
+    assert size_inches("10x5in") == (10.0, 5.0)
+    with pytest.raises(ValueError, match="unknown panel 'spike'; did you mean 'spikes'"):
+        panels_of("map,spike")

@@ -1,6 +1,5 @@
 """Reading recordings: whole ones by anybody, cut ones as far as they go."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from nrp_core.errors import ExperimentError
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Role, spikes_topic
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.recover import recover
+from nrp_core.recording.sealing import sealed
 
 
 @pytest.fixture
@@ -134,8 +134,8 @@ def test_a_folder_without_a_recording_is_an_error_with_its_name(tmp_path: Path) 
 
 def test_a_broken_description_of_the_run_is_an_error_with_its_name(folder: Path) -> None:
     assert Recording(folder).run == {}
-    (folder / RUN_NAME).write_text(json.dumps({"seed": 3}))
-    assert Recording(folder).run == {"seed": 3}
+    (folder / RUN_NAME).write_bytes(sealed({"seed": 3}))
+    assert Recording(folder).run["seed"] == 3
     (folder / RUN_NAME).write_text("{")
     with pytest.raises(ExperimentError, match="cannot be read as JSON"):
         _ = Recording(folder).run

@@ -13,8 +13,9 @@ import pytest
 import xxhash
 
 from nrp_core.errors import SimulationError
+from nrp_core.findings import Code
 from nrp_core.recording.images import pixels_of
-from nrp_core.recording.layout import MCAP_NAME, SCENE, Pictures, Role, device_topic, spikes_topic
+from nrp_core.recording.layout import MCAP_NAME, SCENE, TRANSFORMS, Images, Role, device_topic, spikes_topic
 from nrp_core.recording.reading.recording import Recorded, Recording
 from nrp_core.recording.writing.writer import FLUSH_S, McapFile
 from nrp_core.world.messages.geometry_msgs import Twist
@@ -38,19 +39,41 @@ def test_moving_models_are_recorded_every_step_and_still_ones_are_scenery(rig: A
     assert all(one.message.name == ["husky"] for one in states)
     assert states[-1].message.pose[0].position.x == pytest.approx(0.02, rel=1e-3)
     (scenery,) = Recording(rig.folder).messages({SCENE})
-    frames = {marker.ns: marker.header.frame_id for marker in scenery.message.markers}
+    frames = {entity.id: entity.frame_id for entity in scenery.message.entities}
     assert frames == {
         "floor/body/ground": "world", "wall/body/glass": "world", "wall/body/stool": "world",
         "wall/body/ball": "world", "husky/base/chassis": "husky",
     }  # fmt: skip
 
 
-def test_a_marker_of_a_static_model_lies_where_its_visual_is(rig: Any) -> None:
+def test_an_entity_of_a_static_model_lies_where_its_visual_is(rig: Any) -> None:
     (scenery,) = recorded(rig, SCENE)
-    glass = next(marker for marker in scenery.message.markers if marker.ns == "wall/body/glass")
-    assert (glass.pose.position.x, glass.pose.position.z) == (3.0, 1.0)
-    assert (glass.scale.x, glass.scale.y, glass.scale.z) == (0.02, 2.0, 1.0)
-    assert (glass.color.r, glass.color.b) == (0.0, 1.0)
+    glass = next(entity for entity in scenery.message.entities if entity.id == "wall/body/glass")
+    (cube,) = glass.cubes
+    assert (cube.pose.position.x, cube.pose.position.z) == (3.0, 1.0)
+    assert (cube.size.x, cube.size.y, cube.size.z) == (0.02, 2.0, 1.0)
+    assert (cube.color.r, cube.color.b) == (0.0, 1.0)
+
+
+def test_a_visual_that_changes_colour_is_recorded_anew_and_the_rest_is_not(rig: Any) -> None:
+    rig.step()
+    rig.world.advertise("/wall/body/glass/color").publish(ColorRGBA(1.0))
+    rig.step()
+    rig.step()
+    start, change = recorded(rig, SCENE)
+    assert len(start.message.entities) == 5
+    (glass,) = change.message.entities
+    assert (change.t_ns, glass.id, glass.cubes[0].color.r) == (40_000_000, "wall/body/glass", 1.0)
+
+
+def test_where_an_engine_knows_no_links_a_model_is_a_frame(rig: Any) -> None:
+    for _ in range(3):
+        rig.step()
+    transforms = recorded(rig, TRANSFORMS)
+    assert [one.t_ns for one in transforms] == [0, 40_000_000]
+    (husky,) = transforms[-1].message.transforms
+    assert (husky.header.frame_id, husky.child_frame_id) == ("world", "husky")
+    assert husky.transform.translation.x == pytest.approx(0.01, rel=1e-3)
 
 
 def test_spikes_are_recorded_by_population_with_their_exact_times(rig: Any) -> None:
@@ -89,32 +112,32 @@ def test_what_anybody_publishes_is_recorded_as_it_was_then(rig: Any) -> None:
     assert Recording(rig.folder).topics[GLASS].role == Role.PUBLISHED
 
 
-def test_pictures_are_recorded_at_the_cameras_rate_as_jpeg(rig: Any) -> None:
+def test_images_are_recorded_at_the_cameras_rate_as_jpeg(rig: Any) -> None:
     for _ in range(5):
         rig.step()
-    pictures = recorded(rig, "/husky/camera/compressed")
-    assert [one.t_ns for one in pictures] == [0, 34_000_000, 68_000_000, 100_000_000]
-    assert all(isinstance(one.message, CompressedImage) for one in pictures)
-    assert pixels_of(pictures[0].message).shape == (2, 2, 3)
+    images = recorded(rig, "/husky/camera/compressed")
+    assert [one.t_ns for one in images] == [0, 34_000_000, 68_000_000, 100_000_000]
+    assert all(isinstance(one.message, CompressedImage) for one in images)
+    assert pixels_of(images[0].message).shape == (2, 2, 3)
 
 
-def test_exact_pictures_are_recorded_bit_by_bit(make_rig: Any) -> None:
-    rig = make_rig(Pictures.EXACT)
+def test_exact_images_are_recorded_bit_by_bit(make_rig: Any) -> None:
+    rig = make_rig(Images.EXACT)
     rig.step()
-    (picture,) = recorded(rig, "/husky/camera")
-    assert isinstance(picture.message, Image)
-    assert picture.message.data.tolist() == [0] * 12
+    (image,) = recorded(rig, "/husky/camera")
+    assert isinstance(image.message, Image)
+    assert image.message.data.tolist() == [0] * 12
 
 
-def test_pictures_can_be_left_out(make_rig: Any) -> None:
-    rig = make_rig(Pictures.OFF)
+def test_images_can_be_left_out(make_rig: Any) -> None:
+    rig = make_rig(Images.OFF)
     rig.step()
     rig.recorder.close()
     assert not [topic for topic in Recording(rig.folder).topics if "camera" in topic]
 
 
-def test_a_hash_in_the_place_of_a_picture_tells_which_are_the_same(make_rig: Any) -> None:
-    rig = make_rig(Pictures.HASH)
+def test_a_hash_in_the_place_of_an_image_tells_which_are_the_same(make_rig: Any) -> None:
+    rig = make_rig(Images.HASH)
     for _ in range(3):
         rig.step()
     hashes = recorded(rig, "/husky/camera/hash")
@@ -124,15 +147,15 @@ def test_a_hash_in_the_place_of_a_picture_tells_which_are_the_same(make_rig: Any
 
 
 @pytest.mark.parametrize("encoding", ["rgb8", "bgr8", "mono8"])
-def test_a_compressed_picture_shows_the_same_colours(encoding: str) -> None:
+def test_a_compressed_image_shows_the_same_colours(encoding: str) -> None:
     from nrp_core.recording.images import compress
 
     channels = 1 if encoding == "mono8" else 3
     pixels = np.full((16, 24, channels), 40, np.uint8)
     pixels[:, :, 0] = 220
-    picture = Image(height=16, width=24, encoding=encoding, step=24 * channels, data=pixels)
-    shown = pixels_of(compress(picture)).astype(int)
-    np.testing.assert_allclose(shown, pixels_of(picture), atol=4)
+    image = Image(height=16, width=24, encoding=encoding, step=24 * channels, data=pixels)
+    shown = pixels_of(compress(image)).astype(int)
+    np.testing.assert_allclose(shown, pixels_of(image), atol=4)
 
 
 def test_messages_lie_in_the_order_of_time(rig: Any) -> None:
@@ -196,10 +219,9 @@ def test_a_message_that_cannot_be_recorded_is_a_warning_and_stops_nothing(rig: A
         rig.world.advertise("/odd").publish(Odd())
         rig.step()
     assert len(recorded(rig, "/husky/cmd_vel")) == 2
-    assert rig.recorder.warnings == [
-        w for w in rig.recorder.warnings if w.startswith("/odd is not recorded: Odd")
-    ]
-    assert len(rig.recorder.warnings) == 1
+    (warning,) = rig.recorder.warnings
+    assert (warning.code, warning.subject) == (Code.NRP284, "/odd")
+    assert warning.message.startswith("/odd is not recorded: Odd")
 
 
 def test_a_full_disk_is_one_clear_error(rig: Any, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -102,7 +102,7 @@ def test_the_description_says_what_a_result_depends_on(open_run: Open, tmp_path:
     recording_folder.close("finished")
     told = Recording(tmp_path / "out").run
     assert (told["format"], told["experiment"], told["seed"], told["state"]) == (
-        3, "drive_to_the_wall", 5, "finished",
+        4, "drive_to_the_wall", 5, "finished",
     )  # fmt: skip
     assert told["file"] == "experiment/variant.yaml"
     assert told["settings"]["timestep"] == 40_000_000

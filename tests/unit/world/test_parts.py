@@ -5,12 +5,14 @@ from __future__ import annotations
 from math import cos, inf, pi, sin
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from nrp_core.errors import TopicError
 from nrp_core.simulation import State
+from nrp_core.world.messages.gazebo_msgs import WheelSpeeds
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import ColorRGBA
 
@@ -116,6 +118,19 @@ def test_wheel_speeds_are_ground_speeds(room: Any) -> None:
     wheels = speeds.latest.message
     assert (wheels.back_left, wheels.front_left) == pytest.approx((0.5, 0.5))
     assert (wheels.back_right, wheels.front_right) == pytest.approx((1.5, 1.5))
+
+
+@pytest.mark.parametrize(("left", "right"), [((0.5, 0.5), (1.5, 1.5)), ((0.2, 0.8), (1.0, 2.0))])
+def test_wheel_speeds_command_what_the_velocity_of_the_body_does(
+    room: Any, left: tuple[float, float], right: tuple[float, float]
+) -> None:
+    message = WheelSpeeds(left[0], right[0], left[1], right[1])
+    room.advertise("/husky/wheel_speeds").publish(message)
+    room.run_until(10 * MS)
+    motion = room.model_motion("husky")
+    separation = room.scene.model("husky").drives[0].separation
+    assert np.hypot(*motion.linear[:2]) == pytest.approx(1.0)
+    assert motion.angular[2] == pytest.approx((1.5 - 0.5) / separation)
 
 
 # -- states

@@ -91,7 +91,7 @@ def test_a_camera_that_nobody_reads_is_never_rendered(room: Any) -> None:
     assert room.engine.renders == 0
 
 
-def test_two_readers_share_one_picture(room: Any) -> None:
+def test_two_readers_share_one_image(room: Any) -> None:
     first, second = (room.subscribe("/husky/camera") for _ in range(2))
     room.run_until(20 * MS)
     assert room.engine.renders == 1
@@ -110,7 +110,7 @@ def test_an_ended_subscription_costs_nothing_and_ends_once(room: Any) -> None:
     assert room.subscribed == frozenset()
 
 
-def test_a_picture_is_a_ros_image_that_nobody_can_scribble_on(room: Any) -> None:
+def test_an_image_is_a_ros_image_that_nobody_can_scribble_on(room: Any) -> None:
     images = room.subscribe("/husky/camera")
     room.run_until(40 * MS)
     image = images.latest.message

@@ -7,6 +7,8 @@ import pytest
 from nrp_core.dsl.testing.mocks import MockWorld
 from nrp_core.errors import BackendLoadError, TopicError
 from nrp_core.world import Scene
+from nrp_core.world.messages.gazebo_srvs import GetWorldPropertiesResponse
+from nrp_core.world.messages.std_srvs import SetBoolRequest, SetBoolResponse
 from nrp_core.world.services.service import SERVICES
 
 COUNTING = """
@@ -32,7 +34,7 @@ def test_our_services_come_by_entry_points_like_any_other() -> None:
 def test_a_package_adds_a_service_by_an_entry_point(install: Install) -> None:
     install("lab", "[nrp_core.services]\ncounting = lab:services\n", COUNTING.format(name="/lab/count"))
     with MockWorld({}, scene=Scene(())) as world:
-        assert "/lab/count" in world.topics
+        assert world.topics["/lab/count"].response is GetWorldPropertiesResponse
         assert world.call("/lab/count").sim_time == 0.0
         assert world.call("/gazebo/get_world_properties").success
 
@@ -51,3 +53,28 @@ def test_a_provider_that_does_not_import_is_named(install: Install) -> None:
     install("lab3", "[nrp_core.services]\nbroken = no_such_module:services\n")
     with pytest.raises(BackendLoadError, match="provider of services 'broken' of lab3"):
         MockWorld({}, scene=Scene(()))
+
+
+SWITCHING = """
+from nrp_core.errors import SceneError
+from nrp_core.world import Service
+from nrp_core.world.messages.std_srvs import SetBoolRequest, SetBoolResponse
+
+
+def services(live):
+    def switch(request):
+        if request.data:
+            raise SceneError("the lamp is broken")
+        return SetBoolResponse(message="off")
+
+    return [Service("/lab/lamp", SetBoolRequest, switch)]
+"""
+
+
+def test_a_standard_service_says_why_it_failed_in_the_field_of_std_srvs(install: Install) -> None:
+    install("lab4", "[nrp_core.services]\nlamp = lab4:services\n", SWITCHING)
+    with MockWorld({}, scene=Scene(())) as world:
+        assert world.call("/lab/lamp", False) == SetBoolResponse(True, "off")
+        assert world.call("/lab/lamp", True) == SetBoolResponse(False, "the lamp is broken")
+        world.advertise("/lab/lamp").publish(SetBoolRequest(True))
+        assert "/lab/lamp: the lamp is broken" in world.warnings

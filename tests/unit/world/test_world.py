@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import nan
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -18,6 +19,7 @@ from nrp_core.errors import (
     TimestepError,
     TopicError,
 )
+from nrp_core.findings import Code, Finding, Level
 from nrp_core.simulation import State
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import ColorRGBA, Float64
@@ -44,7 +46,7 @@ def test_every_topic_says_what_it_is(room: Any) -> None:
         GLASS: Direction.BOTH,
         "/husky/cmd_vel": Direction.IN,
         "/husky/odom": Direction.OUT,
-        "/husky/wheel_speeds": Direction.OUT,
+        "/husky/wheel_speeds": Direction.BOTH,
         "/husky/joint_states": Direction.OUT,
     }
     assert room.topics["/husky/camera"].rate_hz == 30
@@ -293,8 +295,9 @@ def test_a_closed_world_has_no_topics(room: Any) -> None:
 
 
 def test_the_warnings_of_the_scene_are_the_worlds(room: Any) -> None:
-    warned = replace(room.scene, warnings=("room.sdf:3: careful",))
-    assert World(type(room.engine)(warned)).warnings == ["room.sdf:3: careful"]
+    finding = Finding(Code.NRP263, "careful", Level.WARNING, Path("room.sdf"), 3)
+    warned = replace(room.scene, warnings=(finding,))
+    assert World(type(room.engine)(warned)).warnings == [finding]
 
 
 def test_a_world_that_cannot_change_gets_its_lights_back_by_a_reset_or_a_snapshot(room: Any) -> None:

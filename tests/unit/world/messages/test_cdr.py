@@ -110,7 +110,7 @@ def test_arrays_are_taken_from_any_sequence(given_as: Any) -> None:
     assert back.position.tolist() == [1.0, 2.0]
 
 
-def test_pictures_are_flattened_row_by_row() -> None:
+def test_images_are_flattened_row_by_row() -> None:
     codec = Codec()
     pixels = np.arange(24, dtype=np.uint8).reshape(2, 4, 3)
     for data in (pixels, pixels.tobytes(), memoryview(pixels.tobytes())):

@@ -1,4 +1,4 @@
-"""Message types that are made from ROS's definitions, and pictures as arrays."""
+"""Message types that are made from ROS's definitions, and images as arrays."""
 
 from __future__ import annotations
 
@@ -103,11 +103,11 @@ SHAPES = st.tuples(st.integers(1, 5), st.integers(1, 5))
 
 
 @given(arrays.arrays(np.uint8, st.tuples(st.integers(1, 5), st.integers(1, 5), st.just(3))))
-def test_colours_come_back_through_any_order_of_channels(picture):
+def test_colours_come_back_through_any_order_of_channels(image):
     bridge = CvBridge()
-    message = bridge.cv2_to_imgmsg(picture, "bgr8")
-    assert np.array_equal(bridge.imgmsg_to_cv2(message), picture)
-    assert np.array_equal(bridge.imgmsg_to_cv2(message, "rgb8"), picture[..., ::-1])
+    message = bridge.cv2_to_imgmsg(image, "bgr8")
+    assert np.array_equal(bridge.imgmsg_to_cv2(message), image)
+    assert np.array_equal(bridge.imgmsg_to_cv2(message, "rgb8"), image[..., ::-1])
 
 
 @given(SHAPES.flatmap(lambda shape: arrays.arrays(np.float32, shape, elements=st.floats(0, 9, width=32))))
@@ -124,9 +124,9 @@ def test_what_cannot_be_converted_is_refused():
         CvBridge().imgmsg_to_cv2(CvBridge().cv2_to_imgmsg(np.zeros((2, 2), np.float32)), "bgr8")
 
 
-def test_pictures_travel_as_files():
-    picture = np.zeros((8, 8, 3), np.uint8)
-    picture[:, 4:] = (0, 0, 255)
+def test_images_travel_as_files():
+    image = np.zeros((8, 8, 3), np.uint8)
+    image[:, 4:] = (0, 0, 255)
     bridge = CvBridge()
-    back = bridge.compressed_imgmsg_to_cv2(bridge.cv2_to_compressed_imgmsg(picture, "png"))
-    assert np.array_equal(back, picture)
+    back = bridge.compressed_imgmsg_to_cv2(bridge.cv2_to_compressed_imgmsg(image, "png"))
+    assert np.array_equal(back, image)

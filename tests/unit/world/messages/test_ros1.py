@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from hashlib import md5
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from nrp_core.errors import TopicError
 from nrp_core.world.messages import geometry_msgs, nav_msgs, sensor_msgs, std_msgs
 from nrp_core.world.messages.base import Time, type_name
 from nrp_core.world.messages.cdr import Codec
+from nrp_core.world.messages.cle_ros_msgs import SpikeRate
 from nrp_core.world.messages.gazebo_msgs import ModelStates
 from nrp_core.world.messages.generated import made
 from nrp_core.world.messages.ros1 import Ros1Codec
@@ -31,10 +33,18 @@ MD5 = [
 ]
 
 
-@pytest.mark.parametrize(("cls", "md5"), MD5, ids=lambda value: getattr(value, "__name__", ""))
-def test_the_check_sum_of_a_type_is_that_of_ros(cls: type, md5: str) -> None:
+@pytest.mark.parametrize(("cls", "checksum"), MD5, ids=lambda value: getattr(value, "__name__", ""))
+def test_the_check_sum_of_a_type_is_that_of_ros(cls: type, checksum: str) -> None:
     codec = Ros1Codec()
-    assert codec.md5(codec.name(cls)) == md5
+    assert codec.md5(codec.name(cls)) == checksum
+
+
+def test_monitors_keep_the_names_and_the_check_sum_of_ros_1() -> None:
+    codec, rate = Ros1Codec(), SpikeRate(0.5, 20.0, "rates")
+    name = codec.name(SpikeRate)
+    text = "float64 simulationTime\nfloat64 rate\nstring monitorName"
+    assert codec.md5(name) == md5(text.encode()).hexdigest()
+    assert codec.decode(codec.encode(rate), name) == rate
 
 
 MESSAGES: list[Any] = [

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nrp_core.world.raycast.collisions import CollisionSpace, _depth
+from nrp_core.world.raycast.collisions import CollisionSpace, signed_distance
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Box, Capsule, Collision, Cylinder, Link, Model, Plane, Sphere
@@ -44,7 +44,7 @@ def depth(shape, pose: Pose, point) -> float:
     inverse = pose.inverse()
     turned = inverse.rotate(tuple(map(float, point)))
     local = tuple(a + b for a, b in zip(turned, inverse.position, strict=True))
-    return _depth(shape, np.empty((0, 3, 3)), local)
+    return signed_distance(shape, np.empty((0, 3, 3)), local)
 
 
 @settings(max_examples=150, deadline=None)

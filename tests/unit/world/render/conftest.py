@@ -1,4 +1,4 @@
-"""Pictures of a few models with light, and what is seen in them by hand."""
+"""Images of a few models with light, and what is seen in them by hand."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def thing():
 
 @pytest.fixture(scope="session")
 def seen():
-    """Return a picture of the models, and the rays through its pixels, row by row, in the world."""
+    """Return an image of the models, and the rays through its pixels, row by row, in the world."""
 
     def seen(lights, *models: Model, eye: Pose = EYE):
         camera = Camera("camera", "/camera", 30.0, 1.2, 60, 45, 0.05, 100.0)
@@ -39,7 +39,7 @@ def seen():
         optics = optics_of(Scene(models), 1.0)
         bodies = {model.name: bodies_of(model) for model in models}
         cameras = RealisticCameras(bodies, optics, lambda paths: lambda frames: None, lights)
-        return cameras.picture(CAMERA), _rays(optics[CAMERA], eye)
+        return cameras.image(CAMERA), _rays(optics[CAMERA], eye)
 
     return seen
 

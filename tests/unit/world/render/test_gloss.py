@@ -84,8 +84,8 @@ def test_light_goes_the_same_way_to_and_fro(finish, color, one, other):
 
 @pytest.mark.parametrize("finish", [Finish(r, m) for r in (0.0, 0.3, 1.0) for m in (0.0, 1.0)], ids=str)
 def test_what_is_white_cannot_be_told_from_its_surroundings_in_equal_light(seen, thing, finish):
-    picture, _ = seen([], thing("ball", Sphere(1.0), Pose((1.0, 0.3, 1.0)), finish=finish))
-    on_ball = picture[(picture != picture[0, 0]).any(axis=2)]
+    image, _ = seen([], thing("ball", Sphere(1.0), Pose((1.0, 0.3, 1.0)), finish=finish))
+    on_ball = image[(image != image[0, 0]).any(axis=2)]
     assert len(on_ball) > 100
     assert np.abs(on_ball.astype(int) - round(255 * AMBIENT)).max() <= 1
 
@@ -112,8 +112,8 @@ def test_a_highlight_is_where_a_mirror_would_show_the_lamp(seen, thing, floor_po
     lamp, eye = np.array([2.0, 0.3, 2.0]), np.array([-2.0, 0.3, 2.5])
     light = Light("lamp", "point", Pose(tuple(lamp)), diffuse=(0.2, 0.2, 0.2, 1.0), casts_shadows=False)
     floor = thing("floor", FLOOR, rgba=(0.3, 0.3, 0.3, 1.0), finish=Finish(0.25, metalness))
-    picture, rays = seen([light], floor)
-    brightness = picture.sum(axis=2)
+    image, rays = seen([light], floor)
+    brightness = image.sum(axis=2)
     peak = floor_points(rays)[brightness == brightness.max()].mean(axis=0)
     mirrored = eye + (lamp * (1, 1, -1) - eye) * eye[2] / (eye[2] + lamp[2])
     assert peak == pytest.approx(mirrored, abs=0.15)
@@ -147,7 +147,7 @@ def test_metal_has_no_colour_from_within_and_plastic_shines_in_the_colour_of_the
 def test_shadows_fall_on_what_shines(seen, thing):
     sun = Light("sun", diffuse=(0.4, 0.4, 0.4, 1.0))
     floor, roof = thing("floor", FLOOR, finish=Finish(0.4)), thing("roof", Sphere(0.8), Pose((1.0, 0.3, 3.0)))
-    pictures = [seen(lights, *models)[0] for lights in ([], [sun]) for models in ([floor], [floor, roof])]
-    dark, dark_below, lit, below = (picture[22, 30].tolist() for picture in pictures)
+    images = [seen(lights, *models)[0] for lights in ([], [sun]) for models in ([floor], [floor, roof])]
+    dark, dark_below, lit, below = (image[22, 30].tolist() for image in images)
     assert below == dark == dark_below
     assert lit[0] > dark[0] + 50

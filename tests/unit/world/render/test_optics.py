@@ -1,4 +1,4 @@
-"""What a picture is."""
+"""What an image is."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_the_vertical_field_of_view_makes_pixels_square():
 
 
 @given(st.floats(1e-3, 1.0))
-def test_a_scaled_picture_keeps_its_width_of_view(scale):
+def test_a_scaled_image_keeps_its_width_of_view(scale):
     optics = Optics.of(CAMERA.view, scale)
     assert optics.width >= 1
     assert optics.height >= 1

@@ -1,4 +1,4 @@
-"""A picture of a scene from outside: everything is in it, and shapes can be told."""
+"""An image of a scene from outside: everything is in it, and shapes can be told."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ def thing(geometry, pose=Pose(), rgba=RED, name="thing"):
     return Model(name, (Link("l", visuals=(Visual("v", geometry, rgba=rgba),)),), pose=pose, static=True)
 
 
-def drawn(picture):
-    return (picture != BACKGROUND).any(axis=2)
+def drawn(image):
+    return (image != BACKGROUND).any(axis=2)
 
 
 @pytest.mark.parametrize("scale", [0.01, 1.0, 30.0])
 @pytest.mark.parametrize("place", [(0, 0, 0), (100, -50, 3)])
-def test_a_thing_of_any_size_anywhere_fills_the_picture_and_is_not_cut(scale, place):
+def test_a_thing_of_any_size_anywhere_fills_the_image_and_is_not_cut(scale, place):
     seen = drawn(portrait(Scene((thing(Box((scale, 2 * scale, scale)), Pose(place)),)), 120, 90))
     rows, columns = np.nonzero(seen)
     assert rows.min() > 0
@@ -39,14 +39,14 @@ def test_a_thing_of_any_size_anywhere_fills_the_picture_and_is_not_cut(scale, pl
 
 def test_endless_ground_does_not_make_the_rest_small():
     ground = thing(Plane((100, 100)), name="ground", rgba=GREEN)
-    picture = portrait(Scene((ground, thing(Sphere(0.5), Pose((0, 0, 0.5))))), 120, 90)
-    assert ((picture[:, :, 0] > 80) & (picture[:, :, 1] < 20)).sum() > 0.15 * 120 * 90
+    image = portrait(Scene((ground, thing(Sphere(0.5), Pose((0, 0, 0.5))))), 120, 90)
+    assert ((image[:, :, 0] > 80) & (image[:, :, 1] < 20)).sum() > 0.15 * 120 * 90
 
 
 def test_the_faces_of_a_box_differ_in_brightness():
     robot = Link("base", inertial=Inertial(1.0), visuals=(Visual("v", Box((1, 1, 1)), rgba=RED),))
-    picture = portrait(Scene((Model("robot", (robot,)),)), 120, 90)
-    values, counts = np.unique(picture[:, :, 0][drawn(picture) & (picture[:, :, 1] < 5)], return_counts=True)
+    image = portrait(Scene((Model("robot", (robot,)),)), 120, 90)
+    values, counts = np.unique(image[:, :, 0][drawn(image) & (image[:, :, 1] < 5)], return_counts=True)
     assert len(values[counts > 500]) == 3
 
 
@@ -56,11 +56,11 @@ def test_links_are_where_their_joints_put_them():
     joint = Joint("j", "revolute", "base", "ball", Pose((0, 0, 3)), lower=-1, upper=1)
     model = Model("robot", (base, ball), (joint,))
     for posed in (model, replace(model, pose=Pose((7, 8, 9)))):
-        picture = portrait(Scene((posed,)), 90, 120).astype(int)
-        green, red = picture[:, :, 1] - picture[:, :, 0] > 50, picture[:, :, 0] - picture[:, :, 1] > 50
+        image = portrait(Scene((posed,)), 90, 120).astype(int)
+        green, red = image[:, :, 1] - image[:, :, 0] > 50, image[:, :, 0] - image[:, :, 1] > 50
         assert np.nonzero(green)[0].mean() < 45
         assert np.nonzero(red)[0].mean() > 75
 
 
-def test_nothing_is_a_picture_of_nothing():
+def test_nothing_is_an_image_of_nothing():
     assert not drawn(portrait(Scene(()), 40, 30)).any()

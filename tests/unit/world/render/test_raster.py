@@ -50,11 +50,11 @@ def cameras(*models: Model, poses: dict[str, Pose] | None = None) -> RasterCamer
 
 
 def cast(boxes: list[Model], camera: Pose) -> tuple[np.ndarray, np.ndarray]:
-    """Return the picture made by testing all rays against the slabs of all boxes, and where two are first."""
+    """Return the image made by testing all rays against the slabs of all boxes, and where two are first."""
     optics = optics_of(Scene((eye(),)), 1.0)[CAMERA]
     across, down = np.meshgrid(np.arange(40) + 0.5 - 20, np.arange(30) + 0.5 - 15)
     rays = np.stack([across / optics.focal, -down / optics.focal, -np.ones((30, 40))], axis=-1)
-    picture = np.tile(np.array(bytes_of(SKY), np.uint8), (30, 40, 1))
+    image = np.tile(np.array(bytes_of(SKY), np.uint8), (30, 40, 1))
     nearest, shared = np.full((30, 40), FAR), np.zeros((30, 40), bool)
     for number, model in enumerate(boxes):
         to_box = matrix_of(model.pose.inverse() @ looking(camera))
@@ -67,8 +67,8 @@ def cast(boxes: list[Model], camera: Pose) -> tuple[np.ndarray, np.ndarray]:
         hit, level = inside & (enters < nearest), inside & np.isclose(enters, nearest, rtol=1e-6)
         shared = level | (shared & ~hit)
         nearest[hit] = enters[hit]
-        picture[hit] = bytes_of(color(number))
-    return picture, shared
+        image[hit] = bytes_of(color(number))
+    return image, shared
 
 
 sizes = st.tuples(*[st.floats(0.2, 2.0)] * 3)
@@ -84,10 +84,10 @@ places = st.builds(
 def test_every_pixel_shows_the_nearest_box_on_its_ray(boxes, heading):
     camera = Pose.from_rpy((0.1, -0.2, 0.3), 0.1, -0.1, heading)
     models = [box(number, size, pose) for number, (size, pose) in enumerate(boxes)]
-    picture = cameras(*models, eye(camera)).picture(CAMERA)
+    image = cameras(*models, eye(camera)).image(CAMERA)
     expected, shared = cast(models, camera)
     # where a ray passes within rounding of an edge, or two faces nearly share a plane, both answers are right
-    assert ((picture != expected).any(axis=2) & ~shared).mean() < 0.005
+    assert ((image != expected).any(axis=2) & ~shared).mean() < 0.005
 
 
 def test_every_pixel_of_boxes_with_faces_in_one_plane_shows_one_of_them():
@@ -97,53 +97,53 @@ def test_every_pixel_of_boxes_with_faces_in_one_plane_shows_one_of_them():
         box(number, (1.0, 1.0, 1.0), turned if number == 2 else Pose((1.0, 0.0, 0.0))) for number in range(3)
     ]
     expected, shared = cast(models, camera)
-    picture = cameras(*models, eye(camera)).picture(CAMERA)
-    seen = {tuple(pixel) for pixel in picture[shared].tolist()}
+    image = cameras(*models, eye(camera)).image(CAMERA)
+    seen = {tuple(pixel) for pixel in image[shared].tolist()}
     assert shared.any()
     assert seen <= {tuple(bytes_of(color(number))) for number in range(3)}
-    assert ((picture != expected).any(axis=2) & ~shared).mean() < 0.005
+    assert ((image != expected).any(axis=2) & ~shared).mean() < 0.005
 
 
 def test_neighbouring_triangles_leave_no_gap():
     wall = box(0, (0.1, 30.0, 30.0), Pose.from_rpy((3.0, 0.0, 0.0), 0.3, 0.1, 0.2))
-    assert (cameras(wall, eye()).picture(CAMERA) == bytes_of(color(0))).all()
+    assert (cameras(wall, eye()).image(CAMERA) == bytes_of(color(0))).all()
 
 
 def test_a_floor_that_passes_below_the_camera_is_cut_at_the_near_plane():
     floor = box(0, (100.0, 100.0, 1.0), Pose((0.0, 0.0, -1.0)))
-    picture = cameras(floor, eye()).picture(CAMERA)
-    assert (picture[-5:] == bytes_of(color(0))).all()
-    assert (picture[:15] == bytes_of(SKY)).all()
+    image = cameras(floor, eye()).image(CAMERA)
+    assert (image[-5:] == bytes_of(color(0))).all()
+    assert (image[:15] == bytes_of(SKY)).all()
 
 
 def test_what_is_too_far_is_not_seen():
     wall = box(0, (1.0, 30.0, 30.0), Pose((FAR + 0.6, 0.0, 0.0)))
-    assert (cameras(wall, eye()).picture(CAMERA) == bytes_of(SKY)).all()
+    assert (cameras(wall, eye()).image(CAMERA) == bytes_of(SKY)).all()
 
 
 def test_a_box_is_not_seen_from_inside():
     around = box(0, (5.0, 5.0, 5.0), Pose())
-    assert (cameras(around, eye()).picture(CAMERA) == bytes_of(SKY)).all()
+    assert (cameras(around, eye()).image(CAMERA) == bytes_of(SKY)).all()
 
 
 def test_colours_change_and_things_vanish_at_once():
     renderer = cameras(box(0, (0.1, 30.0, 30.0), Pose((3.0, 0, 0))), eye())
     renderer.set_color("box0/link/visual", (1.0, 0.0, 0.0, 1.0))
-    assert (renderer.picture(CAMERA) == (255, 0, 0)).all()
+    assert (renderer.image(CAMERA) == (255, 0, 0)).all()
     renderer.set_color("box0/link/visual", (1.0, 0.0, 0.0, 0.0))
-    assert (renderer.picture(CAMERA) == bytes_of(SKY)).all()
+    assert (renderer.image(CAMERA) == bytes_of(SKY)).all()
 
 
-def test_a_moving_camera_is_read_before_each_picture():
+def test_a_moving_camera_is_read_before_each_image():
     poses = {"eye": Pose()}
     renderer = cameras(box(0, (0.1, 30.0, 30.0), Pose((3.0, 0, 0))), eye(static=False), poses=poses)
-    assert (renderer.picture(CAMERA) == bytes_of(color(0))).all()
+    assert (renderer.image(CAMERA) == bytes_of(color(0))).all()
     poses["eye"] = Pose.from_rpy((0, 0, 0), 0, 0, pi)
-    assert (renderer.picture(CAMERA) == bytes_of(SKY)).all()
+    assert (renderer.image(CAMERA) == bytes_of(SKY)).all()
 
 
 def test_a_scene_without_visuals_is_all_sky():
-    assert (cameras(eye()).picture(CAMERA) == bytes_of(SKY)).all()
+    assert (cameras(eye()).image(CAMERA) == bytes_of(SKY)).all()
 
 
 def test_an_unknown_visual_has_no_colour_to_set():

@@ -14,7 +14,7 @@ from nrp_core.world.render.realistic import AMBIENT
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Light, Plane, Sphere
 
-EYE = (-2.0, 0.3, 2.5)  # where the camera of these pictures is, as long as they do not say
+EYE = (-2.0, 0.3, 2.5)  # where the camera of these images is, as long as they do not say
 FLOOR = Plane((80.0, 80.0))  # so large that it is scenery: shadow maps show what is smaller
 HALF = 0.4
 
@@ -32,10 +32,10 @@ def test_a_floor_is_as_bright_as_its_angle_to_the_sun_says_and_has_no_spots(
     seen, thing, floor_points, direction, strength
 ):
     sun = Light("sun", direction=direction, diffuse=(strength, strength / 2, 0.0, 1.0))
-    picture, rays = seen([sun], thing("floor", FLOOR))
+    image, rays = seen([sun], thing("floor", FLOOR))
     on_floor = np.nanmax(np.abs(floor_points(rays)), axis=-1) < 20
     expected = 255 * (AMBIENT + np.array(sun.diffuse[:3]) * -direction[2])
-    assert np.abs(picture[on_floor] - expected).max() <= 1
+    assert np.abs(image[on_floor] - expected).max() <= 1
 
 
 @settings(max_examples=40, deadline=None)
@@ -46,7 +46,7 @@ def test_a_box_throws_the_shadow_that_rays_to_the_light_find(
     middle = np.array([1.0, 0.0, height])
     lamp = Light("lamp", kind, Pose(tuple(middle - 4 * np.array(direction))), direction, cone=(2.5, 2.6))
     box = thing("box", Box((2 * HALF,) * 3), Pose(tuple(middle)))
-    picture, rays = seen([lamp], thing("floor", FLOOR), box)
+    image, rays = seen([lamp], thing("floor", FLOOR), box)
     points = floor_points(rays).reshape(-1, 3)
     away = np.tile(-np.array(direction), (len(points), 1))
     if kind != "directional":
@@ -55,7 +55,7 @@ def test_a_box_throws_the_shadow_that_rays_to_the_light_find(
     shadow, maybe = gap_to_box
     hidden = _enters(np.tile(EYE, (len(points), 1)), points - EYE, middle, HALF + 0.05)
     visible = ~np.isnan(points[:, 0]) & ~hidden & (np.abs(points).max(axis=1) < 6)
-    bright = picture.reshape(-1, 3)[:, 0].astype(int)
+    bright = image.reshape(-1, 3)[:, 0].astype(int)
     dark = round(255 * AMBIENT)
     assert (bright[visible & shadow] == dark).all()
     facing = away[:, 2] / np.linalg.norm(away, axis=1) > 0.1
@@ -98,9 +98,9 @@ def test_a_lamp_gets_weaker_with_distance_as_it_says(seen, thing, distance):
         "lamp", "point", Pose((1.0, 0.3, distance)), attenuation=(3.0, 2.0, 0.5, 0.25), casts_shadows=False
     )
     eye = Pose.from_rpy((1.0, 0.3, 5.0), 0, pi / 2, 0)
-    picture, _ = seen([lamp], thing("floor", FLOOR), eye=eye)
+    image, _ = seen([lamp], thing("floor", FLOOR), eye=eye)
     strength = 1 / (2.0 + 0.5 * distance + 0.25 * distance**2) if distance < 3 else 0.0
-    assert picture[22, 30, 0] == pytest.approx(255 * (AMBIENT + strength), abs=1.5)
+    assert image[22, 30, 0] == pytest.approx(255 * (AMBIENT + strength), abs=1.5)
 
 
 def test_without_lights_there_is_ambient_light_only_and_a_black_light_is_off(seen, thing):
@@ -112,5 +112,5 @@ def test_without_lights_there_is_ambient_light_only_and_a_black_light_is_off(see
 
 
 def test_a_scene_without_anything_to_see_is_sky(seen):
-    picture, _ = seen([Light("sun")])
-    assert (picture == bytes_of(SKY)).all()
+    image, _ = seen([Light("sun")])
+    assert (image == bytes_of(SKY)).all()

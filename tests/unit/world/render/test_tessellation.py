@@ -22,7 +22,7 @@ def volume(vertices: np.ndarray, faces: np.ndarray) -> float:
 
 
 def is_closed(faces: np.ndarray, vertices: np.ndarray) -> bool:
-    """Tell whether every edge is passed once in each direction."""
+    """Return whether every edge is passed once in each direction."""
     points = [tuple(np.round(vertex, 9)) for vertex in vertices]
     edges = [(points[f[i]], points[f[(i + 1) % 3]]) for f in faces for i in range(3)]
     edges = [(a, b) for a, b in edges if a != b]

@@ -119,7 +119,7 @@ def test_a_damaged_file_is_usable_or_refused_in_a_sentence(
         return
     assert_usable(scene)
     assert len(scene.warnings) == len(set(scene.warnings))
-    assert all(str(path) in warning for warning in scene.warnings)
+    assert all(str(path) in str(warning) for warning in scene.warnings)
 
 
 def assert_is_a_sentence(refusal: SceneError, path: Path) -> None:

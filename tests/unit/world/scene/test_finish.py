@@ -55,12 +55,12 @@ def test_a_finish_is_what_the_material_says(shown, material: str, finish: Finish
 
 
 @pytest.fixture
-def pictures(tmp_path: Path) -> None:
+def images(tmp_path: Path) -> None:
     for name, bgr in (("half.png", (128, 128, 128)), ("blue.png", (255, 0, 0))):
         cv2.imwrite(str(tmp_path / name), np.full((2, 2, 3), bgr, np.uint8))
 
 
-@pytest.mark.usefixtures("pictures")
+@pytest.mark.usefixtures("images")
 def test_a_map_counts_as_its_mean_and_instead_of_the_number_that_it_varies(shown) -> None:
     maps = "<roughness_map>half.png</roughness_map><metalness_map>half.png</metalness_map>"
     numbers = "<roughness>0.1</roughness><metalness>0.1</metalness>"
@@ -73,7 +73,7 @@ def test_a_map_counts_as_its_mean_and_instead_of_the_number_that_it_varies(shown
     assert grey.rgba == (0, 0, 0.5, 0.5)
 
 
-@pytest.mark.usefixtures("pictures")
+@pytest.mark.usefixtures("images")
 def test_a_map_of_reflectance_wins_over_the_colour(shown) -> None:
     specular = "<specular><specular_map>blue.png</specular_map></specular>"
     visual, _ = shown(f"<specular>1 1 1 1</specular><pbr>{specular}</pbr>")
@@ -96,7 +96,7 @@ def test_a_map_of_reflectance_wins_over_the_colour(shown) -> None:
 )
 def test_what_has_no_effect_is_told_with_its_place(shown, metal: str, warning: str) -> None:
     _, (told,) = shown(f"{RED}<pbr><metal>{metal}</metal></pbr>")
-    assert told.endswith(f"robot.sdf:4: {warning}")
+    assert str(told.as_error()).endswith(f"robot.sdf:4: {warning}")
 
 
 def test_a_finish_is_part_of_what_a_scene_is(shown) -> None:

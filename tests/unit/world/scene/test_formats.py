@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core.errors import SceneError
+from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.scene.reading.formats import added_formats
 from nrp_core.world.scene.sdf import read_scene
 
@@ -37,7 +38,7 @@ def test_a_file_of_an_added_format_is_a_scene(package: Path) -> None:
     path.write_text('<bricks name="tower"/>')
     scene = read_scene(path)
     assert [model.name for model in scene.models] == ["tower"]
-    assert scene.warnings == (f"{path}:1: bricks are left out",)
+    assert scene.warnings == (Finding(Code.NRP278, "bricks are left out", Level.WARNING, path, 1),)
     assert "bricks" in added_formats()
 
 

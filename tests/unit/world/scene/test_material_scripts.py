@@ -75,7 +75,7 @@ def scripts(tmp_path: Path) -> Path:
         ("Lab", None),
     ],
 )
-def test_the_colour_is_what_glows_else_the_picture_else_what_is_lit(
+def test_the_colour_is_what_glows_else_the_image_else_what_is_lit(
     scripts: Path, name: str, rgba: tuple[float, ...] | None
 ) -> None:
     color = rgba and (rgba, name == "Lab/Lamp")
@@ -83,7 +83,7 @@ def test_the_colour_is_what_glows_else_the_picture_else_what_is_lit(
     assert script_color(name, [scripts / "lab.material"]) == color
 
 
-def test_a_missing_picture_leaves_what_is_lit(scripts: Path) -> None:
+def test_a_missing_image_leaves_what_is_lit(scripts: Path) -> None:
     (scripts.parent / "textures" / "poster.png").unlink()
     assert script_color("Lab/Poster", [scripts]) == ((1, 1, 1, 1), False)
 

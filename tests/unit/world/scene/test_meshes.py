@@ -129,7 +129,7 @@ def test_a_changed_material_file_is_noticed(pieces: Pieces, tmp_path: Path) -> N
     assert pieces("a.obj", TWO_THINGS)[0].rgba == (0, 0, 1, 0.5)
 
 
-def test_a_picture_counts_as_its_mean_colour(pieces: Pieces, tmp_path: Path) -> None:
+def test_an_image_counts_as_its_mean_colour(pieces: Pieces, tmp_path: Path) -> None:
     half = np.zeros((4, 4, 3), np.uint8)
     half[:2] = (0, 0, 255)  # red, as OpenCV has it
     (tmp_path / "half.png").write_bytes(cv2.imencode(".png", half)[1].tobytes())

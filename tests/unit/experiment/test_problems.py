@@ -1,0 +1,145 @@
+"""Problems of a run: their order and groups, and commands that nothing subscribes to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.judgement import Judgement, passed_of, recorded_judgement
+from nrp_core.experiment.running.run import Run
+from nrp_core.findings import Code, Finding, Level
+from nrp_core.findings.problems import grouped, is_complete, ordered
+
+MESH = Finding(Code.NRP258, "the mesh is replaced", Level.WARNING, Path("b.sdf"), 3, subject="a.dae")
+GHOST = Finding(Code.NRP256, "the robot 'ghost' is left out", Level.WARNING)
+LATER = Finding(Code.NRP258, "another mesh is replaced", Level.WARNING, Path("b.sdf"), 7, subject="b.dae")
+NOTED = Finding(Code.NRP284, "no snapshots are recorded", Level.WARNING)
+
+
+def test_problems_come_by_weight_then_by_place_and_once() -> None:
+    elsewhere = replace(MESH, line=9)
+    assert ordered([NOTED, LATER, MESH, GHOST, elsewhere]) == (GHOST, replace(MESH, count=2), LATER, NOTED)
+
+
+def test_problems_of_one_code_are_one_line_unless_details_are_asked_for() -> None:
+    judgement = Judgement("finished", ordered([MESH, LATER, GHOST]), {}, 1.0, 1.0)
+    assert [line for _, line in judgement.lines()] == [
+        "✗ the robot 'ghost' is left out [NRP256]",
+        "! 2 meshes are replaced by simple shapes [NRP258]",
+    ]
+    assert [line.strip() for _, line in judgement.lines(details=True)][2:] == [
+        "b.sdf:3: the mesh is replaced",
+        "b.sdf:7: another mesh is replaced",
+    ]
+    (line,) = [line for _, line in Judgement("finished", (MESH,), {}, 1.0).lines(details=True)]
+    assert line == "! b.sdf:3: the mesh is replaced [NRP258]"
+    many, each = [
+        line for _, line in Judgement("finished", (replace(MESH, count=3),), {}, 1.0).lines(details=True)
+    ]
+    assert many == "! 3 meshes are replaced by simple shapes [NRP258]"
+    assert each.strip() == "b.sdf:3: the mesh is replaced (and 2 more)"
+    assert [len(group.findings) for group in grouped(judgement.problems)] == [1, 2]
+
+
+def test_only_the_weightiest_problems_make_a_run_incomplete() -> None:
+    assert is_complete([MESH, NOTED])
+    assert not is_complete([MESH, GHOST])
+
+
+@pytest.mark.parametrize(
+    ("state", "complete", "criteria", "passed"),
+    [
+        ("finished", True, [], None),
+        ("finished", True, [True, True], True),
+        ("finished", True, [True, None], None),
+        ("finished", True, [None, False], False),
+        ("finished", False, [True], None),
+        ("finished", False, [False], False),
+        ("failed", False, [True], False),
+        ("failed", False, [], False),
+        ("interrupted", False, [True], None),
+    ],
+)
+def test_a_run_passes_only_if_it_is_complete_and_meets_its_criteria(
+    state: str, complete: bool, criteria: list[bool | None], passed: bool | None
+) -> None:
+    assert passed_of(state, complete, criteria) is passed
+
+
+def test_a_result_of_version_0_1_is_judged_by_its_failures() -> None:
+    failure = {"function": "wrong", "path": "wrong.py", "line": 4, "t_s": 1.02, "error": "ValueError: deep"}
+    result = {"passed": True, "criteria": {"c": {"passed": True}}, "failures": [failure], "warnings": ["odd"]}
+    judgement = recorded_judgement({"state": "finished", "result": result}, 3.0)
+    assert judgement is not None
+    assert (judgement.complete, judgement.passed) == (False, None)
+    assert [problem.code for problem in judgement.problems] == [Code.NRP274, Code.NRP278]
+
+
+def test_nothing_is_known_of_a_bare_file() -> None:
+    assert recorded_judgement({}, 3.0) is None
+
+
+# -- commands
+
+
+@pytest.fixture
+def unheard(fakes: None, drive_to_the_wall: Path) -> Callable[..., list[Any]]:
+    """Return a function that runs functions beside those of the experiment; it returns unheard topics."""
+
+    def run(source: str, *overrides: str) -> list[Any]:
+        (drive_to_the_wall / "more.py").write_text(source)
+        functions = f"transfer_functions=[{drive_to_the_wall / 'drive.py'}, {drive_to_the_wall / 'more.py'}]"
+        with Run(load_experiment(drive_to_the_wall, [functions, *overrides])) as simulation:
+            simulation.run(0.1)
+            problems = simulation.problems
+        return [(one.subject, one.line, one.message) for one in problems if one.code is Code.NRP267]
+
+    return run
+
+
+SENDS = """
+@nrp.Neuron2Robot(Topic('{topic}', geometry_msgs.msg.Twist))
+def sends(t):
+    return geometry_msgs.msg.Twist()
+"""
+NOTHING = """
+@nrp.Neuron2Robot()
+def nothing(t): ...
+"""
+LISTENS = """
+@nrp.MapRobotSubscriber('heard', Topic('/husky/cmd_vell', geometry_msgs.msg.Twist))
+@nrp.Robot2Neuron()
+def listens(t, heard): ...
+"""
+
+
+def test_a_misspelt_command_is_reported_with_the_topic_that_was_meant(unheard: Any) -> None:
+    ((topic, line, message),) = unheard(SENDS.format(topic="/husky/cmd_vell"), "strict=false")
+    assert (topic, line) == ("/husky/cmd_vell", 2)
+    assert message.endswith("so its commands have no effect; did you mean '/husky/cmd_vel'?")
+
+
+def test_a_declared_topic_is_reported_only_if_it_resembles_one_of_the_world(unheard: Any) -> None:
+    declared = "topics={{/speed: std_msgs/Float64, {0}: geometry_msgs/Twist}}"
+    for topic, times in (("/husky/cmd_vell", 1), ("/seen/by/people", 0)):
+        assert len(unheard(SENDS.format(topic=topic), declared.format(topic))) == times
+
+
+def test_a_command_with_a_subscriber_is_not_reported(unheard: Any) -> None:
+    assert unheard(SENDS.format(topic="/husky/cmd_vell") + LISTENS, "strict=false") == []
+
+
+def test_an_event_whose_message_nothing_subscribes_to_is_reported(unheard: Any) -> None:
+    event = "events.shout={at: 0 s, publish: {topic: /speeed, value: 1}}"
+    topics = "topics={/speed: std_msgs/Float64, /speeed: std_msgs/Float64}"
+    assert unheard(NOTHING, event, topics) == []  # declared, and the world has nothing like it
+    wrong = "topics={/speed: std_msgs/Float64, /husky/cmd_vell: geometry_msgs/Twist}"
+    ((topic, line, _),) = unheard(
+        NOTHING, event.replace("/speeed, value: 1", "/husky/cmd_vell, value: {}"), wrong
+    )
+    assert (topic, line) == ("/husky/cmd_vell", None)

@@ -1,0 +1,126 @@
+"""Recordings as objects of pandas and Neo: the numbers are those that were sent."""
+
+import math
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from nrp_core.errors import CapabilityError, ExperimentError
+from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, spikes_topic
+from nrp_core.recording.reading.columns import units_in, values_in
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.sealing import sealed
+from nrp_core.world.messages.geometry_msgs import WrenchStamped
+from nrp_core.world.messages.sensor_msgs import Imu, JointState
+
+STEPS = 10
+RUN = {
+    "experiment": "driving",
+    "brain": {"populations": {"eyes": {"size": 3}, "wheels": {"size": 2}}},
+    "result": {"events": {"late": 2.5, "never": None, "early": 0.5}},
+}
+
+
+@pytest.fixture
+def recording(rig: Any) -> Recording:
+    """Ten steps of 20 ms with a command, and a spike of the first eye and the last wheel in each."""
+    for number in range(STEPS):
+        rig.step(forward=0.1 * number, turn=0.2)
+    rig.recorder.close()
+    (rig.folder / RUN_NAME).write_bytes(sealed(RUN))
+    return Recording(rig.folder)
+
+
+def test_a_topic_is_a_frame_over_simulated_time_with_units(recording: Recording) -> None:
+    frame = recording.frame("/husky/cmd_vel")
+    np.testing.assert_allclose(frame.index, 0.02 * np.arange(1, STEPS + 1))
+    assert frame.index.name == "time_s"
+    np.testing.assert_allclose(frame["linear.x"], 0.1 * np.arange(STEPS))
+    assert set(frame["angular.z"]) == {0.2}
+    units = frame.attrs["units"]
+    assert (units["linear.x"], units["angular.z"]) == ("m/s", "rad/s")
+    assert list(units) == list(frame.columns)
+
+
+def test_models_and_devices_have_their_names_and_units(recording: Recording) -> None:
+    models = recording.frame("/gazebo/model_states")
+    assert models["pose.husky.position.x"].is_monotonic_increasing
+    assert models.attrs["units"]["pose.husky.position.x"] == "m"
+    assert models.attrs["units"]["twist.husky.linear.x"] == "m/s"
+    assert recording.frame("/brain/devices/steer/left/voltage").attrs["units"] == {"data": "mV"}
+
+
+def test_items_of_arrays_have_the_names_that_the_message_gives_them() -> None:
+    joints = JointState(name=["hip", "knee"], position=np.array([0.5, -1.0]))
+    assert {one.path: one.value for one in values_in(joints)} == {"position.hip": 0.5, "position.knee": -1.0}
+
+
+def test_units_are_those_of_the_definitions_of_ros() -> None:
+    assert units_in(WrenchStamped())["wrench.torque.z"] == "N m"
+    imu = units_in(Imu())
+    assert (imu["angular_velocity.x"], imu["linear_acceleration.x"]) == ("rad/s", "m/s^2")
+    assert "orientation.x" not in imu
+
+
+def test_a_topic_that_is_not_there_is_refused_with_the_nearest_name(recording: Recording) -> None:
+    with pytest.raises(ExperimentError, match=r"no topic '/husky/cmd_val'; did you mean '/husky/cmd_vel'"):
+        recording.frame("/husky/cmd_val")
+    with pytest.raises(ExperimentError, match=r"use spikes\(\)"):
+        recording.frame(spikes_topic("eyes"))
+    with pytest.raises(ExperimentError, match="use messages"):
+        recording.frame("/husky/camera/compressed")
+
+
+def test_spikes_are_trains_of_every_neuron_with_units(recording: Recording) -> None:
+    segment = recording.spikes()
+    assert segment.name == "driving"
+    eyes = segment.filter(population="eyes", objects="SpikeTrain")
+    assert [(train.annotations["neuron"], len(train)) for train in eyes] == [(0, STEPS), (1, 0), (2, 0)]
+    np.testing.assert_allclose(eyes[0].rescale("s").magnitude, 0.02 * np.arange(1, STEPS + 1) - 0.0055)
+    _, wheel = segment.filter(population="wheels", objects="SpikeTrain")
+    assert wheel.t_stop.rescale("ms").item() == 200.0 == wheel.magnitude[-1]
+
+
+def test_spikes_of_a_file_by_itself_are_those_of_the_neurons_that_fired(
+    recording: Recording, tmp_path: Path
+) -> None:
+    alone = tmp_path / "alone" / MCAP_NAME
+    alone.parent.mkdir()
+    alone.write_bytes(recording.file.read_bytes())
+    trains = Recording(alone).spikes().spiketrains
+    assert [(t.annotations["population"], len(t)) for t in trains] == [
+        ("eyes", STEPS), ("wheels", 0), ("wheels", STEPS)
+    ]  # fmt: skip
+
+
+def test_events_are_a_frame_in_the_order_of_time(recording: Recording) -> None:
+    times_s = recording.events()["time_s"]
+    assert list(times_s.index) == ["early", "late", "never"]
+    assert times_s["late"] == 2.5
+    assert math.isnan(times_s["never"])
+
+
+def test_events_of_a_run_that_was_killed_are_refused(recording: Recording) -> None:
+    (recording.folder / RUN_NAME).write_bytes(sealed({**RUN, "result": None}))
+    with pytest.raises(ExperimentError, match="this one was killed or goes on"):
+        Recording(recording.folder).events()
+
+
+@pytest.mark.parametrize(
+    ("package", "ask"),
+    [
+        ("pandas", lambda recording: recording.frame("/husky/cmd_vel")),
+        ("neo", lambda recording: recording.spikes()),
+        ("pandas", lambda recording: recording.events()),
+    ],
+)
+def test_a_missing_package_is_named_with_the_command_that_installs_it(
+    recording: Recording, package: str, ask: Callable[[Recording], Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(CapabilityError, match=rf"{package}: pip install 'nrp-core\[analysis\]'"):
+        ask(recording)

@@ -1,0 +1,126 @@
+"""Videos of a recording."""
+
+from math import tan
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from nrp_core.errors import ExperimentError
+from nrp_core.recording.figures.view import Bounds
+from nrp_core.recording.layout import Images
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.video import VideoOptions, View, check_target, video
+from nrp_core.recording.video.drawn import drawn_frames
+from nrp_core.recording.video.timing import times_of
+from nrp_core.recording.video.views import FIELD_OF_VIEW, Follower, from_above, look_at
+from nrp_core.world.messages.std_msgs import ColorRGBA
+from nrp_core.world.rigid.pose import Pose
+
+NOTHING = np.empty((0, 2, 3))
+coordinates = st.floats(-10.0, 10.0)
+points = st.tuples(coordinates, coordinates, coordinates)
+
+
+@pytest.fixture
+def recording(make_rig: Any) -> Recording:
+    """Half a second in which the glass turns green."""
+    rig = make_rig(Images.EXACT)
+    for step in range(25):
+        rig.step(forward=2.0, turn=0.0)
+        if step == 12:
+            rig.world.advertise("/wall/body/glass/color").publish(ColorRGBA(g=1.0))
+    rig.recorder.close()
+    return Recording(rig.folder)
+
+
+def frames(path: Path) -> list[Any]:
+    capture = cv2.VideoCapture(str(path))
+    read = []
+    while (image := capture.read())[0]:
+        read.append(image[1])
+    return read
+
+
+@pytest.mark.parametrize("suffix", [".mp4", ".webm"])
+def test_a_video_has_the_size_the_length_and_the_codec_that_browsers_play(
+    recording: Recording, tmp_path: Path, suffix: str
+) -> None:
+    path = tmp_path / f"run{suffix}"
+    count = video(recording, path, VideoOptions(width=160, height=120, speed=0.5, rate_hz=20.0))
+    capture = cv2.VideoCapture(str(path))
+    assert count == 21 == len(frames(path))
+    assert capture.get(cv2.CAP_PROP_FPS) == 20.0
+    assert int(capture.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, "little").lower() in (b"vp09", b"vp90")
+    assert frames(path)[0].shape == (120, 160, 3)
+
+
+def test_a_visual_that_turns_green_is_green_in_the_video(recording: Recording) -> None:
+    options = VideoOptions(view=View.FREE, eye=(0.0, 0.0, 1.0), target=(3.0, 0.0, 1.0), width=64, height=64)
+    images = list(drawn_frames(recording, np.array([0.1, 0.4]), options))
+    before, after = (image[32, 32].astype(int) for image in images)
+    assert before[2] > 100 > before[1]
+    assert after[1] > 100 > after[2]
+
+
+def test_a_robot_moves_through_the_view_from_above(recording: Recording) -> None:
+    options = VideoOptions(view=View.ABOVE, width=120, height=60)
+    first, last = drawn_frames(recording, np.array([0.0, 0.5]), options)
+    changed = np.argwhere(np.any(first != last, axis=2))
+    assert np.ptp(changed[:, 1]) > 10
+
+
+def test_a_camera_s_images_are_shown_as_they_were(recording: Recording, tmp_path: Path) -> None:
+    assert video(recording, tmp_path / "eye.mp4", VideoOptions(camera="camera")) == 13
+    assert frames(tmp_path / "eye.mp4")[0].shape == (2, 2, 3)
+    with pytest.raises(ExperimentError, match="no camera 'camra'; did you mean 'camera'"):
+        video(recording, tmp_path / "eye.mp4", VideoOptions(camera="camra"))
+
+
+def test_what_cannot_be_shown_is_refused(recording: Recording, tmp_path: Path) -> None:
+    with pytest.raises(ExperimentError, match=r"nothing after 7 s: it ends at 0\.5 s"):
+        times_of(recording, VideoOptions(begin_s=7.0))
+    with pytest.raises(ExperimentError, match="no model 'huskey' moves; did you mean 'husky'"):
+        next(drawn_frames(recording, np.array([0.0]), VideoOptions(robot="huskey")))
+    with pytest.raises(ExperimentError, match=r"not 'run\.avi'"):
+        check_target(tmp_path / "run.avi")
+    with pytest.raises(ExperimentError, match="the folder does not exist"):
+        check_target(tmp_path / "nowhere" / "run.mp4")
+
+
+@given(points, points)
+def test_a_camera_that_looks_at_a_point_has_it_in_its_middle(
+    eye: tuple[float, float, float], target: tuple[float, float, float]
+) -> None:
+    if np.linalg.norm(np.subtract(eye, target)) < 0.01:
+        return
+    pose = look_at(eye, target)
+    turn = pose[:, :3]
+    np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-9)
+    assert np.linalg.det(turn) == pytest.approx(1.0)
+    x, y, z = turn.T @ np.subtract(target, eye)
+    assert (x, y) == pytest.approx((0.0, 0.0), abs=1e-6)
+    assert z < 0  # graphics look along -z
+    assert turn[2, 1] >= -1e-9  # upright
+
+
+def test_the_view_from_above_holds_its_bounds() -> None:
+    pose = from_above(Bounds(-1.0, 3.0, -2.0, 2.0), 2.0).eye(0.0, {})
+    half = pose[2, 3] * tan(FIELD_OF_VIEW / 2)
+    assert (pose[0, 3], pose[1, 3]) == (1.0, 0.0)
+    assert half == pytest.approx(2.0)
+
+
+def test_a_follower_is_behind_its_robot_and_rises_where_something_hides_it() -> None:
+    poses = {"car/base": Pose((1.0, 2.0, 0.1))}
+    x, y, z = Follower("car/base", 1.0, NOTHING).eye(0.0, poses)[:, 3]
+    assert x < 1.0 - 2.5
+    assert y == pytest.approx(2.0)
+    assert z > 1.0
+    wall = np.array([[(-0.2, -5.0, 0.0), (0.0, 5.0, 2.0)]])
+    *_, risen = Follower("car/base", 1.0, wall).eye(0.0, poses)[:, 3]
+    assert risen > z + 0.5
