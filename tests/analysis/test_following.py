@@ -108,7 +108,7 @@ def checked(husky: Path, helpers: str, uses: str = USES) -> list[str]:
     ]
 
 
-def test_a_module_beside_the_file_that_works_is_no_finding(husky: Path) -> None:
+def test_a_valid_module_beside_the_file_yields_no_finding(husky: Path) -> None:
     assert checked(husky, HELPERS) == []
 
 
@@ -127,12 +127,12 @@ def test_a_module_beside_the_file_is_checked_as_well(husky: Path, old: str, new:
     assert (found == []) if not said else any(one.startswith(said) for one in found), found
 
 
-def test_names_that_a_module_beside_the_file_lacks_are_told(husky: Path) -> None:
+def test_names_that_a_module_beside_the_file_lacks_are_reported(husky: Path) -> None:
     (found,) = checked(husky, HELPERS, USES.replace("helpers.GAIN", "helpers.GAINS"))
     assert found == "own.py:9 NRP241 'helpers' has no 'GAINS'; did you mean 'GAIN'?"
 
 
-def test_what_a_loop_runs_over_must_be_known(husky: Path) -> None:
+def test_a_loop_is_followed_only_over_known_items(husky: Path) -> None:
     text = (
         "import os\n"
         "SIDES = []\n"
@@ -169,10 +169,10 @@ def test_any_file_can_be_followed() -> None:
         "def find(x):\n    for one in x:\n        if one in open(one): return 1\nN = find('a')\n",
     ],
 )
-def test_what_is_not_followed_to_its_end_is_no_finding(husky: Path, loop: str) -> None:
+def test_code_that_is_not_followed_to_its_end_yields_no_finding(husky: Path, loop: str) -> None:
     assert checked(husky, HELPERS, loop + USES) == []
 
 
-def test_a_recursion_without_end_is_given_up(husky: Path) -> None:
+def test_an_infinite_recursion_is_abandoned(husky: Path) -> None:
     text = "def deep(n):\n    return deep(n + 1)\nN = deep(0)\n"
     assert checked(husky, HELPERS, text + USES) == []

@@ -87,7 +87,7 @@ def test_all_codes_are_listed(nrp: Callable[..., tuple[int, str, str]]) -> None:
     assert nrp("explain")[1].count("\n") == len(Code)
 
 
-def test_a_code_that_there_is_not_gets_a_hint(nrp: Callable[..., tuple[int, str, str]]) -> None:
+def test_an_unknown_code_gets_a_hint(nrp: Callable[..., tuple[int, str, str]]) -> None:
     code, _, err = nrp("explain", "NRP2O3")
     assert code == 2
     assert "did you mean" in err
@@ -106,7 +106,7 @@ def test_errors_end_with_3_in_every_format(
 
 
 @pytest.mark.parametrize("form", ["text", "json", "sarif", "github"])
-def test_an_experiment_that_is_not_there_is_a_finding_in_every_format(
+def test_a_missing_experiment_is_a_finding_in_every_format(
     nrp: Callable[..., tuple[int, str, str]], form: str
 ) -> None:
     code, out, err = nrp("validate", "nowhere", "--format", form)
@@ -131,7 +131,7 @@ def test_a_run_refuses_an_experiment_in_the_words_of_a_check(
     assert json.loads(out)["error"]["findings"][: len(errors)] == errors
 
 
-def test_a_run_says_each_mistake_once_and_calls_no_warning_an_error(
+def test_a_run_reports_each_mistake_once_and_warnings_as_warnings(
     nrp: Callable[..., tuple[int, str, str]], husky: Path
 ) -> None:
     listing = husky / "listing1.py"
@@ -144,7 +144,9 @@ def test_a_run_says_each_mistake_once_and_calls_no_warning_an_error(
     assert [line.count("cmdvel") for line in err.splitlines()] == [1]
 
 
-def test_people_are_told_why_and_what_to_do(nrp: Callable[..., tuple[int, str, str]], husky: Path) -> None:
+def test_the_text_for_people_gives_the_reason_and_the_fix(
+    nrp: Callable[..., tuple[int, str, str]], husky: Path
+) -> None:
     (husky / "listing2.py").write_text((husky / "listing2.py").read_text().replace("leftred", "leftgreen"))
     _, out, err = nrp("validate", str(husky))
     assert out == "not valid\n"
@@ -152,7 +154,7 @@ def test_people_are_told_why_and_what_to_do(nrp: Callable[..., tuple[int, str, s
     assert f"fix: {Code.NRP226.suggestion}" in err
 
 
-def test_the_reference_is_that_of_the_table() -> None:
+def test_the_reference_page_equals_the_table() -> None:
     path = Path(__file__).parents[2] / "docs" / "generate_findings.py"
     names = runpy.run_path(str(path))
     text = names["TARGET"].read_text("utf-8")

@@ -101,7 +101,7 @@ WORKS = [
 
 
 @pytest.mark.parametrize("body", WORKS)
-def test_nothing_is_said_of_what_works(check: Check, body: str) -> None:
+def test_valid_code_yields_no_finding(check: Check, body: str) -> None:
     units = [finding for finding in check(body) if finding.code.name == "NRP233"]
     assert [str(finding) for finding in check(body) if finding not in units] == []
 
@@ -129,26 +129,26 @@ FAILS = [
     ("zero = 0.0\nhelper(t // zero)", "NRP232", "divides by zero"),
     ("eyes.rate = 20 * wheel.voltage", "NRP233", "'rate' is in Hz and is set from a quantity in mV"),
     ("eyes.rate = abs(min(wheel.voltage, 3.0))", "NRP233", "Hz/mV"),
-    ("helper(wheel.voltage + wheels.rate[0])", "NRP233", "a quantity in mV meets one in Hz"),
-    ("helper(wheel.voltage > wheels.rate[1])", "NRP233", "a quantity in mV meets one in Hz"),
+    ("helper(wheel.voltage + wheels.rate[0])", "NRP233", "a quantity in mV is combined with one in Hz"),
+    ("helper(wheel.voltage > wheels.rate[1])", "NRP233", "a quantity in mV is combined with one in Hz"),
     ("helper(math.squrt(2))", "NRP241", "'math' has no 'squrt'; did you mean 'sqrt'?"),
     ("helper(np.maen([1]))", "NRP241", "'np' has no 'maen'; did you mean 'mean'?"),
     ("helper(np.random.rand())", "NRP243", "draws from a generator that all share"),
     ("nrp.tf_lib.detect_red(camera.value, 3)", "NRP240", "detect_red(image): too many positional arguments"),
     ("eyes.rate = wheel", "NRP225",
      "'rate' takes a number: 'wheel' stands for a device, not for a value; did you mean 'wheel.voltage'?"),
-    ("eyes.rate = camera.value", "NRP225", "a sensor_msgs/msg/Image is no number"),
-    ("eyes.rate = [1.0, nrp.tf_lib.detect_red(camera.value), 2.0]", "NRP225", "a RedShares is no number"),
+    ("eyes.rate = camera.value", "NRP225", "a sensor_msgs/msg/Image is not a number"),
+    ("eyes.rate = [1.0, nrp.tf_lib.detect_red(camera.value), 2.0]", "NRP225", "a RedShares is not a number"),
     ("helper(2 * wheel)", "NRP247", "did you mean 'wheel.voltage'?"),
     ("helper(wheel > 2)", "NRP247", "did you mean 'wheel.voltage'?"),
-    ("helper(-camera.value)", "NRP247", "a sensor_msgs/msg/Image is no number; its fields are header"),
+    ("helper(-camera.value)", "NRP247", "a sensor_msgs/msg/Image is not a number; its fields are header"),
     ("helper(min(wheel, 3.0))", "NRP247", "did you mean 'wheel.voltage'?"),
     ("nrp.tf_lib.detect_red(camera)", "NRP247", "did you mean 'camera.value'?"),
     ("count += 1", "NRP247", "'count' stands for a variable, not for a value; did you mean 'count.value'?"),
-    ("helper(wheel.voltage())", "NRP240", "'wheel.voltage' is no function"),
-    ("helper(eyes(0))", "NRP240", "'eyes' is no function"),
-    ("if t > 5000:\n    helper(t)", "NRP248", "'t', in seconds, never comes to 5000: the run ends at 40 s"),
-    ("if 41 <= t:\n    helper(t)", "NRP248", "never comes to 41"),
+    ("helper(wheel.voltage())", "NRP240", "'wheel.voltage' is not a function"),
+    ("helper(eyes(0))", "NRP240", "'eyes' is not a function"),
+    ("if t > 5000:\n    helper(t)", "NRP248", "'t', in seconds, never reaches 5000: the run ends at 40 s"),
+    ("if 41 <= t:\n    helper(t)", "NRP248", "never reaches 41"),
     ("while True:\n    helper(t)", "NRP251", "no way out"),
     ("import time\ntime.sleep(1)", "NRP243", "'time.sleep' stops the whole loop"),
     ("from random import random\nhelper(random())", "NRP243", "'random' is another one in each run"),
@@ -164,7 +164,7 @@ FAILS = [
     ("helper(abs(t, 1))", "NRP240", "abs(x, /): too many positional arguments"),
     ("if t > 1:\n    return geometry_msgs.msg.Twist", "NRP228", "did you mean 'Twist()'?"),
     ("noise.mean = None", "NRP225", "'mean' takes a number, not None"),
-    ("helper(t.value)", "NRP223", "'t' is a number: it has no 'value'"),
+    ("helper(t.value)", "NRP223", "'t' is a number and has no 'value'"),
     ("twist = geometry_msgs.msg.Twist()\ntwist.linear = [1, 2, 3]", "NRP227", "not a list"),
     ("helper(wheels.rate * 2.0)", "NRP247", "a group gives a list"),
     ("helper(eyes > 3)", "NRP247", "'eyes' stands for a group of devices"),
@@ -177,7 +177,7 @@ FAILS = [
 
 
 @pytest.mark.parametrize(("body", "code", "message"), FAILS)
-def test_what_fails_is_told_at_its_place(check: Check, body: str, code: str, message: str) -> None:
+def test_failing_code_is_reported_at_its_place(check: Check, body: str, code: str, message: str) -> None:
     found = check(body)
     assert [finding.code.name for finding in found] == [code], found
     assert message in found[0].message

@@ -18,7 +18,7 @@ CORPUS = Path(__file__).parents[1] / "legacy" / "corpus"
 
 
 @pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda mutation: mutation["kind"].replace(" ", "-"))
-def test_what_is_broken_is_found_before_the_run(
+def test_mistakes_are_found_before_the_run(
     broken: Callable[..., list[Finding]], husky: Path, mutation: dict[str, Any]
 ) -> None:
     experiment = mutation.get("experiment", "experiment.yaml")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -42,7 +43,7 @@ def test_no_transfer_function_is_executed(husky: Path, tmp_path: Path) -> None:
     assert not mark.exists()
 
 
-def test_what_is_known_only_when_it_runs_is_a_note_and_brings_no_errors(husky: Path) -> None:
+def test_values_known_only_at_run_time_are_notes_and_cause_no_errors(husky: Path) -> None:
     text = (
         "import os\n"
         "import helpers\n"
@@ -60,7 +61,7 @@ def test_what_is_known_only_when_it_runs_is_a_note_and_brings_no_errors(husky: P
     assert not [finding for finding in found if finding.level is Level.ERROR]
 
 
-def test_what_a_user_makes_of_messages_and_devices_is_not_guessed(husky: Path) -> None:
+def test_subclasses_and_wrappers_of_the_user_are_not_guessed(husky: Path) -> None:
     text = (
         "class Own(nrp.CustomDevice):\n"
         "    def apply(self, neurons, brain, tau=20.0):\n        self.level = 1.0\n"
@@ -77,7 +78,7 @@ def test_what_a_user_makes_of_messages_and_devices_is_not_guessed(husky: Path) -
     assert codes(found_in(husky, wrong)) == ["NRP239", "NRP212"]
 
 
-def test_a_topic_whose_name_is_computed_brings_no_errors(husky: Path) -> None:
+def test_a_computed_topic_name_causes_no_errors(husky: Path) -> None:
     text = (
         "import os\n"
         "@nrp.MapRobotSubscriber('a', Topic(os.environ['A'], std_msgs.msg.Float64))\n"
@@ -88,7 +89,7 @@ def test_a_topic_whose_name_is_computed_brings_no_errors(husky: Path) -> None:
     assert codes(found_in(husky, text)) == ["NRP239"] * 3
 
 
-def test_code_that_python_only_warns_of_is_read_silently(husky: Path) -> None:
+def test_code_with_mere_syntax_warnings_is_read_silently(husky: Path) -> None:
     text = (
         f"@nrp.Neuron2Robot({TWIST})\ndef f(t):\n    return None if t is 3 else geometry_msgs.msg.Twist()\n"
     )
@@ -98,8 +99,25 @@ def test_code_that_python_only_warns_of_is_read_silently(husky: Path) -> None:
 VARIABLE = "@nrp.MapVariable('n')\n@nrp.Robot2Neuron()\ndef f(t, n):\n"
 
 
+def test_arguments_that_a_decorator_does_not_take_are_named_with_those_that_it_takes(husky: Path) -> None:
+    function = "@nrp.Robot2Neuron()\ndef f(t, n):\n    n.value = t\n"
+    cases = {
+        "nrp.MapVariable('n', initial=1)": (
+            "nrp.MapVariable: got an unexpected keyword argument 'initial'; did you mean 'initial_value'?"
+        ),
+        "nrp.MapVariable()": (
+            "nrp.MapVariable: missing a required argument: 'parameter_name'; it takes parameter_name, "
+        ),
+    }
+    for decorator, message in cases.items():
+        (finding,) = [
+            found for found in found_in(husky, f"@{decorator}\n{function}") if found.code.name == "NRP240"
+        ]
+        assert finding.message.startswith(message)
+
+
 @pytest.mark.parametrize("body", ["n.value += 1", "x = 2 * n.value\n    print(x)", "print(n.value - t)"])
-def test_a_variable_that_begins_with_nothing_is_not_computed_with(husky: Path, body: str) -> None:
+def test_a_variable_without_initial_value_is_not_used_in_computations(husky: Path, body: str) -> None:
     (finding,) = found_in(husky, f"{VARIABLE}    {body}\n")
     assert finding.code.name == "NRP247"
     assert finding.message == "'n.value' is None in the first run: give it an initial_value"
@@ -124,7 +142,7 @@ def test_a_variable_may_get_its_value_first(husky: Path, body: str) -> None:
     assert found_in(husky, f"{VARIABLE}    {body}\n") == []
 
 
-def test_a_selector_without_end_is_given_up(husky: Path) -> None:
+def test_an_infinite_selector_is_abandoned(husky: Path) -> None:
     text = (
         "N = 10000000000\n"
         "@nrp.MapSpikeSource('a', nrp.map_neurons(N, lambda i: nrp.brain.sensors[0]), nrp.poisson)\n"
@@ -223,7 +241,7 @@ def test_a_topic_between_two_functions_needs_nobody_else(husky: Path) -> None:
     assert found_in(husky, text) == []
 
 
-def test_an_inactive_function_is_no_second_writer(husky: Path) -> None:
+def test_an_inactive_function_is_not_a_second_writer(husky: Path) -> None:
     one = f"@nrp.Neuron2Robot({TWIST})\ndef one(t):\n    return geometry_msgs.msg.Twist()\n"
     text = one + one.replace("one", "two")
     assert codes(found_in(husky, text)) == ["NRP229"]
@@ -238,7 +256,7 @@ def test_a_lenient_experiment_has_no_errors_in_its_functions(husky: Path) -> Non
     assert {finding.level for finding in found_in(husky, text, "strict=false")} == {Level.WARNING}
 
 
-def test_the_latency_of_each_path_is_told(husky: Path) -> None:
+def test_the_latency_of_each_path_is_reported(husky: Path) -> None:
     notes = [str(finding) for finding in validate_file(husky / "experiment.yaml")]
     assert len(notes) == 1
     assert (
@@ -284,12 +302,12 @@ def test_joints_that_the_world_does_not_drive_are_named(monkeypatch: pytest.Monk
     walker, head = shipped / "walking_hexapod", shipped / "following_head"
     *sent, held = refused(walker, monkeypatch)
     assert held == "'hexapod' holds front_left_delta: the world backend 'mujoco' has no joint_control"
-    assert all(told.startswith("nothing is done with what is sent on '/hexapod/") for told in sent)
+    assert all(told.startswith("nothing reacts to messages on '/hexapod/") for told in sent)
     assert len(sent) == 12
     (told, *_) = refused(walker, monkeypatch, joint_control=True, dynamics=False)
     assert told == "'hexapod' could not move: the world backend 'mujoco' has no dynamics"
     told = "; ".join(refused(head, monkeypatch))
-    assert "nothing is done with what is sent on '/pan_tilt/" in told
+    assert "nothing reacts to messages on '/pan_tilt/" in told
     assert "has no joint_control" in told
 
 
@@ -313,9 +331,7 @@ def test_changes_that_the_world_refuses_are_named(husky: Path, monkeypatch: pyte
         )
     )
     told = refused(husky, monkeypatch)
-    assert told == [
-        "nothing is done with '/gazebo/set_model_state': the world backend 'mujoco' has no changes"
-    ]
+    assert told == ["nothing reacts to '/gazebo/set_model_state': the world backend 'mujoco' has no changes"]
     assert refused(husky, monkeypatch, changes=True) == []
 
 
@@ -386,7 +402,7 @@ def test_a_network_is_built_once_until_its_script_or_what_it_imports_changes(
     assert len(asked) == 2
 
 
-def test_what_was_found_out_is_known_to_the_next_process(husky: Path) -> None:
+def test_results_are_reused_by_the_next_process(husky: Path) -> None:
     program = (
         "import sys\nfrom nrp_core._support import probe\n"
         "from nrp_core.analysis.validate import validate_file\n"
@@ -398,7 +414,7 @@ def test_what_was_found_out_is_known_to_the_next_process(husky: Path) -> None:
         subprocess.run([sys.executable, "-c", program, str(husky), turn], env=environment, check=True)
 
 
-def test_what_a_script_prints_does_not_matter(husky: Path) -> None:
+def test_output_of_a_script_does_not_matter(husky: Path) -> None:
     brain = husky / "brain.py"
     brain.write_text(f"import os\nprint('[1')\nos.write(1, b'[2')\n{brain.read_text()}")
     assert codes(validate_file(husky)) == ["NRP238"]
@@ -409,15 +425,47 @@ def test_a_script_that_does_not_end_is_a_warning(husky: Path, monkeypatch: pytes
     (husky / "brain.py").write_text("while True:\n    pass\n")
     (finding,) = validate_file(husky)
     assert (finding.code.name, finding.level) == ("NRP244", Level.WARNING)
-    assert "it had not built its network after 1 s" in finding.message
+    assert "the brain script had not built its network after 1 s" in finding.message
 
 
-def test_a_script_that_ends_its_process_ends_no_other(husky: Path) -> None:
+def test_a_script_that_ends_its_process_does_not_end_ours(husky: Path) -> None:
     (husky / "brain.py").write_text("import os\nos._exit(3)\n")
     (finding,) = validate_file(husky)
+    assert (finding.code.name, finding.level, finding.line) == ("NRP208", Level.ERROR, 2)
+    assert "os._exit(3) would end the whole program" in finding.message
+    (husky / "brain.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGKILL)\n")
+    (finding,) = validate_file(husky)
     assert (finding.code.name, finding.level) == ("NRP208", Level.ERROR)
+    assert "the brain script ended its process" in finding.message
+    assert "SIGKILL" in finding.message
 
 
-def test_what_cannot_be_sent_to_a_child_is_built_here(husky: Path) -> None:
+def test_a_script_is_executed_again_when_a_variable_that_it_reads_changes(
+    husky: Path, asked: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    brain = husky / "brain.py"
+    read = "import os\nN = int(os.environ.get('CELLS', 8))\n"
+    brain.write_text(read + brain.read_text().replace("    8,\n", "    N,\n"))
+    for value, found, n in ((None, "NRP238", 1), ("7", "NRP208", 2), ("8", "NRP238", 3), ("8", "NRP238", 3)):
+        if value is not None:
+            monkeypatch.setenv("CELLS", value)
+        monkeypatch.setenv("UNREAD", str(value))
+        assert found in codes(validate_file(husky))
+        assert len(asked) == n
+
+
+def test_a_network_that_cannot_be_pickled_is_built_in_this_process(husky: Path) -> None:
     builder = ChildBuilder(None, None)
     assert builder(lambda: load_network(husky / "brain.py")).size == 8
+
+
+def test_realistic_cameras_in_a_scene_without_light_are_a_warning(husky: Path) -> None:
+    realistic = ["world.options.renderer=realistic"]
+    assert "NRP295" not in codes(validate_file(husky, realistic))
+    room = husky / "room.sdf"
+    text = room.read_text()
+    without = re.sub(r"<light .*?</light>", "", text, flags=re.DOTALL)
+    assert without != text
+    room.write_text(without)
+    assert "NRP295" in codes(validate_file(husky, realistic))
+    assert "NRP295" not in codes(validate_file(husky))

@@ -43,7 +43,7 @@ class Case:
 
 MODELS = ("models=[{folder}/models]",)
 CORPUS_AS_DRAWN = (*MODELS, "world.options.image_scale=1")
-"""Its transfer functions look at the size of pictures."""
+"""Its transfer functions look at the size of images."""
 OLD = {"source": CORPUS, "overrides": MODELS}
 CASES = {
     "experiment": Case("experiment.yaml"),

@@ -208,3 +208,14 @@ def test_the_braitenberg_finding_depends_on_no_simulator_as_far_as_a_few_seeds_t
     assert left["mujoco", "pybullet"] is Relation.EQUIVALENT
     # what differs is listed: on a grid of 1 ms a neuron fires later, and so less often
     assert part_of(diff, "rate", "circuit[7]").answer is Answer.BRAIN
+
+
+def test_the_first_divergence_is_more_than_rounding(tmp_path: Path) -> None:
+    settings = ("world.options.image_scale=0.1", "duration=0.2 s")
+    grid = RunGrid.of("braitenberg_husky", ("event",), ("mujoco", "pybullet"), 1, settings)
+    found = divergence_of(*run_grid(grid, tmp_path, 1, lambda done, total, last: None).values())
+    assert not found.is_identical
+    assert found.first is not None
+    assert found.first.step > 0  # at the start the poses differ by 1e-16
+    for words in (found.first.recorded, found.first.now):
+        assert "e-17" not in words

@@ -36,7 +36,7 @@ def test_each_body_does_what_it_is_for_with_every_brain(name: str, brain: str, e
         run.run()
         result = run.result()
     assert {key: outcome.reason for key, outcome in result.criteria.items() if not outcome.passed} == {}
-    assert result.warnings == []
+    assert result.problems == []
 
 
 def test_a_two_wheeler_that_feels_nothing_does_not_get_through(engine: str) -> None:

@@ -11,7 +11,7 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.recording.figures import plot
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.images import pixels_of
-from nrp_core.recording.layout import MCAP_NAME, Pictures, Role
+from nrp_core.recording.layout import MCAP_NAME, Images, Role
 from nrp_core.recording.reading.recording import Recording
 
 SETTINGS = ("world.options.image_scale=0.2", "events.left_red.at=0.1 s", "duration=0.4 s")
@@ -25,7 +25,7 @@ def run(request: pytest.FixtureRequest) -> Iterator[Run]:
 
 
 def test_a_recording_of_real_engines_is_read_by_anybody(run: Run, tmp_path: Path) -> None:
-    recording_folder = RecordingFolder(run, tmp_path / "out", pictures=Pictures.JPEG)
+    recording_folder = RecordingFolder(run, tmp_path / "out", images=Images.JPEG)
     run.run()
     recording_folder.close("finished")
     assert recording_folder.warnings == []
@@ -43,7 +43,7 @@ def test_a_recording_of_real_engines_is_read_by_anybody(run: Run, tmp_path: Path
     assert sum(len(one.message.ids) for one in spikes) == run.result().spikes["circuit"]
 
 
-def test_exact_pictures_are_what_the_camera_gave(run: Run, tmp_path: Path) -> None:
+def test_exact_images_are_what_the_camera_gave(run: Run, tmp_path: Path) -> None:
     camera = run.world.subscribe(CAMERA, depth=100)
     recording_folder = RecordingFolder(run, tmp_path / "out")
     run.run()

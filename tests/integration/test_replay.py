@@ -26,10 +26,12 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS
-from nrp_core.recording.reading.recording import DIGEST, Recording, digest_of
+from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.recover import recover
 from nrp_core.recording.reading.steps import steps_of
-from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayResult
+from nrp_core.recording.replay.outcome import ReplayResult, Verdict
+from nrp_core.recording.replay.replay import Replay, ReplayRequest
+from nrp_core.recording.sealing import sealed
 from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.rigid.motion import ModelMotion
@@ -115,7 +117,7 @@ def test_a_future_that_nobody_edited_is_the_same_where_both_have_steps(made: Mad
 @pytest.mark.parametrize("from_s", [1.0, 1.24, 2.98])
 def test_it_goes_on_from_within_as_it_went_on(made: Made, from_s: float) -> None:
     outcome = made.replay(ReplayRequest(from_ns=round(from_s * S)))
-    assert outcome.identical
+    assert outcome.verdict is Verdict.SAME
     assert (outcome.from_ns, outcome.until_ns) == (int(from_s) * S, 3 * S)
 
 
@@ -178,7 +180,7 @@ def test_an_edited_future_begins_where_it_was_edited_and_can_be_verified(made: M
 
 def test_the_same_functions_edited_in_change_nothing(made: Made, tmp_path: Path) -> None:
     same = made.edited(tmp_path, "100 * (", "100.0 * (")
-    assert made.replay(ReplayRequest(from_ns=round(1.6 * S), functions=[same])).identical
+    assert made.replay(ReplayRequest(from_ns=round(1.6 * S), functions=[same])).verdict is Verdict.SAME
 
 
 def test_a_changed_message_or_a_changed_file_is_found(made: Made, tmp_path: Path) -> None:
@@ -189,7 +191,8 @@ def test_a_changed_message_or_a_changed_file_is_found(made: Made, tmp_path: Path
     outcome = Made(copy, {}).replay()
     assert outcome.difference is not None
     assert outcome.difference.signal == "/husky/cmd_vel"
-    assert outcome.warnings == ["listing1.py is not what was recorded"]
+    flaw = "experiment/listing1.py (transfer_functions) was changed or damaged since it was written"
+    assert outcome.warnings.messages == [flaw]
 
 
 def test_another_seed_is_another_run(made: Made, tmp_path: Path) -> None:
@@ -200,9 +203,10 @@ def test_another_seed_is_another_run(made: Made, tmp_path: Path) -> None:
     told = json.loads((copy / RUN_NAME).read_text())
     told["distributions"] |= {"numpy": "1.26.4", "antique": "0.1"}
     told["machine"]["cpu_features"] = ["sse4_2"]
-    (copy / RUN_NAME).write_text(json.dumps(told | {DIGEST: digest_of(told)}))
+    (copy / RUN_NAME).write_bytes(sealed(told))
     outcome = Made(copy, {}).replay()
-    versions, processor = outcome.warnings
+    flaw, versions, processor = outcome.warnings.messages
+    assert flaw.startswith("experiment.yaml (the experiment as it was run) was changed")
     assert re.fullmatch(r"it was made with numpy 1\.26\.4 \(now .*\), antique 0\.1 \(now none\)", versions)
     assert processor.startswith("it was made on another machine: cpu features sse4_2 (now ")
     assert outcome.difference is not None
@@ -211,15 +215,8 @@ def test_another_seed_is_another_run(made: Made, tmp_path: Path) -> None:
 
 def test_a_recording_says_what_ran(made: Made) -> None:
     run = made.recording.run
-    assert run[DIGEST] == digest_of(run)
-    assert set(run["files"]) >= {
-        "brain.py",
-        "listing1.py",
-        "listing2.py",
-        "husky.sdf",
-        "room.sdf",
-        "screen.sdf",
-    }
+    names = ("brain.py", "listing1.py", "listing2.py", "husky.sdf", "room.sdf", "screen.sdf")
+    assert set(run["files"]) >= {MCAP_NAME, "experiment.yaml", *(f"experiment/{name}" for name in names)}
     assert run["seed"] == 11
     assert run["machine"]["processor"]
     assert run["distributions"]["numpy"]
@@ -242,7 +239,7 @@ def test_somebody_elses_program_reads_every_message(made: Made) -> None:
     [
         (ReplayRequest(from_ns=round(1.61 * S)), r"there is no step at 1\.61 s; the next is at 1\.62 s"),
         (ReplayRequest(from_ns=9 * S), "there is no step at 9 s; the recording goes to 3 s"),
-        (ReplayRequest(from_ns=S, recorded=frozenset({"world"})), "only be run from the beginning"),
+        (ReplayRequest(from_ns=S, recorded=frozenset({"world"})), "only be played back from the beginning"),
     ],
 )
 def test_what_cannot_be_replayed_is_an_error(made: Made, request_: ReplayRequest, message: str) -> None:
@@ -270,7 +267,7 @@ def test_a_killed_run_is_verified_as_far_as_it_went(tmp_path: Path) -> None:
     assert not killed.recording.complete
     outcome = killed.replay()
     assert outcome.identical
-    assert outcome.warnings == ["the recording is truncated or damaged: only its beginning is available"]
+    assert outcome.warnings.messages == Recording(folder).check().notes != []
     recovered = recover(killed.recording)
     assert killed.recording.complete
     assert recovered.messages == sum(1 for _ in killed.recording.raw())
@@ -355,7 +352,7 @@ def test_edited_functions_take_the_place_of_those_that_were_changed(changed: Mad
         from_ns=round(1.2 * S), until_ns=round(1.9 * S), functions=[edited], record=folder
     )
     outcome = changed.replay(request, verify=False)
-    assert outcome.warnings == [
+    assert outcome.warnings.messages == [
         "from 1.2 s on the transfer functions are those of the files; how they were changed while the run "
         "went on is left out"
     ]
@@ -384,12 +381,12 @@ def test_what_cannot_be_done_again_is_said_by_the_replay(tmp_path: Path) -> None
         run.run()
         recording_folder.close("finished")
         lost = [
-            "a replay does without what was done from Python to devices of the brain: probe",
+            "a replay does without changes of devices of the brain from Python: probe",
             "a replay does without stand: only transfer functions from files are recorded",
         ]
-        assert recording_folder.warnings == lost
+        assert recording_folder.warnings.messages == lost
     outcome = Made(folder, {}).replay()
-    assert outcome.warnings == lost[:1]
+    assert outcome.warnings.messages == lost[:1]
     assert outcome.difference is not None
     assert outcome.difference.signal == "/brain/devices/probe/voltage"
     with pytest.raises(SnapshotError, match=r"other devices.*; a replay does without .* probe; .* stand"):

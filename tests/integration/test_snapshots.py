@@ -15,8 +15,10 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import RUN_NAME, SNAPSHOTS
-from nrp_core.recording.reading.recording import DIGEST, Recording, digest_of
-from nrp_core.recording.replay.replay import Replay, ReplayRequest, ReplayResult
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.replay.outcome import ReplayResult, Verdict
+from nrp_core.recording.replay.replay import Replay, ReplayRequest
+from nrp_core.recording.sealing import sealed
 
 MS = 10**6
 FROM_NS = 500 * MS
@@ -55,7 +57,7 @@ def changed(folder: Path, change: Callable[[dict[str, Any]], object]) -> Path:
     """Change what ``run.json`` says, as if it had always said so."""
     told = json.loads((folder / RUN_NAME).read_text())
     change(told)
-    (folder / RUN_NAME).write_text(json.dumps(told | {DIGEST: digest_of(told)}))
+    (folder / RUN_NAME).write_bytes(sealed(told))
     return folder
 
 
@@ -81,7 +83,7 @@ def test_a_recording_tells_whose_code_made_it(recording: Path) -> None:
 
 def test_snapshots_that_fit_are_used_and_nothing_is_said(recording: Path) -> None:
     outcome = replayed(recording, ReplayRequest(from_ns=FROM_NS))
-    assert (outcome.identical, outcome.from_ns, outcome.warnings) == (True, 400 * MS, [])
+    assert (outcome.verdict, outcome.from_ns, outcome.warnings) == (Verdict.SAME, 400 * MS, [])
 
 
 @pytest.mark.parametrize(
@@ -96,14 +98,14 @@ def test_snapshots_of_other_code_are_left_alone(
 ) -> None:
     outcome = replayed(changed(recording, change), ReplayRequest(from_ns=FROM_NS))
     assert (outcome.identical, outcome.from_ns, outcome.until_ns) == (True, 0, 600 * MS)
-    assert outcome.warnings == [f"the snapshots were made by {whose}; the run starts at 0 instead"]
+    assert outcome.warnings.messages == [f"the snapshots were made by {whose}; the run starts at 0 instead"]
 
 
 @pytest.mark.usefixtures("made_of_two_numbers")
 def test_a_snapshot_that_an_engine_makes_nothing_of_is_no_obstacle(recording: Path) -> None:
     outcome = replayed(recording, ReplayRequest(from_ns=FROM_NS))
     assert (outcome.identical, outcome.from_ns, outcome.until_ns) == (True, 0, 600 * MS)
-    (warning,) = outcome.warnings
+    (warning,) = outcome.warnings.messages
     assert warning.startswith("MujocoEngine failed to restore at 0 s: ")
     assert warning.endswith("; the run starts at 0 instead")
 
@@ -113,15 +115,17 @@ def test_a_snapshot_of_another_scene_is_none_of_this_one(recording: Path) -> Non
     room.write_text(room.read_text().replace("</world>", '<light name="more" type="point"/></world>'))
     outcome = replayed(recording, ReplayRequest(from_ns=FROM_NS))
     assert outcome.from_ns == 0
-    assert outcome.warnings[0] == "room.sdf is not what was recorded"
-    assert "the snapshot was taken with scene " in outcome.warnings[1]
+    assert outcome.warnings.messages[0].startswith("experiment/room.sdf (world.scene) was changed or damaged")
+    assert "the snapshot was taken with scene " in outcome.warnings.messages[1]
 
 
 def test_where_a_recording_begins_with_a_snapshot_that_one_is_used_and_it_is_said(continued: Path) -> None:
     assert replayed(continued, ReplayRequest()).warnings == []
     outcome = replayed(changed(continued, of_other_code), ReplayRequest())
     assert (outcome.identical, outcome.from_ns) == (True, FROM_NS)
-    assert outcome.warnings == ["the snapshots were made by other code of nrp_brain_event; they may not fit"]
+    assert outcome.warnings.messages == [
+        "the snapshots were made by other code of nrp_brain_event; they may not fit"
+    ]
 
 
 @pytest.mark.usefixtures("made_of_two_numbers")
@@ -148,3 +152,21 @@ def test_a_cut_snapshot_is_refused(recording: Path) -> None:
         for length in (10, len(taken) // 2, len(taken) - 1):
             with pytest.raises(SnapshotError, match="cannot be read: "):
                 run.restore(taken[:length])
+
+
+def test_a_function_that_was_stopped_before_a_snapshot_is_missing_after_it(tmp_path: Path) -> None:
+    (tmp_path / "wrong.py").write_text("@nrp.Neuron2Robot()\ndef wrong(t):\n    1 / 0\n")
+    functions = f"transfer_functions=[{tmp_path / 'wrong.py'}]"
+    experiment = load_experiment("braitenberg_husky", [*SETTINGS, functions, "on_error=quarantine"])
+    with Run(experiment) as run:
+        run.run_until(0.1)
+        snapshot = run.snapshot()
+    with Run(experiment) as again:
+        assert again.result().complete
+        again.restore(snapshot)
+        again.run()
+        result = again.result()
+        assert [problem.code.name for problem in result.problems] == ["NRP274"]
+        assert (result.complete, result.failures) == (False, [])
+        again.loop.reset()
+        assert again.result().complete

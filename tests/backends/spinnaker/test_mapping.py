@@ -12,7 +12,7 @@ import pytest
 from nrp_brain_spinnaker import SpinnakerBackend
 from nrp_brain_spinnaker.host.delays import slots_available, slots_used
 from nrp_brain_spinnaker.host.distributions import binomial_quantile
-from nrp_brain_spinnaker.host.loader import lay_out
+from nrp_brain_spinnaker.loader import lay_out
 from nrp_brain_spinnaker.mapping import fidelity, plan
 from nrp_brain_spinnaker.mapping.activity import share_above
 from nrp_brain_spinnaker.mapping.fidelity import Fidelity
@@ -21,6 +21,7 @@ from nrp_brain_spinnaker.options import SpinnakerOptions
 
 from nrp_core.brain.network.data import Network, Origin, Population, Projection
 from nrp_core.brain.pynn import builder
+from nrp_core.findings import Finding
 
 OWN = Path(__file__).parent / "oracles" / "spinnaker_mapping.json"
 OPTIONS = SpinnakerOptions()
@@ -226,7 +227,9 @@ def test_weights_that_vanish_are_counted_and_explained(
     assert (strong.left_shift, strong.vanished, strong.quantum) == (10, 0, 2**-5)
     assert (weak.vanished, weak.synapses) == (1, 1)
     (loss,) = seen.losses
-    assert loss.startswith("projection 'weak': 1 of 1 weights become 0 (in steps of 0.0312); 'strong' sets")
+    assert loss.message.startswith(
+        "projection 'weak': 1 of 1 weights become 0 (in steps of 0.0312); 'strong' sets"
+    )
     assert seen.advice == ()
 
 
@@ -239,7 +242,7 @@ def test_conductances_rounded_by_the_machine_can_be_kept_by_the_host(
         origin=Origin("AllToAllConnector", {}, 1e-5, 1.0),
     )  # fmt: skip
     network = network_of(spike_source("s", []), cells("n", "IF_cond_exp"), generated)
-    assert "use the option weights: host" in weigh(network, OPTIONS).losses[0]
+    assert "use the option weights: host" in weigh(network, OPTIONS).losses[0].message
     kept = weigh(network, SpinnakerOptions(weights="host")).projections[0]
     assert (kept.vanished, kept.mean_error < 0.01) == (0, True)
 
@@ -256,7 +259,7 @@ def test_weights_that_wrap_are_counted(cells: Maker, spike_source: Maker, connec
     network = network_of(spike_source("s", []), cells("n", "IF_curr_exp"), replace(drawn, origin=origin))
     seen = weigh(network, OPTIONS)
     assert (seen.projections[0].wrapped, seen.projections[0].vanished) == (2, 0)
-    assert seen.losses[0].startswith("projection 'wild': 2 of 3 weights wrap around")
+    assert seen.losses[0].message.startswith("projection 'wild': 2 of 3 weights wrap around")
 
 
 def test_the_share_of_steps_that_saturate_is_that_of_a_poisson_sum(cells: Maker, connect: Connect) -> None:
@@ -304,9 +307,9 @@ def test_the_backend_reports_everything_as_plain_values(
     assert machine["tables"]["populations"][0]["utilisation"] is None
     assert [row["key"] is None for row in machine["tables"]["cores"]] == [False, True, True]
     assert [row["vanished"] for row in kept["tables"]["projections"]] == [0, 1, 0]
-    assert kept["warnings"][0].startswith("projection 'weak'")
+    assert kept["warnings"][0]["subject"] == "weak"
     assert "delays become whole time steps" in kept["advice"][0]
-    assert kept["warnings"][0] in SpinnakerBackend().warnings(network, OPTIONS)
+    assert Finding.from_dict(kept["warnings"][0]) in SpinnakerBackend().warnings(network, OPTIONS)
 
 
 def learning(a_plus: float, a_minus: float, rule: str = "AdditiveWeightDependence") -> Network:

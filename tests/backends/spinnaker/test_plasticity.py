@@ -90,7 +90,7 @@ def test_weights_follow_the_pair_rule_in_every_bit(
     )  # fmt: skip
     fire(brain, post)
     brain.run_until(170 * MS)
-    plastic, shift = brain._engine.machine.plastic, 2
+    plastic, shift = brain._engine.machine.stores.stdp, 2
     scale = RULE["w_max"] if weight == ADDITIVE and semantics == "pynn" else 1.0
     gains = tuple(round(RULE[name] * scale * 2**15) for name in ("A_plus", "A_minus"))
     assert int(plastic.weight[0]) == reference(pre, post, delay, 2**15 >> shift, shift, gains, weight)
@@ -106,7 +106,7 @@ def test_only_the_last_fifteen_post_synaptic_spikes_are_remembered(
     post = list(range(20, 100, 4))
     fire(brain, post)
     brain.run_until(105 * MS)
-    assert brain._engine.machine.plastic.history_tick[0].tolist() == [0, *post[-15:]]
+    assert brain._engine.machine.stores.stdp.history_tick[0].tolist() == [0, *post[-15:]]
 
 
 @pytest.mark.parametrize(
@@ -173,7 +173,7 @@ def test_released_shares_follow_a_float_reference(
         spike_source("s", spikes), cells("n", "IF_curr_exp", tau_syn_E=tau_syn, v_thresh=np.inf),
         connect("s", "n", 0.9, 1.0, kind=TSODYKS_MARKRAM, U=use, tau_rec=tau_rec, tau_facil=tau_facil),
     )  # fmt: skip
-    rows, ring = brain._engine.machine.dynamic, brain._engine.machine.ring
+    rows, ring = brain._engine.machine.stores.tsodyks_markram, brain._engine.machine.ring
     for t, share in zip(spikes, released_shares(spikes, use, tau_rec, tau_facil, tau_syn), strict=True):
         brain.run_until(round((t + 1) * MS))
         slot = (int(t) + 1) & (len(ring.slots) - 1)

@@ -125,8 +125,8 @@ def test_delays_below_the_grid_become_one_step_with_one_warning(
     parts = spike_source("s", [5.0]), cells("a", "IF_curr_delta"), cells("b", "IF_curr_delta")
     brain = open_brain(*parts, connect("s", "a", 20.0, 0.1), connect("s", "b", 20.0, 0.3))
     (warning,) = brain.warnings
-    assert "shorter than the time step of 1 ms" in warning
-    assert "'s-a-excitatory', 's-b-excitatory'" in warning
+    assert "shorter than the time step of 1 ms" in str(warning)
+    assert "'s-a-excitatory', 's-b-excitatory'" in str(warning)
     assert record(brain, 9).times_ms.tolist() == [5.0, 7.0, 7.0]
 
 
@@ -235,7 +235,7 @@ def test_a_device_weight_below_the_resolution_is_reported(cells: Maker, open_bra
     brain = open_brain(cells("n", "IF_curr_exp"))
     brain._do_inject(events([2.0, 3.0], 1e-6))
     brain.run_until(5 * MS)
-    assert brain.warnings == ["a device's weight is below the machine's resolution and was lost"]
+    assert brain.warnings.messages == ["a device's weight is below the machine's resolution and was lost"]
 
 
 def test_a_device_weight_beyond_the_machines_numbers_is_refused(cells: Maker, open_brain: Open) -> None:
@@ -260,7 +260,7 @@ def test_lost_input_is_counted_and_reported_once(
     brain.run_until(20 * MS)
     assert brain.saturations == {"n": (16, 0)}
     brain.run_until(40 * MS)
-    assert brain.warnings == ["input beyond the 16 bits of a ring buffer was lost: population 'n'"]
+    assert brain.warnings.messages == ["input beyond the 16 bits of a ring buffer was lost: population 'n'"]
 
 
 def test_weights_that_do_not_survive_are_reported_at_once(
@@ -269,7 +269,7 @@ def test_weights_that_do_not_survive_are_reported_at_once(
     parts = spike_source("s", [5.0]), cells("n", "IF_curr_exp")
     brain = open_brain(*parts, connect("s", "n", 900.0), connect("s", "n", 1e-3, label="weak"))
     (warning,) = brain.warnings
-    assert warning.startswith("projection 'weak': 1 of 1 weights become 0 (in steps of 0.0312)")
+    assert warning.message.startswith("projection 'weak': 1 of 1 weights become 0 (in steps of 0.0312)")
 
 
 def test_a_weight_beyond_what_its_distribution_promised_wraps_with_a_warning(
@@ -279,7 +279,7 @@ def test_a_weight_beyond_what_its_distribution_promised_wraps_with_a_warning(
     origin = Origin("AllToAllConnector", {}, "uniform(low=0, high=2)", 1.0)
     brain = open_brain(spike_source("s", [5.0]), cells("n", "IF_curr_exp"), replace(drawn, origin=origin))
     (warning,) = brain.warnings
-    assert warning.startswith("projection 'wild': 1 of 2 weights wrap around")
+    assert warning.message.startswith("projection 'wild': 1 of 2 weights wrap around")
 
 
 def test_a_current_that_does_not_fit_the_machine_is_an_error(cells: Maker, open_brain: Open) -> None:

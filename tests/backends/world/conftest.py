@@ -107,7 +107,7 @@ def available(name: str, renderer: str) -> tuple[WorldBackend, str]:
 
 @pytest.fixture
 def look(renderer: tuple[WorldBackend, str]) -> Look:
-    """Take the first picture of the robot's camera in a scene of models."""
+    """Take the first image of the robot's camera in a scene of models."""
     backend, name = renderer
 
     def look(*models: Model, **options: Any) -> npt.NDArray[np.uint8]:
@@ -120,17 +120,17 @@ def look(renderer: tuple[WorldBackend, str]) -> Look:
 
 @pytest.fixture(scope="session")
 def look_with_all() -> Callable[..., dict[str, npt.NDArray[np.uint8]]]:
-    """Take that picture with every renderer that works here."""
+    """Take that image with every renderer that works here."""
 
     def look_with_all(*models: Model, **options: Any) -> dict[str, npt.NDArray[np.uint8]]:
-        pictures = {}
+        images = {}
         for name, renderer in RENDERERS:
             backend = load(name)
             if renderer in backend.capabilities(backend.options()).renderers:
                 chosen = backend.options(renderer=renderer, **options)
                 with backend.open(Scene(models), seed=1, options=chosen) as world:
-                    pictures[f"{name}-{renderer}"] = world.engine.render("husky", "eye", "camera")
-        return pictures
+                    images[f"{name}-{renderer}"] = world.engine.render("husky", "eye", "camera")
+        return images
 
     return look_with_all
 

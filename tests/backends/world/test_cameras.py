@@ -1,4 +1,4 @@
-"""Pictures: flat colours that arrive exactly, left on the left, alike in all renderers."""
+"""Images: flat colours that arrive exactly, left on the left, alike in all renderers."""
 
 from __future__ import annotations
 
@@ -46,20 +46,20 @@ def scene_of(*models):
     return Scene(models)
 
 
-def where(picture, color):
-    """Return rows and columns of the pixels of a colour, as centres relative to the picture's, in -1..1."""
-    height, width, _ = picture.shape
-    rows, columns = np.nonzero((picture == color).all(axis=2))
+def where(image, color):
+    """Return rows and columns of the pixels of a colour, as centres relative to the image's, in -1..1."""
+    height, width, _ = image.shape
+    rows, columns = np.nonzero((image == color).all(axis=2))
     return (rows + 0.5) * 2 / height - 1, (columns + 0.5) * 2 / width - 1
 
 
 def test_left_is_left_and_up_is_up(look, parts):
     left, right = ahead(parts, "left", 3, 1, 0, rgba=RED), ahead(parts, "right", 3, -1, 0, rgba=GREEN)
     up = ahead(parts, "up", 3, 0, 1, rgba=BLUE)
-    picture = look(left, right, up, parts.husky())
-    assert where(picture, (255, 0, 0))[1].mean() < -0.2
-    assert where(picture, (0, 255, 0))[1].mean() > 0.2
-    assert where(picture, (0, 0, 255))[0].mean() < -0.2
+    image = look(left, right, up, parts.husky())
+    assert where(image, (255, 0, 0))[1].mean() < -0.2
+    assert where(image, (0, 255, 0))[1].mean() > 0.2
+    assert where(image, (0, 0, 255))[0].mean() < -0.2
 
 
 def test_a_camera_turns_with_its_robot(look, parts):
@@ -82,8 +82,8 @@ def test_the_horizontal_field_of_view_is_that_of_the_file(look, parts):
 
 
 def test_pixels_are_square(look, parts):
-    picture = look(ahead(parts, "ball", 3, geometry=Sphere(0.5)), parts.husky(width=200, height=100))
-    rows, columns = np.nonzero((picture == (255, 0, 0)).all(axis=2))
+    image = look(ahead(parts, "ball", 3, geometry=Sphere(0.5)), parts.husky(width=200, height=100))
+    rows, columns = np.nonzero((image == (255, 0, 0)).all(axis=2))
     assert np.ptp(rows) == pytest.approx(np.ptp(columns), abs=2)
 
 
@@ -94,22 +94,22 @@ def test_every_level_of_a_colour_arrives_exactly(renderer, parts):
     with backend.open(scene_of(screen, parts.husky(width=16, height=12)), seed=1, options=options) as world:
         for level in range(256):
             world.engine.set_color("screen/link/visual", (level / 255, 1 - level / 255, 0.2, 1.0))
-            picture = world.engine.render("husky", "eye", "camera")
-            assert picture[3, 8].tolist() == [level, 255 - level, 51]
+            image = world.engine.render("husky", "eye", "camera")
+            assert image[3, 8].tolist() == [level, 255 - level, 51]
 
 
-def test_a_new_colour_is_seen_in_the_next_picture(renderer, parts, advance):
+def test_a_new_colour_is_seen_in_the_next_image(renderer, parts, advance):
     backend, name = renderer
     left, right = (ahead(parts, n, 1, y, geometry=Box((0.01, 2, 5))) for n, y in (("left", 1), ("right", -1)))
     scene = scene_of(parts.floor(), left, right, parts.husky())
     with backend.open(scene, seed=1, options=backend.options(renderer=name)) as world:
-        pictures = world.subscribe("/husky/camera")
+        images = world.subscribe("/husky/camera")
         advance(world, 0.04)
-        assert (pictures.latest.message.data[4] == (255, 0, 0)).all()
+        assert (images.latest.message.data[4] == (255, 0, 0)).all()
         world.advertise("/right/link/visual/color").publish(ColorRGBA(0, 0, 1, 1))
-        picture = world.engine.render("husky", "eye", "camera")
-        assert (picture[4, :32] == (255, 0, 0)).all()
-        assert (picture[4, 32:] == (0, 0, 255)).all()
+        image = world.engine.render("husky", "eye", "camera")
+        assert (image[4, :32] == (255, 0, 0)).all()
+        assert (image[4, 32:] == (0, 0, 255)).all()
         world.reset()
         assert (world.engine.render("husky", "eye", "camera")[4] == (255, 0, 0)).all()
 
@@ -121,9 +121,9 @@ def test_what_nothing_covers_is_sky(look, parts):
 def test_what_is_transparent_is_not_seen(look, parts):
     ghost = ahead(parts, "ghost", 1, geometry=Box((0.01, 5, 5)), rgba=(1, 0, 0, 0.0))
     glass = ahead(parts, "glass", 3, geometry=Sphere(0.5), rgba=(0, 0, 1, 0.5))
-    picture = look(ghost, glass, parts.husky())
-    assert not where(picture, (255, 0, 0))[0].size
-    assert where(picture, (0, 0, 255))[0].size
+    image = look(ghost, glass, parts.husky())
+    assert not where(image, (255, 0, 0))[0].size
+    assert where(image, (0, 0, 255))[0].size
 
 
 def test_visuals_are_seen_and_collisions_are_not(look, parts):
@@ -141,8 +141,8 @@ def test_a_camera_does_not_see_the_housing_around_it(look, parts, size):
     eye = next(link for link in robot.links if link.name == "eye")
     housed = replace(eye, visuals=(Visual("housing", Box((size, size, size)), rgba=RED),))
     links = tuple(housed if link is eye else link for link in robot.links)
-    picture = look(replace(robot, links=links))
-    assert (picture == look(robot)).all()
+    image = look(replace(robot, links=links))
+    assert (image == look(robot)).all()
 
 
 def test_a_camera_does_not_see_what_is_nearer_than_its_clip_distance(look, parts):
@@ -159,11 +159,11 @@ def test_a_smaller_image_scale_sees_the_same_with_fewer_pixels(look, parts):
     small = look(screen, parts.husky(width=320, height=240), image_scale=0.2)
     assert full.shape == (240, 320, 3)
     assert small.shape == (48, 64, 3)
-    red = [(picture == (255, 0, 0)).all(axis=2) for picture in (full, small)]
+    red = [(image == (255, 0, 0)).all(axis=2) for image in (full, small)]
     assert red[0].mean() == pytest.approx(red[1].mean(), abs=0.01)
 
 
-def test_pictures_are_fresh_and_read_only(renderer, parts):
+def test_images_are_fresh_and_read_only(renderer, parts):
     backend, name = renderer
     with backend.open(scene_of(parts.husky()), seed=1, options=backend.options(renderer=name)) as world:
         first = world.engine.render("husky", "eye", "camera")
@@ -209,21 +209,21 @@ def test_renderers_agree_on_all_shapes(look_with_all, parts, tmp_path):
         )
         for i, shape in enumerate(shapes)
     ]
-    pictures = look_with_all(parts.floor(), *things, parts.husky(width=320, height=240))
-    reference = pictures["mujoco-rays"]
+    images = look_with_all(parts.floor(), *things, parts.husky(width=320, height=240))
+    reference = images["mujoco-rays"]
     for i in range(len(shapes)):
         color = bytes_of((0.1 + 0.15 * i, 0.5, 0.3, 1))
         assert (reference == color).all(axis=2).sum() > 100, f"{shapes[i]} is seen"
-    for name, picture in pictures.items():
-        assert (picture == reference).all(axis=2).mean() > 0.99, name
+    for name, image in images.items():
+        assert (image == reference).all(axis=2).mean() > 0.99, name
 
 
 def test_renderers_agree_on_how_much_red_is_left_and_right(look_with_all, parts):
     screen = ahead(parts, "screen", 2.5, 1.0, 0.6, geometry=Box((0.015, 1.96, 1.1)))
     models = (parts.floor(), parts.wall(3.0), screen, parts.husky(width=320, height=240))
     shares = {}
-    for name, picture in look_with_all(*models).items():
-        hsv = cv2.cvtColor(np.ascontiguousarray(picture), cv2.COLOR_RGB2HSV)
+    for name, image in look_with_all(*models).items():
+        hsv = cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_RGB2HSV)
         red = cv2.inRange(hsv, np.array([0, 30, 30]), np.array([0, 255, 255])) > 0
         shares[name] = (red[:, :160].mean(), red[:, 160:].mean())
     assert shares["mujoco-rays"][0] > 0.1
@@ -231,7 +231,7 @@ def test_renderers_agree_on_how_much_red_is_left_and_right(look_with_all, parts)
         assert share == pytest.approx(shares["mujoco-rays"], abs=0.0025), name
 
 
-def test_pictures_of_two_worlds_opened_at_once_do_not_mix(renderer, parts):
+def test_images_of_two_worlds_opened_at_once_do_not_mix(renderer, parts):
     backend, name = renderer
     options = backend.options(renderer=name)
     scenes = [

@@ -41,7 +41,7 @@ def with_balls(folder: Path, shape: str, places: list[tuple[float, float]]) -> S
 
 
 def hills(folder: Path, size: str = "8 8 1") -> str:
-    """Four plateaus, of other heights in each quarter: in a picture x goes right and y goes up."""
+    """Four plateaus, of other heights in each quarter: in an image x goes right and y goes up."""
     quarters = np.array([[255, 128], [64, 0]], np.uint8).repeat(16, axis=0).repeat(16, axis=1)
     cv2.imwrite(str(folder / "hills.png"), quarters)
     return f"<heightmap><uri>hills.png</uri><size>{size}</size><pos>0 0 0.25</pos></heightmap>"
@@ -95,12 +95,12 @@ def test_a_height_map_that_cannot_be_had_is_a_warning(tmp_path):
         (lambda: (tmp_path / "hills.png").unlink(), "is not there"),
     ):
         change()
-        assert f"the height map 'hills.png' {reason}" in with_balls(tmp_path, shape, []).warnings[0]
+        assert f"the height map 'hills.png' {reason}" in str(with_balls(tmp_path, shape, []).warnings[0])
     moving = WORLD.replace("<static>1</static><pose>0 0 0.5", "<pose>0 0 0.5").format(shape=shape, balls="")
     (tmp_path / "room.sdf").write_text(moving)
-    assert "belongs to a model that is not <static>" in read_scene(tmp_path / "room.sdf").warnings[0]
+    assert "belongs to a model that is not <static>" in str(read_scene(tmp_path / "room.sdf").warnings[0])
 
 
 def test_a_polyline_that_encloses_nothing_is_a_warning(tmp_path):
     scene = with_balls(tmp_path, polylines("0 0, 1 0, 2 0"), [])
-    assert "its points enclose no area" in scene.warnings[0]
+    assert "its points enclose no area" in str(scene.warnings[0])

@@ -79,10 +79,10 @@ def test_a_mesh_looks_like_the_shape_that_it_has(look, parts, cube):
     mesh = cube.model("cube").links[0].visuals[0].geometry
     assert isinstance(mesh, Mesh)
     place, rgba = Pose((1.2, 0.3, 0.5)), (1, 0, 0, 1)
-    pictures = [
+    images = [
         look(parts.thing("thing", geometry, place, rgba=rgba, solid=False), parts.husky())
         for geometry in (mesh, Box((SIDE, SIDE, SIDE)))
     ]
-    red = [(picture == (255, 0, 0)).all(axis=2) for picture in pictures]
+    red = [(image == (255, 0, 0)).all(axis=2) for image in images]
     assert red[1].sum() > 50
     assert (red[0] == red[1]).mean() > 0.99

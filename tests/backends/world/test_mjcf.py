@@ -65,7 +65,7 @@ def test_bodies_are_models_links_and_joints(lab):
     assert (shoulder.parent, shoulder.lower) == ("world", pytest.approx(np.radians(-120)))
     assert arm.pose.yaw == pytest.approx(np.pi / 2)
     assert arm.link("forearm").inertial.mass == pytest.approx(0.5)
-    assert "left out of this MJCF file: 1 actuators that are not motors" in lab.warnings[0]
+    assert "left out of this MJCF file: 1 actuators that are not motors" in str(lab.warnings[0])
     assert (shoulder.effort, elbow.effort, reach.effort) == (6, np.inf, 50)
     assert arm.controllers == (
         JointController("shoulder", "effort", "/arm/shoulder/cmd_effort", Pid()),
@@ -167,4 +167,4 @@ def test_limits_of_ball_joints_are_left_out_with_a_warning(tmp_path):
     ball = '<joint type="ball" range="0 30" limited="true"/><geom size="0.1"/>'
     (tmp_path / "arm.xml").write_text(f"<mujoco><worldbody><body>{ball}</body></worldbody></mujoco>")
     (warning,) = read_scene(tmp_path / "arm.xml").warnings
-    assert "left out of this MJCF file: the limits of 1 ball joints" in warning
+    assert "left out of this MJCF file: the limits of 1 ball joints" in str(warning)

@@ -1,4 +1,4 @@
-"""Rolling, controllers, slopes and loads against closed forms; the pictures of all renderers side by side.
+"""Rolling, controllers, slopes and loads against closed forms; the images of all renderers side by side.
 
 `benchmarks/parity.py` measures more of the same. Tolerances are a few times what is measured there.
 """
@@ -99,21 +99,21 @@ def test_renderers_see_the_same_in_the_shipped_room(engines, place):
     x, y, yaw = place
     robot = read_model(SHIPPED / "husky.sdf", name="husky", pose=Pose.from_rpy((x, y, 0.14), 0, 0, yaw))
     scene = read_scene(SHIPPED / "room.sdf").with_model(robot)
-    pictures, reds = {}, {}
+    images, reds = {}, {}
     for backend in engines:
         for renderer in backend.capabilities(backend.options()).renderers:
             if renderer == REALISTIC:
                 continue  # it is not flat
             with backend.open(scene, seed=1, options=backend.options(renderer=renderer)) as world:
                 world.engine.set_color("left_vr_screen/body/screen_glass", (1.0, 0.0, 0.0, 1.0))
-                picture = world.engine.render("husky", "eye_vision_camera", "camera")
-                height, width, _ = picture.shape
-                shares = detect_red(Image(height=height, width=width, encoding="rgb8", data=picture))
+                image = world.engine.render("husky", "eye_vision_camera", "camera")
+                height, width, _ = image.shape
+                shares = detect_red(Image(height=height, width=width, encoding="rgb8", data=image))
                 name = f"{type(backend).__name__} {renderer}"
-                pictures[name], reds[name] = picture, (shares.left, shares.right)
-    reference = next(iter(pictures))
-    for name, picture in pictures.items():
-        assert (picture == pictures[reference]).all(axis=2).mean() > 0.99, name
+                images[name], reds[name] = image, (shares.left, shares.right)
+    reference = next(iter(images))
+    for name, image in images.items():
+        assert (image == images[reference]).all(axis=2).mean() > 0.99, name
         assert reds[name] == pytest.approx(reds[reference], abs=5e-4), name
-    assert len(pictures) >= 4
+    assert len(images) >= 4
     assert max(reds[reference]) > 0.02

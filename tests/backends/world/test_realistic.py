@@ -1,4 +1,4 @@
-"""Pictures with light and shadows, on both engines: alike, and as the lights of now shine."""
+"""Images with light and shadows, on both engines: alike, and as the lights of now shine."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from nrp_core.world.scene.model import Box, Finish, Light, Link, Model, Scene, S
 from nrp_core.world.sensors.camera import Camera
 
 SUN = Light("sun", direction=(0.0, 0.0, -1.0), diffuse=(0.5, 0.5, 0.5, 1.0))
-SHADED, LIT = (10, 16), (20, 16)  # rows and columns of the eye's picture: under the plate, and before it
+SHADED, LIT = (10, 16), (20, 16)  # rows and columns of the eye's image: under the plate, and before it
 WHITE = (1.0, 1.0, 1.0, 1.0)
 
 
@@ -35,7 +35,7 @@ def looking(open_world, parts):
     return looking
 
 
-def picture(world):
+def image(world):
     return world.engine.render("eye", "eye", "camera")
 
 
@@ -44,28 +44,28 @@ def grey(light: float) -> list[int]:
 
 
 def test_what_lies_in_a_shadow_is_darker_than_what_is_lit(looking):
-    seen = picture(looking(SUN))
+    seen = image(looking(SUN))
     assert seen[LIT].tolist() == grey(AMBIENT + 0.5)
     assert seen[SHADED].tolist() == grey(AMBIENT)
 
 
 def test_a_light_that_casts_no_shadows_shines_through(looking):
-    seen = picture(looking(Light("sun", diffuse=SUN.diffuse, casts_shadows=False)))
+    seen = image(looking(Light("sun", diffuse=SUN.diffuse, casts_shadows=False)))
     assert seen[SHADED].tolist() == seen[LIT].tolist() == grey(AMBIENT + 0.5)
 
 
-def test_a_light_that_is_changed_by_a_service_is_seen_in_the_next_picture(looking, advance):
+def test_a_light_that_is_changed_by_a_service_is_seen_in_the_next_image(looking, advance):
     world = looking(SUN)
-    before = picture(world)
+    before = image(world)
     world.call(
         "/gazebo/set_light_properties", SetLightPropertiesRequest("sun", ColorRGBA(0.2, 0.0, 0.0, 1.0))
     )
-    assert picture(world)[LIT].tolist() == [*grey(AMBIENT + 0.2)[:1], *grey(AMBIENT)[:2]]
+    assert image(world)[LIT].tolist() == [*grey(AMBIENT + 0.2)[:1], *grey(AMBIENT)[:2]]
     world.call("/gazebo/delete_light", DeleteLightRequest("sun"))
-    assert picture(world)[LIT].tolist() == grey(AMBIENT)
+    assert image(world)[LIT].tolist() == grey(AMBIENT)
     advance(world, 0.1)
     world.reset()
-    assert (picture(world) == before).all()
+    assert (image(world) == before).all()
 
 
 def test_a_snapshot_keeps_the_lights_of_its_time(looking):
@@ -73,17 +73,17 @@ def test_a_snapshot_keeps_the_lights_of_its_time(looking):
     world.call(
         "/gazebo/set_light_properties", SetLightPropertiesRequest("sun", ColorRGBA(0.1, 0.1, 0.1, 1.0))
     )
-    dim, snapshot = picture(world), world.snapshot()
+    dim, snapshot = image(world), world.snapshot()
     world.call("/gazebo/delete_light", DeleteLightRequest("sun"))
     world.restore(snapshot)
-    assert (picture(world) == dim).all()
+    assert (image(world) == dim).all()
     assert dim[LIT].tolist() == grey(AMBIENT + 0.1)
 
 
 def test_a_colour_that_is_set_is_lit_as_well(looking):
     world = looking(SUN)
     world.engine.set_color("floor/link/visual", (0.0, 1.0, 0.0, 1.0))
-    assert picture(world)[LIT].tolist() == [0, *grey(AMBIENT + 0.5)[:1], 0]
+    assert image(world)[LIT].tolist() == [0, *grey(AMBIENT + 0.5)[:1], 0]
 
 
 def test_what_glows_has_its_colour_in_the_shadow_too_and_in_another_colour(open_world, parts):
@@ -95,9 +95,9 @@ def test_what_glows_has_its_colour_in_the_shadow_too_and_in_another_colour(open_
         Model("eye", (Link("eye", sensors=(camera,)),), pose=Pose((0.0, 0.0, 0.5)), static=True),
     )
     world = open_world(Scene((floor, *models), (SUN,)), renderer="realistic")
-    assert picture(world)[12, 16].tolist() == [255, 0, 0]
+    assert image(world)[12, 16].tolist() == [255, 0, 0]
     world.engine.set_color("lamp/link/screen", (0.0, 0.5, 0.0, 1.0))
-    assert picture(world)[12, 16].tolist() == [0, 128, 0]
+    assert image(world)[12, 16].tolist() == [0, 128, 0]
 
 
 @pytest.mark.parametrize(
@@ -117,18 +117,18 @@ def test_a_visual_that_is_given_a_glowing_material_glows_until_it_is_reset(
     world = open_world(Scene((screen, eye)), renderer="realistic")
     request = ("screen", "link", "visual", kind, value)
     assert world.call("/gazebo/set_visual_properties", *request).success
-    assert picture(world)[12, 16].tolist() == seen
+    assert image(world)[12, 16].tolist() == seen
     kept = world.snapshot()
     world.reset()
-    assert picture(world)[12, 16].tolist() == grey(AMBIENT)
+    assert image(world)[12, 16].tolist() == grey(AMBIENT)
     world.restore(kept)
-    assert picture(world)[12, 16].tolist() == seen
+    assert image(world)[12, 16].tolist() == seen
 
 
 @pytest.mark.parametrize("kind", ["directional", "point", "spot"])
 def test_each_kind_of_light_throws_the_shadow_of_what_is_before_it(looking, kind):
     lamp = Light("lamp", kind, Pose((4.0, 0.0, 6.0)), diffuse=SUN.diffuse, cone=(1.5, 1.6))
-    seen = picture(looking(lamp))
+    seen = image(looking(lamp))
     assert seen[SHADED].tolist() == grey(AMBIENT)
     assert seen[LIT][0] > grey(AMBIENT + 0.3)[0]
 
@@ -141,12 +141,12 @@ def test_a_shadow_goes_with_what_throws_it(open_world, parts, advance):
         "eye", (Link("eye", sensors=(camera,)),), pose=Pose.from_rpy((0, 0, 1.5), 0, 0.4, 0), static=True
     )
     world = open_world(Scene((floor, plate, eye), (SUN,), gravity=(0.0, 4.0, 0.0)), renderer="realistic")
-    assert picture(world)[SHADED].tolist() == grey(AMBIENT)
+    assert image(world)[SHADED].tolist() == grey(AMBIENT)
     advance(world, 2.0)  # by 8 m to the left
-    assert picture(world)[SHADED].tolist() == grey(AMBIENT + 0.5)
+    assert image(world)[SHADED].tolist() == grey(AMBIENT + 0.5)
     world.engine.set_color("plate/link/visual", (0.0, 0.0, 0.0, 0.0))
     world.reset()
-    assert picture(world)[SHADED].tolist() == grey(AMBIENT)
+    assert image(world)[SHADED].tolist() == grey(AMBIENT)
 
 
 def test_what_is_shown_later_throws_its_shadow_from_then_on(open_world, parts):
@@ -159,26 +159,26 @@ def test_what_is_shown_later_throws_its_shadow_from_then_on(open_world, parts):
         "eye", (Link("eye", sensors=sensors),), pose=Pose.from_rpy((0, 0, 1.5), 0, 0.4, 0), static=True
     )
     world = open_world(Scene((ground, stone, plate, eye), (SUN,)), renderer="realistic")
-    assert picture(world)[SHADED].tolist() == grey(AMBIENT + 0.5)
+    assert image(world)[SHADED].tolist() == grey(AMBIENT + 0.5)
     world.engine.set_color("plate/link/visual", (1.0, 0.0, 0.0, 1.0))
-    assert picture(world)[SHADED].tolist() == grey(AMBIENT)
+    assert image(world)[SHADED].tolist() == grey(AMBIENT)
 
 
 def test_what_is_not_seen_throws_no_shadow(looking):
     world = looking(SUN)
-    assert picture(world)[SHADED].tolist() == grey(AMBIENT)
+    assert image(world)[SHADED].tolist() == grey(AMBIENT)
     world.engine.set_color("plate/link/visual", (1.0, 0.0, 0.0, 0.0))
-    assert picture(world)[SHADED].tolist() == grey(AMBIENT + 0.5)
+    assert image(world)[SHADED].tolist() == grey(AMBIENT + 0.5)
 
 
-def test_both_engines_make_the_same_realistic_picture(engines, parts):
+def test_both_engines_make_the_same_realistic_image(engines, parts):
     shapes = (parts.floor(), parts.wall(3.0), parts.husky("other", Pose((1.5, 0.5, parts.standing))))
     scene = Scene((*shapes, parts.husky(width=160, height=120)), (Light("sun", direction=(0.5, -0.4, -1.0)),))
-    pictures = []
+    images = []
     for backend in engines:
         with backend.open(scene, seed=1, options=backend.options(renderer="realistic")) as world:
-            pictures.append(world.engine.render("husky", "eye", "camera"))
-    assert (pictures[0] == pictures[1]).all(axis=2).mean() > 0.99
+            images.append(world.engine.render("husky", "eye", "camera"))
+    assert (images[0] == images[1]).all(axis=2).mean() > 0.99
 
 
 def shining(parts, finish: Finish, rgba=(1.0, 0.0, 0.0, 1.0)) -> Scene:
@@ -195,33 +195,33 @@ def shining(parts, finish: Finish, rgba=(1.0, 0.0, 0.0, 1.0)) -> Scene:
 
 @pytest.mark.parametrize("finish", [Finish(0.3, 1.0), Finish(0.3, 0.0), Finish(1.0, 0.5)], ids=str)
 def test_both_engines_show_what_shines_alike_and_not_as_matt(engines, parts, finish):
-    pictures = []
+    images = []
     for backend in engines:
         for chosen in (finish, None):
             scene = shining(parts, chosen)
             with backend.open(scene, seed=1, options=backend.options(renderer="realistic")) as world:
-                pictures.append(picture(world))
-    assert (pictures[0] == pictures[2]).all(axis=2).mean() > 0.999
-    assert (pictures[0] != pictures[1]).any(axis=2).mean() > 0.05
+                images.append(image(world))
+    assert (images[0] == images[2]).all(axis=2).mean() > 0.999
+    assert (images[0] != images[1]).any(axis=2).mean() > 0.05
 
 
 def test_metal_shines_in_the_colour_that_it_is_given(open_world, parts):
     world = open_world(shining(parts, Finish(0.4, 1.0)), renderer="realistic")
-    red = picture(world)
+    red = image(world)
     world.engine.set_color("ball/link/v", (0.0, 0.0, 1.0, 1.0))
-    blue = picture(world)
+    blue = image(world)
     changed = (blue != red).any(axis=2)
     assert changed.mean() > 0.05
     assert (blue[changed] == red[changed][:, ::-1]).all()
 
 
-def test_flat_pictures_do_not_show_how_things_shine(open_world, parts):
+def test_flat_images_do_not_show_how_things_shine(open_world, parts):
     shiny, matt = (open_world(shining(parts, finish)) for finish in (Finish(0.3, 1.0), None))
-    assert (picture(shiny) == picture(matt)).all()
+    assert (image(shiny) == image(matt)).all()
 
 
-def test_flat_pictures_do_not_depend_on_lights(looking):
-    assert (picture(looking(SUN, renderer="raster")) == picture(looking(renderer="raster"))).all()
+def test_flat_images_do_not_depend_on_lights(looking):
+    assert (image(looking(SUN, renderer="raster")) == image(looking(renderer="raster"))).all()
 
 
 def test_depth_is_the_same_with_every_renderer(looking, backend):

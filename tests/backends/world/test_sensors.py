@@ -210,7 +210,7 @@ def test_nothing_is_seen_beyond_the_clip_distances(open_world, parts, advance):
         assert not np.isfinite(depth.data).any()
 
 
-def test_pictures_have_noise(open_world, parts, advance):
+def test_images_have_noise(open_world, parts, advance):
     plain = Camera("camera", "/color", 50.0, pi / 2, 64, 48)
     clean, noisy = (
         sense(open_world(fixed(camera), parts.wall(3.0)), "/color", advance).data.astype(float)
@@ -326,6 +326,22 @@ def test_a_contact_tells_what_touches_and_how_strongly(open_world, parts, advanc
     assert all(normal.z == pytest.approx(1.0, abs=1e-3) for normal in state.contact_normals)
     assert all(abs(point.z) < 0.01 for point in state.contact_positions)
     assert len(state.contact_positions) == len(state.depths) >= 2
+
+
+def test_all_contacts_of_a_world_are_told_each_pair_of_shapes_once(open_world, parts, advance):
+    floor, box = resting(parts)
+    other = replace(box, name="a_box", pose=Pose((2.0, 0.0, 0.1)), links=(replace(box.links[0], sensors=()),))
+    high = replace(other, name="high", pose=Pose((-2.0, 0.0, 50.0)))
+    world = open_world(floor, box, other, high)
+    advance(world, 1.0)
+    state = sense(world, "/gazebo/contact_point_data", advance)
+    pairs = [(each.collision1_name, each.collision2_name) for each in state.states]
+    assert pairs == [
+        ("a_box::link::collision", "floor::link::collision"),
+        ("box::link::collision", "floor::link::collision"),
+    ]
+    for each in state.states:
+        assert vector(each.total_wrench.force) == pytest.approx((0.0, 0.0, 2.0 * GRAVITY), abs=0.1)
 
 
 def test_what_touches_nothing_feels_nothing(open_world, parts, advance):

@@ -109,7 +109,7 @@ def test_delays_off_the_grid_are_rounded_and_that_is_said(
 ) -> None:
     network = (cells("n", "IF_curr_exp", 2), connect("n", "n", 0.1, 1.04, pairs=[(0, 1)]))
     (warning,) = open_brain(*network, resolution="0.1 ms").warnings
-    assert warning == (
+    assert warning.message == (
         "delays of projection 'n-n-excitatory' are rounded to the grid of 0.1 ms, to at least one step"
     )
     assert open_brain(*network, resolution="0.01 ms").warnings == []

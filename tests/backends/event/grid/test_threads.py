@@ -181,7 +181,7 @@ def test_plasticity_by_spike_timing_takes_one_thread_and_says_so() -> None:
     )  # fmt: skip
     with opened(parts.network(cells, plastic), 2) as brain:
         brain.run_until(from_milliseconds(5.0))
-        assert any("uses one thread" in warning for warning in brain.warnings)
+        assert any("uses one thread" in str(warning) for warning in brain.warnings)
 
 
 def test_threads_without_a_grid_are_refused() -> None:

@@ -7,6 +7,4 @@ import std_msgs.msg
 @nrp.MapSpikeSink("wheel", nrp.brain.actors[0], nrp.leaky_integrator_alpha)
 @nrp.Neuron2Robot(nrp.Topic("/husky/cmd_vel", geometry_msgs.msg.Twist))
 def drive(t, speed, wheel):
-    return geometry_msgs.msg.Twist(
-        geometry_msgs.msg.Vector3(2.0 * speed.value.data, 0, 0), geometry_msgs.msg.Vector3(0, 0, 0.1)
-    )
+    return geometry_msgs.msg.Twist(geometry_msgs.msg.Vector3(2.0 * speed.value.data, 0, 0), geometry_msgs.msg.Vector3(0, 0, 0.1))

@@ -1,0 +1,67 @@
+"""A check executes a brain script without network, and lets it write only temporary files."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from nrp_core.analysis.validate import validate_file
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="confinement needs Linux")
+@pytest.mark.parametrize(
+    "line",
+    [
+        "open(__file__ + '.side', 'w')",
+        "import urllib.request; urllib.request.urlopen('http://example.org')",
+    ],
+)
+def test_a_script_without_a_right_in_a_check_gets_that_reason(
+    husky: Path, line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "scratch").mkdir()
+    monkeypatch.setenv("TMPDIR", str(tmp_path / "scratch"))  # pytest's own folders are temporary files too
+    (husky / "brain.py").write_text(f"{line}\n")
+    (finding,) = validate_file(husky)
+    assert "a check executes the script without network" in finding.message
+    (husky / "brain.py").write_text("open('no/such/file')\n")
+    (finding,) = validate_file(husky)
+    assert "No such file" in finding.message
+    assert "a check executes" not in finding.message
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="confinement needs Linux")
+@pytest.mark.parametrize(
+    ("statement", "error"),
+    [
+        ("open('{beside}/written', 'w')", "PermissionError"),
+        ("os.remove('{beside}/room.sdf')", "PermissionError"),
+        ("os.mkdir('{beside}/made')", "PermissionError"),
+        ("subprocess.run(['touch', '{beside}/touched'], check=True)", "CalledProcessError"),
+        ("socket.create_connection(('127.0.0.1', {port}), timeout=5)", "OSError"),
+        ("bytearray(10**15)", "MemoryError"),
+    ],
+)
+def test_a_check_confines_the_script(
+    husky: Path, tmp_path_factory: pytest.TempPathFactory, statement: str, error: str
+) -> None:
+    """The temporary folder of the check is another one, so that the experiment is not in it."""
+    brain = husky / "brain.py"
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        code = statement.format(beside=husky, port=server.getsockname()[1])
+        brain.write_text(f"import os, socket, subprocess\n{code}\n{brain.read_text()}")
+        temporary = {"TMPDIR": str(tmp_path_factory.mktemp("temporary"))}
+        for command in ("validate", "map") if "open" in statement else ("validate",):
+            done = subprocess.run(
+                [sys.executable, "-m", "nrp_core", command, husky, "-s", "brain.backend=spinnaker"],
+                env={**os.environ, **temporary}, capture_output=True, text=True, check=False,
+            )  # fmt: skip
+            assert done.returncode == 3, done.stdout
+            assert f"brain.py:2: {error}" in done.stderr
+    assert (husky / "room.sdf").is_file()
+    assert not {"written", "made", "touched"} & {path.name for path in husky.iterdir()}

@@ -1,0 +1,95 @@
+"""Engines with a bug are named in the first line of a comparison; engines without one agree."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import wrong_engines
+
+from nrp_core.comparison.engines.measures import EngineMargins
+from nrp_core.comparison.engines.open_loop import compare_engines
+from nrp_core.comparison.engines.verdict import Agreement, EngineVerdict
+from nrp_core.comparison.grid import RunGrid
+
+FOLDER = Path(wrong_engines.__file__).parent
+YARD = str(FOLDER / "yard" / "experiment.yaml")
+HUSKY = "braitenberg_husky"
+SHORT = ("comparison=null", "duration=4 s", "events.left_red.at=0.5 s", "world.options.image_scale=0.1")
+SETTINGS = {HUSKY: SHORT, YARD: ()}
+
+WRONG_WORLDS = {
+    "LateCommands": (HUSKY, "delay of motion"),
+    "LargeWheels": (HUSKY, "motion"),
+    "ReversedGear": (HUSKY, "motion"),
+    "BlueFirst": (HUSKY, "images"),
+    "LightGravity": (YARD, "sensor values"),
+    "HeavyLinks": (YARD, "stand/weight.wrench.force"),
+    "SlipperyGround": (YARD, "sled/velocity"),
+    "NoisyScanner": (YARD, "noise of sensors"),
+    "LateInertialSensor": (YARD, "delay of sensors"),
+    "TurnedInertialSensor": (YARD, "cart/imu"),
+}
+WRONG_BRAINS = {
+    "StrongSynapses": (HUSKY, "rate|output"),
+    "FlippedSynapses": (HUSKY, "firing rate"),
+    "HighThreshold": (YARD, "firing rate"),
+    "LongRefractoryTime": (YARD, "firing rate"),
+    "SlowMembrane": (YARD, "firing rate"),
+    "LostSpikes": (YARD, "firing rate"),
+}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _installed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Install the engines of this test as a distribution with entry points."""
+    folder = tmp_path_factory.mktemp("wrong_engines")
+    info = folder / "wrong_engines-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: wrong-engines\nVersion: 1.0\n")
+    worlds = "".join(f"{name} = wrong_engines:{name}\n" for name in ("SameWorld", *WRONG_WORLDS))
+    brains = "".join(f"{name} = wrong_engines:{name}\n" for name in ("SameBrain", *WRONG_BRAINS))
+    (info / "entry_points.txt").write_text(f"[nrp_core.world]\n{worlds}[nrp_core.brain]\n{brains}")
+    sys.path.insert(0, str(folder))
+    yield
+    sys.path.remove(str(folder))
+
+
+def verdict(experiment: str, folder: Path, brains: str = "event", worlds: str = "mujoco") -> EngineVerdict:
+    grid = RunGrid.of(experiment, brains.split(","), worlds.split(","), 1, SETTINGS[experiment])
+    return compare_engines(grid, folder, EngineMargins(), lambda done, total, last: None)
+
+
+@pytest.mark.parametrize("name", WRONG_WORLDS)
+def test_a_wrong_world_is_named_in_the_headline(name: str, tmp_path: Path) -> None:
+    experiment, named = WRONG_WORLDS[name]
+    found = verdict(experiment, tmp_path, worlds=f"mujoco,{name}")
+    assert found.agreement is Agreement.DIFFER
+    assert re.search(named, found.headline), found.headline
+    assert f"world mujoco -> {name}" in found.headline
+
+
+@pytest.mark.parametrize("name", WRONG_BRAINS)
+def test_a_wrong_brain_is_named_in_the_headline(name: str, tmp_path: Path) -> None:
+    experiment, named = WRONG_BRAINS[name]
+    found = verdict(experiment, tmp_path, brains=f"event,{name}")
+    assert found.agreement is Agreement.DIFFER
+    assert re.search(named, found.headline), found.headline
+    assert f"brain event -> {name}" in found.headline
+
+
+@pytest.mark.parametrize("experiment", [HUSKY, YARD], ids=["husky", "yard"])
+@pytest.mark.parametrize(
+    ("brains", "worlds"), [("event", "mujoco,pybullet"), ("event,SameBrain", "mujoco,SameWorld")]
+)
+def test_engines_without_a_bug_agree(experiment: str, brains: str, worlds: str, tmp_path: Path) -> None:
+    found = verdict(experiment, tmp_path, brains, worlds)
+    assert found.agreement is Agreement.AGREE, found.headline
+
+
+def test_the_two_brains_agree_where_a_millisecond_more_or_less_does_not_matter(tmp_path: Path) -> None:
+    found = verdict(YARD, tmp_path, "event,spinnaker")
+    assert found.agreement is Agreement.AGREE, found.headline

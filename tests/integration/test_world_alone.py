@@ -1,0 +1,40 @@
+"""The world of an experiment without its brain."""
+
+from __future__ import annotations
+
+import pytest
+
+from nrp_core import Experiment, load_experiment, open_world
+from nrp_core.errors import LifecycleError, TopicError
+from nrp_core.experiment.model.collector import Collector
+from nrp_core.experiment.running import opening
+from nrp_core.world import World
+from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.messages.std_msgs import ColorRGBA
+
+
+def test_the_world_of_an_experiment_opens_without_a_brain_and_has_its_aliases() -> None:
+    with open_world(load_experiment("braitenberg_husky")) as world:
+        screen = world.subscribe("/left_vr_screen/body/screen_glass/color")
+        world.advertise("/screens/left/color").publish(ColorRGBA(1.0, 0.0, 0.0, 1.0))
+        world.advertise("/husky/cmd_vel").publish(Twist(Vector3(0.5)))
+        world.run_until(1_000_000_000)
+        x, y, _ = world.model_motion("husky").pose.position
+        assert screen.latest is not None
+        assert (screen.latest.message.r, screen.latest.message.g) == (1.0, 0.0)
+    # it looks along -x, and its commandTimeout of 0.1 s ends the command: 0.5 m/s x 0.1 s
+    assert (x, y) == pytest.approx((-0.05, 0.0), abs=1e-3)
+
+
+def test_a_world_whose_topics_do_not_fit_the_experiment_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[World] = []
+
+    def refuse(experiment: Experiment, world: World, collector: Collector) -> bool:
+        opened.append(world)
+        raise TopicError("the real world has this topic already")
+
+    monkeypatch.setattr(opening, "declare_own", refuse)
+    with pytest.raises(TopicError, match="this topic already"):
+        open_world(load_experiment("braitenberg_husky"))
+    with pytest.raises(LifecycleError, match="closed"):
+        opened[0].run_until(20_000_000)
