@@ -45,11 +45,11 @@ class StillEngine(MockEngine):
         drive = WheelDrive("drive", "/husky/cmd_vel", (), (), separation=0.57, wheel_diameter=0.36)
         husky = Model("husky", (Link("base_link", sensors=(camera,)),), drives=(drive,))
         super().__init__(Scene((husky,)))
-        self.picture = np.full((240, 320, 3), (90, 100, 110), np.uint8)
-        self.picture[80:160, 180:290] = (200, 10, 10)
+        self.image = np.full((240, 320, 3), (90, 100, 110), np.uint8)
+        self.image[80:160, 180:290] = (200, 10, 10)
 
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
-        return self.picture.view()
+        return self.image.view()
 
 
 def measure(steps: int) -> dict[str, float]:

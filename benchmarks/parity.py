@@ -326,13 +326,13 @@ def physics() -> None:
 
 
 REFERENCES = {REALISTIC: f"mujoco {REALISTIC}"}
-"""What else than the flat pictures of MuJoCo's raster a renderer's are compared with."""
+"""What else than the flat images of MuJoCo's raster a renderer's are compared with."""
 
 
 def views(engine: str, renderer: str, scale: float) -> list[np.ndarray[Any, Any]]:
     """Return what the Husky sees in the shipped room, one screen red, from twelve places."""
     room = read_scene(SHIPPED / "braitenberg_husky/room.sdf")
-    pictures = []
+    images = []
     random = np.random.default_rng(0)
     for k in range(12):
         x, y = random.uniform(-1.2, 1.2, 2)
@@ -341,13 +341,13 @@ def views(engine: str, renderer: str, scale: float) -> list[np.ndarray[Any, Any]
             engine, room.with_model(robot("Husky", place)), renderer=renderer, image_scale=scale
         ) as world:
             world.engine.set_color("left_vr_screen/body/screen_glass", (1.0, 0.0, 0.0, 1.0))
-            pictures.append(world.engine.render("robot", "eye_vision_camera", "camera"))
-    return pictures
+            images.append(world.engine.render("robot", "eye_vision_camera", "camera"))
+    return images
 
 
-def red(picture: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    height, width, _ = picture.shape
-    shares = detect_red(Image(height=height, width=width, encoding="rgb8", step=3 * width, data=picture))
+def red(image: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    height, width, _ = image.shape
+    shares = detect_red(Image(height=height, width=width, encoding="rgb8", step=3 * width, data=image))
     return np.array([shares.left, shares.right])
 
 
@@ -359,17 +359,17 @@ def cameras() -> None:
             backend = worlds().load(engine)
             for renderer in backend.capabilities(backend.options()).renderers:
                 seen[f"{engine} {renderer}"] = views(engine, renderer, scale)
-        for name, pictures in seen.items():
+        for name, images in seen.items():
             reference = REFERENCES.get(name.split()[1], "mujoco raster")
             if name == reference:
                 continue
-            pairs = list(zip(seen[reference], pictures, strict=True))
+            pairs = list(zip(seen[reference], images, strict=True))
             equal = [100 * float((a == b).all(axis=2).mean()) for a, b in pairs]
             reds = max(float(abs(red(a) - red(b)).max()) for a, b in pairs)
             size = f"{320 * scale:.0f}x{240 * scale:.0f}"
             rows.append((size, name, reference, f"{min(equal):.2f}", f"{np.mean(equal):.2f}", f"{reds:.4f}"))
     header = (
-        "picture",
+        "image",
         "renderer",
         "beside",
         "equal pixels, least %",

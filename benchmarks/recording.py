@@ -21,10 +21,10 @@ from typing import NamedTuple
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
-from nrp_core.recording.layout import MCAP_NAME, Pictures
+from nrp_core.recording.layout import MCAP_NAME, Images
 
 EXPERIMENT = "braitenberg_husky"
-LIMITS = {Pictures.OFF: 0.05, Pictures.EXACT: 0.15}
+LIMITS = {Images.OFF: 0.05, Images.EXACT: 0.15}
 ROUND_S = 0.5
 WARM_UP_S = 1.0
 PERIOD_S = 0.02
@@ -53,7 +53,7 @@ def measure(duration_s: float, overrides: list[str]) -> Rounds:
         folder = Path(stack.enter_context(TemporaryDirectory()))
         names = [UNRECORDED, *LIMITS]
         runs = {name: stack.enter_context(Run(load_experiment(EXPERIMENT, overrides))) for name in names}
-        folders = [RecordingFolder(runs[kept], folder / kept, pictures=kept) for kept in LIMITS]
+        folders = [RecordingFolder(runs[kept], folder / kept, images=kept) for kept in LIMITS]
         for run in runs.values():
             run.run_until(WARM_UP_S)
         rounds: Rounds = {name: [] for name in names}
@@ -70,7 +70,7 @@ def measure(duration_s: float, overrides: list[str]) -> Rounds:
     return rounds
 
 
-def added(rounds: Rounds, kept: Pictures, clock: int) -> float:
+def added(rounds: Rounds, kept: Images, clock: int) -> float:
     """Return the share that recording adds to the run, by one of the clocks."""
     pairs = zip(rounds[kept], rounds[UNRECORDED], strict=True)
     return median(with_it[clock] / without[clock] for with_it, without in pairs) - 1
@@ -84,7 +84,7 @@ def main(duration_s: float, overrides: list[str]) -> int:
     for kept, limit in LIMITS.items():
         cpu, wall = added(rounds, kept, 0), added(rounds, kept, 1)
         well = well and cpu <= limit
-        what = "everything but the camera" if kept is Pictures.OFF else "everything"
+        what = "everything but the camera" if kept is Images.OFF else "everything"
         print(
             f"{what:<26}{cpu:7.1%} of CPU time, at most {limit:.0%}: {cpu * step_us:.0f} us a step; "
             f"{wall:.1%} of wall time"

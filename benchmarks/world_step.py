@@ -1,8 +1,8 @@
-"""What a 20 ms step of a world costs beside the same physics, servo, reads and pictures in a raw loop.
+"""What a 20 ms step of a world costs beside the same physics, servo, reads and images in a raw loop.
 
 The room and the robot are those of the Braitenberg experiment; every step brings a new command and reads
-the poses of all models, and a camera takes 30 pictures a second. The raw loop makes the engine's own calls:
-it sets the backend's servo, steps, reads the robot's pose and velocity, and takes the same pictures at the
+the poses of all models, and a camera takes 30 images a second. The raw loop makes the engine's own calls:
+it sets the backend's servo, steps, reads the robot's pose and velocity, and takes the same images at the
 same times by the same renderer. CPU time of each step, best of several rounds in which raw loop and world
 take turns.
 ``camera_percent`` is what is added beyond what is added without a camera, of the raw step.
@@ -37,21 +37,21 @@ from nrp_core.world.scene.model import Scene
 from nrp_core.world.scene.sdf import read_model, read_scene
 
 STEP_NS, SUBSTEP_NS, SUBSTEPS = 20_000_000, 2_000_000, 10
-PICTURES_HZ = 30
+IMAGES_HZ = 30
 CAMERA = ("husky", "eye_vision_camera", "camera")
 
 Step = Callable[[int], None]
 
 
 class Case(NamedTuple):
-    """What is measured: an engine, and a renderer with a scale of the 320x240 picture, or no camera."""
+    """What is measured: an engine, and a renderer with a scale of the 320x240 image, or no camera."""
 
     engine: str
     renderer: str | None = None
     scale: float = 1.0
 
     @property
-    def picture(self) -> str:
+    def image(self) -> str:
         size = f"{320 * self.scale:.0f}x{240 * self.scale:.0f}"
         return "no camera" if self.renderer is None else f"{self.renderer} {size}"
 
@@ -80,17 +80,17 @@ def shipped_scene() -> Scene:
 def command(k: int) -> tuple[float, float]:
     """Return forward velocity and turn rate of step ``k``; never the same twice in a row.
 
-    They lead to and fro, so that both loops see the same: how long a picture takes depends on what it shows.
+    They lead to and fro, so that both loops see the same: how long an image takes depends on what it shows.
     """
     sign = 1 if k // 21 % 2 else -1
     return sign * (0.1 + 0.05 * (k % 3)), sign * (0.5 + 0.1 * (k % 7))
 
 
-SCHEDULE = SampleSchedule.of(PICTURES_HZ, SUBSTEP_NS)
+SCHEDULE = SampleSchedule.of(IMAGES_HZ, SUBSTEP_NS)
 
 
-def substeps_to_picture(k: int) -> int | None:
-    """Return after which physics step of step ``k`` a picture is taken, None where there is none."""
+def substeps_to_image(k: int) -> int | None:
+    """Return after which physics step of step ``k`` an image is taken, None where there is none."""
     due_ns = SCHEDULE.next_after(k * STEP_NS)
     return (due_ns - k * STEP_NS) // SUBSTEP_NS if due_ns <= (k + 1) * STEP_NS else None
 
@@ -103,12 +103,12 @@ def cameras_of(case: Case, scene: Scene, bodies: Any, reader: Any, own: Callable
         cameras: Cameras = RealisticCameras(alone, optics, reader, scene.lights)
     else:
         cameras = own(optics) if draws(case) else RasterCameras(alone, optics, reader)
-    cameras.picture(CAMERA)
+    cameras.image(CAMERA)
     return cameras
 
 
 def draws(case: Case) -> bool:
-    """Tell whether the engine draws the pictures."""
+    """Return whether the engine draws the images."""
     return case.renderer not in (None, *SHARED)
 
 
@@ -154,17 +154,17 @@ def raw_mujoco(case: Case, scene: Scene) -> Iterator[Step]:
         lambda paths: frame_reader(built, data, paths),
         lambda optics: open_cameras(case.renderer or "", built, data, optics, lambda: None),
     )
-    seen = [cameras.picture(CAMERA)]  # a reader keeps the latest picture, too
+    seen = [cameras.image(CAMERA)]  # a reader keeps the latest image, too
 
     def step(k: int) -> None:
         forward, turn = command(k)
         drive.aim(BodyVelocity(forward, 0.0, turn))
-        before = substeps_to_picture(k) if case.renderer else None
+        before = substeps_to_image(k) if case.renderer else None
         if before is not None:
             mujoco.mj_step(model, data, before)
             mujoco.mj_kinematics(model, data)
             mujoco.mj_camlight(model, data)
-            seen[0] = cameras.picture(CAMERA)
+            seen[0] = cameras.image(CAMERA)
         if before != SUBSTEPS:
             mujoco.mj_step(model, data, SUBSTEPS - (before or 0))
         data.qpos[:7].tolist(), data.qvel[:6].tolist()
@@ -194,17 +194,17 @@ def raw_pybullet(case: Case, scene: Scene) -> Iterator[Step]:
         lambda paths: frame_reader(built, client, paths),
         lambda optics: TinyCameras(built, client, optics),
     )
-    seen = [cameras.picture(CAMERA)]
+    seen = [cameras.image(CAMERA)]
 
     def step(k: int) -> None:
         forward, turn = command(k)
         drive.aim(BodyVelocity(forward, 0.0, turn))
-        before = substeps_to_picture(k) if case.renderer else None
+        before = substeps_to_image(k) if case.renderer else None
         for number in range(1, SUBSTEPS + 1):
             drive.push()
             bullet.stepSimulation(client)
             if number == before:
-                seen[0] = cameras.picture(CAMERA)
+                seen[0] = cameras.image(CAMERA)
         bullet.getBasePositionAndOrientation(place.multibody, client)
         bullet.getBaseVelocity(place.multibody, client)
 
@@ -240,7 +240,7 @@ def compare(case: Case, scene: Scene, steps: int, rounds: int) -> dict[str, Any]
     added = world_us - raw_us
     return {
         "engine": case.engine,
-        "camera": case.picture,
+        "camera": case.image,
         "raw_us": round(raw_us, 1),
         "world_us": round(world_us, 1),
         "added_us": round(added, 1),
@@ -257,7 +257,7 @@ def works(case: Case) -> bool:
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument(
-        "--steps", type=int, default=200, help="a multiple of 5: each round has its pictures alike"
+        "--steps", type=int, default=200, help="a multiple of 5: each round has its images alike"
     )
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--json", action="store_true")

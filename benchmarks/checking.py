@@ -1,0 +1,70 @@
+"""The speed of a check of a recording: every byte is compared with its digest, and nothing is run.
+
+The recording is one file of images of noise, which nothing can pack, with its digest. The file is in the page
+cache: what is measured is the check, not the disk. All rounds are printed, with the commit, the number of
+cores and the load of the machine.
+
+    python benchmarks/checking.py [MEGABYTES] [ROUNDS]
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from nrp_core.recording.layout import MCAP_NAME, RUN_NAME
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.sealing import sealed
+from nrp_core.recording.writing import encoding
+from nrp_core.recording.writing.writer import McapFile
+from nrp_core.world.messages.sensor_msgs import Image
+
+LIMIT_MB_PER_S = 300
+HEIGHT, WIDTH = 480, 640
+TOPIC = "/husky/camera"
+MB = 10**6
+
+
+def record(folder: Path, size: int) -> None:
+    """Write a recording of a size, bytes."""
+    file, rng = McapFile(folder / MCAP_NAME), np.random.default_rng(1)
+    file.announce(TOPIC, file.codec.name(Image), {"role": "camera"})
+    for number in range(size // (HEIGHT * WIDTH * 3)):
+        pixels = rng.integers(0, 256, (HEIGHT, WIDTH, 3), np.uint8)
+        image = Image(height=HEIGHT, width=WIDTH, encoding="rgb8", step=WIDTH * 3, data=pixels)
+        file.write(TOPIC, number, encoding.image(image))
+    file.close()
+    run = {"format": 4, "state": "finished", "files": {MCAP_NAME: file.digest}}
+    (folder / RUN_NAME).write_bytes(sealed(run))
+
+
+def main(megabytes: int, rounds: int) -> int:
+    commit = subprocess.run(
+        ["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False
+    )
+    print(f"commit {commit.stdout.strip()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
+    speeds = []
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        record(folder, megabytes * MB)
+        for number in range(rounds):
+            began = time.perf_counter()
+            check = Recording(folder).check()
+            took_s = time.perf_counter() - began
+            assert check.intact
+            speeds.append(check.size / MB / took_s)
+            print(f"round {number}: {check.size / MB:.0f} MB in {took_s:.3f} s, {speeds[-1]:.0f} MB/s")
+    print(f"median {median(speeds):.0f} MB/s, at least {LIMIT_MB_PER_S} MB/s")
+    return 0 if median(speeds) >= LIMIT_MB_PER_S else 1
+
+
+if __name__ == "__main__":
+    asked = [int(argument) for argument in sys.argv[1:]]
+    sys.exit(main(*(asked + [300, 7][len(asked) :])))
