@@ -20,7 +20,8 @@ from nrp_core.recording.sealing import sealed
 from nrp_core.recording.writing import writer
 
 MOST_BYTES = 30_000
-STEPS = 5
+STEPS = 3
+END_NS = STEPS * 20_000_000
 
 
 @pytest.fixture
@@ -28,7 +29,7 @@ def folder(fakes: None, drive_to_the_wall: Path, tmp_path: Path, monkeypatch: py
     """A recording of engines that simulate nothing, a chunk for each step."""
     monkeypatch.setattr(writer, "FLUSH_S", 0.0)
     folder = tmp_path / "recording"
-    request = RunRequest(str(drive_to_the_wall), ["criteria=null"], "0.1s", folder, Images.EXACT, "off")
+    request = RunRequest(str(drive_to_the_wall), ["criteria=null"], "0.06s", folder, Images.EXACT, "off")
     assert Session(request).run(as_json=False) == 0
     return folder
 
@@ -156,8 +157,8 @@ def test_a_recording_with_a_flaw_is_never_identical(folder: Path, places: int) -
 
 
 def test_less_than_was_recorded_is_never_identical(folder: Path) -> None:
-    assert verdict(folder, ReplayRequest(until_ns=60_000_000)) is Verdict.SAME
-    assert verdict(folder, ReplayRequest(until_ns=100_000_000)) is Verdict.IDENTICAL
+    assert verdict(folder, ReplayRequest(until_ns=40_000_000)) is Verdict.SAME
+    assert verdict(folder, ReplayRequest(until_ns=END_NS)) is Verdict.IDENTICAL
     assert verdict(folder, ReplayRequest(frozenset({"brain"}))) is Verdict.SAME
     assert verdict(folder, ReplayRequest(until_ns=0)) is Verdict.UNPROVED
 
@@ -166,7 +167,7 @@ def test_the_recording_of_a_killed_run_is_unfinished_and_checked_as_far_as_it_go
     check = Recording(killed).check()
     assert (check.finished, check.intact, check.flaws) == (False, False, ())
     assert check.chain is not None
-    assert (check.chain.steps, check.chain.until_ns) == (STEPS, 100_000_000)
+    assert (check.chain.steps, check.chain.until_ns) == (STEPS, END_NS)
     assert check.notes[0].startswith("the recording is unfinished")
     with Replay(Recording(killed), ReplayRequest()) as again:
         outcome = again.verify()
