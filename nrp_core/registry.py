@@ -11,10 +11,11 @@ from __future__ import annotations
 import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from importlib.metadata import EntryPoint
 from typing import ClassVar, Generic, TypeVar, cast
 
-from nrp_core._support.entry_points import entries
+from nrp_core._support.entry_points import State, entries, installed
 from nrp_core.errors import (
     BackendLoadError,
     DuplicateBackendError,
@@ -73,9 +74,7 @@ class Registry(Generic[T]):
 
     def providers(self) -> list[Provider]:
         """Return every installed plugin, by name, without importing any."""
-        return sorted(
-            {Provider.of(entry) for entry in entries(self.group)}, key=lambda p: (p.name, p.distribution)
-        )
+        return list(_providers(self.group, installed()))
 
     def names(self) -> list[str]:
         """Return the names of all installed plugins."""
@@ -157,6 +156,13 @@ class Registry(Generic[T]):
             f"this nrp-core has version {wanted}",
             remedy=f"pip install --upgrade {older}",
         )
+
+
+@lru_cache(maxsize=64)
+def _providers(group: str, _state: State) -> tuple[Provider, ...]:
+    """Return the plugins of a group by name; the metadata of a distribution takes 0.5 ms to parse."""
+    found = {Provider.of(entry) for entry in entries(group)}
+    return tuple(sorted(found, key=lambda p: (p.name, p.distribution)))
 
 
 def _reinstall(provider: Provider) -> str:

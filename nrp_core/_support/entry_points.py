@@ -4,25 +4,31 @@ from __future__ import annotations
 
 import importlib.metadata
 import sys
+from contextlib import suppress
 from functools import lru_cache
 from importlib.metadata import EntryPoints
 from pathlib import Path
 from typing import Any
 
+State = tuple[tuple[str, int], ...]
+"""The folders of ``sys.path`` and the times of the last installation or removal there, ns."""
+
+
+def installed() -> State:
+    """Return what the entry points depend on, as a key of caches."""
+    state = []
+    for entry in sys.path:
+        with suppress(OSError):  # a folder that is not there, as Python allows
+            state.append((entry, Path(entry).stat().st_mtime_ns))
+    return tuple(state)
+
 
 def entries(group: str) -> EntryPoints:
     """Return the entry points of a group; the metadata is read once for all groups."""
-    folders = (Path(entry) for entry in sys.path)
-    state = tuple((str(one), one.stat().st_mtime_ns) for one in folders if one.is_dir())
-    found: EntryPoints = _installed(state).select(group=group)
+    found: EntryPoints = _read(installed()).select(group=group)
     return found
 
 
 @lru_cache(maxsize=1)
-def _installed(_state: tuple[tuple[str, int], ...]) -> Any:
-    """Return all entry points.
-
-    Args:
-        _state: the folders of ``sys.path`` and the times of the last installation or removal there.
-    """
+def _read(_state: State) -> Any:
     return importlib.metadata.entry_points()
