@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import runpy
+import json
+import subprocess
 import sys
 from pathlib import Path
 
@@ -11,13 +12,15 @@ import pytest
 BENCHMARK = Path(__file__).parents[2] / "benchmarks" / "calls.py"
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("engine", "most"), [("mujoco", (326, 187, 81)), ("pybullet", (389, 213, 144))])
-def test_a_step_with_an_image_takes_no_more_calls(engine: str, most: tuple[int, int, int]) -> None:
+@pytest.mark.parametrize(
+    ("engine", "calls", "changes", "world"), [("mujoco", 326, 187, 81), ("pybullet", 389, 213, 144)]
+)
+def test_a_step_with_an_image_takes_no_more_calls(engine: str, calls: int, changes: int, world: int) -> None:
+    """In a process of its own: Python 3.11 may not come back from code that it has specialized before."""
     if engine == "pybullet":
         pytest.importorskip("pybullet")
-    if sys.getprofile() is not None:
-        pytest.skip("somebody else profiles")
-    counts = runpy.run_path(str(BENCHMARK))["measure"](engine)
-    found = counts.calls, counts.changes, counts.world
-    assert all(a <= b for a, b in zip(found, most, strict=True)), f"{found}: calls, changes, under World"
+    command = [sys.executable, str(BENCHMARK), "--json", "--world", engine]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+    found = json.loads(done.stdout)[engine]
+    most = {"calls": calls, "changes": changes, "world": world}
+    assert all(found[name] <= most[name] for name in most), found
