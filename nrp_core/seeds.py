@@ -1,7 +1,8 @@
 """One seed, many independent random streams, each known by a name.
 
 A stream depends on the root seed and its name alone, never on the order of creation: adding a
-device does not change the noise of the others. No global generator is read or seeded.
+device does not change the noise of the others. No global generator is read. They are seeded only
+while a brain script runs, which may draw from them.
 """
 
 from __future__ import annotations

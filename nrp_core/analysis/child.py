@@ -76,7 +76,9 @@ def _made(make: Callable[[], Network]) -> tuple[Network, dict[str, str | None]]:
 
 def _described(network: Network, backend: Any, parts: Any) -> dict[str, Any]:
     from nrp_core.analysis.skeleton import described
+    from nrp_core.brain.network.plausible import implausible
 
+    suspicious = Findings(implausible(network), general=Code.NRP297)
     warnings = Findings(general=Code.NRP217)
     refusal = None
     try:
@@ -87,7 +89,7 @@ def _described(network: Network, backend: Any, parts: Any) -> dict[str, Any]:
         refusal = _reported(error)
     return {
         "network": described(network),
-        "warnings": [one.to_dict() for one in warnings],
+        "warnings": [one.to_dict() for one in (*warnings, *suspicious)],
         "refusal": refusal,
     }
 

@@ -15,11 +15,13 @@ from pathlib import Path
 from types import CodeType, MappingProxyType, ModuleType
 from typing import Any
 
+from nrp_core._support.global_generators import seeded
 from nrp_core._support.scoped_import import Missing, Scope
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import ExperimentError, NetworkError
 from nrp_core.paths import MissingFileError, existing_file
+from nrp_core.seeds import Seeds
 
 # modules of PyNN that are not simulators
 _LIBRARY = frozenset(
@@ -54,7 +56,8 @@ def load_network(
         path: the script.
         populations: names for neurons of the script's ``circuit``, a population, view or assembly. A
             ``circuit`` that is a dictionary names its populations by its keys instead.
-        seed: the seed of all random numbers that the script does not seed itself.
+        seed: the seed of all random numbers that the script does not seed itself, those of ``random`` and
+            ``numpy.random`` included.
         parameters: values of the parameters that the script declares; others have their defaults.
         simulators: further modules, ``package.module``, that the script imports as its simulator.
         compiled: returns the code of the script or of a file that it imports, if it is not plain Python.
@@ -85,7 +88,8 @@ def load_network(
     scope = scope_of(sim, simulators, modules or {}, folders, missing, compiled)
     given, sys.argv = sys.argv, [str(file)]  # those of the command that runs the experiment are not for it
     try:
-        module = scope.run(file)
+        with seeded(Seeds(seed).integer("script")):
+            module = scope.run(file)
     except (Exception, SystemExit) as error:
         raise scope.located(error, NetworkError, file) from error
     finally:

@@ -109,6 +109,11 @@ def check_synapses(
         negative = receptor == "inhibitory" and not conductance_based
         kind = "conductance-based" if conductance_based else "current-based"
         rule = f"0 or {'less' if negative else 'more'} on the {receptor} receptor of {kind} cells"
+        below, above = int((weight < 0).sum()), int((weight > 0).sum())
+        if below and above:
+            rule += (
+                f" ({below} weights are negative and {above} positive: make a projection for each receptor)"
+            )
         _require(weight <= 0 if negative else weight >= 0, owner, item, "weight", weight, rule)
 
 

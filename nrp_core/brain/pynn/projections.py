@@ -18,7 +18,7 @@ from pyNN.space import Space
 from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core.brain.network.indices import ends_of, folded, indices_of
 from nrp_core.brain.network.limits import check_synapses
-from nrp_core.brain.pynn.arguments import require_kind, require_names
+from nrp_core.brain.pynn.arguments import require_kind, require_names, require_shape
 from nrp_core.brain.pynn.invalid import InvalidSynapseError, UnknownSynapseError, computing, raising
 from nrp_core.brain.pynn.populations import require_existing
 from nrp_core.brain.pynn.simulator import Simulator
@@ -71,6 +71,9 @@ class Projection(common.Projection):
                 f"projection '{label}': the cells of '{postsynaptic_population.label}' have no receptor "
                 f"'{receptor_type}'{hint}"
             )
+        if synapse_type is not None:  # PyNN looks at a weight to guess the receptor
+            shape = (presynaptic_population.size, postsynaptic_population.size)
+            require_shape(f"projection '{label}'", synapse_type.parameter_space, shape)
         super().__init__(
             presynaptic_population, postsynaptic_population, connector, synapse_type, source,
             receptor_type, space or Space(), label,

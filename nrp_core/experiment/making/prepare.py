@@ -11,6 +11,7 @@ from typing import Any, Generic, TypeVar
 from nrp_core.brain.backends import brains
 from nrp_core.brain.interface import BrainBackend
 from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.plausible import implausible
 from nrp_core.cle.time_limit import TimeLimit, TimeLimitExceeded
 from nrp_core.cle.wiring import declare_topics
 from nrp_core.clock import StepPlan, seconds
@@ -273,6 +274,8 @@ class Examination:
                     ),
                     *("brain", "model"),
                 )
+                suspicious = Findings(implausible(self.network), general=Code.NRP297)
+                self.collector.place(suspicious, "brain", "model")
         return not has_errors(self.collector.findings[before:])
 
     def _check_together(self) -> None:

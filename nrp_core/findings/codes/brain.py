@@ -73,3 +73,11 @@ UNCONNECTED = Explanation(
     "{n} populations are connected to nothing",
     Weight.REMARK,
 )
+
+IMPLAUSIBLE = Explanation(
+    "A value of the network that is valid, but that no neuron has or that contradicts another value.",
+    "The network runs as written. Often a value is in another unit than PyNN's: ms, mV, nF, nA, uS, Hz.",
+    "Compare the value with the unit in the message; no action is needed if it is intended.",
+    "{n} values of the network are implausible",
+    Weight.REMARK,
+)

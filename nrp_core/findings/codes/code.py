@@ -113,6 +113,7 @@ class Code(Enum):
     NRP294 = running.INTERRUPTED
     NRP295 = world.NO_LIGHT
     NRP296 = experiment.LONG_STEP
+    NRP297 = brain.IMPLAUSIBLE
 
     def __repr__(self) -> str:
         return f"Code.{self.name}"

@@ -305,3 +305,16 @@ def test_the_old_function_connects_cells_and_groups_of_them(sim: ModuleType) -> 
     with pytest.warns(DeprecationWarning, match="connect"):
         sim.connect(group[0], group, weight=0.1, delay=1.0)
     assert only(sim).post_index.tolist() == [0, 1, 2]
+
+
+def test_a_weight_for_each_cell_instead_of_each_pair_is_refused_with_both_sizes(sim: ModuleType) -> None:
+    with pytest.raises(errors.InvalidParameterValueError, match="weight has 2 values where there are 2 x 3"):
+        connect(sim, sim.StaticSynapse(weight=[0.1, 0.2]))
+
+
+def test_weights_of_both_signs_are_counted_and_need_two_projections(sim: ModuleType) -> None:
+    weights = np.array([[0.1, -0.2, 0.3], [0.1, 0.2, 0.3]])
+    with pytest.raises(
+        NetworkError, match=r"1 weights are negative and 5 positive: make a projection for each"
+    ):
+        connect(sim, sim.StaticSynapse(weight=weights), model="IF_curr_exp")

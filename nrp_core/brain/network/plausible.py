@@ -1,0 +1,148 @@
+"""Values of cells and synapses that are valid, but that no neuron has: most are written in a wrong unit.
+
+The ranges are a hundred times wider than what has been measured of neurons (NeuroElectro: Tripathy et al.,
+Frontiers in Neuroinformatics 8:40, 2014, membrane time constants of 2 to 100 ms and capacitances of 10 to
+1000 pF), so that models of engineers pass, and values that are 1000 times too small or large mostly do not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray
+from nrp_core.brain.network.data import Network, Population, Projection
+
+
+class Plausible(NamedTuple):
+    """A range of positive values in PyNN's unit, and the units that are 1000 times larger and smaller."""
+
+    low: float
+    high: float
+    unit: str
+    larger: str
+    smaller: str
+
+
+_TIME: Final = Plausible(0.05, 10_000.0, "ms", "s", "us")
+_SHORT_TIME: Final = Plausible(0.01, 1_000.0, "ms", "s", "us")
+_CELLS: Final = {
+    "tau_m": _TIME,
+    "tau_syn_E": _TIME,
+    "tau_syn_I": _TIME,
+    "tau_refrac": _SHORT_TIME,
+    "cm": Plausible(1e-4, 50.0, "nF", "uF", "pF"),
+    "i_offset": Plausible(0.0, 50.0, "nA", "uA", "pA"),
+}
+_VOLTAGES: Final = ("v_rest", "v_reset", "v_thresh", "e_rev_E", "e_rev_I")
+_REST_V: Final = (-0.1, -0.02)
+"""Resting potentials of neurons, V; a model in volts has one of these where millivolts are expected."""
+_HIGHEST_MV: Final = 1_000.0
+_DELAY: Final = Plausible(0.0, 1_000.0, "ms", "s", "us")
+_LARGEST_EFFECT: Final = 1_000.0
+"""Of one spike: the voltage that a current leads to, mV, or its conductance in units of the leak."""
+
+
+def implausible(network: Network) -> list[str]:
+    """Return a sentence for each value that no neuron has, and for each synapse outside its own limits.
+
+    Args:
+        network: one without parameters, such as a description, gives nothing.
+    """
+    found: list[str] = []
+    for population in network.populations.values():
+        found += _of_cells(population)
+    for projection in network.projections:
+        found += _of_synapses(projection, network.populations[projection.post])
+        found += _of_pairs(projection, network)
+    return found
+
+
+def _of_cells(population: Population) -> Iterator[str]:
+    owner = f"the population '{population.label}'"
+    for name, plausible in _CELLS.items():
+        if name in population.parameters:
+            yield from _outside(f"{name} of {owner}", population.parameters[name], plausible)
+    for name in _VOLTAGES:
+        yield from _in_volts(f"{name} of {owner}", population.parameters.get(name, np.empty(0)))
+
+
+def _outside(owner: str, values: FloatArray, plausible: Plausible) -> Iterator[str]:
+    sizes = np.abs(values[values != 0])
+    if not sizes.size:
+        return
+    low, high, unit, larger, smaller = plausible
+    for size, is_wrong, meant in (
+        (sizes.min(), sizes.min() < low, larger),
+        (sizes.max(), sizes.max() > high, smaller),
+    ):
+        if is_wrong:
+            yield f"{owner} is {size:g} {unit}; is it meant in {meant}?"
+
+
+def _in_volts(owner: str, values: FloatArray) -> Iterator[str]:
+    if not values.size:
+        return
+    low, high = _REST_V
+    if low <= values.min() and values.max() <= high:
+        yield f"{owner} is {values.flat[0]:g} mV; is it meant in V?"
+    elif np.abs(values).max() > _HIGHEST_MV:
+        yield f"{owner} is {values[np.abs(values).argmax()]:g} mV; is it meant in uV?"
+
+
+def _of_synapses(projection: Projection, post: Population) -> Iterator[str]:
+    if not projection.size:
+        return
+    owner = f"the projection '{projection.label}'"
+    yield from _outside(f"a delay of {owner}", projection.delay_ms, _DELAY)
+    yield from _beyond_limits(owner, projection)
+    leak = _leak_us(post)
+    if leak is None or not projection.weight.size:
+        return
+    strongest = float(np.abs(projection.weight).max())
+    if strongest > _LARGEST_EFFECT * leak:
+        if post.is_conductance_based:
+            yield (
+                f"a weight of {owner} is {strongest:g} uS, {strongest / leak:.3g} times the leak of a cell; "
+                f"is it meant in nS?"
+            )
+        else:
+            yield (
+                f"a weight of {owner} is {strongest:g} nA, which leads to {strongest / leak:.3g} mV; "
+                f"is it meant in pA?"
+            )
+
+
+def _leak_us(cells: Population) -> float | None:
+    """Return the smallest leak conductance of cells, uS (nF/ms); None where they have none."""
+    if not {"cm", "tau_m"} <= cells.parameters.keys() or "delta" in cells.cell_type:
+        return None
+    return float((cells.parameters["cm"] / cells.parameters["tau_m"]).min())
+
+
+def _beyond_limits(owner: str, projection: Projection) -> Iterator[str]:
+    limits = projection.synapse_parameters
+    if not {"w_min", "w_max"} <= limits.keys():
+        return
+    # a current of the inhibitory receptor is negative, the limits of its size are not
+    sizes = np.abs(projection.weight)
+    above, below = sizes > limits["w_max"], sizes < limits["w_min"]
+    for beyond, name, change in ((above, "w_max", "above"), (below, "w_min", "below")):
+        if beyond.any():
+            first = int(np.flatnonzero(beyond)[0])
+            limit = np.broadcast_to(limits[name], sizes.shape)[first]
+            yield (
+                f"{int(beyond.sum())} of {projection.size} weights of {owner} begin {change} {name}: "
+                f"{sizes[first]:g}, and {name} is {limit:g}"
+            )
+
+
+def _of_pairs(projection: Projection, network: Network) -> Iterator[str]:
+    pre, post = network.populations[projection.pre], network.populations[projection.post]
+    if projection.origin.connector == "OneToOneConnector" and pre.size != post.size:
+        yield (
+            f"the projection '{projection.label}' is one to one, but '{pre.label}' has {pre.size} cells and "
+            f"'{post.label}' has {post.size}: the rest has no partner"
+        )

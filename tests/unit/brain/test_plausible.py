@@ -1,0 +1,105 @@
+"""Values that are valid, but that no neuron has, are reported with the unit that was probably meant."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nrp_core.brain.files.script import load_network
+from nrp_core.brain.network.plausible import implausible
+from nrp_core.brain.pynn import builder
+from nrp_core.experiment.making.prepare import prepare
+from nrp_core.experiment.reading.find import load_experiment, shipped
+from nrp_core.findings import Code
+
+WRONG_UNITS = [
+    ({"tau_m": 0.02}, "tau_m of the population 'cells' is 0.02 ms; is it meant in s?"),
+    ({"tau_m": 20_000.0}, "tau_m of the population 'cells' is 20000 ms; is it meant in us?"),
+    ({"tau_syn_E": 0.005}, "tau_syn_E of the population 'cells' is 0.005 ms; is it meant in s?"),
+    ({"tau_refrac": 0.002}, "tau_refrac of the population 'cells' is 0.002 ms; is it meant in s?"),
+    ({"cm": 250.0}, "cm of the population 'cells' is 250 nF; is it meant in pF?"),
+    ({"i_offset": 300.0}, "i_offset of the population 'cells' is 300 nA; is it meant in pA?"),
+    ({"v_rest": -0.065}, "v_rest of the population 'cells' is -0.065 mV; is it meant in V?"),
+    ({"e_rev_I": -70_000.0}, "e_rev_I of the population 'cells' is -70000 mV; is it meant in uV?"),
+]
+
+
+@pytest.mark.parametrize(("parameters", "sentence"), WRONG_UNITS, ids=lambda one: str(one)[:30])
+def test_a_parameter_in_another_unit_is_reported_with_that_unit(
+    parameters: dict[str, float], sentence: str
+) -> None:
+    sim = builder()
+    sim.Population(3, sim.IF_cond_exp(**parameters), label="cells")
+    assert implausible(sim.network()) == [sentence]
+
+
+def test_cells_with_the_default_values_of_pynn_are_plausible() -> None:
+    sim = builder()
+    for name in ("IF_cond_exp", "IF_cond_alpha", "IF_curr_exp", "IF_curr_alpha", "EIF_cond_exp_isfa_ista"):
+        cells = sim.Population(2, getattr(sim, name)(), label=name)
+        weight = 0.05 if "cond" in name else 5.0
+        sim.Projection(cells, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=weight, delay=1.0))
+    assert implausible(sim.network()) == []
+
+
+def test_a_model_without_units_is_plausible() -> None:
+    sim = builder()
+    sim.Population(2, sim.IF_curr_exp(v_rest=0.0, v_reset=0.0, v_thresh=1.0, tau_m=100.0), label="cells")
+    assert implausible(sim.network()) == []
+
+
+@pytest.mark.parametrize(
+    ("cell", "weight", "words"),
+    [("IF_cond_exp", 60.0, "60 uS, 1.2e+03 times the leak of a cell; is it meant in nS?"),
+     ("IF_curr_exp", 80.0, "80 nA, which leads to 1.6e+03 mV; is it meant in pA?")],
+)  # fmt: skip
+def test_a_weight_in_another_unit_is_reported_with_its_effect(cell: str, weight: float, words: str) -> None:
+    sim = builder()
+    cells = sim.Population(2, getattr(sim, cell)(), label="cells")
+    synapse = sim.StaticSynapse(weight=weight, delay=1.0)
+    sim.Projection(cells, cells, sim.AllToAllConnector(), synapse, label="loop")
+    assert implausible(sim.network()) == [f"a weight of the projection 'loop' is {words}"]
+
+
+def test_weights_that_begin_outside_the_limits_of_their_plasticity_are_counted() -> None:
+    sim = builder()
+    cells = sim.Population(3, sim.IF_cond_exp(), label="cells")
+    law = sim.STDPMechanism(
+        timing_dependence=sim.SpikePairRule(),
+        weight_dependence=sim.AdditiveWeightDependence(w_min=0.001, w_max=0.01),
+        weight=0.005,
+    )
+    loop = sim.Projection(cells, cells, sim.OneToOneConnector(), law, label="loop")
+    loop.set(weight=np.diag([0.0005, 0.005, 0.02]))
+    assert implausible(sim.network()) == [
+        "1 of 3 weights of the projection 'loop' begin above w_max: 0.02, and w_max is 0.01",
+        "1 of 3 weights of the projection 'loop' begin below w_min: 0.0005, and w_min is 0.001",
+    ]
+
+
+def test_populations_of_two_sizes_that_are_connected_one_to_one_are_reported() -> None:
+    sim = builder()
+    small, large = (sim.Population(n, sim.IF_cond_exp(), label=f"{n} cells") for n in (2, 5))
+    sim.Projection(small, large, sim.OneToOneConnector(), sim.StaticSynapse(weight=0.01), label="pairs")
+    assert implausible(sim.network()) == [
+        "the projection 'pairs' is one to one, but '2 cells' has 2 cells and '5 cells' has 5: "
+        "the rest has no partner"
+    ]
+
+
+@pytest.mark.parametrize("name", sorted({name.partition("/")[0] for name in shipped()}))
+def test_the_values_of_shipped_networks_are_plausible(name: str) -> None:
+    plan = prepare(load_experiment(name))
+    assert [finding for finding in plan.warnings if finding.code is Code.NRP297] == []
+
+
+def test_random_numbers_of_a_script_follow_from_the_seed(tmp_path: Path) -> None:
+    script = tmp_path / "brain.py"
+    script.write_text(
+        "import random\nimport numpy as np\nimport nrp_core.pynn as sim\n"
+        "cells = sim.Population(2, sim.IF_cond_exp(tau_m=10 + np.random.rand(), cm=1 + random.random()))\n"
+    )
+    digests = [load_network(script, seed=seed).digest for seed in (1, 1, 2)]
+    assert digests[0] == digests[1] != digests[2]
