@@ -32,6 +32,7 @@ from nrp_core.findings import Code, Finding, Findings, Level, has_errors
 from nrp_core.registry import Registry
 from nrp_core.world.backends import worlds
 from nrp_core.world.interface import WorldBackend
+from nrp_core.world.scene import plausible as scene_plausibility
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sensing import Noise
 from nrp_core.world.sensors.imperfect import with_imperfection
@@ -250,6 +251,9 @@ class Examination:
     def _check_starts(self) -> None:
         if self.scene is None or self.world is None or not things_fall(self.world.capabilities):
             return
+        for robot, sentence in scene_plausibility.implausible(self.scene, self._experiment.world.robots):
+            keys = ("world", "scene") if robot is None else ("world", "robots", robot)
+            self.collector.add(Code.NRP298, sentence, *keys, level=Level.WARNING)
         for name, code, message in wrong_starts(self.scene, self._experiment.world.robots):
             self.collector.add(code, message, "world", "robots", name, level=Level.WARNING)
 

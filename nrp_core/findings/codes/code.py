@@ -114,6 +114,8 @@ class Code(Enum):
     NRP295 = world.NO_LIGHT
     NRP296 = experiment.LONG_STEP
     NRP297 = brain.IMPLAUSIBLE
+    NRP298 = world.IMPLAUSIBLE
+    NRP299 = world.BEYOND_LIMIT
 
     def __repr__(self) -> str:
         return f"Code.{self.name}"

@@ -153,3 +153,19 @@ NO_LIGHT = Explanation(
     "{n} scenes have no light",
     Weight.REMARK,
 )
+
+IMPLAUSIBLE = Explanation(
+    "A value of a robot or room that is valid, but that no real thing has.",
+    "The simulation runs as written. Often a value is in another unit than m, kg, s and rad.",
+    "Compare the value with the unit in the message; no action is needed if it is intended.",
+    "{n} values of robots and rooms are implausible",
+    Weight.REMARK,
+)
+
+BEYOND_LIMIT = Explanation(
+    "A command is beyond the limits of its joint.",
+    "The joint goes to its limit instead, and stays there while such commands come.",
+    "Scale the command to the limits that `nrp inspect` lists for the joint, or change the robot file.",
+    "{n} topics get commands beyond the limits of their joint",
+    Weight.REMARK,
+)

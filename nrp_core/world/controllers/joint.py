@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from nrp_core.clock import seconds
+from nrp_core.findings import Code
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.part import Part
@@ -70,6 +71,7 @@ class ControllerPart(Part):
         self._initial = starts[-1] if starts else None
         self._command = self._initial
         self._integral = 0.0
+        self._exceeded = set[str]()
 
     @property
     def obeys(self) -> str | None:
@@ -86,8 +88,18 @@ class ControllerPart(Part):
         """Make a topic the source of the command from now on."""
         if self.obeys not in (topic, None):
             self._integral = 0.0
-        self._command = topic, self._laws[topic].bounded(target)
+        bounded = self._laws[topic].bounded(target)
+        if bounded.value != target.value and topic not in self._exceeded:
+            self._report(topic, target.value, bounded.value)
+        self._command = topic, bounded
         self._aim(now_ns)
+
+    def _report(self, topic: str, value: float, limit: float) -> None:
+        """Report the first command on a topic that is beyond the limits of the joint."""
+        self._exceeded.add(topic)
+        beyond = f"beyond the limit of the joint '{self._joint}'"
+        message = f"a command on {topic} is {value:g}, {beyond}: {limit:g} is used"
+        self._engine.warnings.add(Code.NRP299, message, subject=topic)
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         self.lead(topic, Target(float(message.data)), now_ns)

@@ -120,6 +120,17 @@ def test_commands_stay_within_the_limits_of_the_joint(open_world, advance):
     assert turned(world)[0] == pytest.approx(0.4, abs=1e-3)
 
 
+def test_the_first_command_beyond_the_limits_of_a_joint_is_reported(open_world, advance):
+    world = open_world(arm(controller("position", 100.0, 0.0, 10.0), lower=-0.4, upper=0.4))
+    for value in (0.4, 9.0, -7.0):
+        command(world, "position", value)
+        advance(world, 0.1)
+    beyond = [finding.message for finding in world.warnings if finding.code.name == "NRP299"]
+    assert len(beyond) == 1
+    assert "is 9, beyond the limit of the joint" in beyond[0]
+    assert "0.4 is used" in beyond[0]
+
+
 def test_a_joint_is_free_until_its_first_command_unless_it_is_told_where_to_begin(open_world, advance):
     free, held = (
         open_world(arm(controller("position", 500.0, 0.0, 50.0, initial=initial), axis=(0.0, 1.0, 0.0)))

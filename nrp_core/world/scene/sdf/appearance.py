@@ -10,14 +10,13 @@ from nrp_core.world.scene.model import Rgba
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.material_scripts import image_color, script_color
 from nrp_core.world.scene.reading.xml import Element
-from nrp_core.world.scene.sdf.finish import albedo_map, read_finish
+from nrp_core.world.scene.sdf.finish import albedo_map, read_finish, read_share
 
 
 def read_look(visual: Element, reading: Reading) -> Look:
     """Return the look of a ``<visual>``: the emissive colour, else the diffuse one."""
     material = visual.find("material")
-    transparency = visual.number("transparency", 0.0)
-    opacity = 1 - min(max(transparency, 0.0), 1.0)
+    opacity = 1 - read_share(visual, "transparency", 0.0, reading)
     if material is None:
         return Look(None, opacity)
     rgba, glowing = _surface(material, reading)

@@ -69,10 +69,15 @@ def _share(workflow: Element, tag: str, default: float, reading: Reading) -> flo
     mean = map_color(workflow, f"{tag}_map", reading)
     if mean is not None:
         return sum(mean) / 3
-    value = workflow.number(tag, default)
+    return read_share(workflow, tag, default, reading)
+
+
+def read_share(element: Element, tag: str, default: float, reading: Reading) -> float:
+    """Return a number from 0 to 1; another one is replaced by the nearest of these, with a warning."""
+    value = element.number(tag, default)
     share = min(max(value, 0.0), 1.0)
     if share != value:
-        where = workflow.require(tag)
+        where = element.require(tag)
         reading.notes.warn(
             where, Code.NRP264, f"<{tag}> must be from 0 to 1, not {value:g}: {share:g} is used"
         )

@@ -1,0 +1,101 @@
+"""Values of robots and rooms that are valid, but that no real thing has: most are written in a wrong unit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from math import inf, isfinite, pi
+from typing import Final
+
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray
+from nrp_core.errors import SceneError
+from nrp_core.world.rigid.matrices import matrix_of
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.model import Box, Geometry, Model, Plane, Scene
+from nrp_core.world.scene.tessellation import triangles_of
+
+_TURNS_RAD: Final = 4 * pi
+"""Two turns: joints of robots with limits turn less."""
+_DEGREES: Final = 720.0
+"""More than two turns in degrees; larger limits are another way to write that there is none."""
+_DENSEST: Final = 22_590.0
+"""Density of osmium, kg/m^3: CRC Handbook of Chemistry and Physics, the densest of all elements."""
+_LIGHTEST: Final = 0.05
+"""A density below that of hydrogen at room temperature, 0.08 kg/m^3 (the same source)."""
+_TIMES: Final = 100.0
+"""How many times a robot's visuals are larger than its collision shapes if they are in millimetres."""
+
+
+def implausible(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str | None, str]]:
+    """Yield each implausible value as a sentence, with the robot that it belongs to.
+
+    Args:
+        scene: with the robots.
+        robots: their names; models of the room are not looked at.
+    """
+    x, y, z = scene.gravity
+    if z > 0:
+        yield None, f"gravity is {x:g} {y:g} {z:g} m/s^2: it points upward"
+    names = set(robots)
+    for model in scene.models:
+        if model.name in names:
+            for sentence in (*_of_joints(model), *_of_sizes(model)):
+                yield model.name, sentence
+
+
+def _of_joints(model: Model) -> Iterator[str]:
+    for joint in model.joints:
+        limits = [limit for limit in (joint.lower, joint.upper) if isfinite(limit)]
+        widest = max(map(abs, limits), default=0.0)
+        if joint.kind == "revolute" and _TURNS_RAD < widest <= _DEGREES:
+            shown = " to ".join(f"{limit:g}" for limit in limits)
+            yield (
+                f"the joint '{joint.name}' of '{model.name}' has limits of {shown} rad, more than two turns; "
+                "are they meant in degrees?"
+            )
+
+
+def _of_sizes(model: Model) -> Iterator[str]:
+    try:
+        touched = _size(
+            [(link.pose, one.pose, one.geometry) for link in model.links for one in link.collisions]
+        )
+        shown = _size([(link.pose, one.pose, one.geometry) for link in model.links for one in link.visuals])
+    except SceneError:
+        return  # a mesh cannot be read, which is reported where it is needed
+    if touched is None or not touched.min() > 0:
+        return
+    if shown is not None and shown.max() > _TIMES * touched.max():
+        yield (
+            f"the visuals of '{model.name}' are {shown.max():.3g} m large and its collision shapes "
+            f"{touched.max():.3g} m; are they meant in mm?"
+        )
+    mass = sum(link.inertial.mass for link in model.links if link.inertial is not None)
+    around = touched if shown is None else np.maximum(touched, shown)
+    density = mass / float(around.prod())
+    if density > _DENSEST or 0 < density < _LIGHTEST:
+        than = "more than osmium" if density > _DENSEST else "less than hydrogen"
+        yield (
+            f"'{model.name}' weighs {mass:.3g} kg in a box of {' x '.join(f'{one:.2g}' for one in around)} m "
+            f"around it: {density:.2g} kg/m^3, {than}; is its mass meant in g?"
+        )
+
+
+def _size(shapes: Iterable[tuple[Pose, Pose, Geometry]]) -> FloatArray | None:
+    """Return the sides of the box around shapes that have an end, m."""
+    low, high = np.full(3, inf), np.full(3, -inf)
+    for link, pose, geometry in shapes:
+        if isinstance(geometry, Plane):
+            continue
+        place = matrix_of(link @ pose)
+        points = _corners(geometry) @ place[:, :3].T + place[:, 3]
+        low, high = np.minimum(low, points.min(0)), np.maximum(high, points.max(0))
+    return None if low[0] == inf else high - low
+
+
+def _corners(geometry: Geometry) -> FloatArray:
+    if isinstance(geometry, Box):
+        half = np.array(geometry.size) / 2
+        return np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half
+    return np.asarray(triangles_of(geometry)[0])
