@@ -34,7 +34,7 @@ def test_an_experiment_without_a_name_is_refused(broken: Broken) -> None:
     assert "name: " in _messages(broken("experiment.yaml", "name: braitenberg_husky", "name: ''"))
 
 
-def test_what_is_not_there_cannot_be_removed_by_an_extending_file(husky: Path) -> None:
+def test_an_extending_file_cannot_remove_a_missing_key(husky: Path) -> None:
     path = husky / "less.yaml"
     path.write_text("extends: experiment.yaml\nname: less\nevents: {left_rde: null}\n")
     found = _messages(validate_file(path))
@@ -77,7 +77,7 @@ def test_a_negative_deviation_is_refused_where_it_stands(broken: Broken) -> None
 
 
 @pytest.mark.parametrize("t_s", [-1.0, float("nan"), float("inf")])
-def test_a_run_goes_to_no_time_that_cannot_come(husky: Path, t_s: float) -> None:
+def test_a_run_refuses_an_impossible_time(husky: Path, t_s: float) -> None:
     with Run(load_experiment(husky)) as run, pytest.raises(Exception, match="cannot run to") as raised:
         run.run(t_s)
     assert type(raised.value).__name__ == "TimestepError"

@@ -391,7 +391,7 @@ def written(husky: Path, request: pytest.FixtureRequest) -> Path:
     return husky / "own.py"
 
 
-def test_no_mistake_is_found(husky: Path, written: Path) -> None:
+def test_a_correct_file_yields_no_finding(husky: Path, written: Path) -> None:
     topics = ", ".join(f"{name}: std_msgs/{kind}" for name, kind in TOPICS.items())
     own = [f"transfer_functions=[{written}]", f"topics={{{topics}}}"]
     found = validate_file(husky / "experiment.yaml", own)

@@ -114,7 +114,7 @@ def test_an_error_there_is_raised_here(remote):
         remote(EventBackend(), cells(tau_mm=3.0))
 
 
-def test_a_request_that_cannot_be_met_breaks_nothing(remote):
+def test_a_request_that_cannot_be_met_has_no_side_effects(remote):
     brain = remote(EventBackend(), cells())
     with pytest.raises(CapabilityError, match="'cells' have no 'gsyn_exc'"):
         brain.read_state("gsyn_exc", [0])
@@ -220,7 +220,7 @@ def test_shared_columns_are_read_as_they_were_written(messages):
         there.close()
 
 
-def test_a_program_that_is_no_python_with_nrp_core_does_not_open(remote):
+def test_a_program_that_is_not_python_with_nrp_core_does_not_open(remote):
     with pytest.raises(
         BackendLoadError, match="ended with exit code 1 before it was ready; that Python needs"
     ):
@@ -263,7 +263,7 @@ LACKS = {
 
 
 @pytest.mark.parametrize(("files", "flags", "reason"), LACKS.values(), ids=LACKS)
-def test_what_another_python_lacks_is_one_clear_error(files, flags, reason, python, remote, capfd):
+def test_a_package_that_another_python_lacks_is_one_clear_error(files, flags, reason, python, remote, capfd):
     with pytest.raises(BackendLoadError) as caught:
         remote(EventBackend(), cells(), python=python(files, *flags))
     assert f"/python) does not start: {reason}; " in str(caught.value)

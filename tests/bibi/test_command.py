@@ -48,7 +48,7 @@ def test_python_without_reverse_is_a_wrong_use(capsys: pytest.CaptureFixture[str
     assert "--reverse" in capsys.readouterr().err
 
 
-def test_what_cannot_be_read_is_one_line_and_code_3(
+def test_an_unreadable_file_is_one_line_and_code_3(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     broken = tmp_path / "broken.bibi"

@@ -101,7 +101,7 @@ def test_devices_and_topics_of_python_are_drawn_although_it_is_not_executed(tmp_
     ]
 
 
-def test_what_is_no_python_is_drawn_as_its_text() -> None:
+def test_code_that_is_not_python_is_drawn_as_text() -> None:
     drawing = drawn(parse_bibi("<bibi><transferFunctionInline>print 'old'</transferFunctionInline></bibi>"))
     assert cards(drawing, "function") == [["Python", "print 'old'"]]
 

@@ -251,7 +251,7 @@ def test_xmi_documents_are_read() -> None:
         ("<bodyModel/", "not well-formed"),
     ],
 )  # fmt: skip
-def test_what_has_no_meaning_is_refused_with_line_and_hint(inner: str, message: str) -> None:
+def test_a_meaningless_element_is_refused_with_line_and_hint(inner: str, message: str) -> None:
     assert message in refusal(inner)
 
 

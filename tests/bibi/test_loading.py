@@ -136,9 +136,7 @@ def test_functions_keep_the_order_of_the_model_and_what_it_says_of_them(tmp_path
         ),
     ],
 )  # fmt: skip
-def test_what_is_wrong_is_reported_with_the_line_of_the_model(
-    tmp_path: Path, inner: str, message: str
-) -> None:
+def test_a_mistake_is_reported_with_the_line_of_the_model(tmp_path: Path, inner: str, message: str) -> None:
     with pytest.raises(ExperimentError) as refused:
         load(tmp_path, inner)
     assert message in str(refused.value)

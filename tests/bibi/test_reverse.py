@@ -22,7 +22,7 @@ PATH = Path("model.bibi")
 
 @given(data=st.data())
 @settings(deadline=None, max_examples=20)
-def test_what_a_model_generates_becomes_a_model_that_generates_the_same(
+def test_generated_code_of_a_model_generates_the_same_model(
     models: SearchStrategy[Bibi], data: st.DataObject
 ) -> None:
     model = data.draw(models)
@@ -63,13 +63,13 @@ HEAD = '@nrp.MapSpikeSink("d", nrp.brain.p[0], nrp.population_rate)\n'
         "f.active = False",
     ],
 )  # fmt: skip
-def test_what_building_blocks_cannot_say_is_kept_as_it_is_written(code: str) -> None:
+def test_code_that_building_blocks_cannot_express_is_kept_as_written(code: str) -> None:
     model = reverse(f"import hbp_nrp_client.tf_framework as nrp\n\n{code}\n", Path("f.py"))
     assert model.transfer_function == (PythonTransferFunction(code=code),)
     assert ast.dump(ast.parse(generate(model, PATH, with_imports=False))) == ast.dump(ast.parse(code))
 
 
-def test_what_is_not_python_is_refused_with_its_line(tmp_path: Path) -> None:
+def test_code_that_is_not_python_is_refused_with_its_line(tmp_path: Path) -> None:
     broken = tmp_path / "f.py"
     broken.write_text("x = 1\ndef f(:\n")
     with pytest.raises(ExperimentError, match=r"f\.py:2: this is not Python"):
@@ -103,7 +103,7 @@ def test_imported_names_and_any_order_of_mappings_are_understood() -> None:
     assert "return geometry_msgs.msg.Twist(" in python
 
 
-def test_what_is_kept_as_python_keeps_the_imports_that_it_needs() -> None:
+def test_code_that_is_kept_as_python_keeps_its_imports() -> None:
     own = "\n\n@nrp.Robot2Neuron()\ndef own(t):\n    print(Vector(t))\n"
     functions = reverse(IMPORTING + own, Path("m.py")).transfer_function
     kept = [one.code for one in functions if isinstance(one, PythonTransferFunction)]

@@ -364,7 +364,7 @@ def test_a_model_without_one_meaning_is_refused_with_its_line(inner: str, messag
     assert str(refused.value).startswith("model.bibi:2: ")
 
 
-def test_a_function_hides_nothing_that_another_one_calls() -> None:
+def test_a_function_does_not_hide_names_that_another_one_calls() -> None:
     call = '<local name="x"><body xsi:type="Call" type="NAME"/></local>'
     plain = '<transferFunction xsi:type="Neuron2Robot" name="math"/>\n'
     other = f'<transferFunction xsi:type="Robot2Neuron" name="g">{call}</transferFunction>'

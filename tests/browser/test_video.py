@@ -84,6 +84,6 @@ def test_chromium_plays_a_video_to_its_end(recording: Recording, tmp_path: Path,
     assert float(said["duration"][0]) == pytest.approx(26 / 25, abs=0.05)
 
 
-def test_a_file_that_is_no_video_is_not_played(tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_video_is_not_played(tmp_path: Path) -> None:
     (tmp_path / "walk.mp4").write_bytes(bytes(1000))
     assert "error" in played(tmp_path, "walk.mp4")

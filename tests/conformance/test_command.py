@@ -10,7 +10,7 @@ def nrp_conformance(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
 
 
-def test_a_report_is_written_as_json_and_told_as_text(tmp_path):
+def test_a_report_is_written_as_json_and_printed_as_text(tmp_path):
     file = tmp_path / "report.json"
     done = nrp_conformance(
         "brain", "event", "-o", "tolerance=1e-7", "--level", "contract", "--report", str(file)
@@ -33,7 +33,7 @@ def test_an_option_that_does_not_exist_is_refused_in_one_line():
     assert "'tolerance'" in message
 
 
-def test_a_value_that_an_option_cannot_have_is_told_in_words_of_ours():
+def test_an_invalid_value_of_an_option_is_reported_in_our_own_words():
     done = nrp_conformance("brain", "spinnaker", "-o", "timestep=3", "--json")
     assert done.returncode == 3
     message = json.loads(done.stdout)["error"]["message"]

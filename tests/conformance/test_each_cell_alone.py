@@ -15,7 +15,7 @@ from nrp_core.conformance.run import run_tests
 
 
 @pytest.mark.parametrize("cell", SAMPLES)
-def test_a_brain_with_one_kind_of_cell_passes_what_a_brain_with_all_passes(cell: str):
+def test_a_brain_with_one_cell_type_passes_the_tests_that_concern_it(cell: str):
     class OneCell(EventBackend):
         def capabilities(self, options: BrainOptions) -> BrainCapabilities:
             return replace(super().capabilities(options), cells=frozenset({cell}))

@@ -114,7 +114,7 @@ class _Odd(BackendTests):
         raise AssertionError
 
 
-def test_a_run_keeps_what_came_of_every_test():
+def test_a_run_keeps_the_outcome_of_every_test():
     found = {result.test: result for result in run_tests(_Odd)}
     assert {name.removeprefix("test_that_"): str(result.outcome) for name, result in found.items()} == {
         "passes": "passed",
@@ -132,7 +132,7 @@ def _report(*results: KitResult) -> KitReport:
     return KitReport("brain", "mine", {"version": "1"}, {}, "core", {}, {}, list(results))
 
 
-def test_a_report_tells_skips_failures_and_what_was_measured():
+def test_a_report_lists_skips_failures_and_measurements():
     report = _report(
         KitResult("test_a_cell_fires[HH]", "accuracy", Outcome.PASSED, measured={"error_ms": 0.25}),
         KitResult("test_time_passes", "contract", Outcome.FAILED, "assert 1 == 2"),
@@ -150,7 +150,7 @@ def test_a_report_tells_skips_failures_and_what_was_measured():
     ]
 
 
-def test_an_error_of_several_tests_is_told_once_and_an_assertion_each_time():
+def test_an_error_of_several_tests_is_reported_once_and_an_assertion_each_time():
     unwritten = "brain.py:20: in _build\n    raise NotImplementedError\nE   NotImplementedError: _build"
     report = _report(
         KitResult("test_a", "contract", Outcome.FAILED, unwritten),
@@ -174,7 +174,7 @@ def test_an_error_of_several_tests_is_told_once_and_an_assertion_each_time():
     ]
 
 
-def test_a_backend_that_cannot_say_what_it_has_is_told_with_the_place(monkeypatch):
+def test_a_backend_that_cannot_report_its_capabilities_is_named_with_the_place(monkeypatch):
     class Misspelt(BrainBackend):
         def capabilities(self, options):
             return BrainCapabilities(cell=frozenset())
@@ -223,7 +223,7 @@ def test_the_reference_answers_a_spike_as_the_closed_form_does():
         assert trace.voltage(t_ms) == pytest.approx(-65.0 + rise, abs=1e-7)
 
 
-def test_a_cell_of_the_reference_rests_when_left_alone():
+def test_a_cell_of_the_reference_stays_silent_without_input():
     for sample in SAMPLES.values():
         trace = simulate(sample, until_ms=30)
         assert not trace.spikes

@@ -73,7 +73,7 @@ def test_a_recording_that_cannot_be_completed_makes_a_run_that_failed(disk: Path
     assert (recording.run["state"], recording.run["result"]["passed"]) == ("failed", False)
 
 
-def test_what_does_not_fit_even_into_the_reserve_leaves_whole_pieces(disk: Path) -> None:
+def test_data_larger_than_the_reserve_leave_a_readable_recording(disk: Path) -> None:
     file = GrowingFile(disk / "file")
     piece = bytes(range(256)) * 1024
 

@@ -130,7 +130,7 @@ def test_the_command_line_says_it_in_one_error(hanging: Callable[..., Any], tmp_
     assert Recording(tmp_path / "recording").run["state"] == "failed"
 
 
-def test_a_limit_changes_no_result_and_pauses_do_not_count() -> None:
+def test_a_limit_does_not_change_results_and_pauses_do_not_count() -> None:
     digests = set()
     for limit in ("off", "1 s"):
         settings = [f"function_time_limit={limit}", "world.options.image_scale=0.1", "duration=0.4 s"]

@@ -40,7 +40,7 @@ def contents(recording: Recording) -> list[tuple[str, int, bytes]]:
     return [(topic.name, message.log_time, message.data) for topic, message in recording.raw()]
 
 
-def test_a_mutated_recording_gives_what_is_whole_of_it_or_is_refused(whole: Path, tmp_path: Path) -> None:
+def test_a_mutated_recording_yields_its_intact_part_or_is_refused(whole: Path, tmp_path: Path) -> None:
     intact = contents(Recording(whole))
     folder, target = tmp_path / "mutated", tmp_path / "target"
 

@@ -117,7 +117,7 @@ def test_whenever_a_run_is_killed_it_loses_at_most_a_tenth_of_a_second(tmp_path:
         check(stamps, copy)
 
 
-def test_what_was_before_a_step_that_does_not_end_is_on_disk(tmp_path: Path) -> None:
+def test_steps_before_one_that_does_not_end_are_on_disk(tmp_path: Path) -> None:
     for hangs_at_s in (0.4, 0.42):  # wherever that is between two times of writing
         with running(tmp_path / f"{hangs_at_s}", hangs_at_s=hangs_at_s) as run:
             stamps = run.wait_for(round(hangs_at_s / PERIOD_S))

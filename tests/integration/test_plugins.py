@@ -40,7 +40,7 @@ def test_a_plugin_is_named_after_its_folder_and_depends_on_the_core(plugin):
 
 
 @pytest.mark.parametrize("name", ["nrp-brain-nest", "nrp-brain-pynn"])
-def test_asking_a_plugin_what_it_can_do_loads_no_simulator(name):
+def test_reading_the_capabilities_of_a_plugin_does_not_load_a_simulator(name):
     plugin = ROOT / "plugins" / name
     _, targets = _entry_points(plugin / "pyproject.toml")
     (target,) = targets.values()

@@ -136,7 +136,7 @@ def test_plastic_weights_are_read_as_they_are(sim: ModuleType) -> None:
     assert plastic.get("weight", format="array")[0, 0] == pytest.approx(0.08, rel=0.01)
 
 
-def test_what_cannot_change_while_it_runs_is_refused_and_stays(sim: ModuleType) -> None:
+def test_an_attribute_that_is_fixed_during_a_run_keeps_its_value(sim: ModuleType) -> None:
     sources = sim.Population(1, sim.SpikeSourceArray(spike_times=[5.0]))
     cells = cells_of(sim, 1)
     synapse = sim.StaticSynapse(weight=1.0, delay=2.0)

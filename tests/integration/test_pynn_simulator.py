@@ -107,13 +107,13 @@ def test_a_run_has_an_end_and_does_not_go_on_after_it(sim: ModuleType) -> None:
     cells.get_data(clear=True)
 
 
-def test_there_are_no_data_before_a_run(sim: ModuleType) -> None:
+def test_before_a_run_there_are_no_data(sim: ModuleType) -> None:
     cells = driven(sim, 1, 1.0)
     with pytest.raises(NetworkError, match=r"population 'cells' has no data yet; run first"):
         cells.get_data()
 
 
-def test_what_was_built_before_the_last_setup_reaches_no_cell_of_the_new_network(sim: ModuleType) -> None:
+def test_cells_built_before_the_last_setup_are_not_part_of_the_new_network(sim: ModuleType) -> None:
     def network() -> Any:
         cells = driven(sim, 2, 0.0)
         stdp = sim.STDPMechanism(sim.SpikePairRule(), sim.AdditiveWeightDependence(), weight=0.01, delay=1.0)
@@ -156,7 +156,7 @@ def test_some_cells_of_a_population_that_has_places_change(setup: dict[str, Any]
     assert counts[1] == counts[2] > 3
 
 
-def test_what_a_backend_does_otherwise_is_told(caplog: pytest.LogCaptureFixture) -> None:
+def test_deviations_of_a_backend_are_reported(caplog: pytest.LogCaptureFixture) -> None:
     sim = new_simulator()
     sim.setup(timestep=1.0, backend="spinnaker")
     cells = sim.Population(1, sim.IF_curr_exp())
@@ -170,7 +170,7 @@ def test_what_a_backend_does_otherwise_is_told(caplog: pytest.LogCaptureFixture)
     assert told.startswith("spinnaker: projection 'population0→population0': 1 of 1 weights become 0")
 
 
-def test_a_rate_that_cannot_be_breaks_nothing(sim: ModuleType) -> None:
+def test_an_impossible_rate_is_refused_without_side_effects(sim: ModuleType) -> None:
     source = sim.Population(1, sim.SpikeSourcePoisson(rate=100.0), label="source")
     source.record("spikes")
     sim.run(50.0)

@@ -213,7 +213,7 @@ def test_another_seed_is_another_run(made: Made, tmp_path: Path) -> None:
     assert outcome.difference.step < 50
 
 
-def test_a_recording_says_what_ran(made: Made) -> None:
+def test_a_recording_names_the_code_and_versions_that_ran(made: Made) -> None:
     run = made.recording.run
     names = ("brain.py", "listing1.py", "listing2.py", "husky.sdf", "room.sdf", "screen.sdf")
     assert set(run["files"]) >= {MCAP_NAME, "experiment.yaml", *(f"experiment/{name}" for name in names)}
@@ -242,7 +242,7 @@ def test_somebody_elses_program_reads_every_message(made: Made) -> None:
         (ReplayRequest(from_ns=S, recorded=frozenset({"world"})), "only be played back from the beginning"),
     ],
 )
-def test_what_cannot_be_replayed_is_an_error(made: Made, request_: ReplayRequest, message: str) -> None:
+def test_an_impossible_replay_is_an_error(made: Made, request_: ReplayRequest, message: str) -> None:
     with pytest.raises(ExperimentError, match=message):
         made.replay(request_)
 
@@ -321,7 +321,7 @@ def changed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     return Made(folder / "recording", {})
 
 
-def test_what_was_done_from_outside_is_done_again(changed: Made) -> None:
+def test_actions_from_outside_are_repeated(changed: Made) -> None:
     outcome = changed.replay()
     assert (outcome.difference, outcome.steps, outcome.warnings) == (None, 120, [])
     names = {name for one in changed.recording.messages({MODEL_STATES}) for name in one.message.name}
@@ -334,7 +334,7 @@ def test_it_goes_on_from_within_what_was_done_from_outside(changed: Made, from_s
 
 
 @pytest.mark.parametrize("from_s", [1.2, 2.2])
-def test_what_goes_on_from_there_knows_what_was_done_before(
+def test_a_run_that_continues_from_a_snapshot_has_its_earlier_actions(
     changed: Made, from_s: float, tmp_path: Path
 ) -> None:
     folder, from_ns = tmp_path / "future", round(from_s * S)
@@ -365,7 +365,7 @@ def test_an_edited_file_may_lack_what_was_taken_away_later(changed: Made, tmp_pa
     assert (outcome.error, outcome.until_ns) == (None, round(2.4 * S))
 
 
-def test_what_cannot_be_done_again_is_said_by_the_replay(tmp_path: Path) -> None:
+def test_an_action_that_a_replay_cannot_repeat_is_reported(tmp_path: Path) -> None:
     @Neuron2Robot(Topic("/husky/cmd_vel", Twist))
     def stand(t: float) -> Twist:
         return Twist()

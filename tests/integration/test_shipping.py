@@ -94,7 +94,7 @@ def test_both_conform(run: Run, side: str) -> None:
     assert set(counts) == {"passed", "skipped"}
 
 
-def test_what_nrp_new_makes_installs_and_is_found(run: Run, elsewhere: Path, tmp_path: Path) -> None:
+def test_a_package_from_nrp_new_installs_and_is_found(run: Run, elsewhere: Path, tmp_path: Path) -> None:
     for subject in ("brain", "world", "experiment"):
         assert run("nrp", "new", subject, "acme").returncode == 0
     install(elsewhere, *wheels_of(tmp_path / "wheels", *sorted(tmp_path.glob("nrp-*-acme"))))

@@ -75,13 +75,13 @@ def made_of_two_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(MujocoEngine, "_do_restore", restore)
 
 
-def test_a_recording_tells_whose_code_made_it(recording: Path) -> None:
+def test_a_recording_names_the_code_that_made_it(recording: Path) -> None:
     code = Recording(recording).run["code"]
     assert sorted(code) == ["nrp_brain_event", "nrp_core", "nrp_world_mujoco"]
     assert all(len(digest) == 16 for digest in code.values())
 
 
-def test_snapshots_that_fit_are_used_and_nothing_is_said(recording: Path) -> None:
+def test_snapshots_that_fit_are_used_silently(recording: Path) -> None:
     outcome = replayed(recording, ReplayRequest(from_ns=FROM_NS))
     assert (outcome.verdict, outcome.from_ns, outcome.warnings) == (Verdict.SAME, 400 * MS, [])
 
@@ -93,7 +93,7 @@ def test_snapshots_that_fit_are_used_and_nothing_is_said(recording: Path) -> Non
         (lambda told: told.pop("code"), "code of which nothing is known"),
     ],
 )
-def test_snapshots_of_other_code_are_left_alone(
+def test_snapshots_of_other_code_are_not_touched(
     recording: Path, change: Callable[..., object], whose: str
 ) -> None:
     outcome = replayed(changed(recording, change), ReplayRequest(from_ns=FROM_NS))
@@ -102,7 +102,7 @@ def test_snapshots_of_other_code_are_left_alone(
 
 
 @pytest.mark.usefixtures("made_of_two_numbers")
-def test_a_snapshot_that_an_engine_makes_nothing_of_is_no_obstacle(recording: Path) -> None:
+def test_a_snapshot_that_an_engine_cannot_use_does_not_stop_the_run(recording: Path) -> None:
     outcome = replayed(recording, ReplayRequest(from_ns=FROM_NS))
     assert (outcome.identical, outcome.from_ns, outcome.until_ns) == (True, 0, 600 * MS)
     (warning,) = outcome.warnings.messages
@@ -119,7 +119,7 @@ def test_a_snapshot_of_another_scene_is_none_of_this_one(recording: Path) -> Non
     assert "the snapshot was taken with scene " in outcome.warnings.messages[1]
 
 
-def test_where_a_recording_begins_with_a_snapshot_that_one_is_used_and_it_is_said(continued: Path) -> None:
+def test_a_snapshot_at_the_start_of_a_recording_is_used_with_a_message(continued: Path) -> None:
     assert replayed(continued, ReplayRequest()).warnings == []
     outcome = replayed(changed(continued, of_other_code), ReplayRequest())
     assert (outcome.identical, outcome.from_ns) == (True, FROM_NS)
@@ -141,7 +141,7 @@ def test_where_it_does_not_fit_the_error_says_why_and_what_can_be_done(continued
 @pytest.mark.parametrize(
     "saved", [b"", b"no pickle", b"\x80\x05N.", b"cnrp_core.no_such\nThing\n.", b"\x80\x05]."]
 )
-def test_bytes_that_are_no_snapshot_are_refused_in_one_sentence(recording: Path, saved: bytes) -> None:
+def test_bytes_that_are_not_a_snapshot_are_refused_in_one_sentence(recording: Path, saved: bytes) -> None:
     with Run(load_experiment(recording)) as run, pytest.raises(SnapshotError, match="cannot be read: "):
         run.restore(saved)
 

@@ -138,7 +138,7 @@ def test_a_joint_follows_the_points_at_their_times_and_the_goal_succeeds(
     assert rows[-1][1] == "3"
 
 
-def test_joints_that_no_model_has_are_told_of_once_and_the_goal_is_aborted(
+def test_joints_that_no_model_has_are_reported_once_and_the_goal_is_aborted(
     opened: Opened, corpus: Path
 ) -> None:
     run = run_of(opened, corpus, FUNCTION.replace("JOINT", "elbow").replace("heard ==", "heard != heard and"))
@@ -167,7 +167,7 @@ def test_a_state_machine_waits_until_its_goal_is_reached(opened: Opened, corpus:
     assert position(run) == pytest.approx(-0.3, abs=0.05)
 
 
-def test_physics_are_told_and_gravity_can_be_set(opened: Opened, corpus: Path) -> None:
+def test_physics_are_reported_and_gravity_can_be_set(opened: Opened, corpus: Path) -> None:
     run = run_of(opened, corpus, PHYSICS)
     run.run_until(0.04)
     assert run.result().failures == []

@@ -91,7 +91,7 @@ def test_a_population_of_a_name_that_the_file_has_is_the_file_s(tmp_path: Path) 
     assert np.asarray(network.views["few"]).tolist() == [4, 5]
 
 
-def test_a_name_without_neurons_is_told(tmp_path: Path) -> None:
+def test_a_name_without_neurons_is_reported(tmp_path: Path) -> None:
     _, notes = loaded(tmp_path, CELLS, '<populations population="p" from="7" to="9"/>')
     assert notes.messages == ["population 'p' has no neurons in brain.py"]
 
@@ -101,7 +101,7 @@ def test_a_brain_in_another_kind_of_file_is_refused(tmp_path: Path) -> None:
         load_brain(tmp_path / "brain.sli", {}, 0)
 
 
-def test_what_is_said_to_a_machine_is_taken_and_its_devices_send_nothing(tmp_path: Path) -> None:
+def test_a_machine_accepts_calls_and_its_devices_send_nothing(tmp_path: Path) -> None:
     path = tmp_path / "brain.py"
     path.write_text(
         "import pyNN.spiNNaker as sim\n"

@@ -228,7 +228,7 @@ def test_a_recording_holds_the_run_since_it_began(launched: Launched, corpus: Pa
     assert simulation.stop_recording(False) is None
 
 
-def test_what_comes_after_the_end_is_refused_and_records_stay(launched: Launched) -> None:
+def test_requests_after_the_end_are_refused_and_records_stay(launched: Launched) -> None:
     simulation = launched(settings="duration=1s")
     simulation.start()
     while simulation.get_state() != "stopped":
@@ -313,7 +313,7 @@ def test_an_error_of_an_engine_halts_and_a_full_reset_helps(launched: Launched) 
     assert run_to(simulation, 1.0)["simulationTime"] == 1.0
 
 
-def test_the_names_of_what_there_is_are_printed(
+def test_the_available_names_are_printed(
     coach: VirtualCoach, launched: Launched, capsys: pytest.CaptureFixture[str]
 ) -> None:
     simulation = launched()

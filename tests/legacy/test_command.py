@@ -48,7 +48,7 @@ def test_records_go_with_a_recording(
     assert (record / "csv" / "spikes.csv").read_text().startswith("Time,Spikes\n0.0,")
 
 
-def test_a_check_tells_what_is_missing_and_that_it_runs(
+def test_a_check_reports_what_is_missing_and_that_the_run_starts(
     corpus: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     result = result_of(["validate", str(corpus / "husky_2019"), "--models", str(corpus / "models")], capsys)

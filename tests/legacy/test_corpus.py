@@ -15,7 +15,7 @@ from nrp_core.world.scene.model import Box
 Opened = Callable[..., Run]
 
 
-def test_an_arm_goes_where_its_joints_are_told_to(played: Callable[..., Run]) -> None:
+def test_an_arm_reaches_the_commanded_joint_positions(played: Callable[..., Run]) -> None:
     run = played("arm_2017/arm.exc")
     last = {name: float(position) for name, _, position in rows(run, "record_joints", "recorder")}
     assert last == {"arm_1_joint": pytest.approx(0.5, abs=0.03), "arm_2_joint": pytest.approx(-0.4, abs=0.03)}
@@ -128,7 +128,7 @@ def test_machines_iterate_go_side_by_side_and_change_models(played: Callable[...
     assert run.world.model_motion("box").pose.rpy[2] == pytest.approx(1.5)
 
 
-def test_what_students_draw_at_random_follows_from_the_seed(opened: Opened) -> None:
+def test_random_numbers_of_student_code_follow_from_the_seed(opened: Opened) -> None:
     def drawn(seed: int) -> list[list[str]]:
         run = opened("students_2018/students.exc", f"seed={seed}")
         run.run_until(0.15)

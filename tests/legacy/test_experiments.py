@@ -114,7 +114,7 @@ def test_the_first_time_that_a_function_sees_is_zero_and_an_inactive_one_sees_no
     assert not run.result().failures
 
 
-def test_what_goes_to_the_robot_runs_before_what_comes_from_it_unless_priorities_say_so(
+def test_functions_that_write_to_the_robot_run_before_those_that_read_it_unless_priorities_differ(
     opened: Opened,
 ) -> None:
     names = [function.name for function in opened(EVERY[1]).loop.functions]
@@ -200,7 +200,7 @@ NO_TIME = "must be a time in seconds or a duration such as PT14M, not"
          "population 'a' has no neurons in idle_brain.py"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_read_is_told_and_the_rest_runs(
+def test_an_unreadable_file_is_reported_and_the_other_experiments_run(
     opened: Opened, corpus: Path, exc: str, bibi: str, told: str
 ) -> None:
     folder = corpus / "odd"

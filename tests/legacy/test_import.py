@@ -74,7 +74,7 @@ def test_everything_that_it_needs_is_in_its_folder(corpus: Path, tmp_path: Path)
     assert "leftovers of Python 2" in (tmp_path / "new" / "import.md").read_text()
 
 
-def test_what_needs_the_platform_is_kept_and_named(corpus: Path, tmp_path: Path) -> None:
+def test_code_that_needs_the_platform_is_kept_and_named(corpus: Path, tmp_path: Path) -> None:
     report = imported(corpus, "husky_2019/cart.exc", tmp_path / "new")
     assert report.kept == ["drive: imports rospy"]
     assert report.changed == ["currents: poisson does not have the setting 'label': left out"]
@@ -215,7 +215,7 @@ def see(t, noise, camera):  # another
     assert (piece.obstacle, piece.lacks) == ("", frozenset())
 
 
-def test_the_command_writes_a_folder_and_tells_what_changed(
+def test_the_command_writes_a_folder_and_reports_the_changes(
     corpus: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(app, "reserve_stdout", lambda: None)

@@ -247,7 +247,9 @@ def function(t, a, rows):
 """
 
 
-def test_what_functions_add_to_lists_of_the_brain_file_stays_there(played: Played, tmp_path: Path) -> None:
+def test_items_that_functions_add_to_lists_of_the_brain_file_stay_there(
+    played: Played, tmp_path: Path
+) -> None:
     _places(tmp_path)
     run = played(CELLS + KEPT.replace("PLACE", "here"), KEEPING)
     assert not run.result().failures
@@ -286,7 +288,7 @@ def test_any_integer_is_a_seed(played: Played, tmp_path: Path, seed: int) -> Non
 
 
 @pytest.mark.parametrize(("asked", "told"), [("pops", Code.NRP239), ("popz", Code.NRP211)])
-def test_what_variables_hold_is_no_misspelt_population_to_who_runs_nothing(
+def test_a_name_from_a_variable_is_not_reported_as_a_misspelt_population(
     tmp_path: Path, asked: str, told: Code
 ) -> None:
     _written(tmp_path, IN_PYNN, OF_PYNN.replace("nrp.brain.pops[1],", f"nrp.brain.{asked}[1],"))

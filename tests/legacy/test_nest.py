@@ -133,7 +133,7 @@ nest.SetStatus(found, {'weight': 5.0})
     assert projection.weight.tolist() == [0.003, 0.005, 0.003]
 
 
-def test_what_is_not_known_is_told_and_the_rest_is_built(tmp_path: Path) -> None:
+def test_unknown_models_are_reported_and_the_rest_is_built(tmp_path: Path) -> None:
     text = "import nest\na = nest.Create('iaf_psc_exp', 2)\nb = nest.Create('music_event_in_proxy')\n"
     network = loaded(tmp_path, text + "nest.Connect(b, a)\nnest.Connect(a, a, syn_spec='ht_synapse')\n")
     assert network.size == 2

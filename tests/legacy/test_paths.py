@@ -75,7 +75,7 @@ def test_folders_of_modules_are_found_by_the_end_of_their_path(folder: Path) -> 
     assert found["gain"] == 3
 
 
-def test_what_has_no_place_is_written_beside_the_experiment(folder: Path) -> None:
+def test_a_file_without_a_declared_folder_is_written_beside_the_experiment(folder: Path) -> None:
     run(
         folder,
         "import csv\n"

@@ -88,7 +88,7 @@ def printed(code: str, **values: object) -> str:
         ),
     ],
 )
-def test_a_leftover_means_what_it_meant(code: str, text: str) -> None:
+def test_a_leftover_keeps_its_meaning(code: str, text: str) -> None:
     assert printed(code) == text
 
 
@@ -134,7 +134,7 @@ def test_lists_of_python_2_can_still_be_iterators() -> None:
     )
 
 
-def test_what_is_no_python_at_all_is_refused() -> None:
+def test_code_that_is_not_python_is_refused() -> None:
     with pytest.raises(SyntaxError):
         converted("def f(:\n  pass")
 
@@ -156,9 +156,7 @@ def test_integers_divide_downwards_and_anything_else_truly(left: int, right: int
         ("print(ord(np.uint8(97)), ord('a'))", "97 97\n"),
     ],
 )
-def test_what_libraries_and_python_2_allowed_is_allowed_in_code_of_either_python(
-    code: str, text: str
-) -> None:
+def test_code_may_use_features_of_old_libraries_and_python_2(code: str, text: str) -> None:
     assert printed(code, np=np) == text
 
 

@@ -29,7 +29,7 @@ def test_a_time_out_is_seconds_or_a_duration_of_xml_schema(said: str, seconds: f
     assert seconds_of(element(f"<timeout>{said}</timeout>")) == seconds  # type: ignore[arg-type]
 
 
-def test_a_time_out_that_is_no_time_is_refused_at_its_line() -> None:
+def test_a_time_out_that_is_not_a_time_is_refused_at_its_line() -> None:
     with pytest.raises(
         ExperimentError,
         match=r"some\.exc:1: <timeout> must be a time in seconds or a duration such as PT14M, not 'soon'",
@@ -110,7 +110,7 @@ def test_a_file_of_the_experiment_is_found_under_every_name(tmp_path: Path, name
     assert Library(tmp_path / "experiment").find_code(name) == path
 
 
-def test_what_stands_in_the_experiment_comes_before_the_library(tmp_path: Path) -> None:
+def test_a_file_in_the_experiment_has_priority_over_the_library(tmp_path: Path) -> None:
     own = written(tmp_path, "experiment/part/model.sdf", "")
     written(tmp_path, "models/part/model.sdf", "")
     assert Library(tmp_path / "experiment", [tmp_path / "models"]).find_code("part/model.sdf") == own

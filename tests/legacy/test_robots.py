@@ -79,7 +79,7 @@ def test_an_arm_without_meshes_stands_on_a_ground_without_one(played: Played) ->
     assert any("'lab_floor' is taken for the ground" in text for text in map(str, run.result().problems))
 
 
-def test_what_an_experiment_brings_in_its_textures_is_shown_in_its_mean_colour(opened: Played) -> None:
+def test_textures_of_an_experiment_are_shown_in_their_mean_colour(opened: Played) -> None:
     run = opened("classroom_2019/classroom.exc")
     # rows of (255, 64, 0) and (255, 128, 0) in turn
     mean = pytest.approx((1.0, 96 / 255, 0.0, 1.0), abs=1e-6)

@@ -52,7 +52,7 @@ def test_a_room_without_faults_is_read_as_it_is(tmp_path: Path) -> None:
     assert (len(scene.models[0].links[0].visuals), left_out) == (1, [])
 
 
-def test_a_file_that_is_no_scene_is_an_error_all_the_same(tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_scene_is_still_an_error(tmp_path: Path) -> None:
     with pytest.raises(SceneError):
         read(tmp_path, "<html/>")
 
@@ -75,7 +75,7 @@ def test_a_room_within_an_element_of_gazebo_is_read(tmp_path: Path, version: str
     assert [model.name for model in scene.models] == ["box"]
 
 
-def test_a_model_named_twice_is_there_once_and_told_of_once(tmp_path: Path) -> None:
+def test_a_model_that_is_named_twice_exists_once_and_is_reported_once(tmp_path: Path) -> None:
     box = ROOM[ROOM.index("<model") : ROOM.index("<light")].replace("<pose>0 0</pose>", "")
     scene, told = read(tmp_path, f'<sdf version="1.6"><world name="w">{box}{box}</world></sdf>')
     assert [model.name for model in scene.models] == ["box"]

@@ -121,12 +121,12 @@ def test_a_joint_is_commanded_by_any_name_that_code_has_for_it(code: str, topic:
     assert (controller.topic, controller.joint, controller.kind) == (topic, "j1", kind)
 
 
-def test_what_names_another_robot_or_no_joint_commands_nothing() -> None:
+def test_names_of_another_robot_or_of_no_joint_command_nothing() -> None:
     codes = ["'/other/j1/cmd_pos'", "'/robot/fixed/cmd_pos'", "'/husky/cmd_vel'"]
     assert with_commanded_joints(ARM, codes, {"other"}).controllers == ()
 
 
-def test_a_plugin_that_ran_controllers_is_told_of_only_where_no_joint_obeys() -> None:
+def test_a_plugin_that_ran_controllers_is_reported_only_where_joints_ignore_commands() -> None:
     told, another = (
         Finding(Code.NRP261, f"the plugin '{name}' is unknown and has no effect", Level.WARNING, subject=name)
         for name in ("gazebo_ros_control", "another")
@@ -182,7 +182,7 @@ with sm:
 """
 
 
-def test_a_machine_waits_for_what_a_function_shows_and_its_topics_are_no_silent_ones(
+def test_a_machine_waits_for_the_output_of_a_function_and_its_topics_are_not_reported_as_silent(
     made: Made, opened: Opened, tmp_path: Path
 ) -> None:
     experiment = made(HEARING, {"robot": CART}, SAYING)

@@ -197,7 +197,7 @@ def test_a_task_that_catches_everything_is_stopped_too() -> None:
     assert len(waited) == tries > 1
 
 
-def test_what_a_task_raises_ends_it_and_is_kept() -> None:
+def test_an_exception_in_a_task_ends_it_and_is_kept() -> None:
     task = Task(lambda: 1 / 0, lambda: 0)
     task.advance()
     assert isinstance(task.error, ZeroDivisionError)
@@ -266,7 +266,7 @@ def test_everything_that_experiments_import_is_there(tmp_path: Path) -> None:
     function.function(0.0, None)
 
 
-def test_what_a_module_has_not_can_be_imported_and_is_named_where_it_is_used(tmp_path: Path) -> None:
+def test_a_missing_name_of_a_module_can_be_imported_and_is_named_where_it_is_used(tmp_path: Path) -> None:
     path = tmp_path / "tf.py"
     path.write_text(
         "from rospy import Nowhere\nimport keras.models, keras.layers\nfrom keras.models import Sequential\n"
@@ -373,7 +373,7 @@ with sm:
 """
 
 
-def test_a_robot_that_a_machine_takes_away_is_in_no_result(opened: Opened, corpus: Path) -> None:
+def test_a_robot_that_a_machine_removes_is_not_in_the_results(opened: Opened, corpus: Path) -> None:
     folder = corpus / "gone"
     folder.mkdir()
     bibi = "<bibi><bodyModel>husky_model/model.sdf</bodyModel></bibi>"

@@ -104,7 +104,7 @@ def run(opened: Opened, corpus: Path) -> Run:
     return made
 
 
-def test_functions_talk_whichever_way_a_topic_goes(run: Run) -> None:
+def test_functions_communicate_in_both_directions_of_a_topic(run: Run) -> None:
     assert run.result().failures == []
     adapters: dict[str, Any] = {function.name: function.adapters for function in run.loop.functions}
     rows = adapters["eavesdrop"]["rows"].rows
@@ -117,7 +117,7 @@ def test_a_device_of_another_simulator_is_refused_alone(run: Run) -> None:
     assert any("raw_signal does not drive neurons" in warning for warning in map(str, run.result().problems))
 
 
-def test_functions_send_arrays_of_one_number_and_what_is_no_number_as_0(
+def test_functions_send_arrays_of_one_number_and_send_0_for_anything_but_numbers(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     sent = topic("/cmd_vel", Twist).process

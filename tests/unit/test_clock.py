@@ -18,7 +18,7 @@ def test_seconds_and_nanoseconds_are_inverse(t_ns: int) -> None:
     assert seconds(t_ns) * NS_PER_S == pytest.approx(t_ns)
 
 
-def test_a_float_is_read_by_what_it_prints() -> None:
+def test_a_float_is_read_by_its_printed_form() -> None:
     assert from_seconds(0.1) == 100 * MS
     assert from_milliseconds(0.3) == 300_000
 

@@ -21,7 +21,7 @@ def test_every_error_that_is_raised_is_also_a_builtin(cls: type[NrpError]) -> No
     assert builtins & set(cls.__mro__)
 
 
-def test_a_location_is_what_is_known_of_it() -> None:
+def test_a_location_holds_its_known_parts() -> None:
     assert str(ExperimentError("bad", path="a.yaml", line=3, column=7)) == "a.yaml:3:7: bad"
     assert str(ExperimentError("bad", path="a.yaml", line=3)) == "a.yaml:3: bad"
     assert str(ExperimentError("bad")) == "bad"
@@ -34,7 +34,7 @@ def test_a_misspelt_name_gets_the_nearest_one_and_a_strange_one_gets_them_all() 
     assert did_you_mean("xyz", ["b", "a", "b"]) == "; valid: a, b"
 
 
-def test_of_very_many_names_those_are_told_that_are_most_like_the_strange_one() -> None:
+def test_of_very_many_names_the_most_similar_ones_are_suggested() -> None:
     hint = did_you_mean("/lamp/color", ["/lamp/body/glass/off", *(f"/gazebo/service_{i}" for i in range(40))])
     assert hint.startswith("; valid: /lamp/body/glass/off, ")
     assert hint.endswith(" and 35 more")

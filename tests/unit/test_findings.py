@@ -66,7 +66,7 @@ def test_every_code_says_what_it_means_why_it_matters_and_what_to_do() -> None:
     assert all(text.endswith(".") for code in Code for text in (code.summary, code.why, code.suggestion))
 
 
-def test_an_error_with_findings_reaches_whoever_waits_in_another_process():
+def test_an_error_with_findings_reaches_the_waiting_process():
     found = Finding(Code.NRP201, "an experiment has no key 'sed'", Level.ERROR, Path("a.yaml"), 3, 1)
     error = pickle.loads(pickle.dumps(InvalidExperimentError([found])))
     assert isinstance(error, InvalidExperimentError)

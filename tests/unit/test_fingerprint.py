@@ -57,7 +57,7 @@ def test_a_module_by_itself_has_one(site: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["sys", "no_such_package", "__main__"])
-def test_what_has_no_files_has_an_empty_one(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_without_files_has_an_empty_fingerprint(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.modules", {"__main__": type(pytest)("__main__")})
     assert taken(name) == ""
 

@@ -61,7 +61,7 @@ def test_code_compiled_from_other_sources_is_kept_apart(folder: str, tmp_path: P
     assert directory() != first
 
 
-def test_code_is_compiled_anew_when_a_module_it_calls_by_way_of_another_changes(tmp_path: Path) -> None:
+def test_code_is_compiled_again_when_a_module_it_calls_indirectly_changes(tmp_path: Path) -> None:
     pytest.importorskip("numba")
     texts = {
         "below": "def base(x): return x + {number}\nbase = jit(base)\n",
@@ -99,7 +99,7 @@ def test_the_clock_of_the_work_stands_still_while_something_is_compiled() -> Non
     assert work.now_ns() > still
 
 
-def test_the_users_choice_of_a_cache_is_left_alone() -> None:
+def test_the_users_choice_of_a_cache_is_respected() -> None:
     numba = pytest.importorskip("numba")
     before = numba.config.CACHE_DIR
     jit.jit(lambda x: x)

@@ -49,5 +49,5 @@ class Colour(Enum):
         (complex(1, 2), "(1+2j)"),
     ],
 )
-def test_any_data_becomes_what_json_can_hold(data: Any, expected: object) -> None:
+def test_any_data_become_valid_json(data: Any, expected: object) -> None:
     assert to_jsonable(data) == expected

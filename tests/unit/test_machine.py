@@ -27,7 +27,7 @@ def test_a_processor_without_avx_is_a_diagnosis(monkeypatch: pytest.MonkeyPatch)
     assert "illegal instruction" in found["AVX instructions"].meaning
 
 
-def test_a_system_that_does_not_tell_its_instructions_gets_no_diagnosis_of_them(
+def test_a_system_that_hides_its_instruction_set_gets_no_diagnosis_of_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(machine, "_cpuinfo", dict)

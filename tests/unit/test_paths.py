@@ -32,7 +32,7 @@ def test_without_such_a_file_it_starts_at_the_current_folder(
     assert existing_file("brain.py") == folder / "brain.py"
 
 
-def test_an_absolute_path_and_the_home_folder_are_what_they_are(
+def test_an_absolute_path_and_the_home_folder_stay_unchanged(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("HOME", str(folder))
@@ -54,7 +54,7 @@ def test_a_missing_file_gets_the_nearest_one_beside_it(folder: Path, name: str, 
         existing_file(TextFrom.of(name, folder))
 
 
-def test_what_is_no_text_names_no_file() -> None:
+def test_a_value_that_is_not_text_does_not_name_a_file() -> None:
     with pytest.raises(ValueError, match="the name of a file is a text, not 3"):
         existing_file(3)
 

@@ -16,7 +16,7 @@ def module(site: Path) -> Path:
     return site / "asked.py"
 
 
-def test_an_answer_holds_what_the_child_wrote_and_how_it_ended(module: Path) -> None:
+def test_an_answer_holds_the_output_of_the_child_and_its_end(module: Path) -> None:
     module.write_text("import sys; print(sys.argv[1]); print('oh', file=sys.stderr); sys.exit(3)")
     assert run_probe("asked", "yes") == ChildResult(3, "yes\n", "oh\n")
     assert not probe_succeeds("asked", "yes")

@@ -110,7 +110,7 @@ def test_every_public_module_of_the_reference_imports_and_its_names_exist() -> N
             assert getattr(package, name) is not None
 
 
-def test_the_reference_names_every_name_of_the_doors_and_no_other() -> None:
+def test_the_reference_lists_exactly_the_public_names() -> None:
     page = (ROOT / "docs" / "reference" / "python.md").read_text()
     for door in DOORS:
         section = page.partition(f"\n## `{door}`\n")[2].partition("\n## ")[0]
@@ -119,7 +119,7 @@ def test_the_reference_names_every_name_of_the_doors_and_no_other() -> None:
 
 
 @pytest.mark.parametrize("path", outside(), ids=lambda path: str(path.relative_to(ROOT)))
-def test_who_writes_outside_the_core_uses_public_names_only(path: Path) -> None:
+def test_code_outside_the_core_uses_public_names_only(path: Path) -> None:
     for module, name in imported(OWN_FILE.sub("", path.read_text())):
         assert is_public(module) or is_public(f"{module}.{name}"), f"{module}.{name}"
         names = getattr(importlib.import_module(module), "__all__", None)

@@ -55,7 +55,7 @@ def test_a_quantity_is_read_in_its_base_unit(field: str, text: object, value: fl
         ("angle", [1], "an angle is a number with a unit"),
     ],
 )
-def test_what_cannot_be_read_says_what_would_be_valid(field: str, text: object, says: str) -> None:
+def test_an_unreadable_value_is_refused_with_a_valid_example(field: str, text: object, says: str) -> None:
     with pytest.raises(ValidationError, match=says):
         Everything(**{field: text})
 

@@ -50,7 +50,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
     return add
 
 
-def test_ours_come_in_the_way_a_third_partys_do() -> None:
+def test_our_own_plugins_are_registered_as_those_of_a_third_party() -> None:
     assert {"event", "spinnaker"} <= set(brains().names())
     assert {"mujoco", "pybullet"} <= set(worlds().names())
     assert all(provider.distribution == "nrp-core" for provider in brains().providers())
@@ -62,7 +62,7 @@ def test_an_installed_backend_is_found_at_once_and_made(install: Install) -> Non
     assert str(brains().provider("acme")).startswith("acme-brain 2.0 (acme_")
 
 
-def test_what_an_interrupted_pip_leaves_behind_does_no_harm(install: Install, tmp_path: Path) -> None:
+def test_leftovers_of_an_interrupted_pip_do_no_harm(install: Install, tmp_path: Path) -> None:
     install("acme")
     copytree(tmp_path / "acme-brain-2.0.dist-info", tmp_path / "~cme-brain-2.0.dist-info")
     assert isinstance(brains().load("acme"), BrainBackend)
@@ -73,12 +73,12 @@ def test_a_typo_gets_the_nearest_name() -> None:
         brains().load("evnt")
 
 
-def test_an_empty_group_says_what_to_install() -> None:
+def test_an_empty_group_names_the_package_to_install() -> None:
     with pytest.raises(UnknownBackendError, match=r"none is installed: .*pip install"):
         Registry("nobody.has.this", "brain backend").load("event")
 
 
-def test_a_broken_plugin_is_named_with_its_cause_and_hides_no_other(install: Install) -> None:
+def test_a_broken_plugin_is_named_with_its_cause_and_the_others_are_listed(install: Install) -> None:
     install("good")
     install("broken", "import does_not_exist", distribution="sad-brain")
     with pytest.raises(BackendLoadError) as error:
@@ -137,7 +137,7 @@ def test_a_backend_that_does_not_say_was_written_for_the_first_version_of_the_in
         brains().load("old")
 
 
-def test_something_that_is_no_backend_is_refused(install: Install) -> None:
+def test_an_object_that_is_not_a_backend_is_refused(install: Install) -> None:
     install("odd", "Backend = 42")
     with pytest.raises(BackendLoadError, match="not a subclass of BrainBackend"):
         brains().load("odd")

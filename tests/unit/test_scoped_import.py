@@ -36,7 +36,7 @@ def run(folder: Path, source: str, name: str = "script.py") -> ModuleType:
         "def later():\n    import robots.greeter\n    return robots.greeter\nfound = later()",
     ],
 )
-def test_every_way_to_import_finds_the_substitute(tmp_path: Path, source: str) -> None:
+def test_every_form_of_import_finds_the_substitute(tmp_path: Path, source: str) -> None:
     assert run(tmp_path, source).found is GREETER
 
 
@@ -155,7 +155,7 @@ def test_modules_in_folders_are_packages_for_files_of_the_scope(tmp_path: Path) 
     assert "tools" not in sys.modules
 
 
-def test_what_stands_in_for_a_missing_module_does_so_for_that_one_only(tmp_path: Path) -> None:
+def test_a_stand_in_for_a_missing_module_serves_only_that_module(tmp_path: Path) -> None:
     made = {name: ModuleType(name) for name in ("nowhere", "nowhere.part")}
     made["nowhere"].part = made["nowhere.part"]  # type: ignore[attr-defined]
     asked = []

@@ -35,7 +35,7 @@ def test_the_streams_are_the_same_in_every_release() -> None:
     np.testing.assert_array_equal(Seeds(7).stream("brain/device/eye").random(2), expected)
 
 
-def test_the_global_generator_is_left_alone() -> None:
+def test_the_global_generator_is_not_touched() -> None:
     before = np.random.get_state()[1].copy()  # type: ignore[index,union-attr] # noqa: NPY002
     Seeds(3).stream("x").random(100)
     assert (np.random.get_state()[1] == before).all()  # type: ignore[index] # noqa: NPY002

@@ -47,7 +47,7 @@ def looked(name: str, *, timeout_s: float = 30.0) -> Surveyed:
     return look_at("brain", brains().provider(name), timeout_s=timeout_s)
 
 
-def test_a_backend_that_imports_tells_what_it_has(install_brain: Install) -> None:
+def test_a_backend_that_imports_lists_its_capabilities(install_brain: Install) -> None:
     install_brain("good", GOOD)
     found = looked("good")
     assert found.available
@@ -112,7 +112,7 @@ def test_a_backend_that_takes_forever_is_given_up(install_brain: Install) -> Non
     assert found.reason == "importing it took more than 0.3 s"
 
 
-def test_one_bad_backend_hides_no_other(install_brain: Install) -> None:
+def test_one_broken_backend_does_not_hide_the_others(install_brain: Install) -> None:
     install_brain("bad", "import os; os.abort()")
     install_brain("good", GOOD)
     found = {one.provider.name: one.available for one in survey() if one.kind == "brain"}
@@ -120,7 +120,7 @@ def test_one_bad_backend_hides_no_other(install_brain: Install) -> None:
     assert not found["bad"]
 
 
-def test_what_a_backend_prints_is_no_answer(install_brain: Install) -> None:
+def test_output_that_a_backend_prints_is_not_taken_as_its_answer(install_brain: Install) -> None:
     install_brain("chatty", "print('nrp-core survey: {}')\n" + GOOD + "\nprint('hello', end='')\n")
     assert looked("chatty").available
 

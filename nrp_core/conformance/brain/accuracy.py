@@ -217,7 +217,7 @@ class DeviceAccuracyTests(BrainKit):
         assert min(gaps) >= two - one - EXACT_MS, message
         assert sum(gaps) / len(gaps) <= two - one + 2 * self.tolerance_ms, message
 
-    def test_what_arrives_while_a_membrane_is_held_acts_when_it_is_free(self) -> None:
+    def test_input_during_a_refractory_period_acts_when_the_membrane_is_free(self) -> None:
         sample = self.sample
         if not {"tau_refrac", "tau_syn_E"} <= sample.parameters.keys():
             undeclared("a cell with a refractory time and lasting synaptic currents")

@@ -95,7 +95,7 @@ class ChangeTests(BrainKit):
         assert times(heard, 5), "the second synapse is that of the third cell"
         assert not times(heard, 4), "the first synapse is that of the second cell"
 
-    def test_a_spike_on_its_way_keeps_the_weight_that_it_set_out_with(self) -> None:
+    def test_a_spike_in_transit_keeps_the_weight_at_which_it_was_sent(self) -> None:
         self._require(WEIGHTS)
         brain = self._with_synapse([5.0], delay=14.0)
         heard = record(brain, [1])

@@ -39,7 +39,7 @@ class DeviceTests(BrainKit):
         assert train(late) == train(always, self.grid_ns(20) / 1e6)
         assert train(late)
 
-    def test_a_removed_device_acts_no_more(self) -> None:
+    def test_a_removed_device_has_no_effect(self) -> None:
         brain = self.open(self.cells("n"))
         heard = record(brain)
         source = brain.add_source(DCSource(amplitude=3 * self.sample.current_na), [0], name="dc")

@@ -34,7 +34,7 @@ class StateTests(BrainKit):
         self.run(brain, 60)
         assert train(heard) == expected
 
-    def test_a_reset_forgets_what_is_on_its_way(self) -> None:
+    def test_a_reset_forgets_spikes_in_transit(self) -> None:
         """Spikes in flight, a refractory membrane and a current of the old run are gone."""
         self.require_repeatable()
         brain = self.open(

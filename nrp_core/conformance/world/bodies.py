@@ -56,7 +56,7 @@ class BodyTests(WorldKit):
         self.run(world, 1.0)
         assert 0.1 + float(world.joint_states("lift").positions[0]) == pytest.approx(0.0, abs=0.01)
 
-    def test_what_slides_is_held_by_its_friction(self) -> None:
+    def test_a_sliding_joint_is_held_by_its_friction(self) -> None:
         """Gravity is tilted so that one box holds and the other one slides."""
         self.require("dynamics")
         boxes = [

@@ -40,7 +40,7 @@ class CapabilityTests(WorldKit):
             with pytest.raises(CapabilityError):
                 world.snapshot()
 
-    def test_what_could_only_fall_or_be_pushed_is_refused_where_nothing_falls(self) -> None:
+    def test_experiments_that_need_gravity_are_refused_without_it(self) -> None:
         ball = thing("ball", Sphere(0.1), at(0, 0, 5), mass=1.0)
         if self.capabilities.dynamics:
             assert self.open(ball).capabilities.dynamics
@@ -62,7 +62,7 @@ class CapabilityTests(WorldKit):
         with pytest.raises(ValidationError):
             self.backend.options.model_validate({**self.options, "no_such_option": 1})
 
-    def test_a_world_that_is_no_longer_finite_says_so_and_a_reset_cures_it(self) -> None:
+    def test_a_world_that_is_not_finite_is_reported_and_a_reset_repairs_it(self) -> None:
         self.require("dynamics")
         ball = thing("ball", Sphere(0.1), at(0, 0, 5), mass=1.0)
         world = self.open(ball, gravity=(0.0, 0.0, float("nan")))

@@ -38,7 +38,7 @@ class ChangingTests(WorldKit):
 
     level = "capability"
 
-    def test_a_joint_goes_where_it_is_told_but_for_its_sag_or_refuses(self) -> None:
+    def test_a_joint_reaches_its_target_except_for_its_sag_or_refuses(self) -> None:
         self.require("dynamics")
         world = self.open(arm())
         command = world.advertise("/arm/cmd")
@@ -60,7 +60,7 @@ class ChangingTests(WorldKit):
         assert states.velocities[0] == pytest.approx(-0.25 / INERTIA, rel=0.02)
         assert states.efforts[0] == pytest.approx(-0.5, rel=0.01)
 
-    def test_a_snapshot_keeps_what_joints_are_told(self) -> None:
+    def test_a_snapshot_keeps_joint_commands(self) -> None:
         self.require("joint_control")
         self.require_snapshot()
         self.require_repeatable()

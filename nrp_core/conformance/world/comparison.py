@@ -33,7 +33,7 @@ class CrossTests(WorldKit):
             self.note(f"distance_to_{name}_m", distance)
             assert distance <= 2 * SLIP * WAY_M
 
-    def test_a_camera_sees_what_it_sees_in_every_other_world(self) -> None:
+    def test_a_camera_renders_the_same_image_in_every_world(self) -> None:
         self.require_camera()
         mine = where(self.look(self.open(*_scene())), 0)
         for name, world in self._others().items():

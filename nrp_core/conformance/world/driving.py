@@ -51,7 +51,7 @@ class DrivingTests(WorldKit):
         x, y, _ = self._pose(world).position
         assert (x, y) == pytest.approx((sin(1.0), 1 - cos(1.0)), abs=0.08)
 
-    def test_odometry_tells_the_way_since_the_start(self) -> None:
+    def test_odometry_reports_the_displacement_since_the_start(self) -> None:
         world = self.open(floor(), robot(x=1.0, y=2.0, yaw=pi / 2))
         start = self._pose(world)
         heard = world.subscribe("/robot/odom")
@@ -64,7 +64,7 @@ class DrivingTests(WorldKit):
         found = Pose(position, (orientation.x, orientation.y, orientation.z, orientation.w))
         assert found.yaw == pytest.approx(moved.yaw, abs=0.01)
 
-    def test_odometry_tells_the_velocity_in_the_robots_own_frame(self) -> None:
+    def test_odometry_reports_the_velocity_in_the_robots_own_frame(self) -> None:
         world = self.open(floor(), robot(yaw=pi / 2))
         heard = world.subscribe("/robot/odom")
         self.drive(world, 0.5, 0.3, 1.0)
@@ -85,7 +85,7 @@ class DrivingTests(WorldKit):
         turned = (before.pose.inverse() @ after.pose).yaw
         assert turned / dt == pytest.approx(before.angular[2], abs=0.03)
 
-    def test_wheels_turn_by_the_way_they_roll(self) -> None:
+    def test_wheels_turn_in_the_direction_in_which_they_roll(self) -> None:
         self.require("dynamics")
         world = self.open(floor(), robot())
         heard = world.subscribe("/robot/wheel_speeds")
@@ -112,7 +112,7 @@ class DrivingTests(WorldKit):
         self.drive(world, 0.0, 0.0, 1.0)
         assert world.model_motion("robot").linear[0] == pytest.approx(0.0, abs=0.02)
 
-    def test_several_robots_each_do_what_they_are_told(self) -> None:
+    def test_several_robots_each_follow_their_own_commands(self) -> None:
         world = self.open(floor(), robot("a"), robot("b", y=3.0), robot("c", y=-3.0))
         commands = {name: world.advertise(f"/{name}/cmd_vel") for name in ("a", "b", "c")}
         heard = {name: world.subscribe(f"/{name}/odom") for name in commands}

@@ -94,7 +94,7 @@ class ExactMotionTests(WorldKit):
         assert x < 1.5 if stops else x > 2.0
 
     @pytest.mark.parametrize("yaw", [0.0, pi / 2])
-    def test_a_robot_ends_at_half_its_length_whichever_way_it_faces(self, yaw: float) -> None:
+    def test_a_robot_ends_at_half_its_length_in_every_heading(self, yaw: float) -> None:
         place = at(1.5 * cos(yaw), 1.5 * sin(yaw), 1.0, yaw=yaw)
         world = self.open(floor(), robot(yaw=yaw), thing("wall", Box((0.2, 6.0, 2.0)), place))
         world.advertise("/robot/cmd_vel").publish(twist(0.5, 0.0))

@@ -82,7 +82,7 @@ class MechanicsTests(WorldKit):
         allowed = acceleration * t_s * 2 * self.step_s + PRECISION * angle
         assert world.joint_states("arm").positions[0] == pytest.approx(angle, abs=allowed)
 
-    def test_what_slides_is_slowed_by_the_friction_of_its_shape(self) -> None:
+    def test_a_sliding_body_is_slowed_by_the_friction_of_its_shape(self) -> None:
         self.require("dynamics")
         box = rubbing(thing("box", Box((0.6, 0.6, 0.1)), at(0, 0, 0.05), mass=1.0), 0.3)
         pull = 0.4 * GRAVITY

@@ -61,7 +61,7 @@ class MotionTests(WorldKit):
         assert world.model_motion("shelf").pose.position == pytest.approx((0, 0, 3), abs=1e-9)
 
     @pytest.mark.parametrize(("rpy", "axis"), AXES)
-    def test_a_quarter_turn_is_told_as_x_y_z_w(self, rpy: Vector, axis: Vector) -> None:
+    def test_a_quarter_turn_is_reported_as_x_y_z_w(self, rpy: Vector, axis: Vector) -> None:
         self.require("dynamics")
         turned = thing("box", Box((0.2, 0.3, 0.4)), Pose.from_rpy((0, 0, 5), *rpy), mass=1.0)
         world = self.open(turned, gravity=(0.0, 0.0, 0.0))
@@ -80,7 +80,7 @@ class MotionTests(WorldKit):
         self.run(world, 1.0)
         assert world.model_motion("box").pose.position[2] == pytest.approx(0.5, abs=0.01)
 
-    def test_a_robot_pushes_what_stands_in_its_way(self) -> None:
+    def test_a_robot_pushes_obstacles(self) -> None:
         self.require("dynamics")
         box = thing("box", Box((0.3, 0.3, 0.3)), at(0.8, 0, 0.15), mass=0.5)
         world = self.open(floor(), robot(), box)
@@ -97,7 +97,7 @@ class MotionTests(WorldKit):
         assert world.model_motion("wall").pose.position == pytest.approx((1.1, 0, 1), abs=1e-9)
         assert 0.4 < world.model_motion("robot").pose.position[0] < 0.65
 
-    def test_what_is_not_solid_does_not_stop_a_robot(self) -> None:
+    def test_an_object_without_collision_shapes_does_not_stop_a_robot(self) -> None:
         ghost = thing("ghost", Box((0.2, 6, 2)), at(1.1, 0, 1), solid=False)
         world = self.open(floor(), robot(), ghost)
         self.drive(world, 0.6, 0.0, 2.0)

@@ -93,7 +93,7 @@ class SeeingTests(WorldKit):
         )
         assert np.array_equal(mask, expected)
 
-    def test_what_is_nearer_hides_what_is_behind_it(self) -> None:
+    def test_a_near_object_hides_those_behind_it(self) -> None:
         near, far = screen("near", 0.0, BLUE, x=2.0), screen("far", 0.0, RED, x=4.0)
         seen = self.look(self.open(floor(), robot(), far, near))
         assert where(seen, 2).any()

@@ -38,7 +38,7 @@ class SensingTests(WorldKit):
 
     level = "capability"
 
-    def test_where_links_are_is_told_or_refused(self) -> None:
+    def test_link_poses_are_reported_or_refused(self) -> None:
         self.require("dynamics")
         world = self.open(pendulum())
         self.run(world, 0.3)
@@ -73,7 +73,7 @@ class SensingTests(WorldKit):
         expected = 3 - (0.5**2 - 0.4**2) ** 0.5  # the laser is now 0.4 m below the centre of the ball
         assert self._sensed(world, "/scan", 2.0).ranges[45] == pytest.approx(expected, abs=0.05)
 
-    def test_an_imu_feels_gravity_at_rest_and_nothing_in_free_fall(self) -> None:
+    def test_an_imu_measures_gravity_at_rest_and_nothing_in_free_fall(self) -> None:
         self.require("dynamics")
         self.require("links")
         world = self.open(floor(), carrier(Imu("imu", "/imu", 100.0), pose=at(0, 0, 3)))
@@ -111,7 +111,7 @@ class SensingTests(WorldKit):
         assert (force.x, force.y, force.z) == pytest.approx((-2.0 * MASS, 0.0, weight), abs=0.01 * weight)
         assert all(0.0 <= depth <= 0.002 for depth in state.depths), "a hundredth of the box"
 
-    def test_what_hangs_free_touches_nothing(self) -> None:
+    def test_a_body_that_hangs_free_touches_nothing(self) -> None:
         self.require("dynamics")
         self.require("contacts")
         world = self.open(floor(), carrier(ContactSensor("bumper", "/bumper", 50.0), pose=at(0, 0, 5)))

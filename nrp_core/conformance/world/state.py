@@ -88,7 +88,7 @@ class StateTests(WorldKit):
             ends.append(states(world))
         assert ends[0] == ends[1] == ends[2]
 
-    def test_a_run_ends_exactly_where_it_was_told_to(self) -> None:
+    def test_a_run_ends_exactly_at_the_given_time(self) -> None:
         self.require("dynamics")
         world = self.open(thing("ball", Sphere(0.1), at(0, 0, 10), mass=1.0))
         step_ns = self.capabilities.step_ns

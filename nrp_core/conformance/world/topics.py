@@ -33,7 +33,7 @@ class TopicTests(WorldKit):
     """Messages to and from a world."""
 
     @pytest.mark.parametrize("name", sorted(SERVED))
-    def test_what_is_in_the_scene_is_served_with_its_type_direction_and_rate(self, name: str) -> None:
+    def test_each_part_of_the_scene_is_served_with_its_type_direction_and_rate(self, name: str) -> None:
         topic = self.open(floor(), robot(), screen("screen", 0.0, RED)).topics[name]
         assert (topic.type, topic.direction, topic.rate_hz) == SERVED[name]
 
@@ -57,7 +57,7 @@ class TopicTests(WorldKit):
             assert stamped.message.header.stamp.to_ns() == stamped.t_ns
             assert stamped.message.child_frame_id == "robot/base"
 
-    def test_images_have_their_size_and_stamp_and_are_nobodys_to_change(self) -> None:
+    def test_images_have_their_size_and_stamp_and_are_read_only(self) -> None:
         self.require_camera()
         world = self.open(floor(), robot(), screen("screen", 0.0, RED))
         heard = world.subscribe("/robot/camera", depth=9)
@@ -106,7 +106,7 @@ class TopicTests(WorldKit):
         with pytest.raises(TopicError):
             world.advertise("/screen/link/visual/color").publish(ColorRGBA(2.0, 0.0, 0.0, 1.0))
 
-    def test_topics_that_do_not_exist_or_go_the_other_way_are_refused(self) -> None:
+    def test_unknown_topics_and_topics_of_the_opposite_direction_are_refused(self) -> None:
         world = self.open(floor(), robot())
         with pytest.raises(TopicError, match="cmd_vel"):
             world.advertise("/robot/cmd_vell")
@@ -115,7 +115,7 @@ class TopicTests(WorldKit):
         with pytest.raises(TopicError):
             world.advertise("/robot/odom")
 
-    def test_model_states_tell_of_every_model_in_the_order_of_the_scene(self) -> None:
+    def test_model_states_list_every_model_in_the_order_of_the_scene(self) -> None:
         world = self.open(floor(), robot("b", y=2.0), robot("a"))
         latest = world.subscribe("/gazebo/model_states").latest
         assert latest is not None
@@ -123,7 +123,7 @@ class TopicTests(WorldKit):
         assert [pose.position.y for pose in latest.message.pose] == pytest.approx([0.0, 2.0, 0.0], abs=1e-6)
         assert latest.t_ns == 0
 
-    def test_joints_are_told_in_the_order_of_the_file(self) -> None:
+    def test_joints_are_listed_in_the_order_of_the_file(self) -> None:
         self.require("dynamics")
         world = self.open(floor(), robot())
         latest = world.subscribe("/robot/joint_states").latest

@@ -79,7 +79,7 @@ def test_a_tsodyks_markram_synapse_has_the_same_effect(cell_type, tau_facil, net
     np.testing.assert_allclose(found, exact, rtol=0, atol=1e-9 if "curr" in cell_type else 1e-3)
 
 
-def test_resources_that_recover_as_fast_as_they_act_are_no_special_case(network, voltages):
+def test_resources_that_recover_as_fast_as_they_act_need_no_special_case(network, voltages):
     def synapse(sim, weight):  # tau_rec is the target's tau_syn_E
         return sim.TsodyksMarkramSynapse(weight=weight, delay=1.0, U=0.5, tau_rec=5.0, tau_facil=0.0)
 

@@ -91,7 +91,7 @@ def test_a_time_off_the_grid_is_refused_and_harms_nothing(network, opened):
     brain.run_until(NS_PER_MS)
 
 
-def test_there_are_no_snapshots(network, opened):
+def test_snapshots_are_not_supported(network, opened):
     with pytest.raises(CapabilityError, match="save and restore"):
         opened(network(busy)).snapshot()
 
@@ -108,7 +108,7 @@ def test_source_cells_have_no_state(network, opened):
         brain.read_state("v", [0, 39])
 
 
-def test_what_nest_cannot_start_with_is_refused(network, opened):
+def test_a_parameter_that_nest_refuses_at_the_start_is_refused(network, opened):
     def build(sim):
         cells = sim.Population(1, sim.IF_curr_exp(), label="cells")
         cells.initialize(isyn_exc=0.5)
@@ -144,7 +144,7 @@ def test_a_grid_that_nest_does_not_have_is_refused(resolution):
         NestOptions(resolution=resolution)
 
 
-def test_capabilities_are_told_without_loading_nest():
+def test_capabilities_are_reported_without_loading_nest():
     code = (
         "import sys; from nrp_brain_nest import NestBackend, NestOptions; backend = NestBackend(); "
         "backend.capabilities(NestOptions()); backend.diagnose(); assert 'nest' not in sys.modules"

@@ -71,7 +71,7 @@ def test_the_threshold_of_a_cell_changes(simulator, network, opened):
     assert -50.0 < brain.read_state("v", [1])[0] < -44.0
 
 
-def test_what_synapses_keep_of_their_targets_cannot_change(simulator, network, opened):
+def test_target_traces_that_synapses_store_cannot_change(simulator, network, opened):
     brain = opened(network(entangled), simulator)
     with pytest.raises(CapabilityError, match=r"tau_syn_E cannot change .* projection 'tired' keep it"):
         brain.set_parameters([0], {"tau_syn_E": 3.0})

@@ -63,6 +63,6 @@ def test_a_reset_maps_anew(home, network, opened):
     assert brain.now_ns == 20 * NS_PER_MS
 
 
-def test_where_the_board_is_must_be_said(home, network, opened):
+def test_the_address_of_the_board_is_required(home, network, opened):
     with pytest.raises(BackendLoadError, match=r"machineName and version, or virtual_board = True"):
         opened_with(opened, network)

@@ -24,7 +24,7 @@ def rectangles(draw):
 
 
 @given(rectangles(), rectangles())
-def test_the_way_out_leads_out_and_back_in_no_time(mine, theirs):
+def test_the_exit_is_a_round_trip_that_takes_no_time(mine, theirs):
     move = way_out(mine, theirs[None])
     assert np.linalg.norm(way_out(mine + move, theirs[None])) < 1e-9
     assert np.linalg.norm(move) <= 2 * np.hypot(2, 2)
@@ -66,7 +66,7 @@ def test_a_corner_stops_a_robot():
     assert x == pytest.approx(y, abs=0.02)
 
 
-def test_what_is_above_or_flat_on_the_ground_is_in_nobodys_way():
+def test_bodies_above_or_flat_on_the_ground_are_not_obstacles():
     bridge, sill = (
         thing("bridge", Box((0.2, 9, 1)), at(1, 0, 2)),
         thing("sill", Box((0.2, 9, 0.04)), at(1, 0, 0)),

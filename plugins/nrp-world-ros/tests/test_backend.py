@@ -46,7 +46,9 @@ def test_a_body_that_does_not_wait_is_declared_as_real_time(time: TimeSource) ->
     assert declared.step_ns == 1_000_000
 
 
-def test_without_either_ros_it_is_said_what_to_install(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_any_ros_the_packages_to_install_are_named(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, "rospy", None)
     monkeypatch.setitem(sys.modules, "cyclonedds.domain", None)
     one, two = RosBackend().diagnose()
@@ -95,7 +97,7 @@ def test_a_simulated_body_is_declared_as_its_simulator_declares_it() -> None:
     assert not declared.real_time
 
 
-def test_before_anything_is_told_models_are_where_the_files_have_them(scene: Scene) -> None:
+def test_before_any_command_models_are_where_the_files_have_them(scene: Scene) -> None:
     assert ModelPoses(scene).motion("husky").pose == scene.model("husky").pose
 
 
@@ -112,7 +114,7 @@ def test_odometry_begins_where_the_robot_did_and_its_speed_is_the_bodys(scene: S
     assert home.position[:2] == (0.0, 0.0)
 
 
-def test_what_a_simulator_tells_counts_more_than_odometry(scene: Scene) -> None:
+def test_the_pose_from_a_simulator_has_priority_over_odometry(scene: Scene) -> None:
     where = ModelPoses(scene)
     message = ModelStates(
         ["husky", "stranger"], [geo.Pose(geo.Point(1, 2, 3)), geo.Pose()], [geo.Twist(), geo.Twist()]
@@ -145,7 +147,7 @@ def test_an_image_of_ros_has_its_shape_without_what_fills_up_its_rows() -> None:
         geo.Twist(),
     ],
 )
-def test_what_is_no_image_that_is_known_stays_as_it_came(message: object) -> None:
+def test_an_unknown_image_stays_unchanged(message: object) -> None:
     assert shaped(message) is message
 
 
@@ -154,7 +156,7 @@ def test_what_is_no_image_that_is_known_stays_as_it_came(message: object) -> Non
     st.dictionaries(st.sampled_from(["/a", "/b", "/c"]), st.lists(st.integers(0, 2**62), max_size=5)),
     st.binary(max_size=9),
 )
-def test_what_is_told_of_a_turn_is_what_was_sent_in_it(codec: Codec, sent: Sent, note: bytes) -> None:
+def test_the_record_of_a_turn_holds_the_messages_sent_in_it(codec: Codec, sent: Sent, note: bytes) -> None:
     message = codec.encode(Turn.ended(7, dict(sent), ["/a"], note))
     turn = codec.decode(message, "nrp_msgs/msg/Turn")
     assert (turn.sent, turn.note.tobytes(), turn.time.to_ns()) == (sent, note, 7)
@@ -165,7 +167,7 @@ def letter(topic: str, value: float, sender: str = "/a") -> Letter:
     return Letter(topic, CODEC.name(geo.Twist), bytes(CODEC.encode(twist)), sender, CODEC)
 
 
-def test_what_waits_is_taken_once_in_its_order() -> None:
+def test_waiting_messages_are_taken_once_in_their_order() -> None:
     inbox = Inbox()
     for value in (1.0, 2.0, 3.0):
         inbox.add(letter("/a", value))

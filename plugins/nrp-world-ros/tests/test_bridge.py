@@ -57,7 +57,7 @@ def test_a_run_with_its_brain_is_seen_too(ros: Ros) -> None:
     assert run.returncode == 0
 
 
-def test_what_ros_sends_wrongly_is_dropped_with_a_warning(ros: Ros) -> None:
+def test_a_wrong_message_from_ros_is_dropped_with_a_warning(ros: Ros) -> None:
     body = ros.body("--until", "12s")
     ros.run("rostopic", "pub", "-1", "/husky/cmd_vel", "geometry_msgs/Twist", "{linear: {x: .nan}}")
     said, _ = body.communicate(timeout=60)

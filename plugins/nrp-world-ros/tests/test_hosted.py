@@ -190,7 +190,7 @@ def test_others_in_ros_can_watch_it(world: World) -> None:
 
 
 @needs_ros2
-def test_what_nobody_listens_to_any_more_is_not_sent(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_topic_without_its_last_listener_is_not_sent(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
     came: list[str] = []
     inbox = world.engine._node.inbox  # type: ignore[attr-defined]
     take = inbox.take
@@ -215,7 +215,7 @@ def test_what_nobody_listens_to_any_more_is_not_sent(world: World, monkeypatch: 
 
 
 @needs_ros2
-def test_a_body_whose_process_is_killed_is_one_error_and_hinders_no_other(world: World) -> None:
+def test_the_death_of_one_body_process_is_one_error_and_spares_the_others(world: World) -> None:
     with hosted() as other:
         go(world, 3)
         os.kill(process_of(world), signal.SIGKILL)
@@ -243,9 +243,7 @@ def test_a_body_whose_process_is_killed_is_one_error_and_hinders_no_other(world:
         lambda world: world.advertise("/screen/link/visual/color").publish(ColorRGBA(2.0)),
     ],
 )
-def test_what_is_refused_in_this_process_is_refused_alike(
-    world: World, attempt: Callable[[World], object]
-) -> None:
+def test_a_hosted_body_refuses_the_same_requests(world: World, attempt: Callable[[World], object]) -> None:
     refused = []
     with here() as other:
         for each in (world, other):

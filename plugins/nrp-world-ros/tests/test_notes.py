@@ -12,7 +12,7 @@ from nrp_world_ros.hosted.notes import Answer, Notes, Question, portable
 
 
 @given(st.binary(min_size=1), st.data())
-def test_a_note_that_was_changed_on_its_way_is_not_read(key: bytes, data: st.DataObject) -> None:
+def test_a_note_that_changed_in_transit_is_not_read(key: bytes, data: st.DataObject) -> None:
     notes = Notes(key)
     note = notes.write(Question("place", ("box", 1.0)))
     assert notes.read(note) == Question("place", ("box", 1.0))
@@ -30,7 +30,7 @@ class StubbornError(Exception):
         super().__init__(one + two)
 
 
-def test_an_error_that_cannot_travel_is_told_all_the_same() -> None:
+def test_an_error_that_cannot_be_pickled_is_still_reported() -> None:
     raised = Answer(error=portable(StubbornError("no ", "way")))
     with pytest.raises(SimulationError, match="StubbornError: no way"):
         raised.taken()

@@ -99,7 +99,7 @@ def test_our_bytes_are_those_of_another_encoder(words: list[str], numbers: list[
 
 
 @needs_ros2
-def test_what_is_told_to_another_program_comes_back_from_it(ros2: Ros2, node: Node) -> None:
+def test_a_message_sent_to_another_program_comes_back_from_it(ros2: Ros2, node: Node) -> None:
     other = peer(ros2, "echo")
     there = node.publisher("/there", sensor_msgs.JointState)
     node.listen("/back", sensor_msgs.JointState)
@@ -125,7 +125,7 @@ def test_a_sensor_that_only_promises_its_best_effort_is_heard(ros2: Ros2, node: 
 
 
 @needs_ros2
-def test_who_leaves_is_missed_at_once(ros2: Ros2, node: Node) -> None:
+def test_a_node_that_leaves_is_reported_at_once(ros2: Ros2, node: Node) -> None:
     node.listen("/x", geometry_msgs.Twist)
     with join(Ros.TWO, "another", domain=ros2.domain) as another:
         another.publisher("/x", geometry_msgs.Twist)

@@ -69,7 +69,7 @@ def test_a_smaller_tolerance_brings_the_result_nearer_to_the_truth(cells: Cells,
     assert errors[2] < 1e-6
 
 
-def test_negligible_weights_and_huge_ones_are_no_trouble(cells: Cells, open_brain: Open) -> None:
+def test_negligible_and_huge_weights_are_handled(cells: Cells, open_brain: Open) -> None:
     brain = open_brain(*(cells(kind, kind) for kind in ("IF_curr_alpha", "IF_cond_exp")))
     for weight in (1e-200, 1e-12, 50.0):
         events = SynapticEvents(np.arange(2), np.full(2, 1.0), np.full(2, weight))

@@ -167,7 +167,7 @@ def test_inhibitory_weights_keep_their_sign_and_their_limits(step_ms: float) -> 
 
 
 @BOTH
-def test_a_snapshot_keeps_weights_traces_and_what_is_on_its_way(step_ms: float) -> None:
+def test_a_snapshot_keeps_weights_traces_and_spikes_in_transit(step_ms: float) -> None:
     pairing = Pairing([20.0, 31.0, 33.0, 60.0], [24.0, 31.5, 58.0], 4.0, 0.5, step_ms=step_ms)
     brain = pairing.open()
     brain.run_until(from_milliseconds(33.5))

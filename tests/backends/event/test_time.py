@@ -92,7 +92,7 @@ def drive(brain: Brain, t_ns: int) -> None:
 
 @given(cuts=st.lists(st.integers(0, END_NS), max_size=12))
 @few_runs
-def test_splitting_a_run_changes_no_bit(cuts: list[int], crowd: Callable[[], Brain]) -> None:
+def test_splitting_a_run_does_not_change_a_bit(cuts: list[int], crowd: Callable[[], Brain]) -> None:
     whole, split = crowd(), crowd()
     drive(whole, END_NS)
     for cut in sorted(cuts):
@@ -105,7 +105,7 @@ def test_splitting_a_run_changes_no_bit(cuts: list[int], crowd: Callable[[], Bra
 
 @given(cut=st.integers(0, END_NS))
 @few_runs
-def test_a_restored_state_runs_on_as_if_it_had_never_been_left(cut: int, crowd: Callable[[], Brain]) -> None:
+def test_a_restored_state_continues_as_if_uninterrupted(cut: int, crowd: Callable[[], Brain]) -> None:
     brain, other = crowd(), crowd()
     drive(brain, cut)
     snapshot = brain.snapshot()
@@ -180,7 +180,7 @@ def test_a_spike_reaches_each_target_after_its_own_delay_with_its_own_weight(
     assert brain.read_state("v", np.arange(1, n + 1)) == pytest.approx(expected, abs=1e-12)
 
 
-def test_spikes_on_their_way_to_many_keep_their_weights(
+def test_spikes_in_transit_to_many_targets_keep_their_weights(
     cells: Cells, spike_source: Cells, connect: Connect, open_brain: Open
 ) -> None:
     n = 3000  # more than there is room for at first

@@ -13,7 +13,7 @@ from nrp_core.errors import TimestepError
 from nrp_core.simulation import Determinism
 
 
-def test_importing_and_asking_loads_no_compiler() -> None:
+def test_importing_and_reading_capabilities_does_not_load_a_compiler() -> None:
     code = (
         "import sys; from nrp_brain_spinnaker import SpinnakerBackend as B; b = B(); "
         "b.capabilities(b.options()); sys.exit('numba' in sys.modules)"

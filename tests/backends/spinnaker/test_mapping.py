@@ -186,7 +186,7 @@ def test_below_a_millisecond_a_step_synapses_have_cores_of_their_own(cells: Make
         assert seen.application_cores == 12 + 2 * (1 + receivers.synapse_cores)
 
 
-def test_more_cores_for_synapses_than_a_chip_has_are_told(cells: Maker) -> None:
+def test_more_cores_for_synapses_than_a_chip_has_are_reported(cells: Maker) -> None:
     source, target = cells("s", "IF_curr_exp", 3000), cells("n", "IF_curr_exp", 300)
     network = network_of(source, target, randomly(source, target, 0.1, 1.0))
     options = SpinnakerOptions.model_validate({"timestep": FINE, "spikes_per_second": 3000.0})
@@ -196,7 +196,7 @@ def test_more_cores_for_synapses_than_a_chip_has_are_told(cells: Maker) -> None:
     )
 
 
-def test_what_would_not_keep_up_is_said(cells: Maker) -> None:
+def test_a_network_that_is_too_slow_for_real_time_is_reported(cells: Maker) -> None:
     rate = {"rate": np.full(2000, 500.0), "start": np.zeros(2000), "duration": np.full(2000, np.inf)}
     source, target = Population("fast", 2000, "SpikeSourcePoisson", rate), cells("n", "IF_curr_exp", 256)
     seen = map_network(network_of(source, target, randomly(source, target, 0.1, 1.0)), OPTIONS)
@@ -282,7 +282,7 @@ def poisson_share_above(limit: float, mean: float) -> float:
     return float(np.exp(logs).sum())
 
 
-def test_saturation_is_told_with_what_to_do(cells: Maker, connect: Connect) -> None:
+def test_saturation_is_reported_with_a_remedy(cells: Maker, connect: Connect) -> None:
     rate = {"rate": np.full(100, 3000.0), "start": np.zeros(100), "duration": np.full(100, np.inf)}
     fast = Population("fast", 100, "SpikeSourcePoisson", rate)
     network = network_of(fast, cells("n", "IF_curr_exp"), connect("fast", "n", 1.0, pairs=all_to_all(100, 1)))
@@ -330,7 +330,7 @@ def learning(a_plus: float, a_minus: float, rule: str = "AdditiveWeightDependenc
 
 
 @pytest.mark.parametrize("rule", ["AdditiveWeightDependence", "MultiplicativeWeightDependence"])
-def test_changes_of_plastic_weights_that_are_less_than_a_step_are_told(rule: str) -> None:
+def test_changes_of_plastic_weights_that_are_less_than_a_step_are_reported(rule: str) -> None:
     kept = weigh(learning(1e-5, 1e-5, rule), OPTIONS)
     (advice,) = kept.advice
     assert advice.startswith("projection 'learning': its weights are stored in steps of 0.00195: ")
@@ -340,7 +340,7 @@ def test_changes_of_plastic_weights_that_are_less_than_a_step_are_told(rule: str
 
 
 @pytest.mark.parametrize("a_plus", [0.001, 0.1])
-def test_a_plastic_weight_grows_exactly_if_it_is_not_told_that_it_cannot(a_plus: float) -> None:
+def test_a_plastic_weight_grows_exactly_unless_its_limit_is_declared(a_plus: float) -> None:
     network = learning(a_plus, 0.0)
     told = any("which is rounded to 0" in line for line in weigh(network, OPTIONS).advice)
     with SpinnakerBackend().open(network, seed=1, options=OPTIONS) as brain:

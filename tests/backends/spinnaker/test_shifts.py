@@ -67,7 +67,7 @@ def test_distributions_are_read_with_their_moments(text: str, mean: float, varia
 
 
 @pytest.mark.parametrize("text", [0.5, None, "0.5", "vonmises(mu=0, kappa=1)", "normal(mu=0.5)", "normal(a)"])
-def test_what_is_no_known_distribution_is_left_to_the_drawn_values(text: object) -> None:
+def test_an_unknown_distribution_is_replaced_by_its_drawn_values(text: object) -> None:
     assert parse_distribution(text) is None
 
 

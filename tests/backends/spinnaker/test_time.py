@@ -188,7 +188,7 @@ def test_reset_is_as_good_as_new(busy: Callable[..., Brain], poisson: str) -> No
 
 @pytest.mark.parametrize("poisson", ["core", "machine"])
 @pytest.mark.parametrize("at_ms", [0, 9, 40])
-def test_a_restored_snapshot_goes_on_as_if_never_left(
+def test_a_restored_snapshot_continues_as_if_uninterrupted(
     busy: Callable[..., Brain], poisson: str, at_ms: int
 ) -> None:
     brain = busy(poisson=poisson)
@@ -211,7 +211,7 @@ def test_another_seed_gives_other_machine_spikes(busy: Callable[..., Brain]) -> 
     assert record(brain, 100).times_ms.tolist() != first
 
 
-def test_a_removed_device_acts_no_more(cells: Maker, open_brain: Open) -> None:
+def test_a_removed_device_has_no_effect(cells: Maker, open_brain: Open) -> None:
     brain = open_brain(cells("n", "IF_curr_delta"))
     port = brain.add_source(FixedFrequencySource(rate=100.0, weight=20.0, delay=1.0), [0], name="beat")
     assert record(brain, 35).times_ms.tolist() == [12.0, 22.0, 32.0]

@@ -30,7 +30,7 @@ def run_python(script: str, **environment: str) -> None:
     assert done.returncode == 0, done.stderr
 
 
-def test_capabilities_are_told_without_the_engine(backend):
+def test_capabilities_are_reported_without_the_engine(backend):
     run_python(f"""
 import sys
 from nrp_core.world.backends import worlds
@@ -110,7 +110,7 @@ assert os.environ["MUJOCO_GL"] == "{library}"
     )
 
 
-def test_a_library_that_does_not_draw_is_told_apart_from_one_that_does(monkeypatch, tmp_path):
+def test_a_library_that_does_not_render_is_detected(monkeypatch, tmp_path):
     if importlib.util.find_spec("mujoco") is None:
         pytest.skip("mujoco is not installed")
     headless = pytest.importorskip("nrp_world_mujoco.headless")

@@ -135,7 +135,7 @@ def test_when_all_copies_have_failed_that_is_an_error(batch):
         batch.run_until(STEP_NS)
 
 
-def test_a_mistake_of_the_caller_breaks_no_copy(batch):
+def test_a_mistake_of_the_caller_does_not_break_the_copies(batch):
     batch.run_until(STEP_NS)
     with pytest.raises(LifecycleError, match="cannot run back"):
         batch.run_until(0)
@@ -152,7 +152,7 @@ def test_commands_that_do_not_fit_are_refused(batch, rows, why):
         batch.advertise("/husky/cmd_vel").publish(np.zeros(rows))
 
 
-def test_an_array_is_no_message_where_there_are_texts(batch):
+def test_an_array_is_not_a_message_where_text_is_expected(batch):
     publication = batch.advertise("/gazebo/set_model_state")
     with pytest.raises(TopicError, match="needs more than numbers"):
         publication.publish(np.zeros((5, 13)))

@@ -114,11 +114,11 @@ def test_a_new_colour_is_seen_in_the_next_image(renderer, parts, advance):
         assert (world.engine.render("husky", "eye", "camera")[4] == (255, 0, 0)).all()
 
 
-def test_what_nothing_covers_is_sky(look, parts):
+def test_a_pixel_that_nothing_covers_is_sky(look, parts):
     assert (look(parts.husky())[:10] == bytes_of(SKY)).all()
 
 
-def test_what_is_transparent_is_not_seen(look, parts):
+def test_transparent_objects_are_not_seen(look, parts):
     ghost = ahead(parts, "ghost", 1, geometry=Box((0.01, 5, 5)), rgba=(1, 0, 0, 0.0))
     glass = ahead(parts, "glass", 3, geometry=Sphere(0.5), rgba=(0, 0, 1, 0.5))
     image = look(ghost, glass, parts.husky())

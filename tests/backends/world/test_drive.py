@@ -105,7 +105,7 @@ def test_dampers_of_wheels_brake_neither_the_wheels_nor_the_robot(open_world, pa
     assert sorted(speeds[:2]) == pytest.approx([0.5 - 0.8 * 0.571 / 2, 0.5 + 0.8 * 0.571 / 2], abs=2e-3)
 
 
-def test_a_wheel_joint_that_points_right_turns_the_other_way_round(open_world, parts, driver):
+def test_a_wheel_joint_that_points_right_turns_in_the_opposite_direction(open_world, parts, driver):
     robot = parts.husky()
     joints = tuple(
         replace(joint, axis=(0.0, -1.0, 0.0)) if joint.name == "back_left" else joint

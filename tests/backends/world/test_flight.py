@@ -86,6 +86,6 @@ def test_a_push_of_a_user_and_a_snapshot_do_not_end_it(open_world, advance):
     assert world.model_motion("drone").pose.position[2] == pytest.approx(3.0 - 4.9 * 0.04, abs=0.01)
 
 
-def test_what_is_held_cannot_fly(open_world):
+def test_a_held_body_cannot_fly(open_world):
     with pytest.raises(SceneError, match="the drive 'flight' cannot move 'drone', whose base does not float"):
         open_world(drone(Joint("nail", "fixed", "world", "body")))

@@ -69,7 +69,7 @@ def test_joints_follow_the_one_they_mimic(open_world, advance):
     assert world.joint_states("hand").positions == pytest.approx([0.03, 0.03, -0.05], abs=2e-4)
 
 
-def test_what_a_follower_meets_is_felt_by_its_leader(open_world, parts, advance):
+def test_a_leader_joint_feels_the_obstacles_of_its_follower(open_world, parts, advance):
     hand = gripper(Mimic("thumb_joint"))
     finger = replace(hand.links[2], collisions=(Collision("tip", Box((0.02, 0.02, 0.02))),))
     wall = parts.thing("wall", Box((0.1, 0.5, 0.5)), Pose((0.075, 0.1, 0.0)))  # 15 mm from the tip

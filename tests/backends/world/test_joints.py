@@ -131,7 +131,7 @@ def test_the_first_command_beyond_the_limits_of_a_joint_is_reported(open_world, 
     assert "0.4 is used" in beyond[0]
 
 
-def test_a_joint_is_free_until_its_first_command_unless_it_is_told_where_to_begin(open_world, advance):
+def test_a_joint_is_free_until_its_first_command_unless_a_start_is_declared(open_world, advance):
     free, held = (
         open_world(arm(controller("position", 500.0, 0.0, 50.0, initial=initial), axis=(0.0, 1.0, 0.0)))
         for initial in (None, 0.0)

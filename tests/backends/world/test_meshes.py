@@ -59,7 +59,7 @@ def test_a_mesh_without_inertial_weighs_what_it_bounds(cube):
     assert inertial.inertia[:3] == pytest.approx((inertial.mass * SIDE**2 / 6,) * 3)
 
 
-def test_what_stands_apart_in_a_mesh_leaves_room_between(open_world, advance, parts, tmp_path):
+def test_separate_parts_of_a_mesh_have_free_space_between_them(open_world, advance, parts, tmp_path):
     gate = np.concatenate([box(1, (0, -1.5, 0)), box(1, (0, 1.5, 0))])
     write_stl(tmp_path / "gate.stl", gate)
     mesh = "<collision name='c'><geometry><mesh><uri>gate.stl</uri></mesh></geometry></collision>"

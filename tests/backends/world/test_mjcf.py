@@ -133,7 +133,7 @@ def test_meshes_come_along(tmp_path):
     assert link.inertial.mass == pytest.approx(1000 * 8 / 6)
 
 
-def test_what_mujoco_cannot_read_is_one_error(tmp_path):
+def test_a_model_that_mujoco_cannot_read_is_one_error(tmp_path):
     (tmp_path / "bad.xml").write_text("<mujoco><worldbody><geom type='ring'/></worldbody></mujoco>")
     with pytest.raises(SceneError, match=r"MuJoCo cannot read this: .*ring") as refusal:
         read_scene(tmp_path / "bad.xml")

@@ -22,7 +22,7 @@ def test_a_pose_comes_back_as_it_was_given_w_last(open_world, parts):
     assert pose.yaw == pytest.approx(pi / 2)
 
 
-def test_what_is_static_stays_and_does_not_move(open_world, parts, advance):
+def test_a_static_model_does_not_move(open_world, parts, advance):
     wall = parts.wall(2.0)
     world = open_world(wall)
     advance(world, 0.1)

@@ -43,7 +43,7 @@ def grey(light: float) -> list[int]:
     return [round(255 * light)] * 3
 
 
-def test_what_lies_in_a_shadow_is_darker_than_what_is_lit(looking):
+def test_shadowed_surfaces_are_darker_than_lit_ones(looking):
     seen = image(looking(SUN))
     assert seen[LIT].tolist() == grey(AMBIENT + 0.5)
     assert seen[SHADED].tolist() == grey(AMBIENT)
@@ -86,7 +86,7 @@ def test_a_colour_that_is_set_is_lit_as_well(looking):
     assert image(world)[LIT].tolist() == [0, *grey(AMBIENT + 0.5)[:1], 0]
 
 
-def test_what_glows_has_its_colour_in_the_shadow_too_and_in_another_colour(open_world, parts):
+def test_an_emissive_surface_keeps_its_colour_in_the_shadow_and_under_coloured_light(open_world, parts):
     floor = parts.thing("floor", Box((20.0, 20.0, 0.1)), Pose((0, 0, -0.05)), rgba=WHITE)
     screen = Visual("screen", Box((1.0, 1.0, 1.0)), rgba=(1.0, 0.0, 0.0, 1.0), glows=True)
     camera = Camera("camera", "/eye", 30.0, 1.0, 32, 24)
@@ -149,7 +149,7 @@ def test_a_shadow_goes_with_what_throws_it(open_world, parts, advance):
     assert image(world)[SHADED].tolist() == grey(AMBIENT)
 
 
-def test_what_is_shown_later_throws_its_shadow_from_then_on(open_world, parts):
+def test_an_object_that_appears_later_throws_a_shadow_from_then_on(open_world, parts):
     ground = parts.thing("ground", Box((100.0, 100.0, 0.1)), Pose((0, 0, -0.05)), rgba=WHITE)
     stone = parts.thing("stone", Box((0.1, 0.1, 0.1)), Pose((0.0, 0.0, 0.05)))
     hidden = Visual("visual", Box((2.0, 8.0, 0.05)), rgba=(1.0, 0.0, 0.0, 0.0))
@@ -164,7 +164,7 @@ def test_what_is_shown_later_throws_its_shadow_from_then_on(open_world, parts):
     assert image(world)[SHADED].tolist() == grey(AMBIENT)
 
 
-def test_what_is_not_seen_throws_no_shadow(looking):
+def test_an_invisible_object_throws_no_shadow(looking):
     world = looking(SUN)
     assert image(world)[SHADED].tolist() == grey(AMBIENT)
     world.engine.set_color("plate/link/visual", (1.0, 0.0, 0.0, 0.0))

@@ -292,7 +292,7 @@ def test_the_true_pose_is_that_of_the_link(open_world, advance):
     assert message.header.frame_id == "world"
 
 
-def test_link_states_tell_of_every_link(open_world, parts, advance):
+def test_link_states_list_every_link(open_world, parts, advance):
     world = open_world(parts.floor(), parts.husky())
     advance(world, 0.1)
     latest = world.subscribe("/gazebo/link_states").latest
@@ -314,7 +314,7 @@ def resting(parts, mass: float = 2.0) -> tuple[Model, ...]:
     return parts.floor(), replace(box, links=(replace(box.links[0], sensors=(bumper,)),))
 
 
-def test_a_contact_tells_what_touches_and_how_strongly(open_world, parts, advance):
+def test_a_contact_names_both_bodies_and_the_force(open_world, parts, advance):
     world = open_world(*resting(parts))
     advance(world, 1.0)
     (state,) = sense(world, "/bumper", advance).states
@@ -328,7 +328,7 @@ def test_a_contact_tells_what_touches_and_how_strongly(open_world, parts, advanc
     assert len(state.contact_positions) == len(state.depths) >= 2
 
 
-def test_all_contacts_of_a_world_are_told_each_pair_of_shapes_once(open_world, parts, advance):
+def test_all_contacts_of_a_world_are_reported_each_pair_of_shapes_once(open_world, parts, advance):
     floor, box = resting(parts)
     other = replace(box, name="a_box", pose=Pose((2.0, 0.0, 0.1)), links=(replace(box.links[0], sensors=()),))
     high = replace(other, name="high", pose=Pose((-2.0, 0.0, 50.0)))
@@ -344,7 +344,7 @@ def test_all_contacts_of_a_world_are_told_each_pair_of_shapes_once(open_world, p
         assert vector(each.total_wrench.force) == pytest.approx((0.0, 0.0, 2.0 * GRAVITY), abs=0.1)
 
 
-def test_what_touches_nothing_feels_nothing(open_world, parts, advance):
+def test_a_load_cell_without_contact_measures_nothing(open_world, parts, advance):
     floor, box = resting(parts)
     world = open_world(floor, replace(box, pose=Pose((0.0, 0.0, 3.0))))
     assert sense(world, "/bumper", advance).states == []

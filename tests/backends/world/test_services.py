@@ -67,7 +67,7 @@ def test_a_robot_stands_where_it_was_put_and_drives_on_from_there(world, driver,
     assert pose.position[:2] == pytest.approx((-1.0, 2.5), abs=0.02)
 
 
-def test_what_is_static_can_be_put_elsewhere_too(world, parts, advance):
+def test_static_models_can_be_moved_too(world, parts, advance):
     advance(world, 0.1)
     world.call("/gazebo/set_model_state", ModelState("wall", at(-3.0, 0.0, 1.0)))
     assert position(world, "wall") == pytest.approx([-3.0, 0.0, 1.0])
@@ -77,7 +77,7 @@ def test_what_is_static_can_be_put_elsewhere_too(world, parts, advance):
     assert position(world, "wall") == pytest.approx([4.1, 0.0, 1.0])
 
 
-def test_states_can_be_told_relative_to_another_model(world):
+def test_states_can_be_reported_relative_to_another_model(world):
     turned = Pose(Point(1.0, 1.0, 0.14275), Quaternion(0.0, 0.0, 1.0, 1.0))
     world.call("/gazebo/set_model_state", ModelState("husky", turned))
     state = world.call("/gazebo/get_model_state", "box", "husky")
@@ -86,7 +86,7 @@ def test_states_can_be_told_relative_to_another_model(world):
     assert position(world, "box") == pytest.approx([1.0, 3.0, 0.24275], abs=1e-6)
 
 
-def test_links_and_joints_tell_their_state(world, driver):
+def test_links_and_joints_report_their_state(world, driver):
     driver(world).drive(0.5, 0.0, 0.5)
     state = world.call("/gazebo/get_link_state", "husky::eye", "world").link_state
     assert state.pose.position.x == pytest.approx(position(world, "husky")[0] - 0.16, abs=1e-3)
@@ -113,7 +113,7 @@ def test_joints_can_be_put_at_positions(open_world, parts):
 
 
 @pytest.mark.parametrize("position", [float("nan"), float("inf")])
-def test_a_joint_is_not_put_where_no_number_is(open_world, parts, advance, position):
+def test_a_joint_position_that_is_not_a_number_is_refused(open_world, parts, advance, position):
     world = open_world(parts.hanging("continuous", (0, 1, 0)))
     answer = world.call("/gazebo/set_model_configuration", "hanging", "", ["joint"], [position])
     assert answer.status_message == f"the joint 'joint' of 'hanging' cannot be set to {position}"
@@ -122,7 +122,7 @@ def test_a_joint_is_not_put_where_no_number_is(open_world, parts, advance, posit
         world.set_joints("hanging", {"joynt": 0.0})
 
 
-def test_a_model_is_not_put_where_no_number_is(world, advance):
+def test_a_model_pose_that_is_not_a_number_is_refused(world, advance):
     with pytest.raises(SceneError, match="the pose and velocity of 'box' must be finite"):
         world.place("box", ModelMotion(ScenePose((0.0, float("nan"), 1.0))))
     advance(world, 0.1)
@@ -163,7 +163,7 @@ def test_a_robot_spawned_while_others_drive_does_not_disturb_them(open_world, pa
     assert driven.position[0] == pytest.approx(0.5, abs=0.02)
 
 
-def test_what_is_spawned_is_seen_by_cameras_and_lasers(open_world, parts, advance):
+def test_spawned_models_are_seen_by_cameras_and_lasers(open_world, parts, advance):
     laser = Laser("laser", "/scan", 50.0, samples=1, angle_min=0.0, angle_max=0.0)
     husky = parts.husky()
     eye = replace(husky.links[1], sensors=(*husky.links[1].sensors, laser))
@@ -227,7 +227,7 @@ def test_a_reset_brings_back_what_was_deleted_and_forgets_what_was_spawned(open_
     assert world.model_motion("husky") == fresh.model_motion("husky")
 
 
-def test_who_listens_to_a_model_that_goes_hears_it_again_when_it_comes_back(open_world, parts, advance):
+def test_a_subscriber_of_a_removed_model_hears_it_again_when_it_returns(open_world, parts, advance):
     world = open_world(room(parts))
     heard = world.subscribe("/husky/odom", depth=1000)
     commands = world.advertise("/husky/cmd_vel")
@@ -350,7 +350,7 @@ def test_a_service_is_a_topic_as_well(world, advance):
     advance(world, 0.1)
 
 
-def test_what_is_no_service_or_does_not_fit_is_refused(world):
+def test_an_unknown_service_or_a_wrong_request_is_refused(world):
     with pytest.raises(TopicError, match="did you mean '/gazebo/get_model_state'"):
         world.call("/gazebo/get_model_stat")
     with pytest.raises(TopicError, match="model_nam"):
@@ -381,7 +381,7 @@ def test_motions_seen_from_a_moving_frame_come_back_as_they_were():
     comes_back()
 
 
-def test_who_is_put_elsewhere_disturbs_no_drive_and_a_snapshot_after_it_goes_on(
+def test_moving_a_model_does_not_disturb_drives_and_a_later_snapshot_continues(
     open_world, parts, driver, advance
 ):
     box = parts.thing("box", Box((0.3, 0.3, 0.3)), ScenePose((0.0, 5.0, 0.15)), mass=2.0)

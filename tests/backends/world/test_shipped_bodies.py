@@ -59,7 +59,7 @@ def test_the_walker_walks_on_three_legs_at_a_time(ground, advance):
     assert abs(pose.yaw) < 0.15
 
 
-def test_the_camera_head_turns_where_it_is_told(ground, advance):
+def test_the_camera_head_turns_to_the_commanded_position(ground, advance):
     world = ground("pan_tilt")
     for joint, angle in (("pan", 1.0), ("tilt", -0.4)):
         world.advertise(f"/pan_tilt/{joint}/cmd_pos").publish(Float64(angle))

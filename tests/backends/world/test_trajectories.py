@@ -131,7 +131,7 @@ def test_a_point_at_once_is_aimed_at_and_points_of_the_past_are_left_out(world, 
     assert positions(world) == pytest.approx([0.25, 0.05], abs=CLOSE)
 
 
-def test_a_joint_that_takes_another_command_is_led_no_further(world, advance):
+def test_a_new_command_ends_the_trajectory_of_a_joint(world, advance):
     send(world, (1.0, [1.0, 0.3]))
     advance(world, 0.5)
     world.advertise("/arm/turn/cmd_pos").publish(Float64(-0.5))
@@ -142,7 +142,7 @@ def test_a_joint_that_takes_another_command_is_led_no_further(world, advance):
     assert positions(world) == pytest.approx([0.0, 0.15], abs=CLOSE)
 
 
-def test_a_joint_without_limits_turns_by_the_shorter_way(open_world, advance):
+def test_a_joint_without_limits_turns_in_the_shorter_direction(open_world, advance):
     world = open_world(arm(turn="continuous"))
     send(world, (1.0, [2 * pi - 0.5, 0.0]))
     advance(world, 2.0)
@@ -160,7 +160,7 @@ def test_gains_of_the_file_are_those_of_a_controller_of_positions(open_world, ad
     assert positions(world)[0] == pytest.approx(0.3, abs=1e-3)
 
 
-def test_its_state_tells_what_is_wanted_what_is_and_the_difference(world, advance):
+def test_its_state_has_the_desired_and_the_actual_point_and_the_error(world, advance):
     state = world.subscribe(STATE)
     send(world, (2.0, [1.0, 0.2]))
     advance(world, 1.0)
@@ -188,7 +188,7 @@ def test_its_state_tells_what_is_wanted_what_is_and_the_difference(world, advanc
         (((0.2, [0.1, 0.1]),), {"stamp_s": 0.1}, "ended at 0.3 s and arrived too late, at 0.5 s"),
     ],
 )  # fmt: skip
-def test_a_trajectory_that_cannot_be_followed_is_refused_and_breaks_nothing(
+def test_a_trajectory_that_cannot_be_followed_is_refused_without_side_effects(
     world, advance, points, options, message
 ):
     advance(world, 0.5)

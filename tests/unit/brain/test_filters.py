@@ -27,7 +27,7 @@ def membrane(kernel: Kernel, train: list[tuple[float, float]]) -> LeakyMembrane:
 
 @given(tau_m=taus, ratio=st.one_of(st.floats(0.02, 50.0), st.floats(0.98, 1.02), st.just(1.0)),
        dt=st.floats(0.0, 5.0), current=st.floats(-3.0, 3.0), slope=st.floats(-3.0, 3.0))  # fmt: skip
-def test_what_a_fading_current_leaves_is_its_integral_against_the_leak(
+def test_a_decaying_current_contributes_its_integral_against_the_leak(
     tau_m: float, ratio: float, dt: float, current: float, slope: float
 ) -> None:
     tau_syn = tau_m * ratio
@@ -87,7 +87,7 @@ def test_the_order_in_which_spikes_are_announced_does_not_matter(
 
 
 @given(train=trains, cut=st.floats(0.0, 50.0))
-def test_a_restored_membrane_goes_on_with_what_is_on_its_way(
+def test_a_restored_membrane_continues_with_its_spikes_in_transit(
     train: list[tuple[float, float]], cut: float
 ) -> None:
     kernel = Kernel(False, 7.0, 3.0)

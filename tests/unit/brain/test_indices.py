@@ -33,7 +33,7 @@ def test_indices_show_what_was_kept(values: list[int], ascending: bool) -> None:
 
 
 @given(SIZES)
-def test_ascending_indices_show_what_was_kept(counts: list[int]) -> None:
+def test_ascending_indices_show_the_kept_items(counts: list[int]) -> None:
     each = np.repeat(np.arange(len(counts), dtype=np.int32), counts)
     with few_are_many():
         check(Indices.repeated(np.arange(len(counts)), counts), each)

@@ -102,7 +102,7 @@ def test_a_device_acts_from_the_window_after_it_was_added_until_it_is_removed(br
     assert [type(port).__name__ for port in brain.devices] == ["SpikeRecorderPort"]
 
 
-def test_a_removed_sink_hears_no_more(brain: EchoBrain) -> None:
+def test_a_removed_sink_records_nothing(brain: EchoBrain) -> None:
     recorder = brain.add_sink(SpikeRecorder(), [2], name="list")
     brain.run_until(5 * NS_PER_MS)
     brain.remove(recorder)
@@ -146,7 +146,7 @@ def test_a_reset_brain_runs_as_it_did_at_first_and_with_another_seed_otherwise(b
     assert recorded(brain, 40.0) != first
 
 
-def test_a_snapshot_holds_devices_and_what_is_on_its_way(brain: EchoBrain) -> None:
+def test_a_snapshot_holds_devices_and_spikes_in_transit(brain: EchoBrain) -> None:
     source = brain.add_source(PoissonSource(rate=500.0, delay=15.0), [0, 1], name="noise")
     integrator = brain.add_sink(LeakyIntegratorAlpha(), [0, 1], name="integrator")
     brain.run_until(20 * NS_PER_MS)

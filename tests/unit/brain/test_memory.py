@@ -36,7 +36,7 @@ def test_this_machine_has_something_left() -> None:
     ("limit", "used"),
     [("memory.max", "memory.current"), ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes")],
 )
-def test_a_container_has_what_its_group_leaves(
+def test_a_container_gets_the_rest_of_the_limit_of_its_group(
     limit: str, used: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(memory, "_GROUP", tmp_path)
@@ -48,7 +48,7 @@ def test_a_container_has_what_its_group_leaves(
     assert free_bytes() != 2_000_000
 
 
-def test_a_process_has_what_its_own_limit_leaves(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_gets_the_rest_of_its_own_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     own = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     monkeypatch.setattr(resource, "getrlimit", lambda _: (own + 8 * MIB, resource.RLIM_INFINITY))
     left = free_bytes()
@@ -126,7 +126,7 @@ def test_synapses_of_near_cells_are_foreseen_from_some_cells(connector: Any, num
 
 
 @pytest.mark.parametrize("probability", ["exp(-d / 20.0)", "0.3 * (d < 50)"])
-def test_what_is_foreseen_is_what_is_made(probability: str) -> None:
+def test_the_expected_number_of_synapses_is_the_actual_one(probability: str) -> None:
     sim = builder()
     cells = sim.Population(400, sim.IF_curr_exp(), structure=sim.Grid2D(), label="cells")
     connector = sim.DistanceDependentProbabilityConnector(probability)

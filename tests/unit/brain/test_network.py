@@ -60,7 +60,7 @@ def test_an_unknown_name_gets_the_nearest() -> None:
         ({"post": "g", "weight": np.array([0.5, -0.1])}, "weight of synapse 1 .* is -0.1; it must be"),
     ],
 )
-def test_what_does_not_fit_is_refused_by_name(changes: dict[str, Any], says: str) -> None:
+def test_inconsistent_networks_are_refused_by_name(changes: dict[str, Any], says: str) -> None:
     populations = {
         "a": population("a", 2),
         "b": population("b", 3),

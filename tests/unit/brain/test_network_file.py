@@ -58,7 +58,7 @@ def saved(network: Network, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_what_is_read_is_what_was_saved(network: Network, saved: Path) -> None:
+def test_reading_a_saved_network_gives_the_same_network(network: Network, saved: Path) -> None:
     again = read_network(saved)
     assert again.digest == network.digest
     assert list(again.populations) == ["cells/äöü", "targets", "trains"]
@@ -166,7 +166,7 @@ def test_a_file_that_contradicts_itself_says_where(
     assert caught.value.path == path
 
 
-def test_what_is_no_file_of_ours_says_so(tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_network_is_refused(tmp_path: Path) -> None:
     with pytest.raises(NetworkError, match="there is no such file"):
         read_network(tmp_path / "nothing.nrpnet")
     (tmp_path / "text.nrpnet").write_text("a network")
@@ -201,7 +201,7 @@ def test_networks_need_h5py_only_in_files() -> None:
     assert done.stdout == "False\n"
 
 
-def test_the_digest_tells_networks_apart_by_everything_in_them(network: Network) -> None:
+def test_the_digest_distinguishes_networks_by_all_their_contents(network: Network) -> None:
     same = everything(builder(1))
     assert same.digest == network.digest
     assert everything(builder(2)).digest != network.digest

@@ -41,7 +41,7 @@ def test_a_cell_has_all_of_pynns_parameters_and_state_with_their_defaults(sim: M
     [15.0, [15.0, 16.0, 17.0], np.array([15.0, 16.0, 17.0]), lambda i: 15.0 + i, 15],
     ids=["number", "list", "array", "function", "integer"],
 )
-def test_a_parameter_may_be_given_in_any_of_pynns_ways(sim: ModuleType, value: Any) -> None:
+def test_a_parameter_may_be_given_in_each_form_of_pynn(sim: ModuleType, value: Any) -> None:
     expected = [15.0, 15.0, 15.0] if isinstance(value, (int, float)) else [15.0, 16.0, 17.0]
     made = sim.Population(3, sim.IF_curr_exp(tau_m=value), label="made")
     changed = sim.Population(3, sim.IF_curr_exp(), label="changed")
@@ -65,7 +65,7 @@ def test_setting_a_view_of_a_view_or_a_single_cell_changes_the_population(sim: M
     assert (cells[3].cm, cells[1:5].get("cm").tolist()) == (0.5, [0.5, 1.0, 0.5, 1.0])
 
 
-def test_the_old_ways_to_set_work_too(sim: ModuleType) -> None:
+def test_the_old_setters_still_work(sim: ModuleType) -> None:
     cells = sim.Population(2, sim.IF_cond_exp(), label="cells")
     with pytest.warns(DeprecationWarning, match="deprecated"):
         cells.tset("cm", [0.5, 0.25])
@@ -196,7 +196,7 @@ def test_initial_values_are_read_as_they_were_drawn_and_set(sim: ModuleType) -> 
     assert seen.tolist() == sim.network().populations["cells"].initial_values["v"].tolist()
 
 
-def test_recording_may_be_asked_for_but_there_are_no_data(sim: ModuleType) -> None:
+def test_recording_may_be_requested_but_yields_no_data(sim: ModuleType) -> None:
     cells = sim.Population(2, sim.IF_cond_exp(), label="cells")
     cells.record(["v", "spikes"])
     cells[0:1].record("gsyn_exc", sampling_interval=0.1)

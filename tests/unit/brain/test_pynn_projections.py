@@ -67,7 +67,7 @@ def test_a_delay_that_is_not_given_is_the_smallest(min_delay: Any, expected: flo
         ({"weight": np.full((2, 3), 0.3)}, (None, 0.5)),
     ],
 )
-def test_the_origin_tells_connector_weight_and_delay_as_given(
+def test_the_origin_holds_connector_weight_and_delay_as_given(
     sim: ModuleType, given: Any, origin: Any
 ) -> None:
     connect(sim, sim.StaticSynapse(**given), sim.FixedProbabilityConnector(0.8))
@@ -77,7 +77,9 @@ def test_the_origin_tells_connector_weight_and_delay_as_given(
     assert (found.weight, found.delay) == origin
 
 
-def test_the_origin_tells_a_distribution_in_words_and_the_projection_has_its_draws(sim: ModuleType) -> None:
+def test_the_origin_describes_a_distribution_in_words_and_the_projection_has_its_draws(
+    sim: ModuleType,
+) -> None:
     weight = sim.RandomDistribution("normal", (0.5, 0.01))
     connect(sim, sim.StaticSynapse(weight=weight))
     projection = only(sim)
@@ -179,7 +181,7 @@ def test_parts_of_an_assembly_keep_each_synapse_with_its_values(data: st.DataObj
     ],
     ids=["number", "distance", "matrix", "list"],
 )
-def test_weights_can_be_set_in_any_of_pynns_ways(sim: ModuleType, value: Any, expected: list[float]) -> None:
+def test_weights_can_be_set_in_each_form_of_pynn(sim: ModuleType, value: Any, expected: list[float]) -> None:
     projection = connect(sim, sim.StaticSynapse(weight=0.9))
     projection.set(weight=value)
     assert only(sim).weight == pytest.approx(expected)
@@ -288,7 +290,7 @@ def test_a_negative_delay_an_unknown_receptor_and_a_source_as_target_are_refused
         connect(sim, sim.StaticSynapse(), model="SpikeSourcePoisson")
 
 
-def test_what_a_network_cannot_hold_is_refused(sim: ModuleType) -> None:
+def test_an_impossible_projection_is_refused(sim: ModuleType) -> None:
     with pytest.raises(CapabilityError, match="leave out the location_selector"):
         connect(sim, sim.StaticSynapse(), sim.AllToAllConnector(location_selector="soma"))
     with pytest.raises(CapabilityError, match="initial state of synapses"):

@@ -66,7 +66,7 @@ def test_one_thing_more_does_not_change_the_numbers_of_the_others() -> None:
         np.testing.assert_equal((one.pre_index, one.weight), (other.pre_index, other.weight))
 
 
-def test_what_is_drawn_for_different_things_differs() -> None:
+def test_draws_for_different_purposes_differ() -> None:
     network = random_network(builder(1))
     weights = {projection.label: projection.weight[0] for projection in network.projections[:5]}
     assert len(set(weights.values())) == 5
@@ -84,7 +84,7 @@ def test_what_is_drawn_for_different_things_differs() -> None:
         lambda sim: sim.random.RandomDistribution("normal", (0.0, 1.0)).next(3),
     ],
 )
-def test_what_a_script_draws_itself_follows_from_the_seed(draw: Callable[[ModuleType], Any]) -> None:
+def test_random_numbers_that_a_script_draws_follow_from_the_seed(draw: Callable[[ModuleType], Any]) -> None:
     assert draw(builder(3)).tolist() == draw(builder(3)).tolist()
     assert draw(builder(3)).tolist() != draw(builder(4)).tolist()
 

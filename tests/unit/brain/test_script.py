@@ -54,7 +54,7 @@ def error_of(folder: Path, source: str, **options: Any) -> NrpError:
         "from pyNN.utility import get_script_args\nexec('import pyNN.%s as sim' % get_script_args(1)[0])",
     ],
 )
-def test_every_way_to_get_a_simulator_gives_the_builder(tmp_path: Path, import_it: str) -> None:
+def test_every_import_of_a_simulator_gives_the_builder(tmp_path: Path, import_it: str) -> None:
     network = load(tmp_path, f"{import_it}\nsim.setup()\ncells = sim.Population(2, sim.IF_curr_exp())")
     assert network.views["cells"].tolist() == [0, 1]
 

@@ -129,7 +129,7 @@ def built(sim: Any) -> Network:
     return network
 
 
-def test_what_pynn_exports_is_read_back_as_it_was(tmp_path: Path) -> None:
+def test_an_export_of_pynn_is_read_back_unchanged(tmp_path: Path) -> None:
     sim = builder(1)
     network = built(sim)
     with warnings.catch_warnings():

@@ -64,7 +64,7 @@ def test_several_generators_add_their_rates() -> None:
 
 @pytest.mark.parametrize("spec", SPIKING)
 @given(times_ms=cuts, changes=st.lists(st.sampled_from([0.0, 30.0, 90.0, 700.0, 5000.0]), max_size=3))
-def test_splitting_a_run_changes_no_bit(
+def test_splitting_a_run_does_not_change_a_bit(
     spec: SourceSpec, times_ms: list[float], changes: list[float]
 ) -> None:
     def run(cuts_ms: list[float]) -> list[tuple[float, int]]:

@@ -76,7 +76,7 @@ def test_noise_has_its_mean_and_deviation_and_is_independent_between_neurons() -
     assert abs(np.corrcoef(drawn.T)[0, 1]) < 5 / np.sqrt(4000)
 
 
-def test_what_is_saved_goes_on_as_it_would_have() -> None:
+def test_a_restored_state_of_the_saved_currents_continues_exactly() -> None:
     port, other = port_of(NoisyCurrentSource()), port_of(NoisyCurrentSource(), seed=2)
     for t in range(5):
         port.current_na(t)
@@ -99,6 +99,6 @@ def test_a_constant_current_changes_only_at_its_borders() -> None:
     assert [port.next_change_ms(t) for t in (0.0, 2.0, 4.0)] == [2.0, 4.0, inf]
 
 
-def test_a_grid_of_no_width_is_refused() -> None:
+def test_a_grid_of_zero_width_is_refused() -> None:
     with pytest.raises(ValueError, match="dt must be more than 0 ms, not 0"):
         NoisyCurrentSource(dt=0.0)

@@ -18,7 +18,7 @@ def test_the_shares_are_all_0_before_the_first_step_and_add_up_to_1_after_it() -
     assert sum(loop.account.shares().values()) == pytest.approx(1)
 
 
-def test_no_share_is_negative_while_the_first_step_is_under_way() -> None:
+def test_no_share_is_negative_during_the_first_step() -> None:
     loop = ClosedLoop(MockBrain({"cells": 2}), MockWorld(), period_ns=PERIOD)
     seen: list[float] = []
     loop.hooks.after_step.append(lambda loop: seen.extend(loop.account.shares().values()))

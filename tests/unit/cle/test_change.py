@@ -87,7 +87,7 @@ def test_a_device_on_the_same_neurons_keeps_what_it_has_heard() -> None:
     assert not never[1]
 
 
-def test_what_was_replaced_leaves_no_device_behind() -> None:
+def test_a_replaced_function_leaves_no_device_behind() -> None:
     loop = loop_of(integrating()[0])
     loop.change([integrating()[0]])
     assert len(loop.brain.devices) == 1
@@ -125,7 +125,7 @@ def test_a_change_that_cannot_be_changes_nothing(
     assert said(loop) == [1, 2]
 
 
-def test_what_is_not_there_to_be_removed_gets_the_nearest_name() -> None:
+def test_an_unknown_function_to_remove_gets_the_nearest_name_as_a_suggestion() -> None:
     with pytest.raises(ExperimentError, match="no transfer function 'cuont'; did you mean 'count'"):
         loop_of(counting(1)).change(remove=["cuont"])
 
@@ -179,7 +179,7 @@ def test_another_thread_changes_functions_between_two_steps() -> None:
     assert set(steps) == {1, 100}
 
 
-def test_what_another_thread_asked_wrongly_is_raised_there_and_the_run_goes_on() -> None:
+def test_a_wrong_request_of_another_thread_is_raised_there_and_the_run_continues() -> None:
     loop = loop_of(counting(1))
     raised: list[Exception] = []
     began = threading.Event()

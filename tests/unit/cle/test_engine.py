@@ -36,7 +36,7 @@ def loop_of(*functions: nrp.TransferFunction, brain: MockBrain | None = None, **
 
 
 @pytest.mark.parametrize(("tf_time", "times"), [("end", [0.02, 0.04]), ("start", [0.0, 0.02])])
-def test_functions_are_told_the_end_or_the_start_of_the_step(
+def test_functions_get_the_end_or_the_start_of_the_step(
     tf_time: Literal["end", "start"], times: list[float]
 ) -> None:
     told: list[float] = []
@@ -65,7 +65,7 @@ def test_functions_see_both_sides_at_the_end_of_the_step() -> None:
 
 
 @pytest.mark.parametrize("concurrent", [True, False])
-def test_what_a_function_writes_acts_from_the_next_step_on(concurrent: bool) -> None:
+def test_the_output_of_a_function_acts_from_the_next_step_on(concurrent: bool) -> None:
     @nrp.MapSpikeSource("x", nrp.brain.cells[0], nrp.fixed_frequency, delay=0.0)
     @nrp.Robot2Neuron()
     def f(t: float, x: Any) -> None:
@@ -198,7 +198,7 @@ def test_a_message_published_by_a_thread_is_delivered_before_the_next_step() -> 
     assert world.sent("/out") == [Float64(1)]
 
 
-def test_what_cannot_be_published_is_refused_at_once() -> None:
+def test_an_invalid_message_is_refused_when_it_is_published() -> None:
     loop = loop_of()
     with pytest.raises(TopicError, match="no topic '/inn'; did you mean '/in'"):
         loop.publish("/inn", Float64(1.0))

@@ -85,7 +85,7 @@ def test_the_report_names_file_line_step_time_and_inputs(
     assert isinstance(caught.value, RuntimeError)
 
 
-def test_with_stop_the_step_is_complete_for_hooks_and_no_other_function_runs(tmp_path: Path) -> None:
+def test_with_stop_hooks_see_the_complete_step_and_the_other_functions_do_not_run(tmp_path: Path) -> None:
     loop, world = loop_from(tmp_path, "1 / 0")
     recorded: list[int] = []
     loop.hooks.after_step.append(lambda loop: recorded.append(loop.now_ns))

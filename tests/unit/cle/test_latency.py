@@ -47,7 +47,7 @@ def test_through_the_brain_it_takes_two_steps() -> None:
     assert str(expected) == "/camera -> see -> brain -> drive -> /cmd: 2 steps"
 
 
-def test_past_the_brain_it_takes_one_step_and_the_shortest_way_counts() -> None:
+def test_past_the_brain_it_takes_one_step_and_the_shortest_path_counts() -> None:
     both = function("both", reads=("/camera",), drives=True, listens=True, writes=("/cmd",))
     assert paths([both]) == [LoopPath("/camera", "/cmd", 1, ("both",))]
 
@@ -59,13 +59,13 @@ def test_a_function_that_ran_before_hears_one_step_later() -> None:
     assert [path.steps for path in paths([second, first])] == [2]
 
 
-def test_what_is_not_connected_has_no_path() -> None:
+def test_unconnected_topics_have_no_path() -> None:
     see = function("see", reads=("/camera",), drives=True)
     drive = function("drive", reads=("/laser",), writes=("/cmd",))
     assert [(path.sensor, path.actuator) for path in paths([see, drive])] == [("/laser", "/cmd")]
 
 
-def test_what_is_computed_is_what_happens() -> None:
+def test_the_computed_latency_is_the_measured_one() -> None:
     """A number goes from the sensor through two functions, in either order, to the actuator."""
     for reverse in (False, True):
         functions = [

@@ -37,7 +37,7 @@ def run(time: FakeTime, pacing: Paced, work_s: list[float]) -> None:
         pacing.wait((k + 1) * PERIOD)
 
 
-def test_what_the_work_leaves_of_a_step_is_slept() -> None:
+def test_the_rest_of_a_step_is_slept() -> None:
     time = FakeTime()
     run(time, time.paced(1.0), [0.005, 0.015, 0.0])
     assert time.slept == [0.015, 0.005, 0.02]
@@ -80,6 +80,6 @@ def test_the_words_for_a_pace() -> None:
 
 
 @pytest.mark.parametrize("text", ["fast", "0", "-1", "nan", "inf", ""])
-def test_what_is_no_pace_is_refused(text: str) -> None:
+def test_an_invalid_pace_is_refused(text: str) -> None:
     with pytest.raises(ExperimentError, match="pace"):
         pacing_of(text)

@@ -95,7 +95,7 @@ def fail(message: str) -> Callable[[], None]:
 
 
 @pytest.mark.parametrize("concurrent", [True, False])
-def test_what_the_brain_raises_reaches_the_caller(concurrent: bool) -> None:
+def test_an_exception_of_the_brain_reaches_the_caller(concurrent: bool) -> None:
     brain, world = ActingBrain(fail("no more spikes")), acting_world(nothing)
     loop = ClosedLoop(brain, world, period_ns=PERIOD, concurrent=concurrent)
     with pytest.raises(SimulationError, match="no more spikes"):
@@ -104,7 +104,7 @@ def test_what_the_brain_raises_reaches_the_caller(concurrent: bool) -> None:
 
 
 @pytest.mark.parametrize("concurrent", [True, False])
-def test_what_the_world_raises_reaches_the_caller_when_the_brain_has_arrived(concurrent: bool) -> None:
+def test_an_exception_of_the_world_reaches_the_caller_after_the_brain_has_finished(concurrent: bool) -> None:
     brain, world = ActingBrain(nothing), acting_world(fail("it fell"))
     loop = ClosedLoop(brain, world, period_ns=PERIOD, concurrent=concurrent)
     with pytest.raises(SimulationError, match="it fell"):
@@ -113,7 +113,7 @@ def test_what_the_world_raises_reaches_the_caller_when_the_brain_has_arrived(con
     loop.close()
 
 
-def test_when_both_fail_both_are_told() -> None:
+def test_when_both_fail_both_are_reported() -> None:
     loop = ClosedLoop(
         ActingBrain(fail("no more spikes")), acting_world(fail("it fell")), period_ns=PERIOD, concurrent=True
     )

@@ -52,7 +52,7 @@ def test_a_topic_that_is_only_published_is_misspelt() -> None:
         connect([publishes(nrp.Topic("/husky/cmd_vell", Twist))], *sides())
 
 
-def test_a_topic_that_the_world_was_told_of_needs_no_reader() -> None:
+def test_a_topic_that_was_declared_to_the_world_needs_no_reader() -> None:
     brain, world = sides()
     world.declare("/debug", Float64)
     connect([publishes("/debug")], brain, world)

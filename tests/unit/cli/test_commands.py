@@ -77,7 +77,7 @@ def test_a_valid_experiment_is_valid(nrp: Nrp, experiment: Path) -> None:
     assert (done.code, done.out) == (0, "valid\n")
 
 
-def test_everything_wrong_is_told_at_once(nrp: Nrp, experiment: Path) -> None:
+def test_all_mistakes_are_reported_at_once(nrp: Nrp, experiment: Path) -> None:
     done = nrp("validate", experiment, "-s", "topics./a=nothing/Here", "-s", "duration=-1 s", "--json")
     data = json.loads(done.out)
     assert (done.code, data["valid"]) == (3, False)
@@ -126,7 +126,7 @@ def test_a_published_value_that_is_not_yaml_is_a_wrong_call(nrp: Nrp, socket: An
     assert "VALUE: not YAML" in done.err
 
 
-def test_what_the_run_refuses_exits_with_1(nrp: Nrp, socket: Any, tmp_path: Path) -> None:
+def test_a_command_that_the_run_refuses_exits_with_1(nrp: Nrp, socket: Any, tmp_path: Path) -> None:
     path, _ = socket
     done = nrp("publish", path, "/wall", "red")
     assert (done.code, done.err) == (1, "error: no topic '/wall'\n")
@@ -162,7 +162,7 @@ def test_the_doctor_says_no_if_no_world_can_run(nrp: Nrp, found: list[Surveyed])
     )
 
 
-def test_the_doctor_tells_what_is_missing_and_what_that_means(nrp: Nrp, found: list[Surveyed]) -> None:
+def test_the_doctor_reports_missing_parts_and_their_consequences(nrp: Nrp, found: list[Surveyed]) -> None:
     missing = Diagnosis("OpenGL", False, "cameras are slow", "apt-get install libgl1")
     found[1] = surveyed("world", "fine", diagnoses=(missing,))
     done = nrp("doctor")

@@ -43,7 +43,7 @@ def test_a_shell_completes(words: tuple[str, ...], proposals: set[str]) -> None:
     assert {one.removeprefix("braitenberg_husky/") for one in completed(*words)} == proposals
 
 
-def test_what_is_completed_is_what_is_valid() -> None:
+def test_completion_offers_exactly_the_valid_values() -> None:
     assert set(FORMATS) == {str(one) for one in Format}
     assert set(FIGURES) == {str(one) for one in What}
     assert len(Code) > 80

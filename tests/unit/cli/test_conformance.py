@@ -7,7 +7,7 @@ import pytest
 from nrp_core.cli.commands import conformance
 
 
-def test_a_backend_that_is_not_installed_is_named_with_what_is_near(nrp):
+def test_a_backend_that_is_not_installed_is_named_with_similar_ones(nrp):
     done = nrp("conformance", "brain", "evnt")
     assert done.code == 4
     assert "evnt" in done.err
@@ -36,7 +36,7 @@ def test_there_are_brains_and_worlds(nrp, kind):
     assert nrp("conformance", kind, "event").code == 2
 
 
-def test_what_the_kit_needs_is_named_where_it_is_missing(nrp, monkeypatch):
+def test_a_missing_requirement_of_the_kit_is_named(nrp, monkeypatch):
     found = util.find_spec
     monkeypatch.setattr(conformance, "find_spec", lambda name: None if name == "pytest" else found(name))
     done = nrp("conformance", "brain", "event")

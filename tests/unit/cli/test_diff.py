@@ -50,7 +50,7 @@ def worlds(experiment: Path, install: Callable[..., None]) -> Path:
     return experiment
 
 
-def test_what_agrees_is_told_and_the_exit_code_is_0(nrp: Any, worlds: Path, tmp_path: Path) -> None:
+def test_agreement_is_reported_and_the_exit_code_is_0(nrp: Any, worlds: Path, tmp_path: Path) -> None:
     page = tmp_path / "page.html"
     done = nrp(
         "diff", worlds, "--worlds", "disc,twin", "--seeds", 7, "--jobs", 1,
@@ -67,7 +67,7 @@ def test_what_agrees_is_told_and_the_exit_code_is_0(nrp: Any, worlds: Path, tmp_
     assert 'src="' not in html
 
 
-def test_what_differs_is_named(nrp: Any, worlds: Path, tmp_path: Path) -> None:
+def test_differences_are_named(nrp: Any, worlds: Path, tmp_path: Path) -> None:
     done = nrp(
         "diff", worlds, "--worlds", "disc,fast", "--seeds", 3, "--jobs", 1,
         "--results", tmp_path / "results", "--json",
@@ -105,7 +105,7 @@ def test_where_seeds_make_no_difference_it_says_what_to_do_about_it(
     assert "to time to event" not in told["advice"]  # which is not held against the seeds any more
 
 
-def test_what_has_run_is_not_run_again_and_processes_share_the_work(
+def test_finished_runs_are_not_repeated_and_processes_share_the_work(
     nrp: Any, worlds: Path, tmp_path: Path
 ) -> None:
     results = tmp_path / "results"
@@ -184,7 +184,7 @@ def test_two_recordings_are_compared_without_running_anything(nrp: Any, worlds: 
         (["--worlds", "disc,twin", "--html", "no/page.html"], 2, "the folder does not exist"),
     ],
 )
-def test_what_cannot_be_compared_is_refused_before_anything_runs(
+def test_runs_that_cannot_be_compared_are_refused_before_anything_runs(
     nrp: Any, worlds: Path, tmp_path: Path, arguments: list[str], code: int, told: str
 ) -> None:
     results = tmp_path / "results"
@@ -194,7 +194,7 @@ def test_what_cannot_be_compared_is_refused_before_anything_runs(
     assert not results.exists()
 
 
-def test_what_is_no_recording_is_refused(nrp: Any, worlds: Path, tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_recording_is_refused(nrp: Any, worlds: Path, tmp_path: Path) -> None:
     done = nrp("diff", worlds, tmp_path)
     assert done.code == 3
     assert "no recording: no file 'recording.mcap' is in it" in done.err

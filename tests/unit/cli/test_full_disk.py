@@ -104,7 +104,7 @@ def test_a_new_distribution_is_named(nrp: Nrp, tmp_path: Path) -> None:
     assert (done.code, done.err) == (3, f"error: {tmp_path / 'acme'}: {FULL}\n")
 
 
-def test_a_replay_that_cannot_be_recorded_fails_and_is_no_other_run(
+def test_a_replay_that_cannot_be_recorded_fails_and_does_not_become_another_run(
     nrp: Nrp, recorded: Path, tmp_path: Path
 ) -> None:
     with room(20_000):

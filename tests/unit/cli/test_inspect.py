@@ -11,7 +11,7 @@ import pytest
 HUSKY = Path(str(files("nrp_experiments.braitenberg_husky"))) / "husky.sdf"
 
 
-def test_it_tells_the_tree(nrp):
+def test_inspect_prints_the_tree(nrp):
     done = nrp("inspect", HUSKY)
     assert done.code == 0
     assert "joint front_left_joint, continuous about 0 1 0" in done.out
@@ -35,7 +35,7 @@ def test_warnings_go_to_standard_error(nrp, tmp_path):
         ("listing2.bibi", "Robot2Neuron", "red_left_eye: poisson on brain.sensors[0, 2]"),
     ],
 )
-def test_transfer_functions_are_told_with_what_they_read_and_drive(nrp, name, flow, told):
+def test_transfer_functions_are_listed_with_their_inputs_and_outputs(nrp, name, flow, told):
     done = nrp("inspect", HUSKY.parent / name)
     assert done.code == 0
     assert done.out.startswith(f"{flow} ")
@@ -53,7 +53,7 @@ def test_nothing_of_a_file_of_transfer_functions_is_run(nrp, tmp_path):
     assert file.is_file()
 
 
-def test_what_is_wrong_with_a_transfer_function_is_told_with_its_line(nrp, tmp_path):
+def test_a_mistake_in_a_transfer_function_is_reported_with_its_line(nrp, tmp_path):
     file = tmp_path / "wrong.py"
     file.write_text('@nrp.Neuron2Robot(Topic("/x", geometry_msgs.msg.Twist))\ndef f(t, what):\n    pass\n')
     done = nrp("inspect", file)
@@ -62,7 +62,7 @@ def test_what_is_wrong_with_a_transfer_function_is_told_with_its_line(nrp, tmp_p
     assert "'what'" in done.err
 
 
-def test_it_tells_the_same_in_json(nrp):
+def test_inspect_json_has_the_same_contents(nrp):
     done = nrp("inspect", HUSKY, "--json")
     data = json.loads(done.out)
     (husky,) = data["models"]
@@ -81,7 +81,7 @@ def test_it_draws_an_image(nrp, tmp_path):
     assert yellow.mean() > 0.05
 
 
-def test_a_room_without_one_of_its_models_is_told_without_it(nrp, tmp_path):
+def test_a_room_without_one_of_its_models_is_reported(nrp, tmp_path):
     room = tmp_path / "room.world"
     models = "".join(f"<include><uri>model://{name}</uri></include>" for name in ("gone", "ground_plane"))
     room.write_text(f"<sdf version='1.6'><world name='w'>{models}</world></sdf>")
@@ -109,7 +109,7 @@ def test_an_archive_is_looked_into(nrp, tmp_path):
         ("robot.urdf", "<robot name='r'/>", "robot.urdf:1: the model 'r' has no <link>"),
     ],
 )
-def test_what_cannot_be_read_is_one_error(nrp, tmp_path, name, content, message):
+def test_an_unreadable_file_is_one_error(nrp, tmp_path, name, content, message):
     (tmp_path / name).write_text(content)
     done = nrp("inspect", tmp_path / name)
     assert done.code == 3

@@ -96,14 +96,14 @@ def test_a_brain_that_reports_nothing_is_an_error_when_it_is_asked_for(nrp: Nrp,
     assert "'event' reports nothing about networks; these do: spinnaker" in done.err
 
 
-def test_a_brain_script_that_is_wrong_is_told_with_its_place(nrp: Nrp, lossy: Path) -> None:
+def test_a_wrong_brain_script_is_reported_with_its_place(nrp: Nrp, lossy: Path) -> None:
     (lossy / "brain.py").write_text("raise ValueError('no')")
     done = nrp("map", lossy, "--brain", "spinnaker")
     assert done.code == 3
     assert "brain.py:1: ValueError: no" in done.err
 
 
-def test_validation_tells_which_weights_would_be_destroyed(nrp: Nrp, lossy: Path) -> None:
+def test_validation_reports_which_weights_would_be_destroyed(nrp: Nrp, lossy: Path) -> None:
     done = nrp("validate", lossy, "--brain", "spinnaker", "--json")
     data = json.loads(done.out)
     assert (done.code, data["valid"]) == (0, True)

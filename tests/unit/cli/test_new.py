@@ -47,7 +47,7 @@ def made(nrp, install, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("side", SIDES)
-def test_what_is_made_is_found_by_its_name_and_tells_its_interface_version(made, side):
+def test_a_new_backend_is_found_by_its_name_and_has_the_interface_version(made, side):
     made(side, "acme-two")
     registry, _ = SIDES[side]
     backend = registry().load("acme-two")
@@ -90,14 +90,14 @@ def test_a_new_experiment_runs_at_once_and_meets_its_criteria(nrp, tmp_path):
 
 
 @pytest.mark.parametrize("subject", ["brain", "world", "experiment"])
-def test_what_is_made_keeps_the_rules_of_this_project(nrp, tmp_path, subject):
+def test_generated_code_follows_the_rules_of_this_project(nrp, tmp_path, subject):
     nrp("new", subject, "acme", "-o", tmp_path / "acme")
     source = ["--config", str(ROOT / "pyproject.toml"), str(tmp_path / "acme" / "src")]
     for command in (["check", "--ignore", "ARG001"], ["format", "--check"]):
         subprocess.run([sys.executable, "-m", "ruff", *command, *source], check=True, capture_output=True)
 
 
-def test_it_tells_what_it_made(nrp, tmp_path, monkeypatch):
+def test_new_lists_the_files_that_it_made(nrp, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     found = json.loads(nrp("new", "brain", "acme", "--json").out)
     assert found["folder"] == "nrp-brain-acme"
@@ -105,7 +105,7 @@ def test_it_tells_what_it_made(nrp, tmp_path, monkeypatch):
     assert "pyproject.toml" in found["files"]
 
 
-def test_a_folder_that_is_in_use_is_left_alone(nrp, tmp_path):
+def test_a_folder_in_use_is_not_touched(nrp, tmp_path):
     (tmp_path / "mine.txt").write_text("precious")
     done = nrp("new", "world", "acme", "-o", tmp_path)
     assert done.code == 3

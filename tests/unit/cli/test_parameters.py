@@ -145,7 +145,7 @@ def test_a_brain_that_is_not_a_script_has_no_parameters(folder):
     assert "there is no parameter 'cells'; there are none" in finding.message
 
 
-def test_what_is_known_of_a_network_depends_on_the_values(folder):
+def test_the_known_size_of_a_network_depends_on_the_values(folder):
     wanted = ["brain.populations.actors='2:6'"]
     assert errors(validate_file(folder, [*wanted, "brain.parameters.cells=6"])) == []
     (finding,) = errors(validate_file(folder, [*wanted, "brain.parameters.cells=5"]))

@@ -44,7 +44,7 @@ def test_without_a_terminal_a_line_comes_now_and_then(clock: Any, capsys: pytest
     ]
 
 
-def test_what_takes_long_is_explained(
+def test_a_long_task_is_explained(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(progress, "PATIENCE_S", 0.01)
@@ -59,7 +59,7 @@ def test_what_takes_long_is_explained(
     assert executing == f"executing the brain script brain.py; {SCRIPT_HINT}"
 
 
-def test_what_is_quick_is_not_mentioned(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_short_task_is_not_mentioned(capsys: pytest.CaptureFixture[str]) -> None:
     with Lines() as lines:
         lines.begin_task("opening the brain (event)")
         lines.watch(run_at(0.0), 60.0)
@@ -80,7 +80,7 @@ def test_on_a_terminal_a_bar_shows_time_speed_and_what_takes_the_time(clock: Any
     assert "20.0 of 60 s, 5.0 x real time (brain 10%, world 60%, functions 20%, loop 10%)" in shown
 
 
-def test_what_is_counted_is_told_now_and_then_and_at_the_end(
+def test_counts_are_printed_from_time_to_time_and_at_the_end(
     clock: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with Lines() as lines:

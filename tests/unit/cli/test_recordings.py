@@ -88,7 +88,7 @@ def test_a_recorded_brain_needs_no_brain_script(nrp: Nrp, experiment: Path, tmp_
     assert ran.read_text() > before
 
 
-def test_the_first_difference_is_told_and_fails_what_is_to_be_verified(
+def test_the_first_difference_is_reported_and_fails_a_verification(
     nrp: Nrp, recorded: Path, slower: Path
 ) -> None:
     done = nrp("replay", recorded, "--transfer-functions", slower, "--verify")
@@ -140,9 +140,7 @@ def test_a_side_is_played_back(nrp: Nrp, recorded: Path) -> None:
         assert "for another backend, use nrp run DIR" in wrong.err
 
 
-def test_what_is_asked_for_wrongly_is_refused_before_anything_runs(
-    nrp: Nrp, recorded: Path, tmp_path: Path
-) -> None:
+def test_a_wrong_request_is_refused_before_anything_runs(nrp: Nrp, recorded: Path, tmp_path: Path) -> None:
     assert nrp("replay", tmp_path / "nowhere").code == 2
     assert nrp("replay", recorded, "--from", "soon").code == 2
     assert nrp("replay", recorded, "--record", recorded).code == 2
@@ -164,7 +162,7 @@ def test_a_recording_is_an_experiment(nrp: Nrp, recorded: Path) -> None:
     assert json.loads(nrp("run", recorded, "--until", "1s", "--json").out)["steps"] == 50
 
 
-def test_inspect_tells_what_a_recording_holds(nrp: Nrp, recorded: Path) -> None:
+def test_inspect_lists_the_contents_of_a_recording(nrp: Nrp, recorded: Path) -> None:
     done = nrp("inspect", recorded)
     assert done.code == 0
     assert done.out.startswith("drive_to_the_wall: counting and disc, seed 7\n")
@@ -175,7 +173,7 @@ def test_inspect_tells_what_a_recording_holds(nrp: Nrp, recorded: Path) -> None:
     assert json.loads(bare.out)["topics"]["/husky/cmd_vel"]["messages"] == 50
 
 
-def test_a_cut_recording_is_told_recovered_and_verified_as_far_as_it_goes(nrp: Nrp, recorded: Path) -> None:
+def test_a_cut_recording_is_reported_recovered_and_verified_up_to_the_cut(nrp: Nrp, recorded: Path) -> None:
     file = recorded / MCAP_NAME
     file.write_bytes(file.read_bytes()[:-1])
     assert "nrp recover" in nrp("inspect", recorded).err
@@ -276,7 +274,7 @@ def test_each_part_of_the_figure_is_drawn_by_itself(
         assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_figure_is_named_after_what_it_shows(
+def test_a_figure_is_named_after_its_contents(
     nrp: Nrp, recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -285,7 +283,9 @@ def test_a_figure_is_named_after_what_it_shows(
         assert (tmp_path / f"{what}.png").is_file()
 
 
-def test_of_a_cut_recording_what_is_whole_is_drawn_and_said(nrp: Nrp, recorded: Path, tmp_path: Path) -> None:
+def test_the_intact_part_of_a_cut_recording_is_drawn_with_a_warning(
+    nrp: Nrp, recorded: Path, tmp_path: Path
+) -> None:
     file, figure = recorded / MCAP_NAME, tmp_path / "figure.svg"
     file.write_bytes(file.read_bytes()[:-1])
     done = nrp("plot", recorded, "-o", figure)
@@ -299,7 +299,7 @@ def test_of_a_cut_recording_what_is_whole_is_drawn_and_said(nrp: Nrp, recorded: 
     assert not figure.exists()
 
 
-def test_a_file_that_is_no_recording_is_left_as_it_is(nrp: Nrp, tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_recording_stays_unchanged(nrp: Nrp, tmp_path: Path) -> None:
     file = tmp_path / "letters.mcap"
     file.write_text("dear reader\n" * 99)
     done = nrp("recover", file)

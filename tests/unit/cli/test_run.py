@@ -172,7 +172,7 @@ def test_usage_errors_are_json_too(nrp: Nrp, experiment: Path) -> None:
 
 
 @pytest.mark.parametrize("as_json", [False, True])
-def test_ctrl_c_before_the_first_step_is_told(
+def test_ctrl_c_before_the_first_step_is_reported(
     nrp: Nrp, experiment: Path, monkeypatch: pytest.MonkeyPatch, as_json: bool
 ) -> None:
     def interrupted(*_: object) -> None:

@@ -47,7 +47,7 @@ def test_noise_is_measured_as_its_deviation() -> None:
     assert apart.delay_s == 0
 
 
-def test_what_is_below_the_floor_is_still() -> None:
+def test_a_difference_below_the_noise_floor_is_not_reported() -> None:
     apart = difference(signal(1e-5 * WAVE, 1.0), signal(-1e-5 * WAVE, 1.0), STEP_S)
     assert apart is not None
     assert apart.level_percent < 0.01

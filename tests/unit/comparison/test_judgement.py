@@ -71,7 +71,7 @@ BY = {
 
 
 @pytest.mark.parametrize("expected", list(BY))
-def test_a_number_depends_on_what_it_was_made_to_depend_on(expected: Answer) -> None:
+def test_a_number_depends_only_on_its_key(expected: Answer) -> None:
     assert judged(Value, BY[expected]).answer is expected
 
 
@@ -80,13 +80,13 @@ def test_so_does_a_distance(expected: Answer) -> None:
     assert judged(Apart, BY[expected]).answer is expected
 
 
-def test_the_effect_of_a_distance_is_told_as_the_shift_that_makes_it() -> None:
+def test_the_effect_of_a_distance_is_reported_as_the_shift_that_makes_it() -> None:
     (part,) = judged(Apart, lambda cell, x: x + 3.0 * (cell.brain == "coarse"), seeds=60).parts
     brain = next(one for one in part.contrasts if one.factor == "brain")
     assert brain.effect_sd == pytest.approx(3.0, rel=0.15)
 
 
-def test_what_cancels_on_average_is_found_in_the_interaction() -> None:
+def test_an_effect_that_cancels_on_average_is_found_in_the_interaction() -> None:
     crossed = judged(Value, lambda cell, x: x + 3.0 * ((cell.brain == "coarse") == (cell.world == "there")))
     assert crossed.answer is Answer.BOTH
 
@@ -139,7 +139,7 @@ def test_a_criterion_that_one_brain_does_not_meet_depends_on_the_brain() -> None
     assert judged(Met, lambda cell, x: float(cell.brain == "exact"), seeds=10).answer is Answer.BRAIN
 
 
-def test_what_one_backend_never_has_decides_nothing() -> None:
+def test_a_capability_that_one_backend_lacks_does_not_decide() -> None:
     missing = judged(Value, lambda cell, x: x if cell.brain == "exact" else None)
     assert missing.answer is Answer.OPEN
     assert missing.parts[0].n_seeds == 0

@@ -44,7 +44,7 @@ def test_without_spread_only_the_numbers_themselves_count() -> None:
     assert (other.p_different, other.p_equivalent(0.5), other.p_equivalent(0.4)) == (0.0, 0.0, 1.0)
 
 
-def test_one_seed_tells_nothing() -> None:
+def test_one_seed_is_not_enough_for_a_verdict() -> None:
     estimate = Estimate.of(np.array([5.0]))
     assert (estimate.p_different, estimate.p_equivalent(100.0)) == (1.0, 1.0)
     assert estimate.interval == (-np.inf, np.inf)

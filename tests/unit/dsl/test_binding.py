@@ -104,7 +104,7 @@ WRONG: list[tuple[type[ExperimentError], str, str, str]] = [
 
 
 @pytest.mark.parametrize(("kind", "mapping", "decorator", "message"), WRONG)
-def test_what_does_not_exist_is_said_with_function_parameter_and_line(
+def test_an_unknown_name_is_reported_with_function_parameter_and_line(
     load: Load, kind: type[ExperimentError], mapping: str, decorator: str, message: str
 ) -> None:
     (function,) = load(f"@nrp.{mapping}\n@nrp.{decorator}\ndef f(t, x): pass")
@@ -117,13 +117,13 @@ def test_what_does_not_exist_is_said_with_function_parameter_and_line(
     assert mind.devices == ()
 
 
-def test_a_parameter_that_is_not_mapped_is_said(load: Load) -> None:
+def test_a_parameter_that_is_not_mapped_is_reported(load: Load) -> None:
     (function,) = load("@nrp.Robot2Neuron()\ndef f(t, x): pass")
     with pytest.raises(TransferFunctionError, match="has no mapping for its parameter 'x'"):
         function.bind(brain(), world())
 
 
-def test_what_was_bound_before_the_failure_is_given_back(load: Load) -> None:
+def test_bindings_before_a_failure_are_released(load: Load) -> None:
     (function,) = load(
         """
         @nrp.MapSpikeSource("good", nrp.map_neurons(2, lambda i: nrp.brain.actors[i]), nrp.poisson)
@@ -139,7 +139,7 @@ def test_what_was_bound_before_the_failure_is_given_back(load: Load) -> None:
     assert mind.devices == ()
 
 
-def test_what_a_backend_lacks_stays_a_capability_error_with_its_line(load: Load) -> None:
+def test_a_missing_capability_stays_a_capability_error_with_its_line(load: Load) -> None:
     (function,) = load(
         "@nrp.MapSpikeSink('x', nrp.brain.actors, nrp.leaky_integrator_exp, v_thresh=1.0)\ndef f(t, x): pass"
     )

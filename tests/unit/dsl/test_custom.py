@@ -51,7 +51,7 @@ def test_it_works_on_the_neurons_that_were_chosen_with_its_own_settings() -> Non
     assert function.probe.level == 0.0
 
 
-def test_what_it_added_goes_with_it() -> None:
+def test_a_removed_function_takes_its_devices_with_it() -> None:
     brain = MockBrain({"cells": 4})
     other = brain.add_source(PoissonSource(), [0], name="other")
     function = bound(probed(), brain)

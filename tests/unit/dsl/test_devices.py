@@ -35,7 +35,9 @@ def test_every_kind_opens_on_its_own_defaults_and_shows_its_attributes(kind: Dev
     ("kind", "attribute"),
     [(kinds.poisson, "rate"), (kinds.fixed_frequency, "rate"), (kinds.dc_source, "amplitude")],
 )
-def test_what_drives_neurons_is_set_and_read_by_the_same_attribute(kind: DeviceKind, attribute: str) -> None:
+def test_the_input_of_a_device_is_set_and_read_by_the_same_attribute(
+    kind: DeviceKind, attribute: str
+) -> None:
     device = opened(kind)
     setattr(device, attribute, 2.5)
     assert getattr(device, attribute) == 2.5
@@ -56,7 +58,7 @@ def test_a_rate_that_cannot_be_is_refused_by_the_name_of_the_parameter(rate: obj
     assert device.rate == 0.0
 
 
-def test_what_is_only_read_cannot_be_set() -> None:
+def test_a_read_only_attribute_cannot_be_set() -> None:
     with pytest.raises(AttributeError, match=r"wheel\.voltage can only be read"):
         opened(kinds.leaky_integrator_alpha).voltage = 1.0
 

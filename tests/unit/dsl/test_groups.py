@@ -44,7 +44,7 @@ def test_numbers_lists_elements_and_slices_are_set_as_documented() -> None:
 
 
 @given(values=st.lists(rates, min_size=1, max_size=6))
-def test_what_is_set_is_read(values: list[float]) -> None:
+def test_a_set_rate_can_be_read_back(values: list[float]) -> None:
     group = group_of(len(values))
     group.rate = np.array(values)
     assert group.rate == values

@@ -37,7 +37,7 @@ Load = Callable[[str], list[TransferFunction]]
         ("x = '\0'\n", None, "null bytes"),
     ],
 )
-def test_what_is_wrong_with_a_file_is_said_with_its_line(
+def test_a_mistake_in_a_file_is_reported_with_its_line(
     load: Load, text: str, line: int | None, message: str
 ) -> None:
     with pytest.raises(TransferFunctionError, match=message) as caught:
@@ -46,7 +46,7 @@ def test_what_is_wrong_with_a_file_is_said_with_its_line(
     assert caught.value.line == line
 
 
-def test_a_missing_file_is_said_with_its_neighbours(tmp_path: Path) -> None:
+def test_a_missing_file_is_reported_with_similar_names(tmp_path: Path) -> None:
     with pytest.raises(TransferFunctionError) as caught:
         load_transfer_functions(tmp_path / "listing.py")
     assert caught.value.message == "there is no such file"
@@ -142,7 +142,7 @@ def test_files_do_not_see_each_other_unless_they_share_a_module(tmp_path: Path) 
     assert function(0) == 6
 
 
-def test_what_a_file_changes_in_the_library_is_its_own(load: Load) -> None:
+def test_changes_that_a_file_makes_to_the_library_stay_in_that_file(load: Load) -> None:
     text = """
         @nrp.Robot2Neuron()
         def f(t):
@@ -171,7 +171,7 @@ def test_a_file_finds_everything_that_the_language_has(load: Load) -> None:
     assert set(nrp.__all__) <= set(vars(framework))
 
 
-def test_functions_register_with_whoever_loads_and_with_nobody_else() -> None:
+def test_functions_register_only_with_the_loader_that_reads_them() -> None:
     @nrp.Robot2Neuron()
     def outside(t: float) -> None: ...
 

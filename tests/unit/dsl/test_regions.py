@@ -138,7 +138,7 @@ def test_a_region_that_is_none_is_refused_where_it_is_written(choose: Any, messa
         ((nrp.brain.cells + nrp.brain.other).within(nrp.Box((0, 0), (1, 1))), "population 'other' has no"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_chosen_says_why(selector: Any, message: str) -> None:
+def test_an_invalid_selector_is_refused_with_the_reason(selector: Any, message: str) -> None:
     with pytest.raises(NeuronSelectionError, match=message):
         select(selector, root([(0, 0, 0), (1, 1, 1)]))
 

@@ -46,7 +46,7 @@ def test_a_function_can_go_from_rig_to_rig(load: Load) -> None:
     assert first.brain.devices == ()
 
 
-def test_what_the_function_does_not_read_cannot_be_set(load: Load) -> None:
+def test_an_input_that_the_function_does_not_read_cannot_be_set(load: Load) -> None:
     (function,) = load(EVERYTHING)
     rig = Rig(function)
     with pytest.raises(TransferFunctionError, match="no parameter 'wheels'; did you mean 'wheel'"):

@@ -52,7 +52,7 @@ def expected(index: object) -> IntArray:
 
 
 @given(st.one_of(indices, lists, st.lists(st.booleans(), min_size=SIZE, max_size=SIZE), slices))
-def test_an_index_means_what_it_means_to_numpy(index: object) -> None:
+def test_an_index_has_its_meaning_of_numpy(index: object) -> None:
     wanted = expected(index)
     if len(wanted):
         assert ids(brain.sensors[index]) == wanted.tolist()
@@ -144,7 +144,7 @@ def test_selectors_inside_values_are_replaced() -> None:
         (brain, "not neurons"),
     ],
 )
-def test_what_selects_nothing_is_said(selector: object, message: str) -> None:
+def test_an_empty_selection_is_refused(selector: object, message: str) -> None:
     with pytest.raises(NeuronSelectionError, match=message):
         select(selector, ROOT)
 

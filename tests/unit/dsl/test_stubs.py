@@ -19,7 +19,7 @@ def generated() -> dict[str, str]:
     return files
 
 
-def test_the_stubs_are_what_the_script_writes(generated: dict[str, str]) -> None:
+def test_the_stubs_equal_the_output_of_their_script(generated: dict[str, str]) -> None:
     stubs = ROOT / "stubs"
     written = {str(path.relative_to(stubs)): path.read_text() for path in stubs.rglob("*") if path.is_file()}
     assert written == generated, "run scripts/generate_stubs.py"

@@ -61,7 +61,7 @@ def test_two_equal_messages_are_two_changes() -> None:
         assert topic.changed
 
 
-def test_what_came_between_two_runs_is_not_missed_by_a_rare_reader() -> None:
+def test_messages_between_two_runs_reach_a_rare_reader() -> None:
     world, topic = subscribed()
     world.put("/x", Float64(1.0))
     world.run_until(20_000_000)
@@ -149,7 +149,7 @@ def test_none_is_not_sent_and_without_a_topic_nothing_is(load: Load) -> None:
     assert Rig(functions[1]).run() == 5
 
 
-def test_a_publisher_sends_as_often_as_it_is_told(load: Load) -> None:
+def test_a_publisher_sends_at_its_declared_rate(load: Load) -> None:
     (function,) = load(
         """
         @nrp.MapRobotPublisher("arm", Topic("/arm", std_msgs.msg.Float64), queue_size=1)
@@ -209,7 +209,7 @@ def test_reports_show_arrays_by_shape(load: Load) -> None:
     assert "data=uint8 array of shape (240, 320, 3)" in function.inputs()["camera"]
 
 
-def test_a_preprocessed_topic_changes_each_message_once_on_its_way_in() -> None:
+def test_a_preprocessed_topic_changes_each_incoming_message_once() -> None:
     seen: list[float] = []
 
     def doubled(message: Float64) -> float:
@@ -230,6 +230,6 @@ def test_a_preprocessed_topic_changes_what_is_sent() -> None:
     assert world.sent("/x") == [Float64(3.0)]
 
 
-def test_what_cannot_be_called_processes_nothing() -> None:
+def test_a_preprocessing_that_is_not_callable_is_refused() -> None:
     with pytest.raises(TransferFunctionError, match="pre_processing is a function, not 3"):
         PreprocessedTopic("/x", Float64, 3)  # type: ignore[arg-type]

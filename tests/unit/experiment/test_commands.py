@@ -109,7 +109,9 @@ def test_a_name_that_is_not_there_gets_the_nearest(told: Told, tmp_path: Path) -
         told(deactivate=["cuont"])
 
 
-def test_what_failed_says_how_until_it_is_replaced(drive_to_the_wall: Path, tmp_path: Path) -> None:
+def test_a_failed_function_keeps_its_error_until_it_is_replaced(
+    drive_to_the_wall: Path, tmp_path: Path
+) -> None:
     with Run(load_experiment(drive_to_the_wall, ["on_error=quarantine"])) as run:
         change = commands_of(run)["functions"]
         change([str(counting(tmp_path, "1 / 0"))], [], [], [])

@@ -104,7 +104,7 @@ def test_a_second_run_on_one_socket_is_refused_and_the_first_goes_on(
     assert published == [("/a", 1)]
 
 
-def test_a_file_that_is_not_a_socket_is_left_alone(path: Path) -> None:
+def test_a_file_that_is_not_a_socket_is_not_touched(path: Path) -> None:
     path.write_text("precious")
     with pytest.raises(ExperimentError, match="not a socket"):
         ControlServer(path, {})
@@ -117,13 +117,13 @@ def test_a_socket_that_cannot_be_made_is_one_error(tmp_path: Path, name: str) ->
         ControlServer(tmp_path / name, {})
 
 
-def test_where_nobody_listens_the_sender_is_told(path: Path) -> None:
+def test_a_command_without_a_listening_run_is_reported(path: Path) -> None:
     with pytest.raises(ExperimentError, match="no run listens here"):
         tell(path, "publish", topic="/a", value=1)
 
 
 @pytest.mark.parametrize("answer", [b"hello\n", b"[]\n", b"{}\n", b""])
-def test_a_listener_that_is_no_run_is_recognised(path: Path, answer: bytes) -> None:
+def test_a_listener_that_is_not_a_run_is_recognised(path: Path, answer: bytes) -> None:
     with socket.socket(socket.AF_UNIX) as other:
         other.bind(str(path))
         other.listen()

@@ -32,7 +32,7 @@ def judged(world: World, criterion: dict[str, Any], times: Times, *, speed: floa
     return judge
 
 
-def test_coming_near_in_time_passes_and_tells_when(world: World) -> None:
+def test_coming_near_in_time_passes_and_reports_when(world: World) -> None:
     criterion = {"near": TO_GLASS, "within_of": {"event": "red", "time": "2 s"}}
     outcome = judged(world, criterion, {"red": 500 * MS}, speed=1.0).outcome
     assert outcome.passed is True
@@ -126,7 +126,7 @@ CALM = {"name": "/level", "below": 0.5}
         ("start", 0.2, False, "/level said nothing at 0 s, not below 0.5"),
     ],
 )
-def test_what_a_topic_keeps_saying_decides(
+def test_a_topic_that_stays_within_its_range_passes(
     world: World, since: str, level: float, passed: bool, reason: str
 ) -> None:
     world.declare("/level", Float64)

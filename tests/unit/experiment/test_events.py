@@ -55,7 +55,7 @@ def test_an_event_happens_once_at_the_first_step_not_before_its_time(events: Eve
     assert events.times == {"late": 40 * MS}
 
 
-def test_what_an_event_publishes_acts_from_its_time_on(events: Events, add: Add, world: World) -> None:
+def test_a_publication_of_an_event_acts_from_its_time_on(events: Events, add: Add, world: World) -> None:
     add("red", at="0 s", publish={"topic": GLASS, "value": "Gazebo/RedGlow"})
     assert color_of(world) != (1, 0, 0)
     events.fire_due(0)
@@ -142,7 +142,7 @@ def test_a_topic_that_says_something_lets_an_event_happen(
         (Float64MultiArray, {"equals": 0.5}, "'equals' is 0.5, and 'data' of /mood is a list"),
     ],
 )
-def test_what_a_topic_says_is_compared_with_its_like_only(
+def test_a_message_on_a_topic_is_compared_only_with_its_own_type(
     add: Add, world: World, kind: type, condition: dict[str, Any], message: str
 ) -> None:
     world.declare("/mood", kind)

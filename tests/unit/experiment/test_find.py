@@ -47,7 +47,7 @@ def test_all_shipped_experiments_can_be_listed_though_one_is_broken() -> None:
     assert "braitenberg_husky" in names
 
 
-def test_a_broken_package_is_reported_to_whoever_asks_for_it() -> None:
+def test_a_broken_package_is_reported_to_each_caller() -> None:
     with pytest.raises(BackendError, match=r"'broken' of walkers 1\.0 .* No module named 'no_such_module'"):
         find_file("broken")
 
@@ -90,7 +90,7 @@ def test_a_folder_without_an_experiment_says_so() -> None:
         ("nothing.yaml", "there is no experiment 'nothing.yaml', nor such a file"),
     ],
 )
-def test_what_is_not_there_gets_the_nearest_name(text: str, message: str) -> None:
+def test_an_unknown_name_gets_the_nearest_name_as_a_suggestion(text: str, message: str) -> None:
     with pytest.raises(ExperimentError, match=message):
         find_file(text)
 
@@ -106,7 +106,7 @@ def test_the_reader_is_chosen_by_the_suffix_and_gets_the_overrides(folder: Path)
     assert load_experiment("one.walk", ["seed=1"]) == ("one", ["seed=1"])
 
 
-def test_a_path_that_is_no_text_is_refused(tmp_path: Path) -> None:
+def test_a_path_that_is_not_text_is_refused(tmp_path: Path) -> None:
     folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/\xff"))
     folder.mkdir()
     (folder / "experiment.yaml").touch()

@@ -279,7 +279,7 @@ def test_errors_point_into_the_file_that_is_wrong(write: Write) -> None:
         ("[base.yaml, other.yaml]", "extend itself: variant.yaml -> other.yaml -> variant.yaml"),
     ],
 )
-def test_what_cannot_be_extended_is_named(write: Write, base: str, message: str) -> None:
+def test_a_base_that_cannot_be_extended_is_named(write: Write, base: str, message: str) -> None:
     write("extends: variant.yaml", "other.yaml")
     write("name: base", "base.yaml")
     finding = findings_of(write(f"name: v\nextends: {base}", "variant.yaml"))[0]

@@ -46,7 +46,7 @@ def open_run(drive_to_the_wall: Path) -> Iterator[Open]:
         run.close()
 
 
-def test_events_for_what_is_not_there_are_told_and_left_out_where_the_experiment_is_not_strict(
+def test_events_for_missing_things_are_reported_and_left_out_unless_the_experiment_is_strict(
     open_run: Open,
 ) -> None:
     events = "events.nowhere={at: 0 s, publish: {topic: /no/such/color, value: red}}"
@@ -109,7 +109,7 @@ def test_how_a_run_is_split_makes_no_difference(open_run: Open) -> None:
     assert compared(split) == compared(whole)
 
 
-def test_the_trajectory_digest_tells_runs_apart(open_run: Open) -> None:
+def test_the_trajectory_digest_distinguishes_runs(open_run: Open) -> None:
     slow = open_run("events.go.publish.value=0.9")
     assert compared(slow)["trajectory_digest"] != compared(open_run())["trajectory_digest"]
 
@@ -194,7 +194,7 @@ def test_another_thread_may_publish(open_run: Open) -> None:
     [("/glas", "red", "no topic '/glas'; did you mean '/glass'"), ("/glass", "rde", "no material 'rde'"),
      ("/gazebo/model_states", {}, "only gives messages"), ("/speed", float("nan"), "data is nan")],
 )  # fmt: skip
-def test_what_cannot_be_published_is_refused_at_once(
+def test_an_invalid_message_is_refused_when_it_is_published(
     open_run: Open, topic: str, value: Any, message: str
 ) -> None:
     with pytest.raises(TopicError, match=message):
@@ -309,7 +309,7 @@ def test_after_closing_the_result_stays_and_nothing_else_works(open_run: Open) -
         run.step()
 
 
-def test_whoever_waits_is_told_what_is_being_done(drive_to_the_wall: Path) -> None:
+def test_a_waiting_user_sees_the_current_task(drive_to_the_wall: Path) -> None:
     told: list[str] = []
     Run(load_experiment(drive_to_the_wall), told.append).close()
     assert told == [

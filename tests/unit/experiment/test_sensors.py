@@ -27,14 +27,14 @@ def sensor_of(scene: Scene) -> Laser:
     return sensor
 
 
-def test_what_is_told_changes_and_the_rest_stays() -> None:
+def test_only_the_given_settings_of_a_sensor_change() -> None:
     changed = with_imperfection(laser(), "/scan", delay=0.05)
     assert sensor_of(changed) == Laser("laser", "/scan", 10.0, noise=Noise(0.0, 0.5), delay=0.05)
     assert changed.models[1] == laser().models[1]
     assert changed.digest != laser().digest
 
 
-def test_an_experiment_file_tells_noise_delay_and_losses(drive_to_the_wall: Path, tmp_path: Path) -> None:
+def test_an_experiment_file_sets_noise_delay_and_losses(drive_to_the_wall: Path, tmp_path: Path) -> None:
     with_laser = (
         "<sensor name='laser' type='camera'><update_rate>10</update_rate><topic>eye</topic><camera><image>"
         "<width>4</width><height>4</height></image></camera></sensor>"
@@ -56,6 +56,6 @@ def test_an_experiment_file_tells_noise_delay_and_losses(drive_to_the_wall: Path
         ("{/husky/eye: {noises: 1}}", "noises"),
     ],
 )
-def test_what_makes_no_sense_is_refused(drive_to_the_wall: Path, written: str, told: str) -> None:
+def test_a_meaningless_setting_is_refused(drive_to_the_wall: Path, written: str, told: str) -> None:
     with pytest.raises((InvalidExperimentError, ExperimentError), match=told):
         prepare(load_experiment(drive_to_the_wall, (f"world.sensors={written}",)))

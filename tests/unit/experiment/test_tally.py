@@ -9,7 +9,7 @@ from nrp_core.brain.spikes import Spikes
 from nrp_core.experiment.running.run_totals import SpikeCounter
 
 
-def test_a_population_with_a_name_is_not_told_again_by_its_automatic_one() -> None:
+def test_a_population_with_a_name_is_not_reported_again_by_its_automatic_one() -> None:
     labels = ("population0", "rest", "population2")
     populations = {label: Population(label, 2, "IF_curr_exp", {}) for label in labels}
     views = {"wheels": np.array([0, 1]), "left": np.array([0]), "others": np.array([2, 3])}

@@ -46,7 +46,7 @@ def test_merging_with_itself_changes_nothing(tree: Any) -> None:
 
 
 @given(data, data)
-def test_what_is_laid_over_is_there(a: Any, b: Any) -> None:
+def test_merging_the_same_values_again_changes_nothing(a: Any, b: Any) -> None:
     together = merged(a, b)
     assert merged(together, b) == together
 
@@ -70,7 +70,7 @@ def test_nearest_skips_what_is_not_in_the_data() -> None:
     assert keys == ("a", 0, "b")
 
 
-def test_an_override_makes_mappings_on_the_way() -> None:
+def test_an_override_creates_missing_mappings() -> None:
     tree = grown({"a": None}, BASE).overridden(["a", "b", "c"], grown(1, OVER))
     assert tree.plain() == {"a": {"b": {"c": 1}}}
 

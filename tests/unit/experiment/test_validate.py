@@ -138,7 +138,7 @@ def test_an_experiment_that_does_not_exist_is_a_finding(tmp_path: Path) -> None:
     assert finding.message.startswith("there is no experiment")
 
 
-def test_a_backend_that_cannot_tell_its_capabilities_is_named(
+def test_a_backend_whose_capabilities_cannot_be_read_is_named(
     drive_to_the_wall: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from experiment_fakes import CountingBackend
@@ -151,7 +151,7 @@ def test_a_backend_that_cannot_tell_its_capabilities_is_named(
     assert "the backend 'counting' does not tell its capabilities: OSError: no such library" in error
 
 
-def test_a_robot_that_cannot_be_read_brings_no_errors_about_what_it_would_serve(edit: Edit) -> None:
+def test_an_unreadable_robot_causes_no_errors_about_its_topics(edit: Edit) -> None:
     (error,) = errors_of(edit("<joint", "<jiont", "husky.sdf"))
     assert "NRP209" in error
 

@@ -75,7 +75,9 @@ def test_arrays_are_arrays_of_the_fields_type() -> None:
         (Float64, String("x"), "String"),
     ],
 )
-def test_what_the_topic_cannot_carry_is_refused_with_the_reason(kind: type, value: Any, reason: str) -> None:
+def test_a_value_that_the_topic_cannot_carry_is_refused_with_the_reason(
+    kind: type, value: Any, reason: str
+) -> None:
     with pytest.raises(TopicError) as error:
         converted(kind, value)
     assert "/topic" in str(error.value)

@@ -21,6 +21,6 @@ def test_two_settings_are_drawn_independently() -> None:
 
 
 @pytest.mark.parametrize("text", ["go", "go=4", "go=4..", "go=8..4 s", "=1..2", "go=a..b"])
-def test_what_is_no_range_is_refused(text: str) -> None:
+def test_an_invalid_range_is_refused(text: str) -> None:
     with pytest.raises(ValueError, match=r"range"):
         keyed_range(text)

@@ -79,7 +79,7 @@ def test_a_run_in_a_world_without_poses_is_recorded(blind: Path, tmp_path: Path)
         ("criteria", {"comes": {"near": {"model": "husky", "point": [1, 0], "within": "1 m"}}}),
     ],
 )
-def test_what_needs_a_distance_is_found_before_and_refused_at_the_start(
+def test_criteria_that_need_a_distance_are_found_before_and_refused_at_the_start(
     blind: Path, key: str, value: dict[str, Any]
 ) -> None:
     file = blind / "experiment.yaml"

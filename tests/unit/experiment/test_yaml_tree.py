@@ -58,7 +58,7 @@ def test_of_several_merged_mappings_the_first_wins() -> None:
         ("[" * 1200, "file.yaml", "nested too deeply"),
     ],
 )
-def test_what_is_not_yaml_gets_one_error_at_its_place(text: str, where: str, what: str) -> None:
+def test_text_that_is_not_yaml_gets_one_error_at_its_place(text: str, where: str, what: str) -> None:
     with pytest.raises(ExperimentError) as error:
         parse_tree(text, FILE)
     assert str(error.value).startswith(f"{where}: ")
@@ -103,6 +103,6 @@ def test_a_file_with_a_byte_order_mark_and_windows_lines_reads_like_any_other(tm
     assert read_tree(path).plain() == {"a": 1, "b": 2}
 
 
-def test_a_missing_file_is_said_to_be_missing(tmp_path: Path) -> None:
+def test_a_missing_file_is_reported_as_missing(tmp_path: Path) -> None:
     with pytest.raises(ExperimentError, match="cannot be read: No such file"):
         read_tree(tmp_path / "nothing.yaml")

@@ -160,7 +160,7 @@ def test_two_declarations_of_one_name_must_be_equal(tmp_path):
         sim.parameter("g", 2.0)
 
 
-def test_what_is_read_is_what_runs(tmp_path):
+def test_the_declaration_read_from_the_code_is_the_one_that_runs(tmp_path):
     """The declaration that is read from a call equals the one that the call makes."""
     call = "sim.parameter('gain', -1.5, unit='mV', low=-2, high=5, doc='how ' 'much')"
     (read,) = declared(tmp_path, call).parameters.values()

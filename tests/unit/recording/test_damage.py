@@ -63,7 +63,7 @@ def damaged(data: bytes, draw: st.DrawFn) -> bytes:
 
 
 @pytest.mark.slow
-def test_damage_anywhere_is_told_or_what_is_whole_is_used(whole: Path, tmp_path: Path) -> None:
+def test_damage_anywhere_is_reported_or_the_intact_part_is_used(whole: Path, tmp_path: Path) -> None:
     counts: Counter[str] = Counter()
     intact = {topic.name: [] for topic, _ in Recording(whole).raw()}
     for topic, message in Recording(whole).raw():

@@ -120,7 +120,7 @@ def test_sonata_is_read_by_libsonata(recording: Recording, tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("kind", list(Format))
-def test_what_was_cut_is_written_as_far_as_it_goes(
+def test_a_cut_recording_is_exported_up_to_the_cut(
     recording: Recording, tmp_path: Path, kind: Format
 ) -> None:
     whole = recording.file.read_bytes()

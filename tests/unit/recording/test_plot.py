@@ -146,7 +146,7 @@ def test_images_are_taken_at_moments_that_matter_and_the_gaps_between() -> None:
     assert moments(Story({}), 3) == [0.0]
 
 
-def test_there_are_no_more_images_than_the_camera_took(recording: Recording) -> None:
+def test_there_are_at_most_as_many_images_as_the_camera_took(recording: Recording) -> None:
     taken = camera_images(recording, [0.0, 0.001, 0.2, 9.0])
     assert [round(one.t_s, 3) for one in taken] == [0.0, 0.2, 0.4]
     assert all(one.pixels.shape == (2, 2, 3) for one in taken)
@@ -178,7 +178,7 @@ def test_labels_lose_what_they_share() -> None:
     assert short_labels(legs, 15) == ["left/lifting", "right/lifting", "left/forward"]
 
 
-def test_values_of_two_robots_are_told_apart() -> None:
+def test_values_of_two_robots_are_kept_apart() -> None:
     names = [f"/{robot}/cmd_vel" for robot in ("red", "blue")]
     story = Story({})
     for name in names:
@@ -274,7 +274,7 @@ def test_a_footprint_is_the_shadow_of_a_shape_from_above(
     np.testing.assert_allclose(outlines.max(axis=0), high, atol=1e-6)
 
 
-def test_a_file_that_is_no_image_is_refused_by_name(tmp_path: Path) -> None:
+def test_a_file_that_is_not_an_image_is_refused_by_name(tmp_path: Path) -> None:
     with pytest.raises(ExperimentError, match=r"not 'figure\.pgn'; did you mean '\.png'"):
         check_target(tmp_path / "figure.pgn")
     with pytest.raises(ExperimentError, match="the folder does not exist"):
@@ -306,7 +306,7 @@ def map_of(figure: Figure) -> Any:
     return next((axes for axes in figure.axes if axes.get_title(loc="left") == "Room from above"), None)
 
 
-def test_a_map_is_cropped_to_the_way_and_a_larger_room_is_shown_in_a_corner() -> None:
+def test_a_map_is_cropped_to_the_trajectory_and_a_larger_room_is_shown_in_a_corner() -> None:
     with style():
         axes = map_of(draw_page(driven(2.0, 20.0), [], PlotOptions()))
         whole = map_of(draw_page(driven(2.0, 0.3), [], PlotOptions()))

@@ -66,7 +66,7 @@ def test_a_visual_that_changes_colour_is_recorded_anew_and_the_rest_is_not(rig: 
     assert (change.t_ns, glass.id, glass.cubes[0].color.r) == (40_000_000, "wall/body/glass", 1.0)
 
 
-def test_where_an_engine_knows_no_links_a_model_is_a_frame(rig: Any) -> None:
+def test_in_an_engine_without_links_a_model_is_a_frame(rig: Any) -> None:
     for _ in range(3):
         rig.step()
     transforms = recorded(rig, TRANSFORMS)
@@ -98,7 +98,7 @@ def test_a_device_is_recorded_when_its_value_changes(rig: Any) -> None:
     assert (about["unit"], about["neurons"], about["role"]) == ("mV", "[3, 4]", Role.SINK)
 
 
-def test_what_anybody_publishes_is_recorded_as_it_was_then(rig: Any) -> None:
+def test_messages_of_any_publisher_are_recorded_as_they_were_sent(rig: Any) -> None:
     rig.step()
     command = Twist()
     rig.world.add_alias("/glass", GLASS)
@@ -136,7 +136,7 @@ def test_images_can_be_left_out(make_rig: Any) -> None:
     assert not [topic for topic in Recording(rig.folder).topics if "camera" in topic]
 
 
-def test_a_hash_in_the_place_of_an_image_tells_which_are_the_same(make_rig: Any) -> None:
+def test_hashes_instead_of_images_show_which_images_are_equal(make_rig: Any) -> None:
     rig = make_rig(Images.HASH)
     for _ in range(3):
         rig.step()
@@ -176,7 +176,7 @@ def test_a_topic_that_is_subscribed_to_later_is_recorded_from_the_next_step_on(m
     assert [one.t_ns for one in recorded(rig, "/husky/odom")] == [60_000_000]
 
 
-def test_what_nobody_listens_to_is_not_recorded(rig: Any) -> None:
+def test_a_topic_without_a_listener_is_not_recorded(rig: Any) -> None:
     rig.step()
     assert not recorded(rig, "/husky/odom")
 
@@ -190,7 +190,7 @@ def test_closing_leaves_the_run_as_if_nobody_had_listened(rig: Any) -> None:
     assert "/husky/cmd_vel" not in Recording(rig.folder).topics
 
 
-def test_what_was_reached_before_an_engine_failed_is_on_disk(rig: Any) -> None:
+def test_steps_before_an_engine_failure_are_on_disk(rig: Any) -> None:
     rig.step()
     rig.brain.run_until(40_000_000)
 
@@ -235,7 +235,9 @@ def test_a_full_disk_is_one_clear_error(rig: Any, monkeypatch: pytest.MonkeyPatc
     rig.recorder.close()
 
 
-def test_what_goes_wrong_beside_a_step_is_told_by_the_next(rig: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_error_in_the_writing_thread_is_raised_by_the_next_step(
+    rig: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def break_down(*_: object) -> None:
         raise RuntimeError("no such thing")
 

@@ -80,7 +80,7 @@ def test_without_a_listener_the_files_that_are_named_are_kept(open_run: Open, tm
     assert copies(tmp_path / "out") >= {"variant.yaml", "experiment.yaml", "brain.py", "drive.py", "room.sdf"}
 
 
-def test_what_was_kept_runs_again_and_comes_to_the_same(open_run: Open, tmp_path: Path) -> None:
+def test_a_kept_run_can_be_repeated_with_the_same_result(open_run: Open, tmp_path: Path) -> None:
     run = open_run()
     with FilesRead() as files:
         open_run()
@@ -143,7 +143,7 @@ def test_recording_changes_nothing(open_run: Open, tmp_path: Path) -> None:
     assert results[0] == results[1]
 
 
-def test_a_folder_that_holds_something_is_left_alone(open_run: Open, tmp_path: Path) -> None:
+def test_a_folder_that_is_not_empty_is_not_touched(open_run: Open, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     RecordingFolder(open_run(), tmp_path / "out").close("finished")
     before = (tmp_path / "out" / "run.json").read_text()

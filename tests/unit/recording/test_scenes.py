@@ -103,7 +103,7 @@ def test_a_capsule_is_a_cylinder_with_two_balls() -> None:
     assert [shape.pose.position[2] for shape in shapes] == [-1.0, 1.0, 0.0]
 
 
-def test_what_leaves_the_scene_is_removed_from_the_recorded_one() -> None:
+def test_a_model_that_leaves_the_scene_is_removed_from_the_recorded_one() -> None:
     shown = _shown(Visual("a", Capsule(0.5, 2.0)), Visual("b", Capsule(0.5, 2.0)))
     scene = RecordedScene()
     scene.take(scene_update({}, shown, 0))

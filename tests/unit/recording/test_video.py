@@ -81,7 +81,7 @@ def test_a_camera_s_images_are_shown_as_they_were(recording: Recording, tmp_path
         video(recording, tmp_path / "eye.mp4", VideoOptions(camera="camra"))
 
 
-def test_what_cannot_be_shown_is_refused(recording: Recording, tmp_path: Path) -> None:
+def test_an_impossible_video_is_refused(recording: Recording, tmp_path: Path) -> None:
     with pytest.raises(ExperimentError, match=r"nothing after 7 s: it ends at 0\.5 s"):
         times_of(recording, VideoOptions(begin_s=7.0))
     with pytest.raises(ExperimentError, match="no model 'huskey' moves; did you mean 'husky'"):

@@ -21,7 +21,7 @@ def paths(draw: st.DrawFn) -> JointPath:
 
 
 @given(paths())
-def test_a_path_passes_its_knots_and_arrives_as_they_tell(path: JointPath) -> None:
+def test_a_path_passes_its_knots_at_their_times_and_stops_at_the_last(path: JointPath) -> None:
     for knot in path.knots[:-1]:
         here, before = path.at(knot.t_ns), path.at(knot.t_ns - 1)
         assert here is not None

@@ -79,7 +79,7 @@ def test_a_stamp_keeps_every_nanosecond(t_ns: int) -> None:
     ],
     ids=lambda right: type(right).__name__,
 )
-def test_what_a_field_is_declared_as_it_may_be(right: object) -> None:
+def test_a_value_of_the_declared_type_is_valid(right: object) -> None:
     assert invalid_field(right) is None
 
 
@@ -134,7 +134,5 @@ def test_arrays_are_not_looked_into() -> None:
         (Float64(10**400), "data is 1000"),
     ],
 )
-def test_a_list_in_the_place_of_a_value_a_value_in_that_of_a_list_and_huge_numbers_are_told(
-    wanting: object, wrong: str
-) -> None:
+def test_lists_for_values_values_for_lists_and_huge_numbers_are_reported(wanting: object, wrong: str) -> None:
     assert re.match(wrong, invalid_field(wanting) or "")

@@ -171,7 +171,7 @@ def test_every_visual_has_a_colour(room: Any) -> None:
 
 
 @pytest.mark.parametrize("color", [ColorRGBA(255, 0, 0), ColorRGBA(0, -0.1, 0), ColorRGBA(a=pi)])
-def test_a_colour_outside_0_to_1_is_refused_and_breaks_nothing(room: Any, color: ColorRGBA) -> None:
+def test_a_colour_outside_0_to_1_is_refused_without_side_effects(room: Any, color: ColorRGBA) -> None:
     with pytest.raises(TopicError, match="must be from 0 to 1, not"):
         room.advertise(GLASS).publish(color)
     assert room.state is State.READY

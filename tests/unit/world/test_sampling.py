@@ -57,7 +57,7 @@ def test_every_rate_is_kept_exactly_as_far_as_the_steps_allow(open_world: Any, r
 
 @many
 @given(rate_hz=rates, cuts=cuts)
-def test_how_a_run_is_split_changes_no_sample(open_world: Any, rate_hz: float, cuts: list[int]) -> None:
+def test_splitting_a_run_does_not_change_samples(open_world: Any, rate_hz: float, cuts: list[int]) -> None:
     whole, parts = open_world(rate_hz=rate_hz), open_world(rate_hz=rate_hz)
     topics = ("/husky/camera", "/husky/odom")
     together = [whole.subscribe(topic, depth=1000) for topic in topics]
@@ -76,7 +76,7 @@ def test_nothing_is_sampled_before_the_first_step(room: Any) -> None:
     assert images.latest.t_ns == 0
 
 
-def test_who_comes_late_gets_the_next_sample(room: Any) -> None:
+def test_a_late_subscriber_gets_the_next_sample(room: Any) -> None:
     room.run_until(50 * MS)
     images = room.subscribe("/husky/camera", depth=10)
     room.run_until(66 * MS)

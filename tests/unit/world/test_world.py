@@ -67,7 +67,7 @@ def test_a_topic_has_its_direction(room: Any) -> None:
         room.advertise("/husky/camera")
 
 
-def test_a_wrong_message_is_refused_under_the_name_that_was_asked_for_and_breaks_nothing(room: Any) -> None:
+def test_a_wrong_message_is_refused_under_its_requested_name_without_side_effects(room: Any) -> None:
     room.add_alias("/go", "/husky/cmd_vel")
     go = room.advertise("/go")
     with pytest.raises(TopicError, match="/go carries geometry_msgs/msg/Twist, not Vector3"):
@@ -251,7 +251,7 @@ def test_an_engine_without_snapshots_says_so_and_goes_on(open_world: Any) -> Non
 # -- errors
 
 
-def test_a_time_between_two_steps_is_refused_and_breaks_nothing(room: Any) -> None:
+def test_a_time_between_two_steps_is_refused_without_side_effects(room: Any) -> None:
     with pytest.raises(TimestepError, match="3 ms is not a multiple of the world's step, 2 ms"):
         room.run_until(3 * MS)
     assert room.state is State.READY

@@ -73,7 +73,7 @@ def test_parameters_change_as_in_the_exact_mode(
 
 
 @pytest.mark.parametrize(("before", "after"), [(20.0, 3.0), (3.0, 20.0)])
-def test_who_waits_keeps_its_refractory_time_and_later_spikes_get_the_new_one(
+def test_waiting_cells_keep_their_refractory_time_and_later_spikes_get_the_new_one(
     before: float, after: float, cells: Cells, open_brain: Open
 ) -> None:
     part = cells("cells", "IF_curr_exp", 40, tau_refrac=before, i_offset=np.linspace(2.0, 6.0, 40))

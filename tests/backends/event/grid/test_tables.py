@@ -104,7 +104,7 @@ def test_targets_beyond_sixteen_bits_are_reached() -> None:
     assert np.flatnonzero(voltages).tolist() == sorted((post + 10).tolist())
 
 
-def test_delays_off_the_grid_are_rounded_and_that_is_said(
+def test_delays_off_the_grid_are_rounded_with_a_warning(
     cells: Cells, connect: Connect, open_brain: Open
 ) -> None:
     network = (cells("n", "IF_curr_exp", 2), connect("n", "n", 0.1, 1.04, pairs=[(0, 1)]))

@@ -168,7 +168,7 @@ def test_a_value_that_does_not_fit_is_an_error_that_names_the_type(wrong: Any) -
 
 @settings(deadline=None)
 @given(st.binary(max_size=40))
-def test_bytes_that_are_no_message_are_an_error_not_a_crash(data: bytes) -> None:
+def test_bytes_that_are_not_a_message_are_an_error_not_a_crash(data: bytes) -> None:
     codec = Codec()
     codec.name(Spikes)
     try:

@@ -117,7 +117,7 @@ def test_depth_comes_back(depth):
     assert np.array_equal(CvBridge().imgmsg_to_cv2(message, "32FC1"), depth)
 
 
-def test_what_cannot_be_converted_is_refused():
+def test_an_unknown_encoding_is_refused():
     with pytest.raises(CvBridgeError, match="unknown encoding 'rgb9'"):
         CvBridge().cv2_to_imgmsg(np.zeros((2, 2, 3), np.uint8), "rgb9")
     with pytest.raises(CvBridgeError, match="cannot be converted from '32FC1' to 'bgr8'"):

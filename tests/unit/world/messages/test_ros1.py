@@ -60,7 +60,7 @@ MESSAGES: list[Any] = [
 
 
 @pytest.mark.parametrize("message", MESSAGES, ids=lambda message: type(message).__name__)
-def test_what_is_encoded_and_decoded_is_the_same_message_of_the_same_class(message: Any) -> None:
+def test_encoding_and_decoding_a_message_gives_an_equal_one_of_the_same_class(message: Any) -> None:
     codec = Ros1Codec()
     data = codec.encode(message)
     decoded = codec.decode(data, codec.name(type(message)))

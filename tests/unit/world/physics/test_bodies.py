@@ -59,7 +59,7 @@ def test_a_chain_gives_poses_in_the_parents_frame():
     assert body_of(bodies, "c") == 2
 
 
-def test_what_is_static_is_one_fixed_body_whatever_its_joints():
+def test_a_static_model_is_one_fixed_body_with_or_without_joints():
     model = Model("m", (link("a"), link("b", mass=0)), (joint("revolute", "a", "b"),), pose=HERE, static=True)
     (body,) = bodies_of(model)
     assert body.fixed

@@ -67,7 +67,7 @@ def test_from_within_nothing_is_seen():
         assert np.isinf(scanned(shape, Pose())).all()
 
 
-def test_what_is_nearer_or_farther_than_a_laser_measures_is_not_seen():
+def test_objects_outside_the_range_of_a_laser_are_not_seen():
     near = Laser("laser", "/scan", 10.0, 1, 0.0, 0.0, 3.0, 20.0)
     far = Laser("laser", "/scan", 10.0, 1, 0.0, 0.0, 0.0, 1.0)
     exact = Laser("laser", "/scan", 10.0, 1, 0.0, 0.0, 0.0, 1.5)

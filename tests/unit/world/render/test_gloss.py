@@ -77,13 +77,13 @@ def test_a_white_surface_sends_all_light_that_falls_on_it(metalness, roughness, 
 
 @settings(max_examples=40, deadline=None)
 @given(st.builds(Finish, shares, shares, colors), colors, slanted, slanted)
-def test_light_goes_the_same_way_to_and_fro(finish, color, one, other):
+def test_light_paths_are_reversible(finish, color, one, other):
     to, fro = reflected(finish, color, one, other), reflected(finish, color, other, one)
     assert to * other[2] == pytest.approx(fro * one[2], rel=1e-6, abs=1e-9)
 
 
 @pytest.mark.parametrize("finish", [Finish(r, m) for r in (0.0, 0.3, 1.0) for m in (0.0, 1.0)], ids=str)
-def test_what_is_white_cannot_be_told_from_its_surroundings_in_equal_light(seen, thing, finish):
+def test_a_white_object_is_invisible_in_uniform_light(seen, thing, finish):
     image, _ = seen([], thing("ball", Sphere(1.0), Pose((1.0, 0.3, 1.0)), finish=finish))
     on_ball = image[(image != image[0, 0]).any(axis=2)]
     assert len(on_ball) > 100
@@ -144,7 +144,7 @@ def test_metal_has_no_colour_from_within_and_plastic_shines_in_the_colour_of_the
     assert green == blue
 
 
-def test_shadows_fall_on_what_shines(seen, thing):
+def test_shadows_fall_on_glossy_surfaces(seen, thing):
     sun = Light("sun", diffuse=(0.4, 0.4, 0.4, 1.0))
     floor, roof = thing("floor", FLOOR, finish=Finish(0.4)), thing("roof", Sphere(0.8), Pose((1.0, 0.3, 3.0)))
     images = [seen(lights, *models)[0] for lights in ([], [sun]) for models in ([floor], [floor, roof])]

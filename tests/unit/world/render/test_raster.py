@@ -116,7 +116,7 @@ def test_a_floor_that_passes_below_the_camera_is_cut_at_the_near_plane():
     assert (image[:15] == bytes_of(SKY)).all()
 
 
-def test_what_is_too_far_is_not_seen():
+def test_objects_beyond_the_clip_distance_are_not_seen():
     wall = box(0, (1.0, 30.0, 30.0), Pose((FAR + 0.6, 0.0, 0.0)))
     assert (cameras(wall, eye()).image(CAMERA) == bytes_of(SKY)).all()
 

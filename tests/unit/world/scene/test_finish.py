@@ -47,7 +47,7 @@ def shown(model: Callable[..., Model]) -> Callable[[str], tuple[Visual, tuple[st
         ("<specular>1 1 1 1</specular>", Finish(1.0, 0.0, (0.08, 0.08, 0.08))),
     ],
 )
-def test_a_finish_is_what_the_material_says(shown, material: str, finish: Finish | None) -> None:
+def test_a_finish_follows_from_the_material(shown, material: str, finish: Finish | None) -> None:
     visual, warnings = shown(RED + material)
     assert visual.finish == finish
     assert visual.rgba == (1, 0, 0, 1)
@@ -94,11 +94,11 @@ def test_a_map_of_reflectance_wins_over_the_colour(shown) -> None:
         ),
     ],
 )
-def test_what_has_no_effect_is_told_with_its_place(shown, metal: str, warning: str) -> None:
+def test_an_element_without_effect_is_reported_with_its_place(shown, metal: str, warning: str) -> None:
     _, (told,) = shown(f"{RED}<pbr><metal>{metal}</metal></pbr>")
     assert str(told.as_error()).endswith(f"robot.sdf:4: {warning}")
 
 
-def test_a_finish_is_part_of_what_a_scene_is(shown) -> None:
+def test_a_finish_is_part_of_the_digest_of_a_scene(shown) -> None:
     one, other = (shown(f"<pbr><metal><roughness>{r}</roughness></metal></pbr>")[0] for r in (0.1, 0.2))
     assert repr(one) != repr(other)

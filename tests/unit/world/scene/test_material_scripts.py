@@ -91,7 +91,7 @@ def test_a_missing_image_leaves_what_is_lit(scripts: Path) -> None:
 @pytest.mark.parametrize(
     "content", [b"", b"material", b"material a\n{ diffuse x y z", b"\xff\xfe\x00", b"/*"]
 )
-def test_a_damaged_script_has_no_colour(tmp_path: Path, content: bytes) -> None:
+def test_a_damaged_script_is_printed_without_colour(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "a.material").write_bytes(content)
     assert script_color("a", [tmp_path]) is None
 

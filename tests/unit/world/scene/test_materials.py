@@ -35,7 +35,7 @@ def test_a_colour_may_be_named_shortly_in_any_case(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["Gazebo/DarkGray", "GrayTransparent", "gray"])
-def test_grey_may_be_spelled_in_both_ways(name: str) -> None:
+def test_grey_may_be_spelled_in_two_forms(name: str) -> None:
     assert color_of(name) == color_of(name.replace("ray", "rey"))
 
 

@@ -258,7 +258,7 @@ def test_a_hull_of_few_corners_is_exact_however_fine_its_mesh_is() -> None:
         [[(3, 3, 3), (3, 3, 3), (3, 3, 3)]],  # a point
     ],
 )
-def test_what_is_flat_gets_a_thickness(triangles: list[list[tuple[float, float, float]]]) -> None:
+def test_a_flat_mesh_gets_a_thickness(triangles: list[list[tuple[float, float, float]]]) -> None:
     (piece,) = convex_pieces(np.array(triangles, float))
     assert volume(piece) > 0
     assert np.abs(piece).max() <= 3.01
@@ -343,7 +343,7 @@ def test_without_a_cache_meshes_are_converted_in_each_process(
         ("a.fbx", b"", r"not of a supported type; supported: .stl, .obj, .dae"),
     ],
 )
-def test_what_cannot_be_used_is_refused_in_a_sentence(
+def test_an_unusable_mesh_is_refused_in_one_sentence(
     pieces: Pieces, name: str, content: bytes, message: str
 ) -> None:
     with pytest.raises(SceneError, match=message) as refusal:
@@ -370,6 +370,6 @@ def test_a_damaged_file_is_read_or_refused_but_never_crashes(suffix: str, data: 
     assert all(np.isfinite(triangles).all() for triangles, _ in pieces)
 
 
-def test_what_is_written_is_read_back(tmp_path: Path) -> None:
+def test_a_written_mesh_is_read_back(tmp_path: Path) -> None:
     write_stl(tmp_path / "a.stl", ball(5))
     assert read_stl(tmp_path / "a.stl") == pytest.approx(ball(5), abs=1e-6)

@@ -37,7 +37,7 @@ def test_topics_are_served_or_listened_to() -> None:
     ]
 
 
-def test_every_link_of_every_model_is_told_once(world: Callable[..., Scene]) -> None:
+def test_every_link_of_every_model_is_reported_once(world: Callable[..., Scene]) -> None:
     arm = (
         '<link name="upper"><inertial/></link><link name="lower"><inertial/></link>'
         '<joint name="elbow" type="revolute"><parent>upper</parent><child>lower</child>'
@@ -52,7 +52,7 @@ def test_every_link_of_every_model_is_told_once(world: Callable[..., Scene]) -> 
     assert "rock at 0 0 0: nothing to see; nothing to touch" in text
 
 
-def test_an_empty_world_is_told_as_empty(world: Callable[..., Scene]) -> None:
+def test_an_empty_world_is_reported_as_empty(world: Callable[..., Scene]) -> None:
     assert list(outline(world(""), "room").lines()) == ["room: empty; gravity 0 0 -9.8 m/s²"]
 
 

@@ -100,7 +100,7 @@ def test_an_archive_of_too_much_is_refused(pack: Pack, monkeypatch: pytest.Monke
 @pytest.mark.parametrize(
     ("content", "message"), [(b"PK nothing", "not a ZIP archive"), (b"", "not a ZIP archive")]
 )
-def test_what_is_no_archive_is_refused(tmp_path: Path, content: bytes, message: str) -> None:
+def test_a_file_that_is_not_an_archive_is_refused(tmp_path: Path, content: bytes, message: str) -> None:
     (tmp_path / "cart.zip").write_bytes(content)
     with pytest.raises(SceneError, match=message):
         read_model(tmp_path / "cart.zip")
@@ -189,7 +189,7 @@ def test_substitutions_alone_make_a_xacro_file(tmp_path: Path) -> None:
         ('<link name="$(find nowhere)"/>', "there is no package 'nowhere'"),
     ],
 )
-def test_what_xacro_cannot_expand_is_one_error(
+def test_a_file_that_xacro_cannot_expand_is_one_error(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], body: str, message: str
 ) -> None:
     robot = tmp_path / "cart.xacro"

@@ -50,7 +50,7 @@ def test_a_revolute_joint_without_limits_is_continuous(joint: JointReader) -> No
         "<limit><lower>-inf</lower><upper>inf</upper></limit>",
     ],
 )
-def test_every_way_to_write_no_limit_is_continuous(joint: JointReader, limit: str) -> None:
+def test_every_spelling_of_an_unlimited_joint_is_continuous(joint: JointReader, limit: str) -> None:
     assert joint(f"<axis><xyz>0 1 0</xyz>{limit}</axis>").kind == "continuous"
 
 
@@ -67,7 +67,7 @@ def test_limits_and_damping_are_read(joint: JointReader) -> None:
     )
 
 
-def test_a_negative_effort_is_no_limit(joint: JointReader) -> None:
+def test_a_negative_effort_means_unlimited(joint: JointReader) -> None:
     assert joint("<axis><limit><effort>-1</effort></limit></axis>").effort == inf
 
 
@@ -163,7 +163,7 @@ def refuse(model: ModelReader, joints: str, message: str, line: int) -> None:
     assert refusal.value.line == line
 
 
-def test_the_world_is_no_child(model: ModelReader) -> None:
+def test_the_world_cannot_be_a_child(model: ModelReader) -> None:
     joint = '<joint name="j" type="fixed"><parent>base</parent><child>world</child></joint>'
     refuse(model, joint, "the world cannot be the child", 6)
 

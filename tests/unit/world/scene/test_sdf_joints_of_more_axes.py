@@ -190,7 +190,7 @@ def test_two_coordinates_of_one_name_are_refused(model: ModelReader) -> None:
         model(text + joint("revolute", name="j_y", ends=("arm", "tip")))
 
 
-def test_an_outline_tells_what_the_joints_are(model: ModelReader) -> None:
+def test_an_outline_describes_the_joints(model: ModelReader) -> None:
     text = LINKS + '<link name="tip"><inertial/></link>' + joint("screw")
     read = model(text + joint("ball", name="b", ends=("arm", "tip")))
     lines = "\n".join(outline(Scene((read,)), "room").lines())
@@ -255,6 +255,6 @@ def test_a_gearbox_without_two_gears_is_left_out_with_a_warning(
     assert why in str(read.warnings[0])
 
 
-def test_a_gearbox_names_what_is_there(model: ModelReader) -> None:
+def test_a_gearbox_suggests_existing_names(model: ModelReader) -> None:
     with pytest.raises(SceneError, match="has no frame 'bsae'; did you mean 'base'"):
         model(geared(BODY.replace("base", "bsae") + AXES))

@@ -86,14 +86,14 @@ def test_a_shape_without_a_size_is_one_error_at_its_line(link: LinkReader, shape
     assert refusal.value.path is not None
 
 
-def test_an_empty_geometry_is_no_shape_and_no_warning(model: ModelReader) -> None:
+def test_an_empty_geometry_yields_neither_a_shape_nor_a_warning(model: ModelReader) -> None:
     empty = "<geometry><empty/></geometry>"
     read = model(f'<link name="base">{UNIT_MASS}{visual("", empty)}{collision("", empty)}</link>')
     assert (read.links[0].visuals, read.links[0].collisions, read.warnings) == ((), (), ())
 
 
 @pytest.mark.parametrize("part", [visual, collision])
-def test_parts_of_one_name_are_told_apart_with_a_warning(
+def test_parts_with_one_name_are_renamed_with_a_warning(
     model: ModelReader, part: Callable[[str], str]
 ) -> None:
     read = model(f'<link name="base">{UNIT_MASS}\n{part("")}\n{part("")}\n{part("")}</link>')
@@ -151,7 +151,7 @@ def test_the_colour_is_what_glows_else_what_is_lit(
         ("", False),
     ],
 )
-def test_what_glows_is_told_from_what_is_lit(link: LinkReader, material: str, glows: bool) -> None:
+def test_emissive_and_lit_colours_are_distinguished(link: LinkReader, material: str, glows: bool) -> None:
     assert link(visual(f"<material>{material}</material>")).visuals[0].glows is glows
 
 
@@ -226,7 +226,7 @@ def test_mass_properties_are_read_as_they_stand(link: LinkReader) -> None:
     assert read.inertial == Inertial(2, Pose((1, 2, 3)), (4, 5, 6, 0.1, 0.2, 0.3))
 
 
-def test_what_an_inertial_does_not_say_is_the_specifications(link: LinkReader) -> None:
+def test_omitted_values_of_an_inertial_have_the_defaults_of_the_specification(link: LinkReader) -> None:
     assert link("<inertial/>").inertial == Inertial(1, Pose(), (1, 1, 1, 0, 0, 0))
 
 

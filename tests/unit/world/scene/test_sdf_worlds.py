@@ -108,7 +108,7 @@ def test_a_saved_world_has_its_things_where_they_were_last(world: WorldReader) -
 
 
 @pytest.mark.parametrize(("scale", "warned"), [("1 1 1", False), ("1 2 1", True)])
-def test_what_was_scaled_in_a_saved_world_is_warned_of(world: WorldReader, scale: str, warned: bool) -> None:
+def test_models_scaled_in_a_saved_world_cause_a_warning(world: WorldReader, scale: str, warned: bool) -> None:
     scene = world(
         f'<model name="ball">{LINK}</model>'
         f'<state world_name="room"><model name="ball"><scale>{scale}</scale></model></state>'
@@ -331,7 +331,7 @@ def test_elements_of_other_namespaces_are_the_users_own(write: Writer) -> None:
     assert read_model(write(body)).warnings == ()
 
 
-def test_what_is_in_the_specification_but_not_simulated_is_warned_of(world: WorldReader) -> None:
+def test_elements_of_the_specification_that_are_not_simulated_cause_a_warning(world: WorldReader) -> None:
     scene = world(
         '<actor name="x"/><physics><ode><solver/></ode></physics><scene/><gui><camera name="c"/></gui>'
         '<wind/><model name="a"><link name="base"><gravity>0</gravity><inertial/></link></model>'

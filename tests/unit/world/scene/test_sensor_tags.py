@@ -192,9 +192,7 @@ def test_the_controllers_of_gazebo_sim(model: ModelReader) -> None:
 
 
 @pytest.mark.parametrize("kind", ["position", "velocity"])
-def test_a_controller_of_gazebo_sim_aims_where_it_is_told_from_the_beginning(
-    model: ModelReader, kind: str
-) -> None:
+def test_a_controller_of_gazebo_sim_starts_at_its_declared_target(model: ModelReader, kind: str) -> None:
     system = {"position": "JointPositionController", "velocity": "JointController"}[kind]
     plugin = (
         f'<plugin name="gz::sim::systems::{system}" filename="x"><joint_name>wrist</joint_name>'
@@ -305,7 +303,7 @@ def test_a_rate_below_0_is_refused(model: ModelReader) -> None:
 @pytest.mark.parametrize(
     "file", ["gz-sim-velocity-control-system", "libignition-gazebo6-velocity-control-system.so"]
 )
-def test_the_velocity_control_of_gz_sim_lets_a_body_move_as_told(model: ModelReader, file: str) -> None:
+def test_the_velocity_control_of_gz_sim_moves_a_body_as_commanded(model: ModelReader, file: str) -> None:
     plugin = f'<link name="base"/><plugin name="v" filename="{file}">{{}}</plugin>'
     assert model(plugin.format("")).drives == (Flight("v", "/model/robot/cmd_vel"),)
     read = model(plugin.format("<initial_linear>1 0 2</initial_linear><link_name>base</link_name>"))
@@ -323,7 +321,7 @@ def test_a_multicopter_of_gz_sim_flies_on_the_topic_of_its_controller(model: Mod
     assert drive.command_topic == "/X3/gazebo/command/twist"
 
 
-def test_the_odometry_of_gz_sim_tells_the_pose_of_the_model_and_velocities_along_it(
+def test_the_odometry_of_gz_sim_has_the_pose_of_the_model_and_velocities_along_it(
     model: ModelReader,
 ) -> None:
     read = model(

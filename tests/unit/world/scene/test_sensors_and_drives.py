@@ -46,7 +46,9 @@ def test_a_camera_is_read(sensor: Callable[..., Model]) -> None:
     assert read.warnings == ()
 
 
-def test_what_a_camera_does_not_say_is_the_specifications(sensor: Callable[..., Model]) -> None:
+def test_omitted_settings_of_a_camera_have_the_defaults_of_the_specification(
+    sensor: Callable[..., Model],
+) -> None:
     read = camera(sensor(f"{RATE}<camera/>"))
     assert (read.horizontal_fov, read.width, read.height, read.near, read.far) == (1.047, 320, 240, 0.1, 100)
 
@@ -287,7 +289,9 @@ def test_an_unknown_plugin_is_warned_of(model: ModelReader) -> None:
 
 
 @pytest.mark.parametrize("system", ["Physics", "SceneBroadcaster", "UserCommands", "Sensors"])
-def test_what_gazebo_needs_to_run_at_all_is_no_warning(world: Callable[..., object], system: str) -> None:
+def test_elements_that_gazebo_itself_needs_cause_no_warning(
+    world: Callable[..., object], system: str
+) -> None:
     scene = world(f'<plugin name="gz::sim::systems::{system}" filename="gz-sim-x-system"/>')
     assert scene.warnings == ()  # type: ignore[attr-defined]
 

@@ -35,7 +35,7 @@ def foot_of(model: Model, leg: str, **angles: float) -> Vector:
 LEGS = [f"{place}_{side}" for side in ("left", "right") for place in ("front", "middle", "rear")]
 
 
-def test_the_walkers_file_is_what_its_generator_writes() -> None:
+def test_the_walkers_file_equals_the_output_of_its_generator() -> None:
     assert sdf(Hexapod()) == (FOLDER / "hexapod.sdf").read_text()
 
 

@@ -82,7 +82,7 @@ def test_an_inertia_that_a_body_can_have_is_kept(model: Callable[[str], Model], 
     assert box.size == pytest.approx((0.2,) * 3)
 
 
-def test_a_collision_takes_the_extent_of_what_is_seen(model: Callable[[str], Model]) -> None:
+def test_a_collision_shape_takes_the_extent_of_the_visual(model: Callable[[str], Model]) -> None:
     seen = (
         '<visual name="v"><pose>0 0 1 0 0 0</pose><geometry><box><size>1 2 3</size></box></geometry></visual>'
     )
@@ -116,7 +116,7 @@ def test_a_lost_ground_is_a_plane_where_its_model_stands(world: Callable[..., Sc
     assert isinstance(shape(scene, "table")[1], Box)
 
 
-def test_a_room_with_a_ground_gets_no_second_one(world: Callable[..., Scene]) -> None:
+def test_a_room_with_a_ground_does_not_get_a_second_one(world: Callable[..., Scene]) -> None:
     floor = '<collision name="c"><geometry><plane/></geometry></collision>'
     scene = world(thing("ground", "0 0 0 0 0 0", floor) + thing("lab_floor", "4 0 0 0 0 0"))
     assert isinstance(shape(scene, "lab_floor")[1], Box)

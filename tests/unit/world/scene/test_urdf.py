@@ -176,7 +176,7 @@ def test_it_may_be_renamed_and_included_in_a_world(urdf: UrdfReader, tmp_path: P
 # -- <gazebo>
 
 
-def test_what_gazebo_says_of_a_link_goes_to_it(urdf: UrdfReader) -> None:
+def test_gazebo_elements_of_a_link_apply_to_it(urdf: UrdfReader) -> None:
     box = '<geometry><box size="1 1 1"/></geometry>'
     read = urdf(
         f'<link name="base">{MASS}<visual>{box}<material name="m"><color rgba="0 1 0 1"/></material></visual>'
@@ -192,7 +192,7 @@ def test_what_gazebo_says_of_a_link_goes_to_it(urdf: UrdfReader) -> None:
     assert read.warnings == ()
 
 
-def test_what_gazebo_says_of_the_whole_goes_to_the_model(urdf: UrdfReader) -> None:
+def test_gazebo_elements_without_a_reference_apply_to_the_model(urdf: UrdfReader) -> None:
     read = urdf(
         TWO_LINKS
         + f'<link name="other">{MASS}</link>'
@@ -240,12 +240,12 @@ def test_an_error_points_into_the_file(urdf: UrdfReader, body: str, message: str
     assert str(refusal.value.path).endswith("robot.urdf")
 
 
-def test_a_block_about_what_is_not_there_is_ignored_with_a_warning(urdf: UrdfReader) -> None:
+def test_a_block_about_a_missing_part_is_ignored_with_a_warning(urdf: UrdfReader) -> None:
     (warning,) = urdf(f'<link name="arm">{MASS}</link><gazebo reference="arms"/>').warnings
     assert "robot.urdf:2: ignored: the robot has no link or joint 'arms'; did you mean 'arm'?" in str(warning)
 
 
-def test_what_is_unknown_or_meant_for_others_is_warned_of(urdf: UrdfReader) -> None:
+def test_unknown_elements_and_those_for_other_programs_cause_a_warning(urdf: UrdfReader) -> None:
     other, unknown = urdf(f'<link name="base">{MASS}</link><sensor name="t"/><lnk/>').warnings
     assert "robot.urdf:2: the <sensor> of a <robot> is not supported" in str(other)
     assert "the <lnk> of a <robot> is unknown: ignored; did you mean 'link'?" in str(unknown)

@@ -113,7 +113,7 @@ def test_a_comment_forgives_nothing_around_it(text: str) -> None:
 
 
 @pytest.mark.parametrize("comment", COMMENTS)
-def test_what_looks_like_a_comment_in_cdata_is_text(comment: str) -> None:
+def test_text_in_cdata_that_looks_like_a_comment_is_text(comment: str) -> None:
     comment = comment.replace("\x0c", "")
     assert parse(f"<a><?no {comment}?><![CDATA[{comment}]]><!-- --></a>").text == comment
 
@@ -188,7 +188,7 @@ def test_an_undeclared_prefix_forgives_nothing_else(text: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "<a>", "<a></b>", "<a/><b/>", "<a b=1/>", "no xml", "<a>&nothing;</a>"])
-def test_what_is_not_well_formed_is_refused_with_its_line(text: str) -> None:
+def test_xml_that_is_not_well_formed_is_refused_with_its_line(text: str) -> None:
     with pytest.raises(SceneError, match="not well-formed") as refusal:
         parse(text)
     assert refusal.value.line == 1
@@ -259,7 +259,7 @@ def test_numbers_are_read() -> None:
 @pytest.mark.parametrize(
     "text", ["", "1 2", "one", "1,2,3", "nan nan nan", "inf 0 0", "1e31 0 0", "0x10 0 0"]
 )
-def test_what_are_not_three_finite_numbers_is_refused_with_what_stands_there(text: str) -> None:
+def test_anything_but_three_finite_numbers_is_refused_with_the_text_found(text: str) -> None:
     element = parse(f"<a>\n<v>{text}</v></a>").require("v")
     with pytest.raises(SceneError, match=text or "''") as refusal:
         element.numbers(3)
@@ -310,6 +310,6 @@ def test_a_missing_file_is_named_with_one_that_is_there(tmp_path: Path) -> None:
         read_xml(tmp_path / "nowhere" / "husky.sdf")
 
 
-def test_a_folder_is_no_file(tmp_path: Path) -> None:
+def test_a_folder_is_refused_as_a_file(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="cannot read"):
         read_xml(tmp_path)
