@@ -126,12 +126,12 @@ WRONG: dict[str, tuple[str, ...]] = {
         "kept = self._now.synapses; self._now, self._spikes = self._fresh(), []; self._now.synapses = kept",
     ),
     "reset keeps current": (
-        "a_reset_forgets_what_is_on_its_way",
+        "a_reset_forgets_spikes_in_transit",
         "self._now, self._spikes = self._fresh(), []",
         "old = self._now.current_na; self._now, self._spikes = self._fresh(), []; self._now.current_na = old",
     ),
     "reset keeps delay line": (
-        "a_reset_forgets_what_is_on_its_way",
+        "a_reset_forgets_spikes_in_transit",
         "self._now, self._spikes = self._fresh(), []",
         "kept = self._now.arriving; self._now, self._spikes = self._fresh(), []; self._now.arriving = kept",
     ),

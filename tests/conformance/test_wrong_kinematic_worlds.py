@@ -16,7 +16,7 @@ from nrp_core.conformance.world.exact_motion import ExactMotionTests
 SOURCE = Path(__file__).parents[2] / "plugins/nrp-world-minimal/src/nrp_world_minimal/engine.py"
 ARC, ROOM = "a_curve_is_exactly_the_commanded_arc", "a_low_wall_stops_a_robot_and_a_bridge_does_not"
 SIDEWAYS, SPEED = "a_planar_drive_moves_exactly_as_commanded", "velocities_are_those_of_the_arc"
-LONG = "a_robot_ends_at_half_its_length_whichever_way_it_faces"
+LONG = "a_robot_ends_at_half_its_length_in_every_heading"
 WRONG = {
     "turns 2 % slow": ("angle = self.command.turn", "angle = 0.98 * self.command.turn", f"{ARC} {SPEED}"),
     "forward 2 % slow": ("length = STEP_S", "length = 0.98 * STEP_S", f"{ARC} {SIDEWAYS} {SPEED}"),

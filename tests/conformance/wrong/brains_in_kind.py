@@ -43,7 +43,7 @@ found_by = register(FOUND_BY, SmallBackend, "brain")
     "spikes_reach_the_connected_cell_and_no_other",
     "the_noise_of_a_device_does_not_depend_on_other_devices",
     "two_synapses_onto_one_cell_add_up",
-    "what_arrives_while_a_membrane_is_held_acts_when_it_is_free",
+    "input_during_a_refractory_period_acts_when_the_membrane_is_free",
 )
 class SwapsReceptors(SmallBrain):
     def receive(self, target: int, weight: float, receptor: str) -> None:
@@ -135,7 +135,7 @@ class GivesCurrentsToTheNextNeuron(SmallBrain):
 @found_by(
     "a_current_acts_from_the_moment_it_is_set",
     "a_late_device_acts_from_then_on",
-    "a_removed_device_acts_no_more",
+    "a_removed_device_has_no_effect",
     "a_source_acts_on_the_chosen_neurons_alone",
     "an_inactive_device_is_silent_and_keeps_its_settings",
     "currents_of_several_sources_add_up",
@@ -158,7 +158,7 @@ class TakesCurrentsOneWindowLate(SmallBrain):
 @found_by(
     "a_current_acts_from_the_moment_it_is_set",
     "a_late_device_acts_from_then_on",
-    "a_removed_device_acts_no_more",
+    "a_removed_device_has_no_effect",
     "a_snapshot_keeps_a_current",
     "a_source_acts_on_the_chosen_neurons_alone",
     "an_inactive_device_is_silent_and_keeps_its_settings",
@@ -172,7 +172,7 @@ class TakesCurrentsInPicoamperes(SmallBrain):
 
 
 @found_by(
-    "a_removed_device_acts_no_more",
+    "a_removed_device_has_no_effect",
     "removing_one_of_two_currents_leaves_the_other",
 )
 class NeverEndsACurrent(SmallBrain):
@@ -217,7 +217,7 @@ class SharesCurrentsBetweenBrains(SmallBrain):
     "source_cells_that_fire_at_once_all_act",
     "spikes_reach_the_connected_cell_and_no_other",
     "two_synapses_onto_one_cell_add_up",
-    "what_arrives_while_a_membrane_is_held_acts_when_it_is_free",
+    "input_during_a_refractory_period_acts_when_the_membrane_is_free",
 )
 class CountsSourcesOut(SmallBrain):
     def _do_take_spikes(self) -> Spikes:
@@ -258,7 +258,7 @@ class ReadsInTheOrderOfIds(SmallBrain):
     "a_cell_can_act_on_itself",
     "a_cell_fires_under_a_current_when_its_equations_say",
     "a_refractory_cell_fires_no_faster_than_it_may",
-    "what_arrives_while_a_membrane_is_held_acts_when_it_is_free",
+    "input_during_a_refractory_period_acts_when_the_membrane_is_free",
 )
 class IsNeverRefractory(SmallBrain):
     def fire(self, neuron: int) -> None:
@@ -373,7 +373,7 @@ class PromisesSnapshots(SmallBrain):
     "a_refractory_cell_fires_no_faster_than_it_may",
     "a_spike_arrives_after_its_delay_and_not_before",
     "splitting_a_run_is_invisible",
-    "what_arrives_while_a_membrane_is_held_acts_when_it_is_free",
+    "input_during_a_refractory_period_acts_when_the_membrane_is_free",
 )
 class HidesItsGrid(SmallBackend):
     def capabilities(self, options: BrainOptions) -> BrainCapabilities:

@@ -64,7 +64,7 @@ class KeepsThirtyTwoMillisecondsOfDelay(_Wires):
 
 @found_by(
     "each_synapse_has_its_own_weight",
-    "what_arrives_while_a_membrane_is_held_acts_when_it_is_free",
+    "input_during_a_refractory_period_acts_when_the_membrane_is_free",
 )
 class TakesTheFirstWeightOfAProjectionForAll(_Wires):
     def changed(self, projections: tuple[Projection, ...]) -> list[Projection]:
@@ -161,7 +161,7 @@ class IsRefractoryForAStepTooFew(SmallBrain):
 
 
 @found_by(
-    "what_arrives_while_a_membrane_is_held_acts_when_it_is_free",
+    "input_during_a_refractory_period_acts_when_the_membrane_is_free",
 )
 class HearsNothingWhileRefractory(SmallBrain):
     def receive(self, target: int, weight: float, receptor: str) -> None:
@@ -233,7 +233,7 @@ class SharesOneResourceAmongSynapses(MinimalBrain):
     "spikes_reach_the_connected_cell_and_no_other",
     "the_noise_of_a_device_does_not_depend_on_other_devices",
     "two_synapses_onto_one_cell_add_up",
-    "what_arrives_while_a_membrane_is_held_acts_when_it_is_free",
+    "input_during_a_refractory_period_acts_when_the_membrane_is_free",
 )
 class ScalesJumpsByTheStep(MinimalBrain):
     def _post(self, target: IntArray, receptor: IntArray, weight: FloatArray, at_ms: FloatArray) -> None:

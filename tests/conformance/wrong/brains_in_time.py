@@ -33,7 +33,7 @@ class IgnoresDelays(SmallBrain):
     "a_spike_arrives_after_its_delay_and_not_before",
     "a_synapse_moves_the_membrane_as_its_equations_say",
     "an_injected_spike_is_like_one_of_a_source",
-    "what_arrives_while_a_membrane_is_held_acts_when_it_is_free",
+    "input_during_a_refractory_period_acts_when_the_membrane_is_free",
 )
 class AddsAMillisecondToDelays(SmallBrain):
     def send(self, neuron: int, time_ms: float) -> None:
@@ -106,7 +106,7 @@ class ReportsSpikesOneWindowLate(SmallBrain):
     "an_injected_spike_acts_after_its_delay",
     "every_kind_of_cell_can_be_heard_under_its_own_id",
     "spikes_reach_the_connected_cell_and_no_other",
-    "what_arrives_while_a_membrane_is_held_acts_when_it_is_free",
+    "input_during_a_refractory_period_acts_when_the_membrane_is_free",
 )
 class ReportsSpikesTwice(SmallBrain):
     def fire(self, neuron: int) -> None:
@@ -197,7 +197,7 @@ class SharesItsStateWithItsSnapshots(SmallBrain):
 
 @found_by(
     "a_reset_brain_equals_a_fresh_one",
-    "a_reset_forgets_what_is_on_its_way",
+    "a_reset_forgets_spikes_in_transit",
     "a_reset_repeats_the_noise",
     "a_reset_with_another_seed_equals_a_brain_opened_with_it",
 )
@@ -211,7 +211,7 @@ class KeepsSpikesInFlightOverAReset(SmallBrain):
 @found_by(
     "a_cell_starts_from_its_initial_potential_also_after_a_reset",
     "a_reset_brain_equals_a_fresh_one",
-    "a_reset_forgets_what_is_on_its_way",
+    "a_reset_forgets_spikes_in_transit",
     "a_reset_repeats_the_noise",
     "a_reset_with_another_seed_equals_a_brain_opened_with_it",
 )

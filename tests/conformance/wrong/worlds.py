@@ -81,7 +81,7 @@ class IsUpsideDown(MujocoEngine):
     "left_is_left",
     "turning_left_moves_what_is_ahead_to_the_right",
     "up_is_up",
-    "what_is_nearer_hides_what_is_behind_it",
+    "a_near_object_hides_those_behind_it",
 )
 class GivesBlueFirst(MujocoEngine):
     def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
@@ -153,7 +153,7 @@ class IgnoresThePoseOfCameras(_Changes):
     "each_robot_sees_with_its_own_camera",
     "every_visual_of_a_link_is_seen",
     "left_is_left",
-    "what_is_nearer_hides_what_is_behind_it",
+    "a_near_object_hides_those_behind_it",
 )
 class SeesThroughThings(_Changes):
     def changed(self, scene: Scene) -> Scene:
@@ -196,15 +196,15 @@ class KeepsColoursOverAReset(MujocoEngine):
     "a_curve_is_exactly_the_commanded_arc",
     "a_joint_turns_by_the_right_hand_about_its_axis_until_its_limit",
     "a_positive_turn_is_to_the_left",
-    "a_quarter_turn_is_told_as_x_y_z_w",
+    "a_quarter_turn_is_reported_as_x_y_z_w",
     "a_robot_keeps_its_roll_and_pitch_where_nothing_tilts_it",
     "a_velocity_is_the_change_of_the_position",
     "an_axis_is_along_the_frame_of_its_joint",
     "forward_is_along_the_robots_own_x",
     "models_are_put_where_they_are_wanted_or_that_is_refused",
-    "odometry_tells_the_velocity_in_the_robots_own_frame",
-    "odometry_tells_the_way_since_the_start",
-    "several_robots_each_do_what_they_are_told",
+    "odometry_reports_the_velocity_in_the_robots_own_frame",
+    "odometry_reports_the_displacement_since_the_start",
+    "several_robots_each_follow_their_own_commands",
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
 )
 class TellsQuaternionsWithWFirst(MujocoEngine):
@@ -217,7 +217,7 @@ class TellsQuaternionsWithWFirst(MujocoEngine):
 @found_by(
     "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
     "a_velocity_is_the_change_of_the_position",
-    "odometry_tells_the_velocity_in_the_robots_own_frame",
+    "odometry_reports_the_velocity_in_the_robots_own_frame",
 )
 class TellsVelocitiesInTheBodysFrame(MujocoEngine):
     def _do_model_motion(self, model: str) -> ModelMotion:
@@ -232,8 +232,8 @@ class TellsVelocitiesInTheBodysFrame(MujocoEngine):
     "a_velocity_is_the_change_of_the_position",
     "inertia_has_its_principal_axes_where_the_file_puts_them",
     "models_are_put_where_they_are_wanted_or_that_is_refused",
-    "odometry_tells_the_velocity_in_the_robots_own_frame",
-    "several_robots_each_do_what_they_are_told",
+    "odometry_reports_the_velocity_in_the_robots_own_frame",
+    "several_robots_each_follow_their_own_commands",
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
     "velocities_are_those_of_the_arc",
 )
@@ -251,8 +251,8 @@ class TellsTurnsInDegrees(MujocoEngine):
     "a_thing_falls_along_gravity_by_half_g_t_squared",
     "contacts_carry_what_holds_a_box_on_a_slope",
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
-    "what_slides_is_held_by_its_friction",
-    "what_slides_is_slowed_by_the_friction_of_its_shape",
+    "a_sliding_joint_is_held_by_its_friction",
+    "a_sliding_body_is_slowed_by_the_friction_of_its_shape",
 )
 class KnowsGravityAlongZOnly(_Changes):
     def changed(self, scene: Scene) -> Scene:
@@ -275,13 +275,13 @@ class KnowsGravityAlongZOnly(_Changes):
     "a_thing_falls_along_gravity_by_half_g_t_squared",
     "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
     "a_velocity_servo_reaches_its_velocity_by_its_gain",
-    "a_world_that_is_no_longer_finite_says_so_and_a_reset_cures_it",
+    "a_world_that_is_not_finite_is_reported_and_a_reset_repairs_it",
     "an_effort_accelerates_a_joint",
     "an_effort_on_a_joint_accelerates_it_by_effort_over_inertia",
     "contacts_carry_what_holds_a_box_on_a_slope",
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
-    "what_slides_is_held_by_its_friction",
-    "what_slides_is_slowed_by_the_friction_of_its_shape",
+    "a_sliding_joint_is_held_by_its_friction",
+    "a_sliding_body_is_slowed_by_the_friction_of_its_shape",
     "without_gravity_nothing_moves",
 )
 class HasGravityOfItsOwn(_Changes):
@@ -294,7 +294,7 @@ class HasGravityOfItsOwn(_Changes):
     "a_robot_falls_like_everything_else",
     "a_spring_swings_about_where_it_carries_its_load",
     "a_thing_falls_along_gravity_by_half_g_t_squared",
-    "an_imu_feels_gravity_at_rest_and_nothing_in_free_fall",
+    "an_imu_measures_gravity_at_rest_and_nothing_in_free_fall",
     "contacts_carry_the_weight_or_are_refused",
     "contacts_carry_what_holds_a_box_on_a_slope",
     "the_load_in_a_joint_is_the_weight_that_hangs_on_it_or_is_refused",
@@ -306,7 +306,7 @@ class HasALittleLessGravity(_Changes):
 
 
 @found_by(
-    "what_is_not_solid_does_not_stop_a_robot",
+    "an_object_without_collision_shapes_does_not_stop_a_robot",
 )
 class MakesEverythingSolid(_Changes):
     def changed(self, scene: Scene) -> Scene:
@@ -324,18 +324,18 @@ class MakesEverythingSolid(_Changes):
     "a_laser_sees_what_moves",
     "a_link_stands_on_any_of_its_shapes",
     "a_low_wall_stops_a_robot_and_a_bridge_does_not",
-    "a_robot_ends_at_half_its_length_whichever_way_it_faces",
-    "a_robot_pushes_what_stands_in_its_way",
+    "a_robot_ends_at_half_its_length_in_every_heading",
+    "a_robot_pushes_obstacles",
     "a_shape_ends_exactly_at_its_size",
     "a_shape_ends_where_its_size_and_its_place_say",
     "a_thing_at_rest_stays_at_rest",
     "a_turned_box_has_its_sides_where_they_belong",
     "a_wall_stops_a_robot",
-    "an_imu_feels_gravity_at_rest_and_nothing_in_free_fall",
+    "an_imu_measures_gravity_at_rest_and_nothing_in_free_fall",
     "contacts_carry_the_weight_or_are_refused",
     "contacts_carry_what_holds_a_box_on_a_slope",
-    "what_slides_is_held_by_its_friction",
-    "what_slides_is_slowed_by_the_friction_of_its_shape",
+    "a_sliding_joint_is_held_by_its_friction",
+    "a_sliding_body_is_slowed_by_the_friction_of_its_shape",
 )
 class LetsNothingTouch(_Changes):
     def changed(self, scene: Scene) -> Scene:
@@ -352,11 +352,11 @@ class LetsNothingTouch(_Changes):
     "a_curve_is_a_circle_of_speed_over_turn",
     "a_curve_is_exactly_the_commanded_arc",
     "a_positive_turn_is_to_the_left",
-    "odometry_tells_the_velocity_in_the_robots_own_frame",
-    "several_robots_each_do_what_they_are_told",
+    "odometry_reports_the_velocity_in_the_robots_own_frame",
+    "several_robots_each_follow_their_own_commands",
     "turning_left_moves_what_is_ahead_to_the_right",
     "velocities_are_those_of_the_arc",
-    "wheels_turn_by_the_way_they_roll",
+    "wheels_turn_in_the_direction_in_which_they_roll",
 )
 class TurnsTheWrongWay(MujocoEngine):
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
@@ -369,11 +369,11 @@ class TurnsTheWrongWay(MujocoEngine):
     "a_planar_drive_moves_exactly_as_commanded",
     "a_spawned_robot_drives_and_sees",
     "forward_is_along_the_robots_own_x",
-    "odometry_tells_the_velocity_in_the_robots_own_frame",
-    "several_robots_each_do_what_they_are_told",
+    "odometry_reports_the_velocity_in_the_robots_own_frame",
+    "several_robots_each_follow_their_own_commands",
     "the_commanded_speed_is_reached",
     "velocities_are_those_of_the_arc",
-    "wheels_turn_by_the_way_they_roll",
+    "wheels_turn_in_the_direction_in_which_they_roll",
 )
 class DrivesATenthTooFast(MujocoEngine):
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
@@ -382,7 +382,7 @@ class DrivesATenthTooFast(MujocoEngine):
 
 @found_by(
     "a_snapshot_keeps_everything_that_moves",
-    "several_robots_each_do_what_they_are_told",
+    "several_robots_each_follow_their_own_commands",
 )
 class DrivesOneRobotForAll(MujocoEngine):
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
@@ -404,7 +404,7 @@ class NeverStopsADrive(MujocoEngine):
     "a_ball_joint_turns_about_any_axis",
     "a_joint_ends_at_its_lower_limit",
     "a_joint_goes_as_far_as_the_one_that_it_follows_says",
-    "a_joint_goes_where_it_is_told_but_for_its_sag_or_refuses",
+    "a_joint_reaches_its_target_except_for_its_sag_or_refuses",
     "a_joint_is_slowed_by_its_damping",
     "a_joint_stops_at_its_limit",
     "a_joint_takes_no_more_effort_than_its_limit",
@@ -424,10 +424,10 @@ class NeverStopsADrive(MujocoEngine):
     "an_axis_is_along_the_frame_of_its_joint",
     "an_effort_accelerates_a_joint",
     "an_effort_on_a_joint_accelerates_it_by_effort_over_inertia",
-    "several_robots_each_do_what_they_are_told",
+    "several_robots_each_follow_their_own_commands",
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
-    "wheels_turn_by_the_way_they_roll",
-    "where_links_are_is_told_or_refused",
+    "wheels_turn_in_the_direction_in_which_they_roll",
+    "link_poses_are_reported_or_refused",
 )
 class TellsJointsBackwards(MujocoEngine):
     def _do_joint_states(self, model: str) -> JointStates:
@@ -436,7 +436,7 @@ class TellsJointsBackwards(MujocoEngine):
 
 
 @found_by(
-    "joints_are_told_in_the_order_of_the_file",
+    "joints_are_listed_in_the_order_of_the_file",
 )
 class SortsJoints(MujocoEngine):
     def _do_joint_states(self, model: str) -> JointStates:
@@ -451,11 +451,11 @@ class SortsJoints(MujocoEngine):
     "a_curve_is_exactly_the_commanded_arc",
     "a_positive_turn_is_to_the_left",
     "a_robot_falls_like_everything_else",
-    "a_run_ends_exactly_where_it_was_told_to",
+    "a_run_ends_exactly_at_the_given_time",
     "a_spawned_robot_drives_and_sees",
     "a_thing_falls_along_gravity_by_half_g_t_squared",
     "a_velocity_is_the_change_of_the_position",
-    "an_imu_feels_gravity_at_rest_and_nothing_in_free_fall",
+    "an_imu_measures_gravity_at_rest_and_nothing_in_free_fall",
     "forward_is_along_the_robots_own_x",
     "splitting_a_run_is_invisible",
 )
@@ -479,7 +479,7 @@ class JoltsWithEveryCall(MujocoEngine):
     "a_snapshot_keeps_a_command_and_its_time_out",
     "a_snapshot_keeps_everything_that_moves",
     "a_snapshot_keeps_forces_and_targets",
-    "a_snapshot_keeps_what_joints_are_told",
+    "a_snapshot_keeps_joint_commands",
     "a_snapshot_keeps_what_was_spawned",
 )
 class ForgetsVelocitiesInASnapshot(MujocoEngine):
@@ -502,7 +502,7 @@ class KeepsVelocitiesOverAReset(MujocoEngine):
 
 
 @found_by(
-    "a_world_that_is_no_longer_finite_says_so_and_a_reset_cures_it",
+    "a_world_that_is_not_finite_is_reported_and_a_reset_repairs_it",
 )
 class HidesThatItDiverged(MujocoEngine):
     def _report_warnings(self) -> None:

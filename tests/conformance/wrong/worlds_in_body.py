@@ -38,8 +38,8 @@ def _w_first(pose: Pose) -> Pose:
 
 
 @found_by(
-    "what_slides_is_held_by_its_friction",
-    "what_slides_is_slowed_by_the_friction_of_its_shape",
+    "a_sliding_joint_is_held_by_its_friction",
+    "a_sliding_body_is_slowed_by_the_friction_of_its_shape",
 )
 class KnowsOneFriction(_Changes):
     def changed(self, scene: Scene) -> Scene:
@@ -172,9 +172,9 @@ class SpawnsWithWFirst(MujocoEngine):
 
 
 @found_by(
-    "an_imu_feels_gravity_at_rest_and_nothing_in_free_fall",
+    "an_imu_measures_gravity_at_rest_and_nothing_in_free_fall",
     "the_load_in_a_joint_is_the_weight_that_hangs_on_it_or_is_refused",
-    "where_links_are_is_told_or_refused",
+    "link_poses_are_reported_or_refused",
 )
 class TellsLinksWithWFirst(MujocoEngine):
     def _do_link_motion(self, model: str, link: str) -> ModelMotion:
@@ -201,7 +201,7 @@ class PlacesWithoutTurning(MujocoEngine):
 
 
 @found_by(
-    "several_robots_each_do_what_they_are_told",
+    "several_robots_each_follow_their_own_commands",
 )
 class TellsTheJointsOfTheFirstRobot(MujocoEngine):
     def _do_joint_states(self, model: str) -> JointStates:

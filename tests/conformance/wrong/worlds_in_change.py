@@ -54,7 +54,7 @@ class ShowsThePast(MujocoEngine):
 
 
 @found_by(
-    "an_imu_feels_gravity_at_rest_and_nothing_in_free_fall",
+    "an_imu_measures_gravity_at_rest_and_nothing_in_free_fall",
 )
 class TellsVelocitiesOfLinksWithoutTheTurn(MujocoEngine):
     def _do_link_motion(self, model: str, link: str) -> ModelMotion:
@@ -72,7 +72,7 @@ class FeelsTheOtherSideOfAContact(MujocoEngine):
 
 @found_by(
     "contacts_carry_the_weight_or_are_refused",
-    "what_hangs_free_touches_nothing",
+    "a_body_that_hangs_free_touches_nothing",
 )
 class TouchesWhatIsNear(MujocoEngine):
     def _do_touches(self) -> Sequence[Touch]:
@@ -100,7 +100,7 @@ class PullsInsteadOfPushing(MujocoEngine):
 
 
 @found_by(
-    "a_joint_goes_where_it_is_told_but_for_its_sag_or_refuses",
+    "a_joint_reaches_its_target_except_for_its_sag_or_refuses",
     "a_joint_is_slowed_by_its_damping",
     "a_joint_stops_at_its_limit",
     "a_joint_takes_no_more_effort_than_its_limit",
@@ -117,7 +117,7 @@ class TurnsJointsBackwards(MujocoEngine):
 
 
 @found_by(
-    "a_joint_goes_where_it_is_told_but_for_its_sag_or_refuses",
+    "a_joint_reaches_its_target_except_for_its_sag_or_refuses",
     "a_push_changes_a_velocity_by_force_times_time_over_mass_or_is_refused",
 )
 class IgnoresJointsSilently(_Opens):
