@@ -30,6 +30,11 @@ def test_a_sensor_that_loses_every_message_is_reported(broken: Broken) -> None:
     assert "a drop_out of 1 loses all" in _messages(found)
 
 
+def test_cameras_are_not_scaled_to_nothing(husky: Path) -> None:
+    found = _messages(validate_file(husky, ["world.options.image_scale=0.009"]))
+    assert "world.options.image_scale: should be greater than or equal to 0.01, not 0.009" in found
+
+
 def test_an_experiment_without_a_name_is_refused(broken: Broken) -> None:
     assert "name: " in _messages(broken("experiment.yaml", "name: braitenberg_husky", "name: ''"))
 

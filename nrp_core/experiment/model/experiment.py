@@ -24,7 +24,7 @@ from pydantic import (
 )
 
 from nrp_core.brain.network.data import Network
-from nrp_core.clock import milliseconds
+from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading.listing import Listing
 from nrp_core.dsl.parameters.messages import message_type
@@ -41,6 +41,10 @@ from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.world import World
 
 _SLICE = re.compile(r"-?\d*:-?\d*(:-?\d*)?")
+_SLOWEST = 1e-4
+"""The smallest pace: a second of simulated time takes almost three hours."""
+_SHORTEST_LIMIT_NS = NS_PER_MS
+"""A shorter limit would interrupt calls that are merely slow to begin."""
 
 
 def _selection(value: object) -> str | int | list[int]:
@@ -57,9 +61,9 @@ def _selection(value: object) -> str | int | list[int]:
 def _pace(value: object) -> str | float:
     if value in ("max", "realtime"):
         return str(value)
-    if isinstance(value, (int, float)) and not isinstance(value, bool) and 0 < value < float("inf"):
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and _SLOWEST <= value < float("inf"):
         return float(value)
-    raise ValueError(f"a pace is 'max', 'realtime' or a factor above 0, not {value!r}")
+    raise ValueError(f"a pace is 'max', 'realtime' or a factor of at least {_SLOWEST:g}, not {value!r}")
 
 
 def _six_values(value: object) -> object:
@@ -82,9 +86,12 @@ def _parameter(value: object) -> object:
 
 def _limit(value: object) -> object:
     try:
-        return None if value in (None, "off") else time_ns(value)
+        limit_ns = None if value in (None, "off") else time_ns(value)
     except ValueError as error:
         raise ValueError(f"{error}; or 'off' for no limit") from None
+    if limit_ns is not None and limit_ns < _SHORTEST_LIMIT_NS:
+        raise ValueError(f"a time limit is at least 1 ms, or 'off', not {value!r}")
+    return limit_ns
 
 
 Selection = Annotated[
@@ -98,7 +105,7 @@ Pace = Annotated[
     WithJsonSchema({"type": ["string", "number"], "examples": ["max", "realtime", 2.0]}),
 ]
 TimeLimit = Annotated[
-    Annotated[int, Field(gt=0)] | None,
+    int | None,
     BeforeValidator(_limit),
     WithJsonSchema({"type": ["string", "number"], "examples": ["60 s", "off"]}),
 ]

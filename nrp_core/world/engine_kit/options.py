@@ -16,7 +16,7 @@ class PhysicsOptions(WorldOptions):
 
     timestep: Annotated[DurationNs, Field(description="the physics step")] = 2 * NS_PER_MS
     image_scale: Annotated[
-        float, Field(gt=0, le=1, description="scales width and height of every camera, for speed")
+        float, Field(ge=0.01, le=1, description="scales width and height of every camera, for speed")
     ] = 1.0
     drive: Annotated[
         Literal["planar", "physical"],

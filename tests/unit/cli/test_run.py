@@ -131,7 +131,7 @@ def test_a_function_in_quarantine_does_not_end_the_run(nrp: Nrp, experiment: Pat
         (("run", "{}", "--brain", "broken"), 4, "pip install --force-reinstall fakes"),
         (("run", "{}", "-s", "timestp=3"), 3, "did you mean 'timestep'? [NRP201]"),
         (("run", "{}", "-s", "timestep=7 us"), 3, "[NRP20"),
-        (("run", "{}", "--pace", "fast"), 3, "a pace is 'max', 'realtime' or a factor above 0"),
+        (("run", "{}", "--pace", "fast"), 3, "a pace is 'max', 'realtime' or a factor of at least 0.0001"),
         (("run", "{}", "--until", "5"), 2, "a time needs a unit"),
         (("run", "{}", "--until", "15ms"), 2, "15ms is not a whole number of steps of 20 ms"),
         (("run", "{}", "--until=-1s"), 2, "it cannot stop at -1s"),
