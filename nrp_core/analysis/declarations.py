@@ -12,6 +12,7 @@ from nrp_core.analysis.declared import Declared, Function, Unread, found_in, stu
 from nrp_core.analysis.evaluation import FAILURES, MisfitError
 from nrp_core.analysis.events import Call, Event, Index, Read, missing_name
 from nrp_core.analysis.imports import Imports
+from nrp_core.analysis.scopes import SCOPES
 from nrp_core.analysis.shapes import UNKNOWN, Known, Names, Shape
 from nrp_core.analysis.statements import Statements, Written, changed_in
 from nrp_core.dsl.devices.kinds import DeviceKind
@@ -54,12 +55,14 @@ class Declarations(Statements):
         self.is_complete = True
         self._is_wrong = False
         self._is_read = True
+        self._reached: set[int] = set()
         self._imports = Imports(listing)
         for self._source in listing.sources:
             self.path = self._source.path
             self.follow_file(self._source.tree.body)
         for self._source in listing.sources:
             self._note_not_followed()
+            self._find_unreached()
         self.findings += (Finding.of(error, Code.NRP218) for error in self._imports.neighbours.errors)
         for function in self.functions:
             function.names = {**self.names, **dict.fromkeys(changed, UNKNOWN), **function.names}
@@ -76,6 +79,7 @@ class Declarations(Statements):
             case ast.Import() | ast.ImportFrom():
                 self._import(node)
             case ast.FunctionDef(decorator_list=[_, *_]) | ast.AsyncFunctionDef(decorator_list=[_, *_]):
+                self._reached.add(id(node))
                 made = self._function(node)
                 self.names[node.name] = UNKNOWN if made is None else Known(made.function)
                 self.functions += [] if made is None else [made]
@@ -124,7 +128,29 @@ class Declarations(Statements):
             if isinstance(one, (ast.FunctionDef, ast.AsyncFunctionDef)) and any(
                 map(self._is_declaration, one.decorator_list)
             ):
+                self._reached.add(id(one))
                 self._note(one, f"'{one.name}' is declared only when the file is executed")
+
+    def _find_unreached(self) -> None:
+        """Look for declarations in branches that are never taken, and after a ``return``."""
+        declared = {function.node.name for function in self.functions}
+        followed = {id(written.node): written.is_followed for written in self.written}
+        waiting: list[tuple[ast.AST, Level]] = [(one, Level.WARNING) for one in self._source.tree.body]
+        while waiting:
+            node, level = waiting.pop(0)
+            if id(node) in self._reached:
+                continue
+            if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) and any(
+                map(self._is_declaration, node.decorator_list)
+            ):
+                if node.name not in declared:
+                    message = f"'{node.name}' is not registered: the file never gets there"
+                    self.findings.append(found_in(self._source, Code.NRP210, node, message, level))
+            elif isinstance(node, SCOPES) and id(node) not in followed:
+                self._note_declared(node)
+            elif followed.get(id(node), True):  # another one is noted already
+                inner = (one for one in ast.iter_child_nodes(node) if not isinstance(one, ast.expr))
+                waiting += ((one, _level_in(node, level)) for one in inner)
 
     def _is_declaration(self, decorator: ast.expr) -> bool:
         found = self.quietly(decorator.func if isinstance(decorator, ast.Call) else decorator)
@@ -277,6 +303,14 @@ class Declarations(Statements):
         name = decorator.parameter if isinstance(decorator, Mapping) else ""
         declared.nodes[name] = node
         return True
+
+
+def _level_in(node: ast.AST, level: Level) -> Level:
+    """Return the level of a declaration that is never reached: a setting in the file may choose it."""
+    match node:
+        case ast.If(test) | ast.For(iter=test) if not isinstance(test, ast.Constant):
+            return Level.NOTE
+    return level
 
 
 def _processed(message: Any) -> Any:

@@ -20,9 +20,9 @@ from nrp_core.analysis.shapes import UNKNOWN, Known, Row, Shape
 
 _DEPTH, _STATEMENTS = 20, 20_000
 """Limits of the depth of calls and of the number of statements that are followed."""
-_CHANGING = frozenset(
+CHANGING = frozenset(
     {"append", "extend", "insert", "remove", "pop", "popitem", "clear", "sort", "reverse", "update", "add",
-     "discard", "setdefault", "appendleft"}
+     "discard", "setdefault", "appendleft", "popleft", "extendleft", "rotate", "fill"}
 )  # fmt: skip
 """Methods that change their object."""
 _NO_PLAIN_FUNCTION = (ast.Yield, ast.YieldFrom, ast.Await, ast.Global, ast.Nonlocal)
@@ -290,7 +290,7 @@ def changed_in(tree: ast.Module) -> set[str]:
         match node:
             case ast.Global(names):
                 found.update(names)
-            case ast.Call(func=ast.Attribute(ast.Name(name), method)) if method in _CHANGING:
+            case ast.Call(func=ast.Attribute(ast.Name(name), method)) if method in CHANGING:
                 found.add(name)
             case ast.Subscript(value=ast.Name(name), ctx=ast.Store() | ast.Del()):
                 found.add(name)

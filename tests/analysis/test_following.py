@@ -88,11 +88,11 @@ USES = """\
 import helpers
 from helpers import GAIN, scaled
 
+helpers.own = scaled(2.0)
 
 @nrp.MapSpikeSource("eye", nrp.brain.sensors[0], nrp.poisson)
 @nrp.Robot2Neuron()
 def f(t, eye):
-    helpers.own = scaled(t)
     eye.rate = GAIN * scaled(t, by=2.0) + helpers.GAIN + helpers.own
 """
 

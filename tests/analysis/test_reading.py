@@ -89,11 +89,13 @@ def test_a_computed_topic_name_causes_no_errors(husky: Path) -> None:
     assert codes(found_in(husky, text)) == ["NRP239"] * 3
 
 
-def test_code_with_mere_syntax_warnings_is_read_silently(husky: Path) -> None:
+@pytest.mark.filterwarnings("error::SyntaxWarning")
+def test_syntax_warnings_are_findings(husky: Path) -> None:
     text = (
         f"@nrp.Neuron2Robot({TWIST})\ndef f(t):\n    return None if t is 3 else geometry_msgs.msg.Twist()\n"
     )
-    assert found_in(husky, text) == []
+    (finding,) = found_in(husky, text)
+    assert (finding.code.name, finding.line, finding.level) == ("NRP300", 3, Level.WARNING)
 
 
 VARIABLE = "@nrp.MapVariable('n')\n@nrp.Robot2Neuron()\ndef f(t, n):\n"

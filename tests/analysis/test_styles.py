@@ -247,16 +247,20 @@ def f(t, go):
 if __name__ == "__main__":
     f(0.0)
 """,
-    "global counter": """\
-count = 0
-history = []
+    "module once": """\
+table = None
+order = [2, 0, 1]
+def loaded():
+    return [10.0 * i for i in order]
 @nrp.MapSpikeSource("go", nrp.brain.sensors[4], nrp.poisson)
+@nrp.MapVariable("history", initial_value=[])
 @nrp.Robot2Neuron()
-def f(t, go):
-    global count
-    count += 1
-    history.append(t)
-    go.rate = 1.0 / count * len(history)
+def f(t, go, history):
+    global table
+    if table is None:
+        table = loaded()
+    history.value.append(t)
+    go.rate = table[order[0]] / len(history.value)
 """,
     "wraps": """\
 import functools

@@ -10,6 +10,7 @@ from types import BuiltinFunctionType, FunctionType, MethodType
 from typing import Any
 
 from nrp_core.analysis.events import Call
+from nrp_core.analysis.imported import full_names
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.shapes import Instance, Items, Known, Number, Row
 from nrp_core.analysis.statements import Written
@@ -81,7 +82,7 @@ def only_functions_are_called(function: Examined) -> Iterator[Finding]:
 @checks_function(Code.NRP243)
 def nothing_depends_on_the_clock(function: Examined) -> Iterator[Finding]:
     """Look for the wall clock, and for functions that sleep."""
-    imported = _imported(function)
+    imported = full_names(function.declared.source.tree)
     for node in ast.walk(ast.Module(function.declared.node.body, [])):
         if not isinstance(node, ast.Call):
             continue
@@ -98,18 +99,6 @@ def nothing_depends_on_the_clock(function: Examined) -> Iterator[Finding]:
         elif called in _CLOCKS or (called.startswith("random.") and called not in _SEEDED):
             message = f"'{name}' is another one in each run"
             yield function.declared.finding(Code.NRP243, node, message, Level.NOTE)
-
-
-def _imported(function: Examined) -> dict[str, str]:
-    """Return the full names of imported modules and of the names imported from them."""
-    found: dict[str, str] = {}
-    for node in ast.walk(function.declared.source.tree):
-        match node:
-            case ast.Import(names):
-                found |= {alias.asname or alias.name: alias.name for alias in names}
-            case ast.ImportFrom(module=str(module), names=names, level=0):
-                found |= {alias.asname or alias.name: f"{module}.{alias.name}" for alias in names}
-    return found
 
 
 @checks_function(Code.NRP243)

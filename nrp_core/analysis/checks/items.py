@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, TypeGuard
 
 from nrp_core.analysis.events import Call, Index, Read, Rename, Write
 from nrp_core.analysis.registry import checks_function
@@ -13,6 +13,7 @@ from nrp_core.analysis.study import Examined
 from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.dsl.functions.csv_recorder import CSVRecorder
 from nrp_core.dsl.functions.mappings import MapCSVRecorder
+from nrp_core.dsl.functions.variables import Variable
 from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.base import type_name
@@ -92,6 +93,47 @@ def parameters_stay_what_they_are(function: Examined) -> Iterator[Finding]:
                 )
                 yield function.declared.finding(Code.NRP253, node, message, Level.WARNING)
                 del lost[name]
+
+
+@checks_function(Code.NRP253)
+def variables_are_set_by_their_value(function: Examined) -> Iterator[Finding]:
+    """Look for ``n = n.value + 1``, which leaves the variable as it is."""
+    renamed = {
+        id(event.node) for event in function.events if isinstance(event, Rename) and _is_variable(event)
+    }
+    nodes = list(ast.walk(function.declared.node))
+    for node in nodes:
+        match node:
+            case ast.Assign([ast.Name(name) as target], value) if id(target) in renamed:
+                own = {id(one) for one in ast.walk(value)}
+                others = [one for one in nodes if id(one) not in own and _is_read(one, name)]
+                is_set = any(_is_value_of(one, name) and isinstance(one.ctx, ast.Store) for one in nodes)
+                if any(_is_value_of(one, name) for one in ast.walk(value)) and (
+                    not others or (_counts_on(value, name) and not is_set)
+                ):
+                    message = f"this sets the name '{name}', not the variable: write '{name}.value = ...'"
+                    yield function.declared.finding(Code.NRP253, node, message, Level.WARNING)
+
+
+def _is_variable(event: Rename) -> bool:
+    return isinstance(event.owner, Known) and isinstance(event.owner.value, Variable)
+
+
+def _is_read(node: ast.AST, name: str) -> bool:
+    return isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Load)
+
+
+def _is_value_of(node: ast.AST, name: str) -> TypeGuard[ast.Attribute]:
+    return isinstance(node, ast.Attribute) and node.attr == "value" and _is_read(node.value, name)
+
+
+def _counts_on(value: ast.expr, name: str) -> bool:
+    """Return whether an expression adds to the value of a variable."""
+    return (
+        isinstance(value, ast.BinOp)
+        and isinstance(value.op, (ast.Add, ast.Sub))
+        and any(_is_value_of(side, name) for side in (value.left, value.right))
+    )
 
 
 @checks_function(Code.NRP254)

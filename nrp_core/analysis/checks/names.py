@@ -1,4 +1,4 @@
-"""Undefined names and unused values, as pyflakes finds them in a file."""
+"""Undefined names, unused values and conditions that do not test, as pyflakes finds them in a file."""
 
 from __future__ import annotations
 
@@ -19,12 +19,21 @@ _CODES = {
     messages.UndefinedName: (Code.NRP246, Level.ERROR),
     messages.UndefinedLocal: (Code.NRP246, Level.ERROR),
     messages.UnusedVariable: (Code.NRP242, Level.WARNING),
+    messages.IsLiteral: (Code.NRP300, Level.WARNING),
+    messages.AssertTuple: (Code.NRP300, Level.WARNING),
+    messages.IfTuple: (Code.NRP300, Level.WARNING),
 }
+_PLAIN = {
+    messages.IsLiteral: "'is' compares whether two objects are the same, not their values: write '=='",
+    messages.AssertTuple: "this assertion is always true: a tuple with items is; remove the parentheses",
+    messages.IfTuple: "this condition is always true: a tuple with items is; remove the comma",
+}
+"""The messages that name nothing."""
 
 
-@checks_experiment(Code.NRP246, Code.NRP242)
+@checks_experiment(Code.NRP246, Code.NRP242, Code.NRP300)
 def names_are_defined_and_used(study: Study) -> Iterator[Finding]:
-    """Look for undefined names and unused local values."""
+    """Look for undefined names, unused local values, and conditions that are always true."""
     for listing in study.listings:
         yield from _names_of(listing.sources, set(listing.names))
     for source in study.neighbours:
@@ -46,6 +55,8 @@ def _at(found: messages.Message) -> ast.AST:
 
 
 def _message(found: messages.Message, tree: ast.Module, known: set[str]) -> str:
+    if type(found) in _PLAIN:
+        return _PLAIN[type(found)]
     name = str(found.message_args[0])
     if isinstance(found, messages.UnusedVariable):
         return f"the value of '{name}' is never used"

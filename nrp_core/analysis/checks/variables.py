@@ -6,13 +6,14 @@ import ast
 from collections.abc import Iterator
 
 from nrp_core.analysis.events import Compute
-from nrp_core.analysis.registry import checks_function
-from nrp_core.analysis.study import Examined
+from nrp_core.analysis.registry import checks_experiment, checks_function
+from nrp_core.analysis.study import Examined, Study
 from nrp_core.dsl.functions.mappings import MapVariable
 from nrp_core.findings import Code, Finding, Level
 
 _PLAIN = (ast.Assign, ast.AugAssign, ast.AnnAssign, ast.Expr, ast.Return)
 _CHOOSING = (ast.IfExp, ast.BoolOp, ast.Lambda)
+_COMPARABLE = (int, float, str, bool, tuple, list, dict)
 
 
 @checks_function(Code.NRP210)
@@ -22,6 +23,27 @@ def shared_variables_are_global(function: Examined) -> Iterator[Finding]:
         if any(one.arg == "global_key" for one in node.keywords):
             message = f"'{name}' is not shared: its global_key counts with scope=nrp.GLOBAL only"
             yield function.declared.finding(Code.NRP210, node, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP210)
+def shared_variables_begin_once(study: Study) -> Iterator[Finding]:
+    """Look for functions that give different initial values to one shared variable."""
+    first: dict[str, tuple[Examined, object]] = {}
+    for function in study.examined:
+        for name, mapping in function.function.mappings.items():
+            if not isinstance(mapping, MapVariable) or mapping.global_key is None:
+                continue
+            key, value = mapping.global_key, mapping.initial_value
+            if type(value) not in _COMPARABLE:  # there is none, or it depends on the brain
+                continue
+            other, initial = first.setdefault(key, (function, value))
+            if initial != value:
+                message = (
+                    f"'{key}' begins with {initial!r:.40}, which '{other.function.name}' gives it, "
+                    f"not with {value!r:.40}"
+                )
+                node = function.declared.nodes.get(name)
+                yield function.declared.finding(Code.NRP210, node, message, Level.WARNING)
 
 
 @checks_function(Code.NRP247)

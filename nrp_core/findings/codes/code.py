@@ -116,6 +116,9 @@ class Code(Enum):
     NRP297 = brain.IMPLAUSIBLE
     NRP298 = world.IMPLAUSIBLE
     NRP299 = world.BEYOND_LIMIT
+    NRP300 = functions.WITHOUT_EFFECT
+    NRP301 = functions.HIDDEN_STATE
+    NRP302 = functions.ENDS_PROCESS
 
     def __repr__(self) -> str:
         return f"Code.{self.name}"

@@ -284,3 +284,27 @@ WRONG_ROW = Explanation(
     "{n} rows do not match their headers",
     Weight.ALTERED,
 )
+
+WITHOUT_EFFECT = Explanation(
+    "A statement without an effect.",
+    "Its value is discarded; often an assignment, a call or a `return` was intended.",
+    "Write `=` to assign, `()` to call, `send_message(...)` to publish, or remove the statement.",
+    "{n} statements without an effect",
+    Weight.REMARK,
+)
+
+HIDDEN_STATE = Explanation(
+    "A function keeps state outside its variables.",
+    "A reset or a restored snapshot leaves that state as it is, so the next run begins differently.",
+    "Keep it in a variable: `@nrp.MapVariable('count', initial_value=0)`, and use `count.value`.",
+    "{n} places where functions keep state outside their variables",
+    Weight.REMARK,
+)
+
+ENDS_PROCESS = Explanation(
+    "A function ends the process, or handles its signals.",
+    "The loop, the brain and the world share that process: the run ends early, or cannot be interrupted.",
+    "Return from the function to do nothing; limit a run with its `duration` or with `--until`.",
+    "{n} places where functions end the process or handle its signals",
+    Weight.INCOMPLETE,
+)

@@ -1,0 +1,173 @@
+"""Statements whose result is lost: bare expressions, and values that are computed or filled for nothing."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+
+from nrp_core.analysis.declared import Function, found_in
+from nrp_core.analysis.events import Call
+from nrp_core.analysis.registry import checks_experiment, checks_function
+from nrp_core.analysis.scopes import SCOPES, own_nodes
+from nrp_core.analysis.shapes import Known
+from nrp_core.analysis.study import Examined, Study
+from nrp_core.findings import Code, Finding, Level
+
+_ACTIVE = (ast.Call, ast.Await, ast.Yield, ast.YieldFrom, ast.NamedExpr)
+"""Expressions with effects."""
+_ARITHMETIC = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod, ast.Pow, ast.MatMult)
+"""Operators that only compute; `<<`, `>>` and `|` also connect things."""
+_LOOKUPS = (ast.Name, ast.Attribute, ast.Subscript)
+_FRESH = (
+    ast.BinOp, ast.UnaryOp, ast.Compare, ast.List, ast.Dict, ast.Set, ast.ListComp, ast.SetComp, ast.DictComp,
+    ast.JoinedStr,
+)  # fmt: skip
+"""Expressions whose value is a new object, or one that cannot change."""
+_FILLING = frozenset({"append", "extend", "insert", "add", "update", "setdefault"})
+"""Methods of containers whose only effect is on the container."""
+_LOOKING = frozenset({"locals", "vars", "exec", "eval"})
+"""Functions that see names which are not written."""
+
+
+@checks_experiment(Code.NRP300)
+def statements_have_an_effect(study: Study) -> Iterator[Finding]:
+    """Look for expressions that stand alone and do nothing."""
+    sources = [source for listing in study.listings for source in listing.sources]
+    for source in [*sources, *study.neighbours]:
+        tried = {
+            id(one)
+            for node in ast.walk(source.tree)
+            if isinstance(node, ast.Try) and node.handlers
+            for statement in node.body
+            for one in ast.walk(statement)
+        }
+        for node in ast.walk(source.tree):
+            if isinstance(node, ast.Expr):
+                message = _lost(node.value, id(node) in tried)
+                if message:
+                    yield found_in(source, Code.NRP300, node, message, Level.WARNING)
+
+
+def _lost(value: ast.expr, is_tried: bool) -> str:
+    """Return why a bare expression does nothing; empty if it may do something.
+
+    Args:
+        value: the expression.
+        is_tried: whether an exception of it is caught: then it may be a test.
+    """
+    text = f"{ast.unparse(value):.60}"
+    if isinstance(value, ast.Compare) and all(isinstance(sign, ast.Eq) for sign in value.ops):
+        return f"'{text}' compares and assigns nothing: '=' assigns"
+    if is_tried:
+        return ""
+    if isinstance(value, ast.Compare) or (
+        isinstance(value, ast.BinOp) and isinstance(value.op, _ARITHMETIC) and not _is_text(value.left)
+    ):
+        return f"the value of '{text}' is lost"
+    if any(isinstance(one, _ACTIVE) for one in ast.walk(value)):
+        return ""
+    if isinstance(value, _LOOKUPS):
+        return f"'{text}' alone does nothing: it is not called, assigned or returned"
+    if isinstance(value, (ast.BoolOp, ast.UnaryOp, ast.IfExp, ast.JoinedStr)) or _is_plain(value):
+        return f"the value of '{text}' is lost"
+    return ""
+
+
+def _is_text(value: ast.expr) -> bool:
+    return isinstance(value, ast.Constant) and isinstance(value.value, str)
+
+
+def _is_plain(value: ast.expr) -> bool:
+    """Return whether an expression is a number, or a tuple or list that is not empty."""
+    if isinstance(value, ast.Constant):
+        return type(value.value) in (int, float)
+    return isinstance(value, (ast.Tuple, ast.List)) and bool(value.elts)
+
+
+@checks_function(Code.NRP300)
+def values_go_somewhere(function: Examined) -> Iterator[Finding]:
+    """Look for messages that are not sent, and for values that only change themselves."""
+    messages = {
+        id(event.node)
+        for event in function.events
+        if isinstance(event, Call) and isinstance(event.callee, Known) and _is_message(event.callee.value)
+    }
+    for node in own_nodes(function.declared.node.body):
+        if isinstance(node, ast.Expr) and id(node.value) in messages:
+            message = f"the message '{ast.unparse(node.value):.60}' is made and not sent"
+            yield function.declared.finding(Code.NRP300, node, message, Level.WARNING)
+    for target, made in _filled(function.declared.node, messages):
+        what = (
+            f"the message '{target.id}' is filled and not sent"
+            if made
+            else f"the value of '{target.id}' is never used"
+        )
+        yield function.declared.finding(Code.NRP300, target, what, Level.WARNING)
+
+
+def _is_message(callee: object) -> bool:
+    return isinstance(callee, type) and hasattr(callee, "__msgtype__")
+
+
+def _filled(function: Function, messages: set[int]) -> Iterator[tuple[ast.Name, bool]]:
+    """Yield the locals whose values flow only back to themselves, and whether each is a message."""
+    nodes = list(own_nodes(function.body))
+    if any(isinstance(one, ast.Name) and one.id in _LOOKING for one in nodes):
+        return
+    elsewhere = _used_elsewhere(function, nodes)
+    own = _flows(nodes)
+    stores = [one for one in nodes if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)]
+    values = {id(target): value for target, value in _assignments(nodes)}
+    grown = {id(one.target) for one in nodes if isinstance(one, ast.AugAssign)}
+    for name in sorted({one.id for one in stores} - elsewhere):
+        loads = [one for one in nodes if _is_load(one, name)]
+        targets = sorted((one for one in stores if one.id == name), key=lambda one: one.lineno)
+        made = [values.get(id(one)) for one in targets if id(one) not in grown]
+        is_message = any(id(value) in messages for value in made)
+        is_fresh = all(isinstance(one, (*_FRESH, ast.Constant)) or id(one) in messages for one in made)
+        is_changed = loads or any(id(one) in grown for one in targets)  # pyflakes finds the others
+        if made and is_fresh and is_changed and all(own.get(id(one)) == name for one in loads):
+            yield targets[0], is_message
+
+
+def _used_elsewhere(function: Function, nodes: list[ast.AST]) -> set[str]:
+    """Return the parameters and the names that other scopes may use."""
+    found = {one.arg for one in ast.walk(function.args) if isinstance(one, ast.arg)}
+    for node in nodes:
+        if isinstance(node, SCOPES):
+            found |= {one.id for one in ast.walk(node) if isinstance(one, ast.Name)}
+        if isinstance(node, (ast.Global, ast.Nonlocal)):
+            found.update(node.names)
+    return found
+
+
+def _assignments(nodes: list[ast.AST]) -> Iterator[tuple[ast.expr, ast.expr]]:
+    """Yield the targets of assignments to names, each with its value."""
+    for node in nodes:
+        match node:
+            case ast.Assign([ast.Name() as target], value):
+                yield target, value
+            case ast.AnnAssign(ast.Name() as target, _, ast.expr() as value):
+                yield target, value
+
+
+def _flows(nodes: list[ast.AST]) -> dict[int, str]:
+    """Return the uses of names that only change the value of the same name: ``x.a = 3``, ``x = x + 1``."""
+    found: dict[int, str] = {}
+    for node in nodes:
+        match node:
+            case ast.Attribute(owner, ctx=ast.Store()) | ast.Subscript(owner, ctx=ast.Store()):
+                while isinstance(owner, ast.Attribute):  # an item may be a device
+                    owner = owner.value
+                found |= {id(owner): owner.id} if isinstance(owner, ast.Name) else {}
+            case ast.Expr(ast.Call(ast.Attribute(ast.Name(name) as root, method))) if method in _FILLING:
+                found[id(root)] = name
+            case ast.Assign([ast.Name(name)], value) if not any(
+                isinstance(one, _ACTIVE) for one in ast.walk(value)
+            ):
+                found |= {id(one): name for one in ast.walk(value) if _is_load(one, name)}
+    return found
+
+
+def _is_load(node: ast.AST, name: str) -> bool:
+    return isinstance(node, ast.Name) and node.id == name and not isinstance(node.ctx, ast.Store)
