@@ -16,6 +16,7 @@ from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.tree import Key
 from nrp_core.experiment.reading.reader import experiment_of
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.raycast.extent import width_m
 
 
 @checks_experiment(Code.NRP296)
@@ -104,6 +105,46 @@ def criteria_are_not_met_at_once(study: Study) -> Iterator[Finding]:
             message = f"'{name}' is met before anything moves: '{near.model}' begins {distance:.2g} m away"
             place = study.experiment.place("criteria", name, "near", "within")
             yield place.finding(Code.NRP248, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP307)
+def distances_fit_the_scene(study: Study) -> Iterator[Finding]:
+    """Look for distances that no model can exceed."""
+    if study.scene is None:
+        return
+    size_m = width_m(study.scene)
+    for keys, distance_m in _distances(study.experiment):
+        if distance_m > size_m:
+            message = (
+                f"'{keys[-1]}' is {distance_m:g} m, and the scene is {size_m:.3g} m across: "
+                "every place is within that distance"
+            )
+            yield study.experiment.place(*keys).finding(Code.NRP307, message, Level.WARNING)
+
+
+def _distances(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], float]]:
+    """Yield the distances of events and criteria, m."""
+    for name, event in experiment.events.items():
+        if event.when is not None and event.when.near is not None:
+            yield ("events", name, "when", "near", "within"), event.when.near.within
+    for name, criterion in experiment.criteria.items():
+        if criterion.near is not None:
+            yield ("criteria", name, "near", "within"), criterion.near.within
+        if criterion.stays_within is not None:
+            yield ("criteria", name, "stays_within", "distance"), criterion.stays_within.distance
+
+
+@checks_experiment(Code.NRP305)
+def aliases_name_different_topics(study: Study) -> Iterator[Finding]:
+    """Look for two aliases of one topic."""
+    aliases = study.experiment.aliases
+    first: dict[str, str] = {}
+    for alias, topic in aliases.items():
+        target = aliases.get(topic, topic)
+        other = first.setdefault(target, alias)
+        if other != alias and topic not in aliases:
+            message = f"'{alias}' and '{other}' are both aliases of '{topic}'"
+            yield study.experiment.place("aliases", alias).finding(Code.NRP305, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP215)

@@ -12,6 +12,7 @@ from nrp_core.analysis.shapes import Known, Number
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.clock import seconds
 from nrp_core.experiment.model.event_schema import Event
+from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level
 
 _LEAVES = (ast.Return, ast.Raise, ast.Yield, ast.YieldFrom, ast.Await)
@@ -38,6 +39,32 @@ def events_come_in_time(study: Study) -> Iterator[Finding]:
             message = f"'{name}' waits for itself: {' -> '.join([name, *causes])}"
             place = experiment.place("events", name, "when", "event")
             yield place.finding(Code.NRP248, message, Level.WARNING)
+        yield from _comes_too_late(name, experiment)
+
+
+def _comes_too_late(name: str, experiment: Experiment) -> Iterator[Finding]:
+    """Yield that an event follows others, each in time, by so much that the run is over."""
+    events, end_ns = experiment.events, experiment.duration
+    first_ns, causes = earliest_ns(name, events), causes_of(name, events)
+    alone_ns = max([_delay_ns(events[name]), *(earliest_ns(one, events) for one in causes)])
+    if causes and alone_ns <= end_ns < first_ns:
+        message = (
+            f"'{name}' comes at {seconds(first_ns):g} s at the earliest, after "
+            f"{' and '.join(map(repr, causes))}, and the run ends at {seconds(end_ns):g} s"
+        )
+        yield experiment.place("events", name, "when", "after").finding(Code.NRP248, message, Level.WARNING)
+
+
+def earliest_ns(name: str, events: Mapping[str, Event]) -> int:
+    """Return a time, ns, before which an event cannot happen."""
+    return sum(_delay_ns(events[one]) for one in {name, *causes_of(name, events)} if one in events)
+
+
+def _delay_ns(event: Event) -> int:
+    """Return when an event happens at the earliest after the one that it waits for, or after the start."""
+    if event.at is not None:
+        return event.at
+    return 0 if event.when is None else event.when.after
 
 
 def causes_of(name: str, events: Mapping[str, Event]) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations
 
 from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
@@ -34,3 +35,23 @@ def spikes_come_in_time(study: Study) -> Iterator[Finding]:
             when = "" if first_ms is None else f" before {first_ms:g} ms, and the run ends at {end_ms:g} ms"
             place = study.experiment.place("brain", "model")
             yield place.finding(Code.NRP248, part + when, Level.NOTE)
+
+
+@checks_experiment(Code.NRP304)
+def populations_are_apart_or_nested(study: Study) -> Iterator[Finding]:
+    """Look for named populations that share some of their neurons, but not all neurons of either."""
+    if study.network is None:
+        return
+    views = study.network.views
+    named = {
+        name: frozenset(views[name].tolist()) for name in study.experiment.brain.populations if name in views
+    }
+    for (one, first), (other, second) in combinations(named.items(), 2):
+        shared = first & second
+        if shared and shared != first and shared != second:
+            message = (
+                f"'{one}' and '{other}' share {len(shared)} of their {len(first)} and {len(second)} neurons; "
+                "a slice ends before its second number, so that '0:5' and '5:8' share none"
+            )
+            place = study.experiment.place("brain", "populations", other)
+            yield place.finding(Code.NRP304, message, Level.WARNING)

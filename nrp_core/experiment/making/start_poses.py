@@ -1,15 +1,19 @@
-"""Robots that start where no robot can: inside the room, or with nothing below them."""
+"""Robots that start where no robot can: inside the room, high above it, or with nothing below them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import Final
 
 from nrp_core.findings import Code
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.drives.flight import Flight
-from nrp_core.world.raycast.footing import can_fall, deepest_overlap, has_ground
+from nrp_core.world.raycast.footing import can_fall, deepest_overlap, has_ground, height_above_ground_m
 from nrp_core.world.raycast.solids import room_of
-from nrp_core.world.scene.model import Scene
+from nrp_core.world.scene.model import Model, Scene
+
+_HIGH_M: Final = 3.0
+"""A fall from here ends at 7.7 m/s."""
 
 
 def things_fall(capabilities: WorldCapabilities) -> bool:
@@ -38,10 +42,20 @@ def wrong_starts(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str, Cod
                 f"{overlap.depth_m:.2f} m deep in '{overlap.room}'"
             )
             yield model.name, Code.NRP291, message
-        elif not any(isinstance(drive, Flight) for drive in model.drives) and not has_ground(model, scene):
-            z_m = model.pose.position[2]
-            yield (
-                model.name,
-                Code.NRP292,
-                f"nothing is below the robot '{model.name}', which starts at z {z_m:g} m",
-            )
+        elif not any(isinstance(drive, Flight) for drive in model.drives):
+            yield from _wrong_heights(model, scene)
+
+
+def _wrong_heights(model: Model, scene: Scene) -> Iterator[tuple[str, Code, str]]:
+    z_m = model.pose.position[2]
+    if not has_ground(model, scene):
+        message = f"nothing is below the robot '{model.name}', which starts at z {z_m:g} m"
+        yield model.name, Code.NRP292, message
+        return
+    height_m = height_above_ground_m(model, scene)
+    if height_m > _HIGH_M:
+        message = (
+            f"the robot '{model.name}' starts at z {z_m:g} m and falls: it is {height_m:.3g} m above "
+            f"everything below it"
+        )
+        yield model.name, Code.NRP306, message

@@ -81,3 +81,19 @@ IMPLAUSIBLE = Explanation(
     "{n} values of the network are implausible",
     Weight.REMARK,
 )
+
+OVERLAP = Explanation(
+    "Two populations of the experiment share some of their neurons.",
+    "A device on one of them also reads or drives neurons of the other.",
+    "Correct the indices; a population may also contain another one completely.",
+    "{n} pairs of populations share some of their neurons",
+    Weight.REMARK,
+)
+
+UNLIKE_SCRIPT = Explanation(
+    "A part of a brain script contradicts another part, or has no effect.",
+    "The network runs, but some label, current or limit is not the one in the script.",
+    "Give each population and projection a label of its own, inject each current source, and correct delays.",
+    "{n} parts of brain scripts contradict others or have no effect",
+    Weight.REMARK,
+)

@@ -119,6 +119,12 @@ class Code(Enum):
     NRP300 = functions.WITHOUT_EFFECT
     NRP301 = functions.HIDDEN_STATE
     NRP302 = functions.ENDS_PROCESS
+    NRP303 = functions.WRITES_FILE
+    NRP304 = brain.OVERLAP
+    NRP305 = experiment.TWO_ALIASES
+    NRP306 = world.STARTS_HIGH
+    NRP307 = experiment.NEVER_FAILS
+    NRP308 = brain.UNLIKE_SCRIPT
 
     def __repr__(self) -> str:
         return f"Code.{self.name}"

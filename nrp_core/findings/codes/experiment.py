@@ -130,3 +130,19 @@ UNREADABLE_PARAMETER = Explanation(
     "{n} declarations of parameters cannot be used",
     Weight.ALTERED,
 )
+
+TWO_ALIASES = Explanation(
+    "Two aliases name the same topic.",
+    "Commands under one of them also reach whatever listens to the other; often another topic was intended.",
+    "Correct the topic of one alias, or use one alias in both places.",
+    "{n} aliases name a topic that has another alias",
+    Weight.REMARK,
+)
+
+NEVER_FAILS = Explanation(
+    "A distance of an event or criterion that is larger than the scene.",
+    "The criterion cannot fail, and the event does not depend on where the model is.",
+    "Write the distance with its unit, such as `1.2 m` or `80 cm`, smaller than the scene.",
+    "{n} distances of events and criteria are larger than the scene",
+    Weight.REMARK,
+)

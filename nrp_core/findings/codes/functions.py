@@ -308,3 +308,11 @@ ENDS_PROCESS = Explanation(
     "{n} places where functions end the process or handle its signals",
     Weight.INCOMPLETE,
 )
+
+WRITES_FILE = Explanation(
+    "A function writes a file.",
+    "A reset does not empty the file, a replay writes it again, and a confined run may not write it.",
+    "Record values with `nrp.MapCSVRecorder`: a recording of the run contains its rows.",
+    "{n} places where functions write files",
+    Weight.REMARK,
+)

@@ -169,3 +169,11 @@ BEYOND_LIMIT = Explanation(
     "{n} topics get commands beyond the limits of their joint",
     Weight.REMARK,
 )
+
+STARTS_HIGH = Explanation(
+    "A robot starts several metres above everything below it.",
+    "Gravity makes the robot fall, and the impact can throw it over.",
+    "Lower z of the start pose so that the robot begins on the ground.",
+    "{n} robots start high above the ground",
+    Weight.REMARK,
+)

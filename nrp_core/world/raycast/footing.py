@@ -58,6 +58,17 @@ def has_ground(model: Model, scene: Scene) -> bool:
     return any(solid.is_below(points) for solid in others)
 
 
+def height_above_ground_m(model: Model, scene: Scene) -> float:
+    """Return how far the lowest point of a model is above all shapes of other models below it, m.
+
+    A shape counts as high as the box around it, so that this is never too large; of a slope it is 0.
+    """
+    points = np.vstack([solid.points for solid in solids_of(model)])
+    others = (solid for other in scene.models if other.name != model.name for solid in solids_of(other))
+    tops = [solid.highest_m for solid in others if solid.is_below(points)]
+    return max(0.0, float(points[:, 2].min()) - max(tops)) if tops else 0.0
+
+
 def can_fall(model: Model, scene: Scene) -> bool:
     """Return whether gravity moves a model that has collision shapes, because nothing holds it."""
     held = model.static or any(joint.parent == WORLD for joint in model.joints)

@@ -87,6 +87,13 @@ class Solid:
         return float(self.box[0][2])
 
     @property
+    def highest_m(self) -> float:
+        """The largest height of the shape."""
+        if isinstance(self.geometry, Plane):
+            return self.pose.position[2] if self._is_level else inf
+        return float(self.box[1][2])
+
+    @property
     def _is_level(self) -> bool:
         return self.pose.rotate((0.0, 0.0, 1.0))[2] > 1 - 1e-6
 

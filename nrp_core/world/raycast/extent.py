@@ -1,0 +1,38 @@
+"""How far a scene extends on the ground."""
+
+from __future__ import annotations
+
+from math import hypot
+from typing import Final
+
+import numpy as np
+
+from nrp_core.errors import SceneError
+from nrp_core.world.raycast.solids import Solid, solids_of
+from nrp_core.world.scene.model import Plane, Scene
+
+_ENDLESS_M: Final = 100.0
+"""The smallest width of a scene with an endless floor: about as far as robots go in a few minutes."""
+_TIMES: Final = 10.0
+"""How many times as wide as the things on it an endless floor counts."""
+
+
+def width_m(scene: Scene) -> float:
+    """Return the largest horizontal distance in a scene, m; infinite if a shape cannot be read.
+
+    A floor without an end counts as ten times as wide as what stands on it, and as 100 m at least.
+    """
+    solids = [solid for model in scene.models for solid in solids_of(model)]
+    shapes = [solid for solid in solids if not isinstance(solid.geometry, Plane)]
+    width = _across(shapes, [model.pose.position[:2] for model in scene.models])
+    return width if len(shapes) == len(solids) else max(_ENDLESS_M, _TIMES * width)
+
+
+def _across(shapes: list[Solid], origins: list[tuple[float, ...]]) -> float:
+    """Return the diagonal of the rectangle around shapes and origins of models, m."""
+    try:
+        boxes = [corner[:2] for shape in shapes for corner in shape.box]
+    except SceneError:
+        return float("inf")
+    points = np.array([*boxes, *origins, (0.0, 0.0)])
+    return hypot(*np.ptp(points, axis=0))
