@@ -79,6 +79,7 @@ def _described(network: Network, backend: Any, parts: Any) -> dict[str, Any]:
     from nrp_core.brain.network.plausible import implausible
 
     suspicious = Findings(implausible(network), general=Code.NRP297)
+    remarks = Findings(network.remarks, general=Code.NRP308)
     warnings = Findings(general=Code.NRP217)
     refusal = None
     try:
@@ -89,7 +90,7 @@ def _described(network: Network, backend: Any, parts: Any) -> dict[str, Any]:
         refusal = _reported(error)
     return {
         "network": described(network),
-        "warnings": [one.to_dict() for one in (*warnings, *suspicious)],
+        "warnings": [one.to_dict() for one in (*warnings, *suspicious, *remarks)],
         "refusal": refusal,
     }
 

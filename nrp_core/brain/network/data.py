@@ -159,6 +159,7 @@ class Network:
         views: named groups of neurons as global ids, ``nrp.brain.<name>`` in transfer functions.
         timestep_ms: the time step that the model was written for, or None if it names none; a
             backend with a fixed time step may use it.
+        remarks: sentences about how it differs from what its script says; not part of its identity.
 
     Raises:
         NetworkError: the network is inconsistent.
@@ -168,6 +169,7 @@ class Network:
     projections: tuple[Projection, ...] = ()
     views: Mapping[str, IntArray] = field(default_factory=dict)
     timestep_ms: float | None = None
+    remarks: tuple[str, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         for label, population in self.populations.items():

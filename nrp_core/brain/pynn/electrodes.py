@@ -36,6 +36,7 @@ class CurrentSource(StandardCurrentSource):
         values = ParameterSpace(self.default_parameters, self.get_schema(), shape=(1,))
         values.update(**parameters)
         self.set_native_parameters(values)
+        self._simulator.state.sources.append(self)
 
     def set_native_parameters(self, parameters: ParameterSpace) -> None:
         """Set the value of each parameter."""

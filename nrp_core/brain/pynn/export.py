@@ -17,6 +17,7 @@ from nrp_core.brain.network.data import Network, Origin
 from nrp_core.brain.network.indices import indices_of
 from nrp_core.brain.pynn.populations import SPIKE_TIMES, Population, ids_of, parts_of
 from nrp_core.brain.pynn.projections import Projection
+from nrp_core.brain.pynn.remarks import remarks_on
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.brain.pynn.synapse_columns import taken
 
@@ -39,7 +40,8 @@ def network_of(state: State, views: Mapping[str, IntArray] | None = None) -> Net
     names = unique(projection.label for projection in state.projections)
     parts = map(_parts, state.projections, names, repeat(labels))
     projections = tuple(part for several in parts for part in several)
-    return Network(populations, projections, dict(views or {}), timestep_ms=state.dt)
+    remarks = remarks_on(state, list(labels.values()), names)
+    return Network(populations, projections, dict(views or {}), timestep_ms=state.dt, remarks=remarks)
 
 
 def unique(names: Iterable[str]) -> list[str]:

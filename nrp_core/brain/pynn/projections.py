@@ -45,6 +45,7 @@ class Projection(common.Projection):
     Attributes:
         pre_index, post_index: cells within the two groups, shape ``(n_synapses,)``.
         values: weight, delay and all other parameters, PyNN's units, shape ``(n_synapses,)``.
+        has_own_label: whether the script gave it a label.
         given: the weight and delay from the script; None if it gave each synapse its own.
     """
 
@@ -58,6 +59,7 @@ class Projection(common.Projection):
         space: Space | None = None, label: str | None = None,
     ) -> None:  # fmt: skip
         ends = (presynaptic_population, postsynaptic_population)
+        self.has_own_label = bool(label)
         label = label or "→".join(str(getattr(cells, "label", cells)) for cells in ends)
         for (what, kinds, valid), part in zip(_PARTS, (*ends, connector, synapse_type, space), strict=True):
             require_kind(f"projection '{label}'", what, part, kinds, valid)

@@ -60,6 +60,7 @@ class State(BaseState):  # type: ignore[misc]
         self.populations: list[Any] = []
         self.projections: list[Any] = []
         self.injections: list[Injection] = []
+        self.sources: list[CurrentSource] = []
         self.recorders: set[Any] = set()
         self.write_on_end: list[Any] = []
         self.segment_counter = -1
@@ -119,6 +120,11 @@ class State(BaseState):  # type: ignore[misc]
             return self._min_delay
         delays = [projection.values["delay"].min() for projection in self.projections if len(projection)]
         return float(min(delays, default=self.dt))
+
+    @property
+    def delay_limits_ms(self) -> tuple[float, float]:
+        """The limits of delays that ``setup`` was given, ms; 0 and infinity if it was not."""
+        return self._min_delay or 0.0, self.max_delay
 
     @property
     def n_cells(self) -> int:

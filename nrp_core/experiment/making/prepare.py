@@ -280,6 +280,8 @@ class Examination:
                 )
                 suspicious = Findings(implausible(self.network), general=Code.NRP297)
                 self.collector.place(suspicious, "brain", "model")
+                remarks = Findings(self.network.remarks, general=Code.NRP308)
+                self.collector.place(remarks, "brain", "model")
         return not has_errors(self.collector.findings[before:])
 
     def _check_together(self) -> None:

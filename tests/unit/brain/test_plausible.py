@@ -103,3 +103,56 @@ def test_random_numbers_of_a_script_follow_from_the_seed(tmp_path: Path) -> None
     )
     digests = [load_network(script, seed=seed).digest for seed in (1, 1, 2)]
     assert digests[0] == digests[1] != digests[2]
+
+
+def test_a_label_that_is_used_twice_is_reported_with_its_new_name() -> None:
+    sim = builder()
+    cells = [sim.Population(2, sim.IF_cond_exp(), label="cells") for _ in range(2)]
+    for _ in range(2):
+        sim.Projection(*cells, sim.OneToOneConnector(), label="go")
+    assert sim.network().remarks == (
+        "two populations have the label 'cells'; the later one is called 'cells 2'",
+        "two projections from 'cells' to 'cells' have the label 'go'; the later one is called 'go 2'",
+    )
+
+
+def test_a_label_may_stand_for_projections_between_different_cells() -> None:
+    sim = builder()
+    one, other = (sim.Population(2, sim.IF_cond_exp(), label=label) for label in ("one", "other"))
+    for pre, post in ((one, other), (other, one)):
+        sim.Projection(pre, post, sim.OneToOneConnector(), label="go")
+    assert sim.network().remarks == ()
+
+
+def test_projections_without_labels_between_the_same_cells_are_not_reported() -> None:
+    sim = builder()
+    cells = sim.Population(2, sim.IF_cond_exp())
+    for receptor in ("excitatory", "inhibitory"):
+        sim.Projection(cells, cells, sim.OneToOneConnector(), receptor_type=receptor)
+    assert sim.network().remarks == ()
+
+
+def test_a_current_source_that_is_never_injected_is_reported() -> None:
+    sim = builder()
+    cells = sim.Population(2, sim.IF_cond_exp())
+    sim.DCSource(amplitude=0.1, start=0.0, stop=1e12).inject_into(cells)
+    cells.inject(sim.DCSource(amplitude=0.2, start=0.0, stop=1e12))
+    sim.DCSource(amplitude=0.3)
+    assert sim.network().remarks == (
+        "a DCSource (the current source 3 of 3) is never injected: call its inject_into(cells)",
+    )
+
+
+@pytest.mark.parametrize(
+    ("delay_ms", "words"),
+    [(0.2, "is 0.2 ms, and min_delay of setup is 0.5 ms"), (9.0, "is 9 ms, and max_delay of setup is 4 ms"),
+     (0.5, ""), (4.0, "")],
+)  # fmt: skip
+def test_a_delay_beyond_the_limits_of_setup_is_reported(delay_ms: float, words: str) -> None:
+    sim = builder()
+    sim.setup(timestep=0.1, min_delay=0.5, max_delay=4.0)
+    cells = sim.Population(2, sim.IF_cond_exp(), label="cells")
+    synapse = sim.StaticSynapse(weight=0.01, delay=delay_ms)
+    sim.Projection(cells, cells, sim.OneToOneConnector(), synapse, label="go")
+    expected = (f"a delay of the projection 'go' {words}",) if words else ()
+    assert sim.network().remarks == expected

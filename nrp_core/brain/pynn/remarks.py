@@ -1,0 +1,72 @@
+"""What a brain script says that does not reach its network, as sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from nrp_core.brain.pynn.simulator import State
+
+_ROUNDING_MS = 1e-9
+
+
+def remarks_on(state: State, populations: Sequence[str], projections: Sequence[str]) -> tuple[str, ...]:
+    """Return a sentence for each label that is changed, current that goes nowhere, and delay beyond limits.
+
+    Args:
+        state: the objects that the script built.
+        populations: the labels of its populations in the network, in the order of the script.
+        projections: those of its projections.
+    """
+    return (
+        *_renamed(state.populations, populations),
+        *_repeated(state.projections, projections),
+        *_unused(state),
+        *_beyond(state, projections),
+    )
+
+
+def _renamed(populations: Sequence[Any], labels: Sequence[str]) -> Iterator[str]:
+    for one, label in zip(populations, labels, strict=True):
+        if one.label != label:
+            yield f"two populations have the label '{one.label}'; the later one is called '{label}'"
+
+
+def _repeated(projections: Sequence[Any], labels: Sequence[str]) -> Iterator[str]:
+    """Yield labels that are used twice for the same ends; a label may stand for several other projections.
+
+    Without a label, a projection is named after its ends, which others may connect as well.
+    """
+    seen: set[tuple[str, int, int]] = set()
+    for one, label in zip(projections, labels, strict=True):
+        key = one.label, id(one.pre), id(one.post)
+        if one.has_own_label and key in seen:
+            yield (
+                f"two projections from '{one.pre.label}' to '{one.post.label}' have the label '{one.label}'; "
+                f"the later one is called '{label}'"
+            )
+        seen.add(key)
+
+
+def _unused(state: State) -> Iterator[str]:
+    injected = {id(injection.source) for injection in state.injections}
+    for number, source in enumerate(state.sources, start=1):
+        if id(source) not in injected:
+            yield (
+                f"a {type(source).__name__} (the current source {number} of {len(state.sources)}) is never "
+                f"injected: call its inject_into(cells)"
+            )
+
+
+def _beyond(state: State, labels: Sequence[str]) -> Iterator[str]:
+    low_ms, high_ms = state.delay_limits_ms
+    for projection, label in zip(state.projections, labels, strict=True):
+        delays_ms = projection.values["delay"]
+        if not delays_ms.size:
+            continue
+        shortest_ms, longest_ms = float(delays_ms.min()), float(delays_ms.max())
+        owner = f"of the projection '{label}'"
+        if shortest_ms < low_ms - _ROUNDING_MS:
+            yield f"a delay {owner} is {shortest_ms:g} ms, and min_delay of setup is {low_ms:g} ms"
+        if longest_ms > high_ms + _ROUNDING_MS:
+            yield f"a delay {owner} is {longest_ms:g} ms, and max_delay of setup is {high_ms:g} ms"
