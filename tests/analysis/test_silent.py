@@ -144,3 +144,11 @@ def test_events_that_wait_in_a_circle_are_reported(husky: Path) -> None:
 
 def test_a_run_that_ends_before_its_first_event_is_reported(husky: Path) -> None:
     assert "'left_red' is at 5 s, and the run ends at 2 s" in "\n".join(messages(husky, "duration=2 s"))
+
+
+def test_what_a_brain_script_loses_is_reported_at_the_brain(husky: Path) -> None:
+    path = husky / "brain.py"
+    path.write_text(path.read_text() + "\nsim.DCSource(amplitude=0.1)\n")
+    (message,) = messages(husky)
+    assert "experiment.yaml:12:10: a DCSource" in message
+    assert "is never injected" in message
