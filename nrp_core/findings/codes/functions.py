@@ -306,7 +306,7 @@ ENDS_PROCESS = Explanation(
     "The loop, the brain and the world share that process: the run ends early, or cannot be interrupted.",
     "Return from the function to do nothing; limit a run with its `duration` or with `--until`.",
     "{n} places where functions end the process or handle its signals",
-    Weight.INCOMPLETE,
+    Weight.ALTERED,
 )
 
 WRITES_FILE = Explanation(
