@@ -1,0 +1,57 @@
+import { playOrPause, step, stepBack, takeSnapshot, toggleRecording } from "../state/commands";
+import { select } from "../state/selection";
+import { openView, setFull, setHelp, useView, VIEWS } from "../state/view";
+import { focusNextPanel, fullSizeOfFocused } from "./panels";
+
+export interface KeyEntry {
+  /** As `keyOf` writes a key press: modifiers in the order Ctrl, Shift, then the key. */
+  keys: readonly string[];
+  /** As the help shows it. */
+  shown: string;
+  group: "Run" | "View" | "Panels" | "Scene" | "Functions and designer";
+  does: string;
+  /** Null: the room that has the focus acts on it itself. */
+  run: ((event: KeyboardEvent) => void) | null;
+}
+
+const entry = (
+  group: KeyEntry["group"],
+  keys: string | readonly string[],
+  shown: string,
+  does: string,
+  run: KeyEntry["run"] = null,
+): KeyEntry => ({ group, keys: typeof keys === "string" ? [keys] : keys, shown, does, run });
+
+const press = (selector: string) => document.querySelector<HTMLElement>(selector)?.click();
+
+const openNumbered = ({ key }: KeyboardEvent) => {
+  const view = VIEWS[Number(key) - 1];
+  if (view) openView(view);
+};
+
+const leave = () => (useView.getState().full ? setFull(null) : select(null));
+
+/** Every key of the page: what acts on it, and what the help says. */
+export const keymap: readonly KeyEntry[] = [
+  entry("Run", " ", "Space", "Play or pause", () => void playOrPause()),
+  entry("Run", ",", ",", "Step back", () => void stepBack()),
+  entry("Run", ".", ".", "Step", () => void step()),
+  entry("Run", "Shift+R", "Shift R", "Reset menu", () => press('[data-key="reset"]')),
+  entry("Run", "s", "S", "Take a snapshot", () => void takeSnapshot()),
+  entry("Run", "b", "B", "Branch here", () => press('[data-key="branch"]')),
+  entry("Run", "r", "R", "Start or stop recording", toggleRecording),
+  entry("View", ["1", "2", "3", "4"], "1 – 4", "Open a view", openNumbered),
+  entry("View", "?", "?", "This map", () => setHelp(true)),
+  entry("Panels", "F6", "F6, Shift F6", "Next panel, panel before", () => focusNextPanel(1)),
+  entry("Panels", "Shift+F6", "arrows", "Move inside a panel", () => focusNextPanel(-1)),
+  entry("Panels", "Enter", "Enter", "Full size of the panel", fullSizeOfFocused),
+  entry("Panels", "Escape", "Esc", "Leave full size, clear the selection", leave),
+  entry("Scene", "f", "F", "Fit the room", () => press('[data-key="fit"]')),
+  entry("Scene", [], "← → ↑ ↓", "Orbit"),
+  entry("Scene", [], "Shift ← → ↑ ↓", "Pan"),
+  entry("Scene", [], "+ −", "Zoom"),
+  entry("Functions and designer", [], "Ctrl Enter", "Apply the changes"),
+  entry("Functions and designer", [], "Ctrl .", "Quick fix"),
+  entry("Functions and designer", [], "Ctrl Z, Ctrl Y", "Undo, redo"),
+  entry("Functions and designer", [], "Ctrl Shift Enter", "Run the design"),
+];

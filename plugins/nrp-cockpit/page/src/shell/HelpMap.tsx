@@ -1,0 +1,41 @@
+import { useEffect, useRef } from "react";
+import { keymap } from "../keys/keymap";
+import { setHelp } from "../state/view";
+import { IconButton } from "../ui/Button";
+import "./help.css";
+
+const groups = [...new Set(keymap.map((entry) => entry.group))];
+
+/** All keys, from the same table that acts on them. */
+export function HelpMap() {
+  const dialog = useRef<HTMLDialogElement>(null);
+  useEffect(() => dialog.current?.showModal(), []);
+  return (
+    <dialog ref={dialog} className="help" aria-label="Keyboard map" onClose={() => setHelp(false)}>
+      <div className="panel-head">
+        <h2>Keyboard</h2>
+        <span className="grow" />
+        <IconButton icon="close" label="Close" kind="ghost" small onClick={() => setHelp(false)} />
+      </div>
+      <div className="help-groups">
+        {groups.map((group) => (
+          <section key={group} aria-label={group}>
+            <h3>{group}</h3>
+            <dl>
+              {keymap
+                .filter((entry) => entry.group === group)
+                .map(({ shown, does }) => (
+                  <div key={shown}>
+                    <dt>
+                      <kbd>{shown}</kbd>
+                    </dt>
+                    <dd>{does}</dd>
+                  </div>
+                ))}
+            </dl>
+          </section>
+        ))}
+      </div>
+    </dialog>
+  );
+}

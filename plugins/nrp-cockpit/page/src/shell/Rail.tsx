@@ -1,0 +1,40 @@
+import { setHelp, toggleTheme, useView, VIEWS, type View } from "../state/view";
+import { Icon } from "../ui/Icon";
+
+const names: Record<View, string> = {
+  cockpit: "Cockpit",
+  functions: "Functions",
+  designer: "Designer",
+  compare: "Compare",
+};
+
+/** The views at the left edge; theme and help at its foot. */
+export function Rail() {
+  const open = useView((state) => state.view);
+  return (
+    <nav className="rail" aria-label="Views">
+      <svg className="rail-logo" viewBox="0 0 32 32" aria-hidden="true" fill="none" stroke="currentColor">
+        <g strokeWidth="2.5" strokeLinecap="round">
+          <path d="M26 10A11.500 11.500 0 0 0 5.200 12M6 22a11.500 11.500 0 0 0 20.800-2" />
+          <circle cx="16" cy="16" r="3.500" fill="currentColor" />
+          <path d="m26.500 4.500-.3 5.700-5.600-.6M5.500 27.500l.3-5.700 5.600.6" />
+        </g>
+      </svg>
+      {VIEWS.map((view) => (
+        <a key={view} href={`#/${view}`} aria-current={view === open ? "page" : undefined}>
+          <Icon name={view} />
+          {names[view]}
+        </a>
+      ))}
+      <span className="grow" />
+      <button type="button" aria-label="Switch between light and dark" onClick={toggleTheme}>
+        <Icon name="theme" />
+        Theme
+      </button>
+      <button type="button" aria-label="Help and keyboard map (?)" onClick={() => setHelp(true)}>
+        <Icon name="help" />
+        Help
+      </button>
+    </nav>
+  );
+}

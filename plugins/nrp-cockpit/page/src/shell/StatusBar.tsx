@@ -1,0 +1,70 @@
+import { useRun } from "../state/run";
+import type { Status } from "../state/types";
+import { Icon } from "../ui/Icon";
+
+/** The bottom line: the link, what needs attention, and what a step costs. */
+export function StatusBar() {
+  const status = useRun((run) => run.status);
+  return (
+    <footer className="status">
+      <LinkState />
+      <Attention />
+      <span className="grow cut">{status?.doing}</span>
+      {status && <Costs status={status} />}
+    </footer>
+  );
+}
+
+function LinkState() {
+  const link = useRun((run) => run.link);
+  const source = useRun((run) => run.experiment?.source);
+  if (link.state === "open")
+    return (
+      <span role="status">
+        <i className="status-dot" />
+        {source === "recording" ? "Recording" : "Live on this machine"}
+      </span>
+    );
+  return (
+    <span role="status" className="warn-t">
+      <i className="status-dot" data-lost />
+      {link.state === "lost" ? `Reconnecting, ${link.retry_s} s` : "Connecting"}
+    </span>
+  );
+}
+
+function Attention() {
+  const quarantined = useRun((run) => run.functions?.functions.filter((one) => one.failure).length ?? 0);
+  const notes = useRun((run) => run.findings.length);
+  return (
+    <>
+      {quarantined > 0 && (
+        <a className="bad-t" href="#/functions">
+          <Icon name="error" small />
+          {quarantined} {quarantined === 1 ? "function" : "functions"} in quarantine
+        </a>
+      )}
+      {notes > 0 && (
+        <a className="mut" href="#/functions">
+          <Icon name="note" small />
+          {notes} {notes === 1 ? "finding" : "findings"}
+        </a>
+      )}
+    </>
+  );
+}
+
+const percent = (share: number) => `${Math.round(share * 100)} %`;
+
+function Costs({ status: { share, server_ms_per_step, dropped } }: { status: Status }) {
+  return (
+    <>
+      <span className="num">
+        brain {percent(share.brain)} · world {percent(share.world)} · functions {percent(share.functions)} ·
+        loop {percent(share.loop)}
+      </span>
+      <span className="num wide">page {server_ms_per_step.toFixed(1)} ms a step</span>
+      <span className="num">{dropped} dropped</span>
+    </>
+  );
+}

@@ -1,0 +1,39 @@
+import { wire } from "../wire";
+import { notify } from "./notices";
+import { useRun } from "./run";
+import type { Vector } from "./types";
+
+export type ResetWhat = "all" | "robot" | "brain" | "world";
+
+/** Calls a service of the cockpit; a failure becomes a notice, and the answer null. */
+export async function command<T = object>(name: string, request: object = {}): Promise<T | null> {
+  try {
+    return await wire.call<T>(`/cockpit/${name}`, request);
+  } catch (error) {
+    notify(error instanceof Error ? error.message : String(error), "bad");
+    return null;
+  }
+}
+
+export const play = () => command("play");
+export const pause = () => command("pause");
+export const playOrPause = () => (useRun.getState().status?.state === "running" ? pause() : play());
+export const step = (n = 1) => command("step", { n });
+export const stepBack = () => command("step_back");
+export const reset = (what: ResetWhat) => command("reset", { what });
+export const setPace = (factor: number | null) => command("pace", { factor });
+export const runTo = (t_s: number) => command("run_to", { t_s });
+export const seek = (t_s: number) => command("seek", { t_s });
+export const leaveSeek = () => command("live");
+export const takeSnapshot = () => command("snapshot");
+export const restore = (id: string) => command("restore", { id });
+export const branch = (label: string, changes: object) => command("branch", { label, changes });
+export const record = (folder: string | null) => command("record", { folder });
+export const publish = (topic: string, value: object) => command("publish", { topic, value });
+export const push = (body: string, force_n: Vector, duration_s: number) =>
+  command("push", { body, force_n, duration_s });
+
+export function toggleRecording(): void {
+  const recording = useRun.getState().status?.recording;
+  void record(recording ? null : "");
+}

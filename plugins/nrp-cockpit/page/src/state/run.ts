@@ -1,0 +1,66 @@
+import { create } from "zustand";
+import { type Link, wire } from "../wire";
+import type { Experiment, Finding, Functions, Status, TimelineData } from "./types";
+
+interface LogLine {
+  t_s: number;
+  level: string;
+  text: string;
+}
+
+interface Run {
+  link: Link;
+  experiment: Experiment | null;
+  status: Status | null;
+  functions: Functions | null;
+  timeline: TimelineData | null;
+  findings: readonly Finding[];
+  log: readonly LogLine[];
+}
+
+const LOG_LINES = 500;
+
+/** What the server last said about the run; null until it said it. The page computes none of it. */
+export const useRun = create<Run>(() => ({
+  link: { state: "connecting" },
+  experiment: null,
+  status: null,
+  functions: null,
+  timeline: null,
+  findings: [],
+  log: [],
+}));
+
+/** Fills the store from the wire, for as long as the page lives. */
+export function followRun(): void {
+  const set = useRun.setState;
+  wire.onLink((link) => set({ link }));
+  wire.subscribe<Experiment>("/cockpit/experiment", (experiment) => set({ experiment }));
+  wire.subscribe<Status>("/cockpit/status", (status) => set({ status }), "latest");
+  wire.subscribe<Functions>("/cockpit/functions", (functions) => set({ functions }));
+  wire.subscribe<TimelineData>("/cockpit/timeline", (timeline) => set({ timeline }));
+  wire.subscribe<Finding[]>("/cockpit/findings", (findings) => set({ findings }));
+  wire.subscribe<LogLine>("/cockpit/log", (line) =>
+    set(({ log }) => ({ log: [...log.slice(1 - LOG_LINES), line] })),
+  );
+}
+
+/** Why the run cannot be steered now, or undefined when it can. */
+export function useBlocked(): string | undefined {
+  const link = useRun((run) => run.link.state);
+  const maySteer = useRun((run) => run.experiment?.may_steer);
+  const state = useRun((run) => run.status?.state);
+  if (link !== "open") return "The connection to the server is lost.";
+  if (maySteer === undefined || state === undefined) return "The server has not described the run yet.";
+  if (!maySteer) return "You may watch this run, not steer it.";
+  if (state === "busy") return "The run is busy.";
+  return undefined;
+}
+
+/** Why a capability is missing ("snapshot", ...), or undefined when the run has it. */
+export function useMissing(capability: string): string | undefined {
+  return useRun((run) => {
+    const has = run.experiment?.capabilities[capability];
+    return typeof has === "string" ? has : undefined;
+  });
+}

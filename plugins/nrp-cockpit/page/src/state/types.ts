@@ -1,0 +1,136 @@
+/** What the server says about a run, as JSON on its `/cockpit/` topics. */
+
+export type Vector = [number, number, number];
+
+export interface TopicInfo {
+  name: string;
+  type: string;
+  /** "in": the run hears it; "out": the run sends it. */
+  direction: "in" | "out";
+  unit: string | null;
+  rate_hz: number | null;
+}
+
+export interface Population {
+  label: string;
+  size: number;
+  /** The number of its first neuron in the brain's own counting. */
+  first: number;
+  cell: string;
+  role: "sensor" | "actor" | "circuit";
+  positions: Vector[] | null;
+}
+
+export interface Projection {
+  id: string;
+  label: string;
+  pre: string;
+  post: string;
+  receptor: string;
+  synapse: string;
+  size: number;
+  excites: boolean;
+  /** [from, to, weight]; null when there are too many to draw. */
+  edges: [number, number, number][] | null;
+}
+
+export interface Device {
+  name: string;
+  topic: string;
+  population: string;
+  neurons: number[];
+  kind: string;
+  unit: string;
+}
+
+export interface Body {
+  name: string;
+  static: boolean;
+  topics: string[];
+  /** The topic that colours it, if one does. */
+  colorable: string | null;
+}
+
+export interface Experiment {
+  name: string;
+  file: string;
+  brain: string;
+  world: string;
+  seed: number;
+  duration_s: number | null;
+  timestep_s: number;
+  source: "live" | "recording";
+  may_steer: boolean;
+  /** Each: true, or the reason why not. */
+  capabilities: Record<string, true | string>;
+  backends: { brain: string[]; world: string[] };
+  topics: TopicInfo[];
+  robots: string[];
+  populations: Population[];
+  projections: Projection[];
+  devices: Device[];
+  bodies: Body[];
+}
+
+export interface Status {
+  state: "paused" | "running" | "finished" | "failed" | "busy";
+  /** What a busy run does. */
+  doing: string | null;
+  t_s: number;
+  wall_s: number;
+  real_time_factor: number;
+  /** Simulated seconds a wall second at most; null: as fast as it can. */
+  pace: number | null;
+  recording: { path: string; bytes: number } | null;
+  viewers: number;
+  dropped: number;
+  server_ms_per_step: number;
+  share: { brain: number; world: number; functions: number; loop: number };
+  error: { message: string; file: string | null; line: number | null } | null;
+  passed: boolean | null;
+  complete: boolean;
+}
+
+export interface TransferFunction {
+  name: string;
+  file: string;
+  line: number;
+  flow: string;
+  active: boolean;
+  failure: { t_s: number; message: string; traceback: string } | null;
+  calls: number;
+  mean_ms: number;
+  recent_ms: number[];
+}
+
+export interface SourceFile {
+  path: string;
+  source: string;
+  language: "python" | "bibi";
+  editable: boolean;
+}
+
+export interface Functions {
+  functions: TransferFunction[];
+  files: SourceFile[];
+}
+
+export interface TimelineData {
+  duration_s: number | null;
+  events: { name: string; t_s: number | null; waits_for: string }[];
+  criteria: { name: string; passed: boolean | null; from_s: number; to_s: number; text: string }[];
+  failures: { t_s: number; function: string; message: string }[];
+  snapshots: { id: string; t_s: number }[];
+  branches: { id: string; label: string; from_s: number; t_s: number; apart_m: number | null }[];
+}
+
+export interface Finding {
+  code: string;
+  weight: "error" | "warning" | "note";
+  summary: string;
+  why: string;
+  fix: string;
+  file: string | null;
+  line: number | null;
+  count: number;
+}

@@ -1,0 +1,46 @@
+import { create } from "zustand";
+
+export const VIEWS = ["cockpit", "functions", "designer", "compare"] as const;
+export type View = (typeof VIEWS)[number];
+
+const viewOf = (hash: string): View => VIEWS.find((view) => hash === `#/${view}`) ?? "cockpit";
+
+interface ViewState {
+  view: View;
+  dark: boolean;
+  help: boolean;
+  /** The panel shown in full size, by its id. */
+  full: string | null;
+}
+
+export const useView = create<ViewState>(() => ({
+  view: viewOf(window.location.hash),
+  dark: localStorage.getItem("nrp-cockpit-theme") === "dark",
+  help: false,
+  full: null,
+}));
+
+export function openView(view: View): void {
+  window.location.hash = `#/${view}`;
+}
+
+export function toggleTheme(): void {
+  const dark = !useView.getState().dark;
+  localStorage.setItem("nrp-cockpit-theme", dark ? "dark" : "light");
+  useView.setState({ dark });
+}
+
+export const setHelp = (help: boolean): void => useView.setState({ help });
+export const setFull = (full: string | null): void => useView.setState({ full });
+
+/** Keeps the page in step with the address and the theme. */
+export function followView(): void {
+  const paint = ({ dark }: ViewState) => {
+    document.documentElement.className = dark ? "theme-dark" : "theme-light";
+  };
+  paint(useView.getState());
+  useView.subscribe(paint);
+  window.addEventListener("hashchange", () =>
+    useView.setState({ view: viewOf(window.location.hash), full: null }),
+  );
+}

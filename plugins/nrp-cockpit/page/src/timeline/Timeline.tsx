@@ -1,0 +1,10 @@
+import { Empty, Panel } from "../ui/Panel";
+
+/** Events, criteria, failures, snapshots and branches over simulated time. */
+export function Timeline() {
+  return (
+    <Panel title="Timeline">
+      <Empty>Waiting for the timeline.</Empty>
+    </Panel>
+  );
+}

@@ -1,0 +1,116 @@
+import { type KeyboardEvent, type ReactNode, useEffect, useRef, useState } from "react";
+import { createPortal } from "react-dom";
+import { Icon, type IconName } from "./Icon";
+
+export interface MenuItem {
+  label: string;
+  icon?: IconName;
+  shortcut?: string;
+  /** Why it cannot be chosen now. */
+  disabled?: string | undefined;
+  onSelect: () => void;
+}
+
+interface MenuProps {
+  label: string;
+  items: readonly MenuItem[];
+  /** What the button shows. */
+  children: ReactNode;
+  className?: string;
+  /** The name by which the map of keys presses the button. */
+  "data-key"?: string;
+}
+
+/** A button that opens a list of actions; arrows move, Enter chooses, Escape closes. */
+export function Menu({ label, items, children, className = "btn", "data-key": key }: MenuProps) {
+  const [at, setAt] = useState<DOMRect | null>(null);
+  const button = useRef<HTMLButtonElement>(null);
+  const close = () => {
+    setAt(null);
+    button.current?.focus();
+  };
+  return (
+    <span className="menu">
+      <button
+        ref={button}
+        type="button"
+        className={className}
+        data-key={key}
+        aria-label={label}
+        aria-haspopup="menu"
+        aria-expanded={at !== null}
+        onClick={(event) => setAt(at ? null : event.currentTarget.getBoundingClientRect())}
+      >
+        {children}
+      </button>
+      {at && createPortal(<MenuList label={label} items={items} at={at} onClose={close} />, document.body)}
+    </span>
+  );
+}
+
+interface ListProps {
+  label: string;
+  items: readonly MenuItem[];
+  at: DOMRect;
+  onClose: () => void;
+}
+
+function MenuList({ label, items, at, onClose }: ListProps) {
+  const list = useRef<HTMLDivElement>(null);
+  useEffect(() => {
+    list.current?.querySelector("button")?.focus();
+  }, []);
+  const key = (event: KeyboardEvent<HTMLElement>) => {
+    const buttons = [...event.currentTarget.querySelectorAll("button")];
+    const now = buttons.indexOf(document.activeElement as HTMLButtonElement);
+    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+    if (step !== undefined) buttons[(now + step + buttons.length) % buttons.length]?.focus();
+    else if (event.key === "Escape" || event.key === "Tab") onClose();
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  };
+  const right = at.left + 224 > window.innerWidth;
+  const left = right ? at.right - 216 : at.left;
+  const height = items.length * 32 + 8;
+  const top = at.bottom + 4 + height > window.innerHeight ? at.top - 4 - height : at.bottom + 4;
+  return (
+    <>
+      <div className="menu-back" aria-hidden="true" onPointerDown={onClose} />
+      <div
+        ref={list}
+        className="menu-list"
+        role="menu"
+        aria-label={label}
+        style={{ left, top }}
+        onKeyDown={key}
+      >
+        {items.map((item) => (
+          <Entry key={item.label} item={item} onClose={onClose} />
+        ))}
+      </div>
+    </>
+  );
+}
+
+function Entry({ item, onClose }: { item: MenuItem; onClose: () => void }) {
+  const choose = () => {
+    if (item.disabled) return;
+    onClose();
+    item.onSelect();
+  };
+  return (
+    <button
+      type="button"
+      role="menuitem"
+      tabIndex={-1}
+      aria-disabled={item.disabled ? true : undefined}
+      title={item.disabled}
+      onClick={choose}
+    >
+      {item.icon && <Icon name={item.icon} />}
+      {item.label}
+      {item.shortcut && <kbd>{item.shortcut}</kbd>}
+    </button>
+  );
+}

@@ -1,0 +1,41 @@
+import { type ReactNode, useContext } from "react";
+import { PanelContext } from "./panelContext";
+
+interface PanelProps {
+  title: string;
+  /** The accessible name of the region, when the title alone does not say it. */
+  label?: string;
+  /** A few words behind the title. */
+  sub?: ReactNode;
+  /** Controls at the right end of the head. */
+  tools?: ReactNode;
+  className?: string;
+  children: ReactNode;
+}
+
+/** One room's frame: a region with a head; the frame adds the buttons that the layout offers to every panel. */
+export function Panel({ title, label = title, sub, tools, className = "", children }: PanelProps) {
+  const { frameTools, headProps } = useContext(PanelContext);
+  return (
+    <section className="panel" aria-label={label}>
+      <div className="panel-head" {...headProps}>
+        <h2>{title}</h2>
+        {sub !== undefined && <span className="panel-sub cut">{sub}</span>}
+        <span className="grow" />
+        {tools}
+        {frameTools}
+      </div>
+      <div className={`panel-body ${className}`}>{children}</div>
+    </section>
+  );
+}
+
+/** What a panel says while it has nothing to show: one sentence, and at most one button. */
+export function Empty({ children, action }: { children: ReactNode; action?: ReactNode }) {
+  return (
+    <div className="empty">
+      <p>{children}</p>
+      {action}
+    </div>
+  );
+}

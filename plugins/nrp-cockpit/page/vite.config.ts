@@ -1,0 +1,20 @@
+import react from "@vitejs/plugin-react";
+import { defineConfig } from "vitest/config";
+
+/** The server (for `npm run dev`): the port of a running `nrp cockpit EXPERIMENT --no-browser`. */
+const server = process.env.NRP_COCKPIT ?? "http://127.0.0.1:8765";
+
+export default defineConfig({
+  base: "./",
+  plugins: [react()],
+  build: {
+    outDir: "../src/nrp_cockpit/static",
+    emptyOutDir: true,
+    target: "es2023",
+    assetsInlineLimit: 0, // the content security policy of the server allows no data: scripts
+    modulePreload: { polyfill: false },
+    reportCompressedSize: false,
+  },
+  server: { proxy: { "/ws": { target: server, ws: true, changeOrigin: true } } },
+  test: { include: ["src/**/*.test.ts"] },
+});

@@ -1,0 +1,1 @@
+"""The cockpit: a run in the browser, live or recorded."""
