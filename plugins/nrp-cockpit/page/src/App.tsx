@@ -10,14 +10,10 @@ import { Toolbar } from "./toolbar/Toolbar";
 import "./shell/shell.css";
 
 const FunctionsView = lazy(() => import("./functions/FunctionsView"));
-const DesignView = lazy(() => import("./design/DesignView"));
-const CompareView = lazy(() => import("./compare/CompareView"));
 
 const views: Record<View, () => ReactNode> = {
   cockpit: () => <CockpitView />,
   functions: () => <FunctionsView />,
-  designer: () => <DesignView />,
-  compare: () => <CompareView />,
 };
 
 /** The whole page: rail, toolbar, the open view, status bar. */

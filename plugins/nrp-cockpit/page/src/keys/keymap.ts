@@ -8,7 +8,7 @@ export interface KeyEntry {
   keys: readonly string[];
   /** As the help shows it. */
   shown: string;
-  group: "Run" | "View" | "Panels" | "Scene" | "Functions and designer";
+  group: "Run" | "View" | "Panels" | "Scene" | "Functions";
   does: string;
   /** Null: the room that has the focus acts on it itself. */
   run: ((event: KeyboardEvent) => void) | null;
@@ -38,9 +38,8 @@ export const keymap: readonly KeyEntry[] = [
   entry("Run", ".", ".", "Step", () => void step()),
   entry("Run", "Shift+R", "Shift R", "Reset menu", () => press('[data-key="reset"]')),
   entry("Run", "s", "S", "Take a snapshot", () => void takeSnapshot()),
-  entry("Run", "b", "B", "Branch here", () => press('[data-key="branch"]')),
   entry("Run", "r", "R", "Start or stop recording", toggleRecording),
-  entry("View", ["1", "2", "3", "4"], "1 – 4", "Open a view", openNumbered),
+  entry("View", ["1", "2"], "1, 2", "Open a view", openNumbered),
   entry("View", "?", "?", "This map", () => setHelp(true)),
   entry("Panels", "F6", "F6, Shift F6", "Next panel, panel before", () => focusNextPanel(1)),
   entry("Panels", "Shift+F6", "arrows", "Move inside a panel", () => focusNextPanel(-1)),
@@ -50,8 +49,8 @@ export const keymap: readonly KeyEntry[] = [
   entry("Scene", [], "← → ↑ ↓", "Orbit"),
   entry("Scene", [], "Shift ← → ↑ ↓", "Pan"),
   entry("Scene", [], "+ −", "Zoom"),
-  entry("Functions and designer", [], "Ctrl Enter", "Apply the changes"),
-  entry("Functions and designer", [], "Ctrl .", "Quick fix"),
-  entry("Functions and designer", [], "Ctrl Z, Ctrl Y", "Undo, redo"),
-  entry("Functions and designer", [], "Ctrl Shift Enter", "Run the design"),
+  entry("Functions", [], "Ctrl Enter", "Apply the changes"),
+  entry("Functions", [], "Ctrl Space", "Complete the word"),
+  entry("Functions", [], "F8", "Next finding"),
+  entry("Functions", [], "Ctrl Z, Ctrl Y", "Undo, redo"),
 ];

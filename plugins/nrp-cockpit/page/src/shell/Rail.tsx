@@ -4,8 +4,6 @@ import { Icon } from "../ui/Icon";
 const names: Record<View, string> = {
   cockpit: "Cockpit",
   functions: "Functions",
-  designer: "Designer",
-  compare: "Compare",
 };
 
 /** The views at the left edge; theme and help at its foot. */

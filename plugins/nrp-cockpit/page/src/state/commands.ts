@@ -27,7 +27,6 @@ export const seek = (t_s: number) => command("seek", { t_s });
 export const leaveSeek = () => command("live");
 export const takeSnapshot = () => command("snapshot");
 export const restore = (id: string) => command("restore", { id });
-export const branch = (label: string, changes: object) => command("branch", { label, changes });
 export const record = (folder: string | null) => command("record", { folder });
 export const publish = (topic: string, value: object) => command("publish", { topic, value });
 export const push = (body: string, force_n: Vector, duration_s: number) =>

@@ -1,6 +1,6 @@
 import { Empty, Panel } from "../ui/Panel";
 
-/** Events, criteria, failures, snapshots and branches over simulated time. */
+/** Events, criteria, failures and snapshots over simulated time. */
 export function Timeline() {
   return (
     <Panel title="Timeline">

@@ -7,14 +7,6 @@ export const paths = {
     </>
   ),
   functions: <path d="M5.5 4 2 8l3.5 4M10.5 4 14 8l-3.5 4" />,
-  designer: (
-    <>
-      <rect x="1.5" y="2.5" width="5" height="4" rx="1" />
-      <rect x="9.5" y="9.5" width="5" height="4" rx="1" />
-      <path d="M6.500 4.500h2a1.500 1.500 0 0 1 1.500 1.500v3.500" />
-    </>
-  ),
-  compare: <path d="M8 2v12M2.500 4h3v8h-3zM10.500 4h3v8h-3z" />,
   theme: (
     <>
       <circle cx="8" cy="8" r="5.500" />
@@ -91,14 +83,6 @@ export const paths = {
     </>
   ),
   snapshot: <path d="M4 2.500h8v11L8 10.500l-4 3z" />,
-  branch: (
-    <>
-      <circle cx="4" cy="3.500" r="1.500" />
-      <circle cx="4" cy="12.500" r="1.500" />
-      <circle cx="12" cy="5.500" r="1.500" />
-      <path d="M4 5v6M12 7c0 2.500-8 1.500-8 4" />
-    </>
-  ),
   clock: (
     <>
       <circle cx="8" cy="8" r="6" />
