@@ -1,0 +1,1 @@
+"""What can be heard of a run, in the encoding of ROS 2."""

@@ -1,0 +1,162 @@
+"""Sends what clients hear of a run; what nobody hears is neither sampled nor encoded."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+
+from nrp_cockpit.hearing.published import PublishedMessages
+from nrp_cockpit.wire.channels import Kind, Sent
+from nrp_cockpit.wire.hub import Hub
+from nrp_core.brain.devices.sinks import SinkPort
+from nrp_core.errors import TopicError
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.layout import SCENE, TRANSFORMS, Images, device_topic, spikes_topic
+from nrp_core.recording.writing.encoding import joined
+from nrp_core.recording.writing.frames import SceneFrames
+from nrp_core.recording.writing.signals import (
+    CameraImages,
+    DeviceRecords,
+    MovingModels,
+    PopulationSpikes,
+    RecordEntry,
+    Scenery,
+    Sensor,
+    Signal,
+)
+from nrp_core.recording.writing.transforms import LinkTransforms
+from nrp_core.world.messages import nrp_msgs
+from nrp_core.world.messages.cdr import Codec
+from nrp_core.world.messages.foxglove_msgs import SceneUpdate
+from nrp_core.world.messages.gazebo_msgs import ModelStates
+from nrp_core.world.messages.generated import made
+from nrp_core.world.messages.sensor_msgs import Image
+from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray
+from nrp_core.world.model_states import MODEL_STATES
+from nrp_core.world.topics import Direction, TopicInfo
+
+Open = Callable[[], Signal]
+
+
+class Hearing:
+    """The topics of a run, sent to a hub step by step. All methods belong to the thread of the run.
+
+    Args:
+        run: the run; its topics are offered at once.
+        hub: takes the messages.
+    """
+
+    def __init__(self, run: Run, hub: Hub) -> None:
+        self._run, self._hub = run, hub
+        self._codec = Codec()
+        self._openers: dict[str, Open] = {}
+        self._sources: dict[str, str] = {}
+        self._open: dict[str, Signal] = {}
+        self._heard: frozenset[str] = frozenset()
+        self._joined = 0
+        self._taken = self._spent_ns = 0
+        self._offer_all()
+
+    @property
+    def ms_per_step(self) -> float:
+        """Processor time of this thread for a step, ms, on average."""
+        return self._spent_ns / max(1, self._taken) / 1e6
+
+    def take(self) -> None:
+        """Send what is new since the last call."""
+        hub = self._hub
+        if hub.heard is not self._heard or hub.joined != self._joined:
+            self._follow()
+        self._taken += 1
+        if self._open:
+            began, now_ns = time.thread_time_ns(), self._run.loop.now_ns
+            for signal in tuple(self._open.values()):
+                signal.take(now_ns, self._send)
+            hub.flush()
+            self._spent_ns += time.thread_time_ns() - began
+
+    def begin_again(self) -> None:
+        """Forget what was sent: the time of the run went back, or its scene is another one."""
+        self._close_all()
+        self._hub.forget(self._sources)
+        self._heard = frozenset()
+
+    def close(self) -> None:
+        """End all observation."""
+        self._close_all()
+
+    # -- what is heard
+
+    def _follow(self) -> None:
+        """Open what is newly heard and close what is not heard any more."""
+        hub = self._hub
+        joined, self._joined, self._heard = self._joined, hub.joined, hub.heard
+        wanted = {self._sources[topic] for topic in self._heard if topic in self._sources}
+        for name in self._open.keys() - wanted:
+            self._open.pop(name).close()
+            hub.forget(topic for topic, source in self._sources.items() if source == name)
+        if joined != self._joined and SCENE in self._open:
+            self._open.pop(SCENE).close()  # who joins gets the whole of it, not the last change
+        for name in sorted(wanted - self._open.keys()):
+            self._open[name] = self._openers[name]()
+
+    def _close_all(self) -> None:
+        while self._open:
+            self._open.popitem()[1].close()
+
+    def _send(self, entry: RecordEntry) -> None:
+        if entry.topic not in self._heard:
+            return
+        try:
+            payload = joined(entry.parts) if entry.parts else bytes(self._codec.encode(entry.message))
+        except TopicError:
+            return  # a type of the user's own that ROS 2 cannot carry; recordings report it
+        channel = self._hub.channels[entry.topic]
+        self._hub.send(Sent(channel, entry.t_ns, payload), keep=entry.kind is not nrp_msgs.Spikes)
+
+    # -- what is offered
+
+    def _offer_all(self) -> None:
+        world, brain = self._run.world, self._run.brain
+        frames = SceneFrames(world)
+        transforms = made("tf2_msgs/msg/TFMessage")
+        assert transforms is not None
+        self._offer(SCENE, SceneUpdate, SCENE, lambda: Scenery(world, frames))
+        self._offer(TRANSFORMS, transforms, TRANSFORMS, lambda: LinkTransforms(frames), Kind.LATEST)
+        self._offer(MODEL_STATES, ModelStates, MODEL_STATES, lambda: MovingModels(world), Kind.LATEST)
+        for label in brain.network.populations:
+            self._offer(spikes_topic(label), nrp_msgs.Spikes, "spikes", lambda: PopulationSpikes(brain))
+        for topic, kind in self._devices():
+            self._offer(topic, kind, "devices", lambda: DeviceRecords(brain))
+        for each in world.topics.values():
+            if each.response is None:
+                self._offer_topic(each)
+
+    def _devices(self) -> Iterator[tuple[str, type]]:
+        for port in self._run.brain.devices:
+            if port.quantity is not None:
+                kind = Float64 if isinstance(port, SinkPort) else Float64MultiArray
+                yield device_topic(port.name, port.quantity), kind
+
+    def _offer_topic(self, topic: TopicInfo) -> None:
+        world, period_ns = self._run.world, self._run.experiment.timestep
+        if topic.name in self._sources:
+            return
+        if topic.direction is Direction.IN:
+            self._offer(topic.name, topic.type, "published", lambda: PublishedMessages(world))
+        elif topic.type is Image:
+            opener = lambda: CameraImages(world, topic, period_ns, Images.EXACT)  # noqa: E731
+            self._offer(topic.name, Image, topic.name, opener, Kind.LATEST)
+        else:
+            self._offer(topic.name, topic.type, topic.name, lambda: Sensor(world, topic, period_ns))
+
+    def _offer(self, topic: str, kind: type, source: str, opener: Open, lost: Kind = Kind.EVERY) -> None:
+        """Offer a topic, unless ROS 2 cannot carry its type."""
+        try:
+            name = self._codec.name(kind)
+            schema = self._codec.definition(name)
+        except TopicError:
+            return
+        self._hub.offer(topic, name, schema, lost)
+        self._sources[topic] = source
+        self._openers.setdefault(source, opener)

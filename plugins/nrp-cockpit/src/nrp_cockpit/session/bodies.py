@@ -1,0 +1,63 @@
+"""What people do to bodies: push them, put them elsewhere, put them back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from nrp_core.errors import ExperimentError
+from nrp_core.experiment.running.run import Run
+from nrp_core.world.messages.base import Duration
+from nrp_core.world.messages.geometry_msgs import Vector3, Wrench
+from nrp_core.world.rigid.motion import ModelMotion
+from nrp_core.world.rigid.pose import Pose
+
+RESETS = ("robot", "world")
+
+
+class Bodies:
+    """The bodies of a run.
+
+    Args:
+        run: the run, at its beginning: where the robots are now is where they are put back to.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+        world = run.world
+        robots = [name for name in run.experiment.world.robots if world.capabilities.poses]
+        self._starts = {name: world.model_motion(name).pose for name in robots if _has(run, name)}
+
+    def push(self, body: str, force_n: Sequence[float], duration_s: float) -> None:
+        """Apply a force, N, to the first link of a body for a time."""
+        model = self._run.world.scene.model(body)
+        whole, part = divmod(round(duration_s * 1e9), 1_000_000_000)
+        self._run.world.call(
+            "/gazebo/apply_body_wrench",
+            body_name=f"{body}::{model.links[0].name}",
+            wrench=Wrench(force=Vector3(*map(float, force_n))),
+            duration=Duration(int(whole), int(part)),
+        )
+
+    def place(self, body: str, position: Sequence[float], orientation: Sequence[float]) -> None:
+        """Put a body elsewhere, at rest; positions in m, orientation x, y, z, w."""
+        x, y, z = map(float, position)
+        a, b, c, d = map(float, orientation)
+        self._run.world.place(body, ModelMotion(Pose((x, y, z), (a, b, c, d))))
+
+    def reset(self, what: str) -> None:
+        """Put robots, or all models, back to where they began; the time goes on.
+
+        Raises:
+            ExperimentError: this cannot be reset alone.
+        """
+        if what == "robot":
+            for name, pose in self._starts.items():
+                self._run.world.place(name, ModelMotion(pose))
+        elif what == "world":
+            self._run.world.return_home()
+        else:
+            raise ExperimentError(f"'{what}' cannot be reset alone; what can: {', '.join(RESETS)}, all")
+
+
+def _has(run: Run, name: str) -> bool:
+    return any(model.name == name for model in run.world.scene.models)

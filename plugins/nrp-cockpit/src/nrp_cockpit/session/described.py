@@ -1,0 +1,164 @@
+"""The description of a run for the page: what it is made of, and what can be done with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from nrp_core.brain.devices.sinks import SinkPort
+from nrp_core.brain.interface import Brain
+from nrp_core.brain.network.data import Population, Projection
+from nrp_core.clock import seconds
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.layout import device_topic
+from nrp_core.world.messages.base import type_name
+from nrp_core.world.messages.std_msgs import ColorRGBA
+from nrp_core.world.topics import Direction, TopicInfo
+from nrp_core.world.world import World
+
+MOST_POSITIONS, MOST_EDGES = 5_000, 2_000
+"""More neurons, or synapses of a projection, are not drawn one by one."""
+
+
+def run_data(run: Run) -> dict[str, Any]:
+    """Return the description of a run."""
+    experiment, world = run.experiment, run.world
+    return {
+        "name": experiment.name,
+        "file": str(experiment.source.place.path or ""),
+        "brain": experiment.brain.backend,
+        "world": experiment.world.backend,
+        "seed": run.seed,
+        "duration_s": seconds(experiment.duration),
+        "timestep_s": seconds(experiment.timestep),
+        "source": "live",
+        "capabilities": _capabilities(run),
+        "topics": [topic_data(topic) for topic in world.topics.values() if topic.response is None],
+        "robots": list(experiment.world.robots),
+        "populations": list(populations_data(run.brain)),
+        "projections": [projection_data(each) for each in run.brain.network.projections],
+        "devices": list(devices_data(run.brain)),
+        "bodies": list(bodies_data(world)),
+    }
+
+
+def topic_data(topic: TopicInfo) -> dict[str, Any]:
+    """Return the description of a topic; ``in``: the run hears it."""
+    return {
+        "name": topic.name,
+        "type": type_name(topic.type),
+        "direction": "in" if topic.direction is Direction.IN else "out",
+        "unit": topic.unit or None,
+        "rate_hz": topic.rate_hz,
+    }
+
+
+def populations_data(brain: Brain) -> Iterator[dict[str, Any]]:
+    """Yield the populations; those that only sources drive are sensors, those that are read are actors."""
+    read = _touched(brain, sinks=True)
+    driven = _touched(brain, sinks=False)
+    for label, population in brain.network.populations.items():
+        ids = brain.network.ids_of(label)
+        yield {
+            "label": label,
+            "size": population.size,
+            "first": int(brain.network.offsets[label]),
+            "cell": population.cell_type,
+            "role": _role(population, bool(np.isin(ids, driven).any()), bool(np.isin(ids, read).any())),
+            "positions": _positions(population),
+        }
+
+
+def projection_data(projection: Projection) -> dict[str, Any]:
+    """Return the description of a projection, with its synapses if they are few."""
+    weights = projection.weight
+    excites = projection.receptor == "excitatory" and not bool(np.any(weights[:1] < 0))
+    return {
+        "id": projection.label,
+        "label": projection.label,
+        "pre": projection.pre,
+        "post": projection.post,
+        "receptor": projection.receptor,
+        "synapse": projection.synapse_type,
+        "size": projection.size,
+        "excites": excites,
+        "edges": _edges(projection) if projection.size <= MOST_EDGES else None,
+    }
+
+
+def devices_data(brain: Brain) -> Iterator[dict[str, Any]]:
+    """Yield the devices that have a value."""
+    for port in brain.devices:
+        if port.quantity is None or not len(port.neurons):
+            continue
+        label, _ = brain.network.label_of(int(port.neurons[0]))
+        yield {
+            "name": port.name,
+            "topic": device_topic(port.name, port.quantity),
+            "population": label,
+            "neurons": port.neurons.tolist(),
+            "kind": "sink" if isinstance(port, SinkPort) else "source",
+            "unit": port.unit,
+        }
+
+
+def bodies_data(world: World) -> Iterator[dict[str, Any]]:
+    """Yield the models of the scene with their topics."""
+    for model in world.scene.models:
+        topics = [name for name in world.topics if name.startswith(f"/{model.name}/")]
+        yield {
+            "name": model.name,
+            "static": model.static,
+            "topics": topics,
+            "colorable": _colour_topic(world, topics),
+        }
+
+
+def _colour_topic(world: World, topics: list[str]) -> str | None:
+    """Return the topic that colours a model: the one with a name of its own, else that of its first visual."""
+    colours = [name for name in topics if world.topics[name].type is ColorRGBA]
+    named = {world.topics[name].name for name in world.topics if name not in colours}
+    return next((name for name in colours if name in named), next(iter(colours), None))
+
+
+def _capabilities(run: Run) -> dict[str, bool | str]:
+    brain, world = run.brain.capabilities, run.world.capabilities
+    lacks = [
+        f"the {side} '{section.backend}' cannot save its state"
+        for side, section, can in (
+            ("brain", run.experiment.brain, brain.snapshot),
+            ("world", run.experiment.world, world.snapshot),
+        )
+        if not can
+    ]
+    back = lacks[0] if lacks else True
+    moves: bool | str = world.changes or f"the world '{run.experiment.world.backend}' cannot move models"
+    pushes: bool | str = world.joint_control or f"the world '{run.experiment.world.backend}' knows no forces"
+    return {"snapshot": back, "step_back": back, "place": moves, "push": pushes}
+
+
+def _role(population: Population, driven: bool, read: bool) -> str:
+    if population.is_source or (driven and not read):
+        return "sensor"
+    return "actor" if read and not driven else "circuit"
+
+
+def _touched(brain: Brain, *, sinks: bool) -> np.ndarray[Any, Any]:
+    found = [
+        port.neurons
+        for port in brain.devices
+        if port.quantity is not None and isinstance(port, SinkPort) is sinks
+    ]
+    return np.concatenate(found) if found else np.empty(0, int)
+
+
+def _positions(population: Population) -> list[list[float]] | None:
+    positions = population.positions_um
+    return None if positions is None or len(positions) > MOST_POSITIONS else positions.tolist()
+
+
+def _edges(projection: Projection) -> list[list[float]]:
+    pairs = [(int(a), int(b)) for pre, post in projection.pairs() for a, b in zip(pre, post, strict=True)]
+    return [[a, b, float(w)] for (a, b), w in zip(pairs, projection.weight, strict=True)]

@@ -1,0 +1,119 @@
+"""Findings, events, criteria and functions as data for the page."""
+
+from __future__ import annotations
+
+import traceback
+from typing import Any
+
+from nrp_core.cle.failures import Failure
+from nrp_core.clock import seconds
+from nrp_core.dsl.functions.function import TransferFunction
+from nrp_core.experiment.events.criteria import Verdict
+from nrp_core.experiment.model.event_schema import Criterion, Event
+from nrp_core.experiment.running.result import Result
+from nrp_core.experiment.running.run import Run
+from nrp_core.findings import Finding, Level, Weight
+
+
+def finding_data(finding: Finding) -> dict[str, Any]:
+    """Return a finding."""
+    return {
+        "code": finding.code.name,
+        "weight": _weight(finding),
+        "summary": finding.text,
+        "why": finding.code.why,
+        "fix": finding.code.suggestion,
+        "file": None if finding.path is None else str(finding.path),
+        "line": finding.line,
+        "count": finding.count,
+    }
+
+
+def _weight(finding: Finding) -> str:
+    if finding.level is Level.ERROR or finding.weight is Weight.INCOMPLETE:
+        return "error"
+    return "note" if finding.weight is Weight.REMARK else "warning"
+
+
+def function_data(function: TransferFunction, run: Run, recent_ms: list[float], calls: int) -> dict[str, Any]:
+    """Return a transfer function, what it costs, and why it does not run."""
+    failed = {failure.function: failure for failure in run.loop.failures}
+    spent_ms = run.loop.account.function_ns[function.name] / 1e6
+    failure = None if function.active else failed.get(function.name)
+    return {
+        "name": function.name,
+        "file": str(function.place.path),
+        "line": function.place.line,
+        "flow": function.flow.value,
+        "active": function.active,
+        "failure": None if failure is None else failure_data(failure),
+        "calls": calls,
+        "mean_ms": spent_ms / calls if calls else 0.0,
+        "recent_ms": recent_ms,
+    }
+
+
+def failure_data(failure: Failure) -> dict[str, Any]:
+    """Return the failure of a function."""
+    lines = traceback.format_exception(failure.error)
+    return {"t_s": seconds(failure.t_ns), "message": str(failure), "traceback": "".join(lines)}
+
+
+def timeline_data(run: Run, result: Result, snapshots: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return what has happened and what is to happen."""
+    experiment = run.experiment
+    duration_s = seconds(experiment.duration)
+    return {
+        "duration_s": duration_s,
+        "events": [
+            {"name": name, "t_s": result.events[name], "waits_for": _waits_for(event)}
+            for name, event in experiment.events.items()
+        ],
+        "criteria": [
+            criterion_data(name, criterion, result.criteria[name], result.events, duration_s)
+            for name, criterion in experiment.criteria.items()
+        ],
+        "failures": [
+            {"t_s": failure["t_s"], "function": failure["function"], "message": failure["error"]}
+            for failure in result.failures
+        ],
+        "snapshots": snapshots,
+        "branches": [],
+    }
+
+
+def criterion_data(
+    name: str, criterion: Criterion, verdict: Verdict, events: dict[str, float | None], duration_s: float
+) -> dict[str, Any]:
+    """Return a criterion, the time in which it counts as far as that is known, and what came of it."""
+    from_s, to_s = 0.0, duration_s
+    if criterion.within_of is not None:
+        from_s = events.get(criterion.within_of.event) or 0.0
+        to_s = min(duration_s, from_s + seconds(criterion.within_of.time))
+    elif (counted := criterion.stays_within or criterion.topic_stays) is not None:
+        from_s = _moment_s(counted.during.since, events, 0.0)
+        to_s = _moment_s(counted.during.until, events, duration_s)
+    if verdict.decided_s is not None:
+        to_s = verdict.decided_s
+    return {"name": name, "passed": verdict.passed, "from_s": from_s, "to_s": to_s, "text": verdict.reason}
+
+
+def _moment_s(moment: int | str, events: dict[str, float | None], otherwise: float) -> float:
+    if isinstance(moment, int):
+        return seconds(moment)
+    found = events.get(moment)
+    return otherwise if found is None else found
+
+
+def _waits_for(event: Event) -> str:
+    if event.at is not None:
+        return f"at {seconds(event.at):g} s"
+    when = event.when
+    if when is None:
+        return ""
+    if when.near is not None:
+        target = when.near.visual or when.near.other or "a point"
+        return f"{when.near.model} near {target}"
+    if when.event is not None:
+        return f"{seconds(when.after):g} s after {when.event}" if when.after else f"after {when.event}"
+    return f"{when.topic.name} {when.topic.field}" if when.topic is not None else ""

@@ -1,0 +1,215 @@
+"""Transfer functions of a run, edited while it runs."""
+
+from __future__ import annotations
+
+import tempfile
+from collections import defaultdict, deque
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from nrp_cockpit.session.completion import words_of
+from nrp_cockpit.session.findings import finding_data, function_data
+from nrp_core.analysis.validate import validate
+from nrp_core.cle.engine import ClosedLoop
+from nrp_core.errors import ExperimentError, NrpError
+from nrp_core.experiment.making.maker import load_functions
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.running.run import Run
+from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
+
+LANGUAGES = {".py": "python", ".bibi": "bibi", ".xml": "bibi"}
+RECENT = 60
+"""Number of calls whose duration is shown."""
+
+
+class Functions:
+    """The transfer functions of a run and the files that they come from.
+
+    What is edited runs from a draft, a copy in a passing folder; the files on disk stay as they are until
+    they are saved.
+
+    Args:
+        run: the run.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+        self._files = {str(path): path for path in run.experiment.transfer_functions}
+        self._edited: dict[str, str] = {}
+        self._names: dict[str, list[str]] = defaultdict(list)
+        for function in run.loop.functions:
+            self._names[str(function.place.path)].append(function.name)
+        self._folder = tempfile.TemporaryDirectory(prefix="nrp-cockpit-")
+        self._drafts: dict[str, str] = {}
+        self._spent_ns: dict[str, int] = {}
+        self._calls: dict[str, int] = defaultdict(int)
+        self._recent_ms: dict[str, deque[float]] = defaultdict(lambda: deque(maxlen=RECENT))
+
+    def after_step(self, loop: ClosedLoop) -> None:
+        """Note which functions ran in this step, and how long."""
+        for name, spent_ns in loop.account.function_ns.items():
+            before = self._spent_ns.get(name, 0)
+            if spent_ns != before:
+                self._spent_ns[name] = spent_ns
+                self._calls[name] += 1
+                self._recent_ms[name].append((spent_ns - before) / 1e6)
+
+    def begin_again(self) -> None:
+        """Forget what functions took: the run is at another time."""
+        self._spent_ns = dict(self._run.loop.account.function_ns)
+        self._calls.clear()
+        self._recent_ms.clear()
+
+    def data(self) -> dict[str, Any]:
+        """Return the functions and their files."""
+        functions = []
+        for function in self._run.loop.functions:
+            recent = [round(each, 4) for each in self._recent_ms[function.name]]
+            shown = function_data(function, self._run, recent, self._calls[function.name])
+            functions.append(self._in_place(shown))
+        return {"functions": functions, "files": [self._file_data(name) for name in self._files]}
+
+    def close(self) -> None:
+        """Remove the drafts."""
+        self._folder.cleanup()
+
+    # -- services
+
+    def check(self, files: Mapping[str, str]) -> dict[str, Any]:
+        """Return the findings about the experiment with these texts in place of its files."""
+        with self._drafted({**self._edited, **files}) as experiment:
+            return {"findings": [self._in_place(finding_data(each)) for each in _findings(experiment)]}
+
+    def apply(self, files: Mapping[str, str]) -> dict[str, Any]:
+        """Let the run go on with these texts in place of its files, all of them or none.
+
+        Returns:
+            Whether they are in force, and the findings that keep them from it.
+        """
+        texts = {**self._edited, **files}
+        with self._drafted(texts) as experiment:
+            found = [each for each in _findings(experiment) if each.level is Level.ERROR]
+            if not found:
+                try:
+                    self._change(experiment)
+                except InvalidExperimentError as error:
+                    found = list(error.findings)
+                except ExperimentError as error:
+                    found = [Finding.of(error, Code.NRP210)]
+            if not found:
+                self._edited = texts
+            return {"applied": not found, "findings": [self._in_place(finding_data(each)) for each in found]}
+
+    def revert(self) -> None:
+        """Let the run go on with its files as they are on disk."""
+        self._change(self._run.experiment)
+        self._edited = {}
+
+    def save(self, files: Mapping[str, str]) -> None:
+        """Write texts to the files of the experiment.
+
+        Raises:
+            ExperimentError: one is not a file of the experiment, or cannot be written.
+        """
+        for name in files:
+            self._require(name)
+        for name, text in files.items():
+            try:
+                self._files[name].write_text(text, encoding="utf-8")
+            except OSError as error:
+                raise ExperimentError(
+                    f"cannot be written: {error.strerror}", path=self._files[name]
+                ) from error
+
+    def activate(self, name: str, active: bool) -> None:
+        """Let a function run or not."""
+        self._run.activate(name, active)
+
+    def complete(self) -> dict[str, Any]:
+        """Return the words that an editor proposes."""
+        return {"words": list(words_of(self._run))}
+
+    # -- drafts
+
+    @contextmanager
+    def _drafted(self, texts: Mapping[str, str]) -> Iterator[Experiment]:
+        """Give the experiment with some files replaced. The drafts stay: errors show their lines."""
+        paths = []
+        for name, path in self._files.items():
+            paths.append(self._draft(path, texts[name]) if name in texts else path)
+        for name in texts:
+            self._require(name)
+        experiment = self._run.experiment.model_copy(update={"transfer_functions": tuple(paths)})
+        yield experiment
+
+    def _draft(self, path: Path, text: str) -> Path:
+        """Write a draft into a folder in which the neighbours of its file stand too, so that imports work."""
+        folder = Path(tempfile.mkdtemp(dir=self._folder.name))
+        for sibling in path.resolve().parent.iterdir():
+            if sibling.name != path.name:
+                (folder / sibling.name).symlink_to(sibling)
+        draft = folder / path.name
+        draft.write_text(text, encoding="utf-8")
+        self._drafts[str(draft)] = str(path)
+        return draft
+
+    def _change(self, experiment: Experiment) -> None:
+        """Exchange the functions of all files for those of an experiment in one transaction."""
+        given = experiment.function_parameters
+        new = {
+            str(original): load_functions(path, given)
+            for original, path in zip(
+                self._run.experiment.transfer_functions, experiment.transfer_functions, strict=True
+            )
+        }
+        names = {function.name for functions in new.values() for function in functions}
+        there = {function.name for function in self._run.loop.functions}
+        gone = [
+            name for known in self._names.values() for name in known if name not in names and name in there
+        ]
+        self._run.change([function for functions in new.values() for function in functions], gone)
+        self._names.update({file: [each.name for each in functions] for file, functions in new.items()})
+
+    def _require(self, name: str) -> None:
+        if name not in self._files:
+            raise ExperimentError(f"'{name}' is not a file with transfer functions of this experiment")
+
+    # -- data
+
+    def _file_data(self, name: str) -> dict[str, Any]:
+        path = self._files[name]
+        try:
+            text = self._edited.get(name) or path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            text = f"# it cannot be read: {error}\n"
+        language = LANGUAGES.get(path.suffix, "python")
+        return {"path": name, "source": text, "language": language, "editable": _is_writable(path)}
+
+    def _in_place(self, data: dict[str, Any]) -> dict[str, Any]:
+        """Return data with the names of drafts exchanged for those of their files."""
+        return {key: self._named(value) for key, value in data.items()}
+
+    def _named(self, value: Any) -> Any:
+        if isinstance(value, dict):
+            return self._in_place(value)
+        if isinstance(value, str) and self._folder.name in value:
+            for draft, original in self._drafts.items():
+                value = value.replace(draft, original)
+        return value
+
+
+def _findings(experiment: Experiment) -> list[Finding]:
+    try:
+        return validate(experiment)
+    except InvalidExperimentError as error:
+        return list(error.findings)
+    except NrpError as error:
+        return [Finding(Code.NRP210, str(error))]
+
+
+def _is_writable(path: Path) -> bool:
+    import os
+
+    return os.access(path, os.W_OK)

@@ -1,0 +1,78 @@
+"""The channels that a server offers, and what goes over them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import Any, NamedTuple
+
+
+class Kind(Enum):
+    """What a client that is too slow loses."""
+
+    LATEST = auto()
+    """Older messages: the latest one wins (images, poses, states)."""
+    EVERY = auto()
+    """Only what exceeds a bound, and it is counted (spikes, events, values)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """A topic as clients see it.
+
+    Args:
+        id: its number.
+        topic: its name.
+        encoding: ``json`` or ``cdr``.
+        schema_name: the name of its message type.
+        schema: the definition of that type.
+        kind: what a slow client loses.
+    """
+
+    id: int
+    topic: str
+    encoding: str
+    schema_name: str
+    schema: str
+    kind: Kind = Kind.EVERY
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as the protocol announces it."""
+        return {
+            "id": self.id, "topic": self.topic, "encoding": self.encoding, "schemaName": self.schema_name,
+            "schema": self.schema,
+            "schemaEncoding": "ros2msg" if self.encoding == "cdr" else "jsonschema",
+        }  # fmt: skip
+
+
+class Sent(NamedTuple):
+    """A message on a channel."""
+
+    channel: Channel
+    t_ns: int
+    payload: bytes
+
+
+class Channels:
+    """All channels by name; numbers stay what they are."""
+
+    def __init__(self) -> None:
+        self._by_topic: dict[str, Channel] = {}
+
+    def open(
+        self, topic: str, schema_name: str, schema: str, *, encoding: str = "cdr", kind: Kind = Kind.EVERY
+    ) -> Channel:
+        """Return the channel of a topic; it is new, or the one that there is."""
+        if topic not in self._by_topic:
+            number = len(self._by_topic) + 1
+            self._by_topic[topic] = Channel(number, topic, encoding, schema_name, schema, kind)
+        return self._by_topic[topic]
+
+    def __iter__(self) -> Any:
+        return iter(tuple(self._by_topic.values()))
+
+    def __getitem__(self, topic: str) -> Channel:
+        return self._by_topic[topic]
+
+    def __contains__(self, topic: object) -> bool:
+        return topic in self._by_topic

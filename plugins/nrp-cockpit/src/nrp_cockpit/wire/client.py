@@ -1,0 +1,178 @@
+"""One client of the server."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Iterable
+from typing import Any
+
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
+
+from nrp_cockpit.wire import protocol
+from nrp_cockpit.wire.channels import Channel, Sent
+from nrp_cockpit.wire.hub import Hub
+from nrp_cockpit.wire.outbox import Outbox
+from nrp_cockpit.wire.protocol import ClientMessage, ProtocolError, ServiceRequest
+from nrp_core.errors import NrpError
+
+EXPERIMENT = "/cockpit/experiment"
+"""The topic that tells each client also what it may do."""
+WATCHER = "you may watch this run, not steer it"
+
+
+class Client:
+    """Serves one connection: what it hears, what it asks, what it publishes.
+
+    Args:
+        connection: an open connection.
+        hub: the run's side.
+        may_steer: whether it may change the run.
+    """
+
+    def __init__(self, connection: ServerConnection, hub: Hub, *, may_steer: bool) -> None:
+        self._connection, self._hub, self._may_steer = connection, hub, may_steer
+        self._outbox, self._wake = Outbox(), asyncio.Event()
+        self._heard: dict[int, Channel] = {}
+        self._subscriptions: dict[int, list[int]] = {}
+        self._topics: dict[int, str] = {}
+        self._calls: set[asyncio.Task[None]] = set()
+
+    @property
+    def dropped(self) -> int:
+        """Number of messages that it was too slow for."""
+        return self._outbox.dropped
+
+    async def serve(self, session_id: str) -> None:
+        """Serve it until it leaves."""
+        self._say(protocol.server_info("nrp-cockpit", session_id))
+        self.announce(self._hub.channels)
+        self._say(protocol.advertise_services(enumerate(self._hub.services.names, 1)))
+        self._hub.enter(self)
+        sender = asyncio.create_task(self._send())
+        try:
+            async for message in self._connection:
+                self._receive(message)
+        except ConnectionClosed:
+            pass
+        finally:
+            sender.cancel()
+            self._hub.leave(self, [channel.topic for channel in self._heard.values()])
+
+    # -- what the hub calls
+
+    def announce(self, channels: Iterable[Channel]) -> None:
+        """Tell it about channels."""
+        self._say(protocol.advertise([channel.to_dict() for channel in channels]))
+
+    def hear(self, sent: Sent) -> None:
+        """Hand it a message, if it hears that channel."""
+        for subscription in self._subscriptions.get(sent.channel.id, ()):
+            self._outbox.add(subscription, sent)
+            self._wake.set()
+
+    # -- sending
+
+    def _say(self, frame: str | bytes) -> None:
+        self._outbox.answer(frame)
+        self._wake.set()
+
+    async def _send(self) -> None:
+        """Send what waits; a client that does not read holds up only itself."""
+        while True:
+            await self._wake.wait()
+            self._wake.clear()
+            while self._outbox:
+                frame = self._outbox.take()
+                try:
+                    await self._connection.send(self._framed(*frame) if isinstance(frame, tuple) else frame)
+                except ConnectionClosed:
+                    return
+
+    def _framed(self, subscription: int, sent: Sent) -> bytes:
+        payload = sent.payload
+        if sent.channel.topic == EXPERIMENT:
+            payload = json.dumps({**json.loads(payload), "may_steer": self._may_steer}).encode()
+        return protocol.data(subscription, sent.t_ns, payload)
+
+    # -- receiving
+
+    def _receive(self, message: str | bytes) -> None:
+        try:
+            if isinstance(message, str):
+                self._obey(protocol.read_text(message))
+                return
+            match protocol.read_binary(message):
+                case ServiceRequest() as request:
+                    self._later(self._answer(request))
+                case ClientMessage(channel_id, payload):
+                    self._later(self._publish(self._topics[channel_id], payload))
+        except (ProtocolError, KeyError, TypeError) as error:
+            self._say(protocol.status(f"not understood: {error}"))
+
+    def _obey(self, message: dict[str, Any]) -> None:
+        match message["op"]:
+            case "subscribe":
+                for one in message["subscriptions"]:
+                    self._subscribe(one["id"], one["channelId"])
+            case "unsubscribe":
+                for subscription in message["subscriptionIds"]:
+                    self._unsubscribe(subscription)
+            case "advertise":
+                self._topics.update({one["id"]: one["topic"] for one in message["channels"]})
+            case "unadvertise":
+                for channel in message["channelIds"]:
+                    self._topics.pop(channel, None)
+            case other:
+                self._say(protocol.status(f"this server does not offer '{other}'"))
+
+    def _subscribe(self, subscription: int, channel_id: int) -> None:
+        channel = next((one for one in self._hub.channels if one.id == channel_id), None)
+        if channel is None or subscription in self._heard:
+            self._say(protocol.status(f"no channel {channel_id}, or subscription {subscription} is taken"))
+            return
+        self._heard[subscription] = channel
+        self._subscriptions.setdefault(channel_id, []).append(subscription)
+        last = self._hub.hear(channel.topic)
+        if last is not None:
+            self._outbox.add(subscription, last)
+            self._wake.set()
+
+    def _unsubscribe(self, subscription: int) -> None:
+        channel = self._heard.pop(subscription)
+        self._subscriptions[channel.id].remove(subscription)
+        self._outbox.forget(subscription)
+        self._hub.unhear(channel.topic)
+
+    def _later(self, work: Any) -> None:
+        task = asyncio.get_running_loop().create_task(work)
+        self._calls.add(task)
+        task.add_done_callback(self._calls.discard)
+
+    async def _answer(self, request: ServiceRequest) -> None:
+        names = self._hub.services.names
+        try:
+            name = names[request.service_id - 1] if 0 < request.service_id <= len(names) else ""
+            arguments = json.loads(request.payload or b"{}")
+            found = await self._call(name, arguments)
+            self._say(protocol.answer(request, json.dumps(found if found is not None else {}).encode()))
+        except (NrpError, ProtocolError, TypeError, ValueError) as error:
+            self._say(protocol.failure(request, str(error)))
+        except Exception as error:  # noqa: BLE001  the page shows it; the server goes on
+            self._say(protocol.failure(request, f"{type(error).__name__}: {error}"))
+
+    async def _publish(self, topic: str, payload: bytes) -> None:
+        try:
+            await self._call("/cockpit/publish", {"topic": topic, "value": json.loads(payload)})
+        except Exception as error:  # noqa: BLE001  likewise
+            self._say(protocol.status(f"{topic}: {error}"))
+
+    async def _call(self, name: str, arguments: dict[str, Any]) -> Any:
+        services = self._hub.services
+        if name in services.steering and not self._may_steer:
+            raise ProtocolError(WATCHER)
+        service = services.steering.get(name) or services.watching.get(name)
+        if service is None:
+            raise ProtocolError(f"there is no service '{name}'")
+        return await asyncio.to_thread(service, **arguments)

@@ -1,0 +1,46 @@
+"""The files of the page."""
+
+from __future__ import annotations
+
+import mimetypes
+from http import HTTPStatus
+from pathlib import Path
+
+from websockets.datastructures import Headers
+from websockets.http11 import Response
+
+from nrp_cockpit.wire.guard import CONTENT_POLICY
+
+STATIC = Path(__file__).parent.parent / "static"
+_TYPES = {".js": "text/javascript", ".css": "text/css", ".html": "text/html; charset=utf-8"}
+
+
+def file_response(path: str) -> Response:
+    """Return a file of the page, or that there is none."""
+    wanted = (STATIC / (path.lstrip("/") or "index.html")).resolve()
+    if not wanted.is_relative_to(STATIC) or not wanted.is_file() or wanted.name.startswith("."):
+        return plain(HTTPStatus.NOT_FOUND, "there is no such page")
+    kind = _TYPES.get(wanted.suffix) or mimetypes.guess_type(wanted.name)[0] or "application/octet-stream"
+    # names in assets/ hold a hash of their content
+    keep = "public, max-age=31536000, immutable" if wanted.parent.name == "assets" else "no-cache"
+    return _response(HTTPStatus.OK, kind, wanted.read_bytes(), keep)
+
+
+def plain(status: HTTPStatus, text: str) -> Response:
+    """Return one sentence."""
+    return _response(status, "text/plain; charset=utf-8", f"{text}\n".encode(), "no-store")
+
+
+def _response(status: HTTPStatus, kind: str, body: bytes, keep: str) -> Response:
+    headers = Headers(
+        {
+            "Content-Type": kind,
+            "Content-Length": str(len(body)),
+            "Cache-Control": keep,
+            "Content-Security-Policy": CONTENT_POLICY,
+            "X-Content-Type-Options": "nosniff",
+            "Referrer-Policy": "no-referrer",
+            "Connection": "close",
+        }
+    )
+    return Response(status.value, status.phrase, headers, body)

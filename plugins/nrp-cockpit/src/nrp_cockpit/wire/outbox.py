@@ -1,0 +1,74 @@
+"""What waits to be sent to one client, bounded."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from nrp_cockpit.wire.channels import Kind, Sent
+
+MOST_BYTES = 8_000_000
+"""Of messages of which every one counts; about four seconds of 20 000 spikes a second with all else."""
+
+
+class Outbox:
+    """Holds the messages of a client until it takes them.
+
+    Of a channel where the latest wins at most one message waits. Of the others all do up to a bound; what
+    exceeds it is dropped and counted. Answers to the client's own requests are never dropped.
+
+    Args:
+        most_bytes: the bound.
+
+    Attributes:
+        dropped: number of messages that were dropped since the beginning.
+    """
+
+    def __init__(self, most_bytes: int = MOST_BYTES) -> None:
+        self.dropped = 0
+        self._most_bytes, self._bytes = most_bytes, 0
+        self._answers: deque[str | bytes] = deque()
+        self._every: deque[tuple[int, Sent]] = deque()
+        self._latest: dict[int, Sent] = {}
+
+    def __bool__(self) -> bool:
+        return bool(self._answers or self._every or self._latest)
+
+    def answer(self, frame: str | bytes) -> None:
+        """Add an answer or an announcement."""
+        self._answers.append(frame)
+
+    def add(self, subscription_id: int, sent: Sent) -> None:
+        """Add a message for one of the client's subscriptions."""
+        if sent.channel.kind is Kind.LATEST:
+            if subscription_id in self._latest:
+                self.dropped += 1
+            self._latest[subscription_id] = sent
+        elif self._bytes + len(sent.payload) > self._most_bytes:
+            self.dropped += 1
+        else:
+            self._bytes += len(sent.payload)
+            self._every.append((subscription_id, sent))
+
+    def forget(self, subscription_id: int) -> None:
+        """Remove what waits for a subscription that has ended."""
+        self._latest.pop(subscription_id, None)
+        kept = [(number, sent) for number, sent in self._every if number != subscription_id]
+        self._every = deque(kept)
+        self._bytes = sum(len(sent.payload) for _, sent in kept)
+
+    def take(self) -> str | bytes | tuple[int, Sent]:
+        """Remove and return the next: answers first, then by the order of arrival, then the latest ones.
+
+        Raises:
+            IndexError: nothing waits.
+        """
+        if self._answers:
+            return self._answers.popleft()
+        if self._every:
+            number, sent = self._every.popleft()
+            self._bytes -= len(sent.payload)
+            return number, sent
+        if self._latest:
+            number = next(iter(self._latest))
+            return number, self._latest.pop(number)
+        raise IndexError("nothing waits")

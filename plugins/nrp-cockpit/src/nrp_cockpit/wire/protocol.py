@@ -1,0 +1,139 @@
+"""The messages of the Foxglove WebSocket protocol, version 1.
+
+https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md: control messages are JSON texts; data are
+binary, little-endian, with an operation code in the first byte.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
+"""Two names of the same protocol: that of the SDK of today, and that of the specification."""
+
+CAPABILITIES = ("clientPublish", "services", "time")
+ENCODINGS = ("json",)
+"""Of requests and of messages from clients."""
+
+_MESSAGE, _TIME, _RESPONSE = 1, 2, 3
+_CLIENT_MESSAGE, _CLIENT_REQUEST = 1, 2
+_DATA = struct.Struct("<BIQ")
+_CLOCK = struct.Struct("<BQ")
+_CALL = struct.Struct("<BIII")
+_PUBLISHED = struct.Struct("<BI")
+
+
+class ProtocolError(ValueError):
+    """A client sent what the protocol does not allow."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceRequest:
+    """A call of a service by a client."""
+
+    service_id: int
+    call_id: int
+    encoding: str
+    payload: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class ClientMessage:
+    """A message that a client publishes on a channel of its own."""
+
+    channel_id: int
+    payload: bytes
+
+
+def server_info(name: str, session_id: str) -> str:
+    """Return the first message of a server."""
+    return _text(
+        "serverInfo", name=name, capabilities=CAPABILITIES, supportedEncodings=ENCODINGS, sessionId=session_id
+    )
+
+
+def status(message: str) -> str:
+    """Return a warning for the people at the client."""
+    return _text("status", level=1, message=message)
+
+
+def advertise(channels: Iterable[dict[str, Any]]) -> str:
+    """Return the announcement of channels."""
+    return _text("advertise", channels=list(channels))
+
+
+def unadvertise(channel_ids: Iterable[int]) -> str:
+    """Return the end of channels."""
+    return _text("unadvertise", channelIds=list(channel_ids))
+
+
+def advertise_services(names: Iterable[tuple[int, str]]) -> str:
+    """Return the announcement of services, all of which take and return JSON."""
+    schema = {"encoding": "json", "schemaName": "", "schemaEncoding": "jsonschema", "schema": "{}"}
+    services = [
+        {"id": number, "name": name, "type": "json", "request": schema, "response": schema}
+        for number, name in names
+    ]
+    return _text("advertiseServices", services=services)
+
+
+def failure(request: ServiceRequest, message: str) -> str:
+    """Return the answer to a call that failed."""
+    return _text("serviceCallFailure", serviceId=request.service_id, callId=request.call_id, message=message)
+
+
+def answer(request: ServiceRequest, payload: bytes) -> bytes:
+    """Return the answer to a call."""
+    return _CALL.pack(_RESPONSE, request.service_id, request.call_id, 4) + b"json" + payload
+
+
+def data(subscription_id: int, t_ns: int, payload: bytes) -> bytes:
+    """Return a message on a channel."""
+    return _DATA.pack(_MESSAGE, subscription_id, t_ns) + payload
+
+
+def clock(t_ns: int) -> bytes:
+    """Return the simulated time."""
+    return _CLOCK.pack(_TIME, t_ns)
+
+
+def read_binary(frame: bytes) -> ServiceRequest | ClientMessage:
+    """Return what a client sent in binary.
+
+    Raises:
+        ProtocolError: the frame is cut, or its operation is unknown.
+    """
+    try:
+        if frame[0] == _CLIENT_MESSAGE:
+            _, channel = _PUBLISHED.unpack_from(frame)
+            return ClientMessage(channel, frame[_PUBLISHED.size :])
+        if frame[0] == _CLIENT_REQUEST:
+            _, service, call, length = _CALL.unpack_from(frame)
+            end = _CALL.size + length
+            return ServiceRequest(service, call, frame[_CALL.size : end].decode(), frame[end:])
+    except (IndexError, struct.error, UnicodeDecodeError) as error:
+        raise ProtocolError(f"a binary message is cut: {error}") from None
+    raise ProtocolError(f"no binary operation {frame[0]}")
+
+
+def read_text(text: str) -> dict[str, Any]:
+    """Return the JSON object that a client sent.
+
+    Raises:
+        ProtocolError: it is not one, or has no operation.
+    """
+    try:
+        message = json.loads(text)
+    except ValueError as error:
+        raise ProtocolError(f"a text is not JSON: {error}") from None
+    if not isinstance(message, dict) or not isinstance(message.get("op"), str):
+        raise ProtocolError("a text is a JSON object with an 'op'")
+    return message
+
+
+def _text(operation: str, **fields: Any) -> str:
+    return json.dumps({"op": operation, **fields})
