@@ -2,7 +2,7 @@ import { useEffect } from "react";
 import { keymap } from "./keymap";
 
 const EDITED = "input:not([type=range]), textarea, select, [contenteditable=true]";
-const OPERATED = 'button, a, summary, [role="menuitem"], [role="slider"], [role="separator"], input';
+const OPERATED = 'button, a, summary, [role="menuitem"], [role="separator"], input';
 
 /** A key press as text: `Shift+R`, `Ctrl+Enter`, `?`. Shift is said only where it does not change a sign. */
 export function keyOf(event: Pick<KeyboardEvent, "key" | "ctrlKey" | "metaKey" | "shiftKey">): string {

@@ -45,17 +45,17 @@ export function followRun(): void {
   );
 }
 
-/** Why the run cannot be steered now, or undefined when it can. */
-export function useBlocked(): string | undefined {
-  const link = useRun((run) => run.link.state);
-  const maySteer = useRun((run) => run.experiment?.may_steer);
-  const state = useRun((run) => run.status?.state);
-  if (link !== "open") return "The connection to the server is lost.";
-  if (maySteer === undefined || state === undefined) return "The server has not described the run yet.";
-  if (!maySteer) return "You may watch this run, not steer it.";
-  if (state === "busy") return "The run is busy.";
+/** Why the run cannot be steered, or undefined when it can. */
+export function blockedBy({ link, experiment, status }: Run): string | undefined {
+  if (link.state !== "open") return "The connection to the server is lost.";
+  if (!experiment || !status) return "The server has not described the run yet.";
+  if (!experiment.may_steer) return "You may watch this run, not steer it.";
+  if (status.state === "busy") return "The run is busy.";
   return undefined;
 }
+
+/** Why the run cannot be steered now, or undefined when it can. */
+export const useBlocked = (): string | undefined => useRun(blockedBy);
 
 /** Why a capability is missing ("snapshot", ...), or undefined when the run has it. */
 export function useMissing(capability: string): string | undefined {

@@ -1,0 +1,45 @@
+import type { TimelineData } from "../state/types";
+import { Icon, type IconName } from "../ui/Icon";
+import { Tooltip } from "../ui/Tooltip";
+import { percent, type Span } from "./scale";
+import { stack } from "./stack";
+
+const looks = {
+  true: { look: "ok", icon: "check", words: "met" },
+  false: { look: "bad", icon: "error", words: "not met" },
+  null: { look: "open", icon: "clock", words: "not decided yet" },
+} as const satisfies Record<string, { look: string; icon: IconName; words: string }>;
+
+/** Criteria as bars over the time that they watch; hatched while they are not decided. */
+export function CriteriaLane({ criteria, span }: { criteria: TimelineData["criteria"]; span: Span }) {
+  const rows = stack(criteria);
+  const count = Math.max(1, ...rows.map((row) => row + 1));
+  return (
+    <ul
+      className="timeline-lane timeline-criteria"
+      aria-label="Criteria"
+      style={{ "--rows": count } as React.CSSProperties}
+    >
+      {criteria.map(({ name, passed, from_s, to_s, text }, at) => {
+        const { look, icon, words } = looks[`${passed}`];
+        const from = Math.max(percent(span, from_s), 0);
+        const to = Math.min(percent(span, to_s), 100);
+        if (to < 0 || from > 100) return null;
+        const place = { left: `${from}%`, width: `${to - from}%`, "--row": rows[at] };
+        return (
+          <Tooltip key={name} text={`${name}, ${words}: ${text}`}>
+            <li className={`timeline-criterion timeline-${look}`} style={place}>
+              <Icon name={icon} small />
+              <span className="cut">
+                {name}
+                <span className="hidden-text">
+                  , {words}: {text}
+                </span>
+              </span>
+            </li>
+          </Tooltip>
+        );
+      })}
+    </ul>
+  );
+}

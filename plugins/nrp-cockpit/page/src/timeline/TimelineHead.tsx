@@ -1,0 +1,72 @@
+import { takeSnapshot } from "../state/commands";
+import { useBlocked, useMissing, useRun } from "../state/run";
+import { IconButton } from "../ui/Button";
+import { Icon } from "../ui/Icon";
+
+interface TimelineHeadProps {
+  zoomedIn: boolean;
+  onZoom: (factor: number) => void;
+}
+
+/** The names of the lanes, the verdict, and the buttons of the timeline. */
+export function TimelineHead({ zoomedIn, onZoom }: TimelineHeadProps) {
+  const blocked = useBlocked();
+  const missing = useMissing("snapshot");
+  const live = useRun((run) => run.experiment?.source !== "recording");
+  return (
+    <div className="timeline-head">
+      <div>
+        <h2>Timeline</h2>
+        <span className="grow" />
+        <IconButton
+          icon="minus"
+          label="Show more time"
+          kind="ghost"
+          small
+          disabled={!zoomedIn && "The whole run is shown."}
+          onClick={() => onZoom(2)}
+        />
+        <IconButton icon="plus" label="Show less time" kind="ghost" small onClick={() => onZoom(0.5)} />
+      </div>
+      <div>Events</div>
+      <div className="timeline-criteria-head">
+        Criteria
+        <span className="grow" />
+        <Verdict />
+      </div>
+      <div>
+        Snapshots
+        <span className="grow" />
+        {live && (
+          <IconButton
+            icon="snapshot"
+            label="Take a snapshot"
+            shortcut="S"
+            kind="ghost"
+            small
+            disabled={blocked ?? missing}
+            onClick={() => void takeSnapshot()}
+          />
+        )}
+      </div>
+    </div>
+  );
+}
+
+/** Whether the run passed, as far as it is decided. */
+function Verdict() {
+  const verdict = useRun(({ status }) => {
+    if (!status) return null;
+    if (status.passed !== null) return status.passed ? "passed" : "failed";
+    const over = status.state === "finished" || status.state === "failed";
+    return over && !status.complete ? "not complete" : null;
+  });
+  if (verdict === null) return null;
+  const kind = verdict === "passed" ? "ok" : verdict === "failed" ? "bad" : "warn";
+  return (
+    <span className={`tag tag-${kind}`} role="status">
+      <Icon name={kind === "ok" ? "check" : kind === "bad" ? "error" : "warning"} small />
+      {verdict}
+    </span>
+  );
+}
