@@ -117,10 +117,11 @@ def bodies_data(world: World) -> Iterator[dict[str, Any]]:
 
 
 def _colour_topic(world: World, topics: list[str]) -> str | None:
-    """Return the topic that colours a model: the one with a name of its own, else that of its first visual."""
+    """Return the topic that colours a model: one that has an alias, else that of its first visual."""
     colours = [name for name in topics if world.topics[name].type is ColorRGBA]
-    named = {world.topics[name].name for name in world.topics if name not in colours}
-    return next((name for name in colours if name in named), next(iter(colours), None))
+    aliases = {topic.name: alias for alias, topic in world.topics.items() if alias != topic.name}
+    aliased = (aliases[name] for name in colours if name in aliases)
+    return next(aliased, next(iter(colours), None))
 
 
 def _capabilities(run: Run) -> dict[str, bool | str]:

@@ -118,6 +118,11 @@ class LiveSession:
             self._asked.notify_all()
         return future.result()
 
+    @property
+    def state(self) -> str:
+        """What it does now, in one word."""
+        return str(self.mode)
+
     # -- running
 
     def play(self) -> None:

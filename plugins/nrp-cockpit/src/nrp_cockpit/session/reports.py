@@ -3,19 +3,36 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from nrp_cockpit.hearing.hearing import Hearing
 from nrp_cockpit.session.described import run_data
 from nrp_cockpit.session.findings import finding_data, timeline_data
+from nrp_cockpit.session.functions import Functions
+from nrp_cockpit.session.past import Past
 from nrp_cockpit.wire.channels import Kind
+from nrp_cockpit.wire.hub import Hub
 from nrp_core.clock import seconds
-
-if TYPE_CHECKING:
-    from nrp_cockpit.session.live import LiveSession
 
 STATUS_S, SLOW_S = 0.1, 0.5
 """Wall time between two reports of the state, and of all else."""
 _WINDOW_S = 2.0
+
+
+class Reported(Protocol):
+    """A session, as its reports see it."""
+
+    run: Run
+    hub: Hub
+    hearing: Hearing
+    past: Past
+    functions: Functions
+    doing: str
+    pace: float | None
+    recording_path: Path | None
+
+    @property
+    def state(self) -> str: ...
 
 
 class Reports:
@@ -25,7 +42,7 @@ class Reports:
         session: the session.
     """
 
-    def __init__(self, session: LiveSession) -> None:
+    def __init__(self, session: Reported) -> None:
         self._session = session
         self._said: dict[str, Any] = {}
         self._status_at = self._slow_at = 0.0
@@ -67,7 +84,7 @@ class Reports:
         result = run.result()
         share = result.time_share
         self._say("status", {
-            "state": str(session.mode),
+            "state": session.state,
             "doing": session.doing or None,
             "t_s": run.now_s,
             "wall_s": result.wall_time_s,
@@ -107,7 +124,7 @@ class Reports:
 
     def _measured(self, now: float, t_ns: int) -> float:
         """Return how fast the run is beside the wall clock, over the last seconds."""
-        if str(self._session.mode) != "running":
+        if self._session.state != "running":
             self._began = None
             return self._factor
         if self._began is None or t_ns < self._began[1]:
