@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from typing import Any
+from pathlib import Path
+from typing import Any, Protocol
 
 from nrp_cockpit.hearing.hearing import Hearing
 from nrp_cockpit.session.described import run_data
@@ -13,6 +14,7 @@ from nrp_cockpit.session.past import Past
 from nrp_cockpit.wire.channels import Kind
 from nrp_cockpit.wire.hub import Hub
 from nrp_core.clock import seconds
+from nrp_core.experiment.running.run import Run
 
 STATUS_S, SLOW_S = 0.1, 0.5
 """Wall time between two reports of the state, and of all else."""
