@@ -1,0 +1,86 @@
+"""A run is watched and steered as people do it: by the names of controls, and by keys."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from conftest import Cockpits, Watched
+from playwright.sync_api import Page, expect
+
+HUSKY = ("-s", "world.options.image_scale=0.25")
+
+
+def time_s(page: Page) -> float:
+    """Return the simulated time that the page shows."""
+    shown = page.get_by_role("timer").inner_text()
+    return float(re.match(r"\s*([\d.]+) s", shown).group(1))  # type: ignore[union-attr]
+
+
+def wait_until(page: Page, t_s: float) -> None:
+    page.wait_for_function(
+        "t => parseFloat(document.querySelector('[role=timer]').innerText) >= t", arg=t_s, timeout=30_000
+    )
+
+
+@pytest.mark.parametrize("pair", [("event", "mujoco"), ("spinnaker", "pybullet")], ids="-".join)
+def test_a_run_is_played_paused_stepped_and_reset(
+    pair: tuple[str, str], cockpits: Cockpits, watched: Watched
+):
+    page = watched.open(cockpits.open("braitenberg_husky", "--brain", pair[0], "--world", pair[1], *HUSKY))
+    expect(page.get_by_text(pair[0], exact=True)).to_be_visible()
+    page.get_by_role("button", name="Play").click()
+    wait_until(page, 0.5)
+    page.get_by_role("button", name="Pause").click()
+    page.get_by_role("button", name="Play").wait_for()
+    page.wait_for_timeout(300)
+    paused = time_s(page)
+    page.wait_for_timeout(500)
+    assert time_s(page) == paused
+    page.get_by_role("button", name="Step", exact=True).click()
+    expect(page.get_by_role("timer")).to_contain_text(f"{paused + 0.02:.2f} s")
+    page.get_by_role("button", name="Step back").click()
+    expect(page.get_by_role("timer")).to_contain_text(f"{paused:.2f} s")
+    page.get_by_role("button", name="Reset").click()
+    page.get_by_role("menuitem", name="Reset everything").click()
+    expect(page.get_by_role("timer")).to_contain_text("0.00 s")
+
+
+def test_the_keys_steer_a_run(cockpits: Cockpits, watched: Watched):
+    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+    page.keyboard.press(".")
+    page.keyboard.press(".")
+    expect(page.get_by_role("timer")).to_contain_text("0.04 s")
+    page.keyboard.press(",")
+    expect(page.get_by_role("timer")).to_contain_text("0.02 s")
+    page.keyboard.press("Space")
+    wait_until(page, 0.2)
+    page.keyboard.press("Space")
+    page.get_by_role("button", name="Play").wait_for()
+    page.keyboard.press("?")
+    expect(page.get_by_role("dialog")).to_contain_text("Step back")
+    page.keyboard.press("Escape")
+    page.keyboard.press("2")
+    expect(page.get_by_role("heading", name="Transfer functions").first).to_be_visible()
+
+
+def test_two_pages_show_one_run_and_a_watcher_cannot_steer(cockpits: Cockpits, watched: Watched):
+    address = cockpits.open("braitenberg_husky", *HUSKY)
+    first, second = watched.open(address), watched.open(address)
+    first.get_by_role("button", name="Play").click()
+    wait_until(second, 0.3)
+    second.get_by_role("button", name="Pause").click()
+    first.get_by_role("button", name="Play").wait_for()
+    expect(first.get_by_text("2 viewers", exact=False)).to_be_attached()
+
+
+@pytest.mark.parametrize("experiment", ["slalom_pioneer", "walking_hexapod", "following_head"])
+@pytest.mark.parametrize("world", ["mujoco", "pybullet"])
+def test_every_experiment_opens_and_runs_without_a_complaint(
+    experiment: str, world: str, cockpits: Cockpits, watched: Watched
+):
+    page = watched.open(cockpits.open(experiment, "--world", world))
+    page.get_by_role("button", name="Play").click()
+    wait_until(page, 0.3)
+    for panel in ("Scene", "Camera", "From above", "Brain", "Spikes", "Devices and topics"):
+        expect(page.get_by_role("region", name=panel, exact=False).first).to_be_visible()
