@@ -55,6 +55,7 @@ class LiveSession:
         self.pace: float | None = 1.0
         self._until_ns = 0
         self._closing = False
+        self._going_since: float | None = None
         self._requests: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
         self._asked = threading.Condition()
         self._recording: RecordingFolder | None = None
@@ -123,6 +124,11 @@ class LiveSession:
         """What it does now, in one word."""
         return str(self.mode)
 
+    @property
+    def going_s(self) -> float:
+        """Wall time since the run began to step, s; its result counts it when it stops."""
+        return 0.0 if self._going_since is None else time.monotonic() - self._going_since
+
     # -- running
 
     def play(self) -> None:
@@ -175,6 +181,7 @@ class LiveSession:
             self.reports.all()
 
     def _guarded(self, go: Callable[[], Any]) -> None:
+        self._going_since = time.monotonic()
         try:
             go()
         except KeyboardInterrupt:
@@ -183,6 +190,8 @@ class LiveSession:
             self.mode = Mode.FAILED
             self.reports.log("error", str(error))
             self.reports.all()
+        finally:
+            self._going_since = None
 
     def _after_step(self, loop: Any) -> None:
         self.hearing.take()

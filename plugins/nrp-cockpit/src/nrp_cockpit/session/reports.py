@@ -36,6 +36,9 @@ class Reported(Protocol):
     @property
     def state(self) -> str: ...
 
+    @property
+    def going_s(self) -> float: ...
+
 
 class Reports:
     """Sends the reports of a session to its hub.
@@ -89,7 +92,7 @@ class Reports:
             "state": session.state,
             "doing": session.doing or None,
             "t_s": run.now_s,
-            "wall_s": result.wall_time_s,
+            "wall_s": result.wall_time_s + session.going_s,
             "real_time_factor": self._measured(now, run.loop.now_ns),
             "pace": session.pace,
             "recording": self._recording(),
