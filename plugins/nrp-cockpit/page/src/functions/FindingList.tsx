@@ -1,0 +1,86 @@
+import { sameFile } from "../state/paths";
+import { openPlace } from "../state/place";
+import { useRun } from "../state/run";
+import type { Finding } from "../state/types";
+import { Icon } from "../ui/Icon";
+import { Empty, Panel } from "../ui/Panel";
+import { useFunctions } from "./store";
+
+const looks = {
+  error: { icon: "error", color: "bad-t" },
+  warning: { icon: "warning", color: "warn-t" },
+  note: { icon: "note", color: "mut" },
+} as const;
+
+/** Everything that was found: in what is edited, then in the run; each unfolds to why and what to do. */
+export function FindingList() {
+  const ofRun = useRun((run) => run.findings);
+  const checked = useFunctions((state) => state.checked);
+  const findings = [...checked, ...ofRun];
+  return (
+    <div className="functions-findings" data-panel="findings" tabIndex={-1}>
+      <Panel title="Findings" sub={findings.length} tools={<Hint />} className="scroll">
+        {findings.length === 0 ? (
+          <Empty>Nothing was found.</Empty>
+        ) : (
+          <ul>
+            {findings.map((finding, at) => (
+              // biome-ignore lint/suspicious/noArrayIndexKey: two findings may say the same of the same place
+              <FindingRow key={`${at} ${finding.code}`} finding={finding} edited={at < checked.length} />
+            ))}
+          </ul>
+        )}
+      </Panel>
+    </div>
+  );
+}
+
+const Hint = () => <span className="panel-sub findings-hint">checked as you type, nothing is run</span>;
+
+function FindingRow({ finding, edited }: { finding: Finding; edited: boolean }) {
+  const { icon, color } = looks[finding.weight];
+  return (
+    <li className="finding-row">
+      <details>
+        <summary className="row">
+          <span className={`row ${color}`}>
+            <Icon name={icon} />
+            <span className="hidden-text">{finding.weight}</span>
+          </span>
+          <span className="cut grow">
+            {finding.summary}
+            {finding.count > 1 && <span className="dim"> ({finding.count} places)</span>}
+          </span>
+          {edited && <span className="tag">edited</span>}
+          <span className="mut">{finding.code}</span>
+        </summary>
+        {finding.why && <p className="finding-more mut">{finding.why}</p>}
+        {finding.fix && <p className="finding-more mut">{finding.fix}</p>}
+      </details>
+      <FindingPlace finding={finding} />
+    </li>
+  );
+}
+
+function FindingPlace({ finding: { file, line } }: { finding: Finding }) {
+  const known = useFunctions(({ files }) => files.some(({ path }) => file !== null && sameFile(path, file)));
+  if (!file) return null;
+  const place = line === null ? file : `${file}:${line}`;
+  const name = place.slice(place.lastIndexOf("/") + 1);
+  if (!known)
+    return (
+      <span className="finding-place mono mut cut" title={place}>
+        {name}
+      </span>
+    );
+  return (
+    <button
+      type="button"
+      className="finding-place mono cut"
+      aria-label={`Open ${place}`}
+      onClick={() => openPlace({ file, line: line ?? 1 })}
+    >
+      {name}
+    </button>
+  );
+}

@@ -1,0 +1,102 @@
+import { sameFile } from "../state/paths";
+import { openPlace } from "../state/place";
+import { useBlocked, useRun } from "../state/run";
+import { select, useSelection } from "../state/selection";
+import type { TransferFunction } from "../state/types";
+import { Icon } from "../ui/Icon";
+import { Panel } from "../ui/Panel";
+import { Switch } from "../ui/Switch";
+import { Sparkline } from "./Sparkline";
+import { activate, useFunctions } from "./store";
+
+/** The functions of the run: flow, cost, an on and off switch, and why one is in quarantine. */
+export function FunctionList() {
+  const functions = useRun((run) => run.functions?.functions) ?? [];
+  return (
+    <div className="functions-list" data-panel="functions" tabIndex={-1}>
+      <Panel title="Transfer functions" sub={functions.length} className="scroll">
+        <ul>
+          {functions.map((one) => (
+            <Row key={one.name} one={one} />
+          ))}
+        </ul>
+      </Panel>
+    </div>
+  );
+}
+
+function Row({ one }: { one: TransferFunction }) {
+  const selected = useSelection(
+    ({ selected }) => selected?.kind === "function" && selected.name === one.name,
+  );
+  const edited = useFunctions(({ drafts }) => Object.keys(drafts).some((path) => sameFile(path, one.file)));
+  const blocked = useBlocked();
+  const open = () => {
+    select({ kind: "function", name: one.name });
+    openPlace({ file: one.file, line: one.line });
+  };
+  return (
+    <li className="function-row" data-selected={selected} data-quarantined={one.failure !== null}>
+      <div className="row">
+        <button
+          type="button"
+          className="function-name mono cut"
+          aria-label={`Open ${one.name}`}
+          onClick={open}
+        >
+          {one.name}
+        </button>
+        {edited && <EditedMark />}
+        <span className="grow" />
+        {one.failure && (
+          <span className="tag tag-bad">
+            <Icon name="error" small />
+            quarantine
+          </span>
+        )}
+        <Switch
+          label={`${one.name} runs`}
+          on={one.active && one.failure === null}
+          disabled={blocked}
+          onChange={(on) => void activate(one.name, on)}
+        />
+      </div>
+      <p className="row f11 mut">
+        {one.flow}
+        <span className="dim cut">{one.file}</span>
+      </p>
+      <p className="row f11 num function-cost">
+        <b>{one.failure ? "stopped" : one.active ? `${one.mean_ms.toFixed(2)} ms` : "off"}</b>
+        <span className="mut">
+          {one.calls} {one.calls === 1 ? "call" : "calls"}
+        </span>
+        <span className="grow" />
+        <Sparkline values={one.recent_ms} label={`Last times of ${one.name}`} />
+      </p>
+      {one.failure && <Failure failure={one.failure} />}
+    </li>
+  );
+}
+
+/** The dot of what is edited and not applied. */
+export function EditedMark() {
+  return (
+    <span className="edited-mark" title="Edited, not applied">
+      <span className="hidden-text">edited</span>
+    </span>
+  );
+}
+
+function Failure({ failure }: { failure: NonNullable<TransferFunction["failure"]> }) {
+  return (
+    <details className="function-failure f12">
+      <summary>
+        <span className="num">{failure.t_s.toFixed(2)} s</span> {failure.message}
+      </summary>
+      {/* biome-ignore lint/a11y/noNoninteractiveTabindex: it scrolls, so the keyboard must reach it */}
+      <pre className="scroll" tabIndex={0}>
+        {failure.traceback}
+      </pre>
+    </details>
+  );
+}

@@ -1,0 +1,34 @@
+import type { Diagnostic } from "@codemirror/lint";
+import type { Text } from "@codemirror/state";
+import { sameFile } from "../state/paths";
+import type { Finding } from "../state/types";
+import { findingNote } from "./editor/findingNote";
+
+const severities = { error: "error", warning: "warning", note: "info" } as const;
+
+/** The findings of a file: those of its draft if it has one, else those of the run. */
+export function findingsOf(
+  path: string,
+  drafts: Readonly<Record<string, string>>,
+  checked: readonly Finding[],
+  ofRun: readonly Finding[],
+): Finding[] {
+  const from = path in drafts ? checked : ofRun;
+  return from.filter(({ file }) => file !== null && sameFile(file, path));
+}
+
+/** Findings as marks under the text of their lines; one without a line, or beyond the end, stands at the nearest. */
+export function diagnosticsOf(findings: readonly Finding[], doc: Text): Diagnostic[] {
+  return findings.map((finding) => {
+    const line = doc.line(Math.min(Math.max(finding.line ?? 1, 1), doc.lines));
+    const indent = line.text.length - line.text.trimStart().length;
+    return {
+      from: line.from + indent,
+      to: line.to,
+      severity: severities[finding.weight],
+      source: finding.code,
+      message: finding.summary,
+      renderMessage: () => findingNote(finding),
+    };
+  });
+}

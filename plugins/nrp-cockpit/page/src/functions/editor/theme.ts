@@ -1,0 +1,86 @@
+import { HighlightStyle, syntaxHighlighting } from "@codemirror/language";
+import { EditorView } from "@codemirror/view";
+import { tags } from "@lezer/highlight";
+
+const look = EditorView.theme({
+  "&": { height: "100%", fontSize: "13px", color: "var(--text)", backgroundColor: "var(--panel)" },
+  "&.cm-focused": { outline: "none" },
+  ".cm-scroller": { fontFamily: "var(--mono)", lineHeight: "20px", scrollbarWidth: "thin" },
+  ".cm-content": { caretColor: "var(--accent)", padding: "8px 0" },
+  ".cm-cursor": { borderLeftColor: "var(--accent)", borderLeftWidth: "2px" },
+  ".cm-gutters": { backgroundColor: "var(--panel)", color: "var(--text-3)", border: "0" },
+  ".cm-lineNumbers .cm-gutterElement": { minWidth: "36px", fontVariantNumeric: "tabular-nums" },
+  ".cm-activeLine, .cm-activeLineGutter": {
+    backgroundColor: "color-mix(in srgb, var(--hover) 60%, transparent)",
+  },
+  "&.cm-focused > .cm-scroller > .cm-selectionLayer .cm-selectionBackground, .cm-selectionBackground": {
+    backgroundColor: "color-mix(in srgb, var(--accent) 24%, transparent)",
+  },
+  ".cm-matchingBracket, &.cm-focused .cm-matchingBracket": { backgroundColor: "var(--accent-soft)" },
+  ".cm-selectionMatch": { backgroundColor: "var(--accent-soft)" },
+  ".cm-panels": { backgroundColor: "var(--sunken)", color: "var(--text)", borderColor: "var(--line)" },
+  ".cm-textfield, .cm-button": {
+    backgroundColor: "var(--panel)",
+    backgroundImage: "none",
+    border: "1px solid var(--line)",
+    borderRadius: "var(--r-4)",
+  },
+  ".cm-tooltip": {
+    backgroundColor: "var(--panel)",
+    color: "var(--text)",
+    border: "1px solid var(--line)",
+    borderRadius: "var(--r-6)",
+    boxShadow: "var(--shadow-2)",
+    overflow: "hidden",
+  },
+  ".cm-tooltip.cm-tooltip-autocomplete > ul": { fontFamily: "var(--mono)", fontSize: "12px" },
+  ".cm-tooltip.cm-tooltip-autocomplete > ul > li": { padding: "2px 8px", lineHeight: "18px" },
+  ".cm-tooltip.cm-tooltip-autocomplete > ul > li[aria-selected]": {
+    backgroundColor: "var(--accent-soft)",
+    color: "var(--text)",
+  },
+  ".cm-completionDetail": { color: "var(--text-3)", fontStyle: "normal", fontFamily: "var(--ui)" },
+  ".cm-foldPlaceholder": { backgroundColor: "var(--hover)", border: "0", color: "var(--text-2)" },
+  ".cm-diagnostic": { padding: "8px 12px", font: "12px/16px var(--ui)", maxWidth: "560px" },
+  ".cm-diagnostic-error": { borderLeftColor: "var(--bad)" },
+  ".cm-diagnostic-warning": { borderLeftColor: "var(--warn)" },
+  ".cm-diagnostic-info": { borderLeftColor: "var(--line-strong)" },
+  ".cm-lintRange": {
+    backgroundImage: "none",
+    textDecoration: "underline wavy 1.5px",
+    textUnderlineOffset: "3px",
+  },
+  ".cm-lintRange-error": { textDecorationColor: "var(--bad)" },
+  ".cm-lintRange-warning": { textDecorationColor: "var(--warn)" },
+  ".cm-lintRange-info": { textDecorationColor: "var(--line-strong)" },
+  ".cm-collapsedLines": {
+    background: "var(--sunken)",
+    color: "var(--text-2)",
+    fontFamily: "var(--ui)",
+    fontSize: "12px",
+  },
+  ".cm-collapsedLines:before, .cm-collapsedLines:after": { content: "'…'" },
+  ".cm-lineNote": { paddingLeft: "24px", font: "12px/20px var(--ui)", whiteSpace: "nowrap" },
+  ".cm-lineNote-error": { color: "var(--bad)" },
+  ".cm-lineNote-warning": { color: "var(--warn)" },
+  ".cm-lineNote-info": { color: "var(--text-3)" },
+  "&.cm-merge-a .cm-changedLine": { backgroundColor: "var(--bad-soft)" },
+  "&.cm-merge-b .cm-changedLine": { backgroundColor: "var(--ok-soft)" },
+  "&.cm-merge-a .cm-changedText": { background: "color-mix(in srgb, var(--bad) 24%, transparent)" },
+  "&.cm-merge-b .cm-changedText": { background: "color-mix(in srgb, var(--ok) 24%, transparent)" },
+  "&.cm-merge-a .cm-changedLineGutter": { background: "var(--bad)" },
+  "&.cm-merge-b .cm-changedLineGutter": { background: "var(--ok)" },
+});
+
+const colours = HighlightStyle.define([
+  { tag: [tags.keyword, tags.operatorKeyword, tags.meta, tags.tagName], color: "var(--k-key)" },
+  { tag: [tags.string, tags.special(tags.string), tags.attributeValue], color: "var(--k-str)" },
+  { tag: [tags.number, tags.bool, tags.null], color: "var(--k-num)" },
+  { tag: [tags.function(tags.definition(tags.variableName)), tags.attributeName], color: "var(--k-fn)" },
+  { tag: [tags.className, tags.definition(tags.typeName)], color: "var(--k-fn)" },
+  { tag: [tags.comment, tags.processingInstruction], color: "var(--k-com)" },
+  { tag: tags.invalid, color: "var(--bad)" },
+]);
+
+/** The editor in the page's own colours: custom properties, so that it follows light and dark by itself. */
+export const theme = [look, syntaxHighlighting(colours)];

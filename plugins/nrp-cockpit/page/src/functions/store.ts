@@ -1,0 +1,117 @@
+import { create } from "zustand";
+import { command } from "../state/commands";
+import { notify } from "../state/notices";
+import { baseName, sameFile } from "../state/paths";
+import { openPlace } from "../state/place";
+import { useRun } from "../state/run";
+import type { Finding } from "../state/types";
+import { wire } from "../wire";
+import { applied, edited, following, type Sources } from "./sources";
+
+interface FunctionsState extends Sources {
+  /** The path of the file in the editor. */
+  open: string | null;
+  /** What the last check, or the last refused apply, found in the drafts. */
+  checked: readonly Finding[];
+  /** Why the drafts could not be checked or applied, if they could not. */
+  problem: string | null;
+  applying: boolean;
+}
+
+/** The files, the drafts and what is wrong with them; it outlives the view, so drafts do too. */
+export const useFunctions = create<FunctionsState>(() => ({
+  files: [],
+  drafts: {},
+  open: null,
+  checked: [],
+  problem: null,
+  applying: false,
+}));
+
+const { getState: get, setState: set } = useFunctions;
+
+const CHECK_AFTER_MS = 400;
+let timer = 0;
+
+/** Follows the files of the run, from the first time that the view is opened. */
+function follow({ functions }: Pick<ReturnType<typeof useRun.getState>, "functions">): void {
+  if (!functions) return;
+  const before = get();
+  const sources = following(before, functions.files);
+  if (sources === before) return;
+  const known = functions.files.some(({ path }) => path === before.open);
+  set({ ...sources, open: known ? before.open : (functions.files[0]?.path ?? null) });
+  if (sources.drafts !== before.drafts) checkSoon();
+}
+follow(useRun.getState());
+useRun.subscribe(follow);
+
+export const openFile = (open: string): void => set({ open });
+
+export function edit(path: string, text: string): void {
+  set(edited(get(), path, text));
+  checkSoon();
+}
+
+function checkSoon(): void {
+  window.clearTimeout(timer);
+  timer = window.setTimeout(() => void check(), CHECK_AFTER_MS);
+}
+
+const sentence = (error: unknown) => (error instanceof Error ? error.message : String(error));
+
+/** Lets the server check the drafts; nothing is run. An answer that comes after a later edit is dropped. */
+async function check(): Promise<void> {
+  const { drafts } = get();
+  if (Object.keys(drafts).length === 0) return set({ checked: [], problem: null });
+  try {
+    const { findings } = await wire.call<{ findings: Finding[] }>("/cockpit/functions/check", {
+      files: drafts,
+    });
+    if (get().drafts === drafts) set({ checked: findings, problem: null });
+  } catch (error) {
+    if (get().drafts === drafts) set({ problem: `Not checked: ${sentence(error)}` });
+  }
+}
+
+/** Sends all drafts to the run at once: between two steps all of them change, or none does. */
+export async function apply(): Promise<void> {
+  const { drafts, applying } = get();
+  if (applying || Object.keys(drafts).length === 0) return;
+  window.clearTimeout(timer);
+  set({ applying: true, problem: null });
+  try {
+    const answer = await wire.call<{ applied: boolean; findings: Finding[] }>("/cockpit/functions/apply", {
+      files: drafts,
+    });
+    if (answer.applied) set({ ...applied(get(), drafts), checked: answer.findings });
+    else refused(answer.findings);
+  } catch (error) {
+    set({ problem: `Not applied: ${sentence(error)}` });
+  } finally {
+    set({ applying: false });
+  }
+}
+
+/** Shows at the line why the run did not take the drafts. */
+function refused(findings: readonly Finding[]): void {
+  const first = findings.find(({ weight }) => weight === "error") ?? findings[0];
+  set({ checked: findings, problem: `Not applied: ${first?.summary ?? "the run refused the changes."}` });
+  const file = get().files.find(({ path }) => first?.file && sameFile(path, first.file));
+  if (file && first?.line) openPlace({ file: file.path, line: first.line });
+}
+
+/** Back to what runs; the editor can undo it. */
+export const discard = (): void => set({ drafts: {}, checked: [], problem: null });
+
+/** Lets the run have the files as they are on the disk. */
+export async function revert(): Promise<void> {
+  if (await command("functions/revert")) discard();
+}
+
+/** Writes the file in the editor as it is shown. */
+export async function save(path: string, text: string): Promise<void> {
+  if (await command("functions/save", { files: { [path]: text } })) notify(`Saved ${baseName(path)}.`);
+}
+
+export const activate = (name: string, active: boolean) => command("functions/activate", { name, active });
