@@ -1,0 +1,84 @@
+"""What a session says about a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Protocol
+
+from nrp_cockpit.hearing.hearing import Hearing
+from nrp_cockpit.session.described import run_data
+from nrp_cockpit.session.findings import finding_data, timeline_data
+from nrp_cockpit.session.functions import Functions
+from nrp_cockpit.session.past import Past
+from nrp_cockpit.session.reports import Reported, Reports
+from nrp_core.experiment.running.run import Run
+
+
+class LiveReported(Reported, Protocol):
+    """A session with a run, as its reports see it."""
+
+    run: Run
+    hearing: Hearing
+    past: Past
+    functions: Functions
+    recording_path: Path | None
+
+    @property
+    def going_s(self) -> float: ...
+
+
+class LiveReports(Reports):
+    """Sends the reports of a run.
+
+    Args:
+        session: the session that owns the run.
+    """
+
+    def __init__(self, session: LiveReported) -> None:
+        super().__init__(session)
+        self._session = session
+
+    def _experiment_data(self) -> dict[str, Any]:
+        return run_data(self._session.run)
+
+    def _functions_data(self) -> dict[str, Any]:
+        return self._session.functions.data()
+
+    def _timeline_data(self) -> dict[str, Any]:
+        run = self._session.run
+        return timeline_data(run, run.result(), self._session.past.shown)
+
+    def _findings_data(self) -> list[dict[str, Any]]:
+        return [finding_data(each) for each in self._session.run.problems]
+
+    def _status_data(self) -> dict[str, Any]:
+        session, result = self._session, self._session.run.result()
+        share = result.time_share
+        return {
+            "wall_s": result.wall_time_s + session.going_s,
+            "recording": self._recording(),
+            "server_ms_per_step": session.hearing.ms_per_step,
+            "share": {
+                "brain": share["brain"], "world": share["world"],
+                "functions": share["transfer_functions"], "loop": share["engine"],
+            },
+            "error": self._error(),
+            "passed": result.passed,
+            "complete": result.complete,
+        }  # fmt: skip
+
+    def _recording(self) -> dict[str, Any] | None:
+        path = self._session.recording_path
+        if path is None:
+            return None
+        mcap = path / "recording.mcap"
+        return {"path": str(path), "bytes": mcap.stat().st_size if mcap.is_file() else 0}
+
+    def _error(self) -> dict[str, Any] | None:
+        run = self._session.run
+        error = run.error
+        if error is None:
+            return None
+        failure = run.loop.failures[-1] if run.loop.failures else None
+        place = (None, None) if failure is None else (str(failure.path), failure.line)
+        return {"message": str(error), "file": place[0], "line": place[1]}
