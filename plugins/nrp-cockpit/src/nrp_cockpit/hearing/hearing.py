@@ -65,7 +65,7 @@ class Hearing:
     def take(self) -> None:
         """Send what is new since the last call."""
         hub = self._hub
-        if hub.heard is not self._heard or hub.joined != self._joined:
+        if hub.heard is not self._heard or hub.joined[SCENE] != self._joined:
             self._follow()
         self._taken += 1
         if self._open:
@@ -90,7 +90,7 @@ class Hearing:
     def _follow(self) -> None:
         """Open what is newly heard and close what is not heard any more."""
         hub = self._hub
-        joined, self._joined, self._heard = self._joined, hub.joined, hub.heard
+        joined, self._joined, self._heard = self._joined, hub.joined[SCENE], hub.heard
         wanted = {self._sources[topic] for topic in self._heard if topic in self._sources}
         for name in self._open.keys() - wanted:
             self._open.pop(name).close()
@@ -112,7 +112,8 @@ class Hearing:
         except TopicError:
             return  # a type of the user's own that ROS 2 cannot carry; recordings report it
         channel = self._hub.channels[entry.topic]
-        self._hub.send(Sent(channel, entry.t_ns, payload), keep=entry.kind is not nrp_msgs.Spikes)
+        keep = entry.topic != SCENE and entry.kind is not nrp_msgs.Spikes  # whoever joins gets a whole scene
+        self._hub.send(Sent(channel, entry.t_ns, payload), keep=keep)
 
     # -- what is offered
 

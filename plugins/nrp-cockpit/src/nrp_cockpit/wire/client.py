@@ -1,25 +1,24 @@
-"""One client of the server."""
+"""One client of the server: what it hears and what it is sent."""
 
 from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Iterable
+from collections.abc import Coroutine, Iterable
 from typing import Any
 
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from nrp_cockpit.wire import protocol
+from nrp_cockpit.wire.calls import Calls
 from nrp_cockpit.wire.channels import Channel, Sent
 from nrp_cockpit.wire.hub import Hub
 from nrp_cockpit.wire.outbox import Outbox
 from nrp_cockpit.wire.protocol import ClientMessage, ProtocolError, ServiceRequest
-from nrp_core.errors import NrpError
 
 EXPERIMENT = "/cockpit/experiment"
 """The topic that tells each client also what it may do."""
-WATCHER = "you may watch this run, not steer it"
 
 
 class Client:
@@ -34,10 +33,12 @@ class Client:
     def __init__(self, connection: ServerConnection, hub: Hub, *, may_steer: bool) -> None:
         self._connection, self._hub, self._may_steer = connection, hub, may_steer
         self._outbox, self._wake = Outbox(), asyncio.Event()
+        self._announced: set[int] = set()
         self._heard: dict[int, Channel] = {}
         self._subscriptions: dict[int, list[int]] = {}
         self._topics: dict[int, str] = {}
-        self._calls: set[asyncio.Task[None]] = set()
+        self._calls = Calls(hub.services, may_steer=may_steer)
+        self._tasks: set[asyncio.Task[None]] = set()
 
     @property
     def dropped(self) -> int:
@@ -63,8 +64,11 @@ class Client:
     # -- what the hub calls
 
     def announce(self, channels: Iterable[Channel]) -> None:
-        """Tell it about channels."""
-        self._say(protocol.advertise([channel.to_dict() for channel in channels]))
+        """Tell it about channels, each once."""
+        new = [channel for channel in channels if channel.id not in self._announced]
+        self._announced.update(channel.id for channel in new)
+        if new:
+            self._say(protocol.advertise([channel.to_dict() for channel in new]))
 
     def hear(self, sent: Sent) -> None:
         """Hand it a message, if it hears that channel."""
@@ -105,11 +109,13 @@ class Client:
                 return
             match protocol.read_binary(message):
                 case ServiceRequest() as request:
-                    self._later(self._answer(request))
-                case ClientMessage(channel_id, payload):
-                    self._later(self._publish(self._topics[channel_id], payload))
-        except (ProtocolError, KeyError, TypeError) as error:
-            self._say(protocol.status(f"not understood: {error}"))
+                    self._begin(self._answer(request))
+                case ClientMessage() as published:
+                    self._begin(self._publish(published))
+        except (KeyError, TypeError) as error:
+            self._warn(f"not understood: a field is missing or of another type ({error})")
+        except ProtocolError as error:
+            self._warn(f"not understood: {error}")
 
     def _obey(self, message: dict[str, Any]) -> None:
         match message["op"]:
@@ -125,13 +131,14 @@ class Client:
                 for channel in message["channelIds"]:
                     self._topics.pop(channel, None)
             case other:
-                self._say(protocol.status(f"this server does not offer '{other}'"))
+                self._warn(f"this server does not offer '{other}'")
 
     def _subscribe(self, subscription: int, channel_id: int) -> None:
         channel = next((one for one in self._hub.channels if one.id == channel_id), None)
-        if channel is None or subscription in self._heard:
-            self._say(protocol.status(f"no channel {channel_id}, or subscription {subscription} is taken"))
-            return
+        if channel is None:
+            raise ProtocolError(f"there is no channel {channel_id}")
+        if subscription in self._heard or not protocol.is_id(subscription):
+            raise ProtocolError(f"{subscription!r} cannot be the id of a new subscription")
         self._heard[subscription] = channel
         self._subscriptions.setdefault(channel_id, []).append(subscription)
         last = self._hub.hear(channel.topic)
@@ -140,39 +147,30 @@ class Client:
             self._wake.set()
 
     def _unsubscribe(self, subscription: int) -> None:
-        channel = self._heard.pop(subscription)
+        channel = self._heard.pop(subscription, None)
+        if channel is None:
+            raise ProtocolError(f"there is no subscription {subscription!r}")
         self._subscriptions[channel.id].remove(subscription)
         self._outbox.forget(subscription)
         self._hub.unhear(channel.topic)
 
-    def _later(self, work: Any) -> None:
-        task = asyncio.get_running_loop().create_task(work)
-        self._calls.add(task)
-        task.add_done_callback(self._calls.discard)
+    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
 
     async def _answer(self, request: ServiceRequest) -> None:
-        names = self._hub.services.names
-        try:
-            name = names[request.service_id - 1] if 0 < request.service_id <= len(names) else ""
-            arguments = json.loads(request.payload or b"{}")
-            found = await self._call(name, arguments)
-            self._say(protocol.answer(request, json.dumps(found if found is not None else {}).encode()))
-        except (NrpError, ProtocolError, TypeError, ValueError) as error:
-            self._say(protocol.failure(request, str(error)))
-        except Exception as error:  # noqa: BLE001  the page shows it; the server goes on
-            self._say(protocol.failure(request, f"{type(error).__name__}: {error}"))
+        self._say(await self._calls.answer(request))
 
-    async def _publish(self, topic: str, payload: bytes) -> None:
-        try:
-            await self._call("/cockpit/publish", {"topic": topic, "value": json.loads(payload)})
-        except Exception as error:  # noqa: BLE001  likewise
-            self._say(protocol.status(f"{topic}: {error}"))
+    async def _publish(self, message: ClientMessage) -> None:
+        topic = self._topics.get(message.channel_id)
+        failure = (
+            f"channel {message.channel_id} was not advertised"
+            if topic is None
+            else await self._calls.publish(topic, message.payload)
+        )
+        if failure is not None:
+            self._warn(failure)
 
-    async def _call(self, name: str, arguments: dict[str, Any]) -> Any:
-        services = self._hub.services
-        if name in services.steering and not self._may_steer:
-            raise ProtocolError(WATCHER)
-        service = services.steering.get(name) or services.watching.get(name)
-        if service is None:
-            raise ProtocolError(f"there is no service '{name}'")
-        return await asyncio.to_thread(service, **arguments)
+    def _warn(self, text: str) -> None:
+        self._say(protocol.status(text))

@@ -11,19 +11,35 @@ from websockets.http11 import Response
 
 from nrp_cockpit.wire.guard import CONTENT_POLICY
 
-STATIC = Path(__file__).parent.parent / "static"
+STATIC = (Path(__file__).parent.parent / "static").resolve()
 _TYPES = {".js": "text/javascript", ".css": "text/css", ".html": "text/html; charset=utf-8"}
 
 
-def file_response(path: str) -> Response:
-    """Return a file of the page, or that there is none."""
-    wanted = (STATIC / (path.lstrip("/") or "index.html")).resolve()
-    if not wanted.is_relative_to(STATIC) or not wanted.is_file() or wanted.name.startswith("."):
+def file_response(path: str, folder: Path = STATIC) -> Response:
+    """Return a file of the page, or that there is none.
+
+    Args:
+        path: of the request.
+        folder: of the page, without symbolic links.
+    """
+    if not folder.is_dir():
+        return plain(HTTPStatus.NOT_FOUND, "the page has not been built: npm run build, in page/")
+    wanted = _file(path, folder)
+    if wanted is None:
         return plain(HTTPStatus.NOT_FOUND, "there is no such page")
     kind = _TYPES.get(wanted.suffix) or mimetypes.guess_type(wanted.name)[0] or "application/octet-stream"
     # names in assets/ hold a hash of their content
     keep = "public, max-age=31536000, immutable" if wanted.parent.name == "assets" else "no-cache"
     return _response(HTTPStatus.OK, kind, wanted.read_bytes(), keep)
+
+
+def _file(path: str, folder: Path) -> Path | None:
+    try:
+        wanted = (folder / (path.lstrip("/") or "index.html")).resolve()
+        inside = wanted.is_relative_to(folder) and wanted.is_file()
+    except (OSError, ValueError):  # a name that no file can have
+        return None
+    return wanted if inside and not wanted.name.startswith(".") else None
 
 
 def plain(status: HTTPStatus, text: str) -> Response:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import secrets
 from dataclasses import dataclass, field
-from urllib.parse import urlsplit
 
 from websockets.datastructures import Headers
 
@@ -39,24 +38,27 @@ class Guard:
 
     def refusal(self, headers: Headers) -> str | None:
         """Return why a request is refused, by its Host and Origin; None if it is not."""
-        host = headers.get("Host", "")
+        hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
+        if len(hosts) != 1 or len(origins) > 1:
+            return "a request has one Host, and at most one Origin"
+        host = hosts[0].lower()
         if self.hosts and _name(host) not in self.hosts:
             return f"this server is not '{_name(host)}'"
-        origin = headers.get("Origin")
-        if origin is not None and urlsplit(origin).netloc != host:
-            return f"pages of {origin} may not use this server"
+        if origins and origins[0].lower() not in (f"http://{host}", f"https://{host}"):
+            return f"pages of {origins[0]} may not use this server"
         return None
 
     def may_watch(self, token: str) -> bool:
         """Return whether a token lets its owner watch."""
-        return any(secrets.compare_digest(token.encode(), known.encode()) for known in self._known())
+        return _same(token, self.watch_token) or self.may_steer(token)
 
     def may_steer(self, token: str) -> bool:
         """Return whether a token lets its owner steer."""
-        return secrets.compare_digest(token.encode(), self.token.encode())
+        return _same(token, self.token)
 
-    def _known(self) -> tuple[str, str]:
-        return self.token, self.watch_token
+
+def _same(given: str, token: str) -> bool:
+    return secrets.compare_digest(given.encode(), token.encode())
 
 
 def _name(host: str) -> str:

@@ -7,6 +7,7 @@ import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Any, Protocol
 
 from nrp_cockpit.wire.channels import Channel, Channels, Kind, Sent
@@ -47,38 +48,42 @@ class Listener(Protocol):
 class Hub:
     """Takes messages from the thread of a run and hands them to all clients that hear them.
 
-    Methods for the run never wait for a client. The rest belongs to the thread of the server.
+    Methods for the run never wait for a client. The rest, and the last messages, belong to the thread of the
+    server, which gets everything in the order in which the run sent it.
 
     Attributes:
         channels: all that are offered.
         services: what clients can ask for.
         heard: the topics that at least one client hears; the same object until it changes.
-        joined: increases whenever a client begins to hear a topic.
+        joined: how often clients began to hear each topic.
     """
 
     def __init__(self) -> None:
         self.channels = Channels()
         self.services = Services()
         self.heard: frozenset[str] = frozenset()
-        self.joined = 0
+        self.joined: Counter[str] = Counter()
         self.listeners: dict[Listener, None] = {}
         self._counts: Counter[str] = Counter()
         self._last: dict[str, Sent] = {}
-        self._waiting: list[Sent] = []
+        self._waiting: list[tuple[Sent, bool]] = []
         self._loop: asyncio.AbstractEventLoop | None = None
         self._dropped_before = 0
 
     # -- for the run
 
     def offer(self, topic: str, schema_name: str, schema: str, kind: Kind = Kind.EVERY) -> Channel:
-        """Offer a topic in the encoding of ROS 2; clients that are there are told."""
-        return self._announced(self.channels.open(topic, schema_name, schema, kind=kind))
+        """Offer a topic in the encoding of ROS 2; clients that are there are told if it is new."""
+        if topic not in self.channels:
+            self._hand(self._announce, self.channels.open(topic, schema_name, schema, kind=kind))
+        return self.channels[topic]
 
     def tell(self, topic: str, value: Any, t_ns: int = 0, kind: Kind = Kind.LATEST) -> None:
         """Send a value as JSON; who comes later gets the last one."""
         if topic not in self.channels:
-            self._announced(self.channels.open(topic, topic[1:], "{}", encoding="json", kind=kind))
-        self.send(Sent(self.channels[topic], t_ns, json.dumps(value).encode()))
+            channel = self.channels.open(topic, topic[1:], "{}", encoding="json", kind=kind)
+            self._hand(self._announce, channel)
+        self.send(Sent(self.channels[topic], t_ns, to_json(value)))
         self.flush()
 
     def send(self, sent: Sent, *, keep: bool = True) -> None:
@@ -88,21 +93,19 @@ class Hub:
             sent: the message.
             keep: whether who comes later gets it, as long as it is the last.
         """
-        if keep:
-            self._last[sent.channel.topic] = sent
-        if sent.channel.topic in self.heard:
-            self._waiting.append(sent)
+        if keep or sent.channel.topic in self.heard:
+            self._waiting.append((sent, keep))
 
     def forget(self, topics: Iterable[str]) -> None:
         """Forget the last messages of these topics: they are not true any more."""
-        for topic in topics:
-            self._last.pop(topic, None)
+        self.flush()
+        self._hand(self._forget, tuple(topics))
 
     def flush(self) -> None:
         """Hand what was sent to the thread of the server."""
-        if self._waiting and self._loop is not None:
+        if self._waiting:
             waiting, self._waiting = self._waiting, []
-            self._loop.call_soon_threadsafe(self._spread, waiting)
+            self._hand(self._spread, waiting)
 
     @property
     def viewers(self) -> int:
@@ -135,7 +138,7 @@ class Hub:
         """Count one more client of a topic; return its last message."""
         self._counts[topic] += 1
         self.heard = frozenset(self._counts)
-        self.joined += 1
+        self.joined[topic] += 1
         return self._last.get(topic)
 
     def unhear(self, topic: str) -> None:
@@ -145,16 +148,47 @@ class Hub:
             del self._counts[topic]
         self.heard = frozenset(self._counts)
 
-    def _spread(self, waiting: list[Sent]) -> None:
-        for listener in self.listeners:
-            for sent in waiting:
+    def _spread(self, waiting: list[tuple[Sent, bool]]) -> None:
+        for sent, keep in waiting:
+            if keep:
+                self._last[sent.channel.topic] = sent
+            for listener in self.listeners:
                 listener.hear(sent)
 
-    def _announced(self, channel: Channel) -> Channel:
-        if self._loop is not None:
-            self._loop.call_soon_threadsafe(self._announce, channel)
-        return channel
+    def _forget(self, topics: tuple[str, ...]) -> None:
+        for topic in topics:
+            self._last.pop(topic, None)
 
     def _announce(self, channel: Channel) -> None:
         for listener in self.listeners:
             listener.announce([channel])
+
+    def _hand(self, call: Callable[[Any], None], argument: Any) -> None:
+        """Let the thread of the server make a call; without a server there is nobody to wait for."""
+        loop = self._loop
+        if loop is None:
+            call(argument)
+            return
+        try:
+            loop.call_soon_threadsafe(call, argument)
+        except RuntimeError:  # the server has ended since
+            call(argument)
+
+
+def to_json(value: Any) -> bytes:
+    """Return a value as JSON; what JSON cannot say, such as NaN, is null."""
+    try:
+        return json.dumps(value, allow_nan=False).encode()
+    except ValueError:
+        return json.dumps(_finite(value)).encode()
+
+
+def _finite(value: Any) -> Any:
+    match value:
+        case float():
+            return value if isfinite(value) else None
+        case dict():
+            return {key: _finite(item) for key, item in value.items()}
+        case list() | tuple():
+            return [_finite(item) for item in value]
+    return value

@@ -11,10 +11,11 @@ MOST_BYTES = 8_000_000
 
 
 class Outbox:
-    """Holds the messages of a client until it takes them.
+    """Holds the messages of a client until it takes them, in the order in which they came.
 
-    Of a channel where the latest wins at most one message waits. Of the others all do up to a bound; what
-    exceeds it is dropped and counted. Answers to the client's own requests are never dropped.
+    Of a channel where the latest wins at most one message waits: a newer one takes its place. Of the others
+    all do up to a bound; what exceeds it is dropped and counted. A message larger than the bound waits alone.
+    Answers to the client's own requests are never dropped, and go first.
 
     Args:
         most_bytes: the bound.
@@ -27,11 +28,11 @@ class Outbox:
         self.dropped = 0
         self._most_bytes, self._bytes = most_bytes, 0
         self._answers: deque[str | bytes] = deque()
-        self._every: deque[tuple[int, Sent]] = deque()
+        self._queue: deque[tuple[int, Sent | None]] = deque()  # None: the latest one of that subscription
         self._latest: dict[int, Sent] = {}
 
     def __bool__(self) -> bool:
-        return bool(self._answers or self._every or self._latest)
+        return bool(self._answers or self._queue)
 
     def answer(self, frame: str | bytes) -> None:
         """Add an answer or an announcement."""
@@ -42,33 +43,31 @@ class Outbox:
         if sent.channel.kind is Kind.LATEST:
             if subscription_id in self._latest:
                 self.dropped += 1
+            else:
+                self._queue.append((subscription_id, None))
             self._latest[subscription_id] = sent
-        elif self._bytes + len(sent.payload) > self._most_bytes:
+        elif self._bytes and self._bytes + len(sent.payload) > self._most_bytes:
             self.dropped += 1
         else:
             self._bytes += len(sent.payload)
-            self._every.append((subscription_id, sent))
+            self._queue.append((subscription_id, sent))
 
     def forget(self, subscription_id: int) -> None:
         """Remove what waits for a subscription that has ended."""
         self._latest.pop(subscription_id, None)
-        kept = [(number, sent) for number, sent in self._every if number != subscription_id]
-        self._every = deque(kept)
-        self._bytes = sum(len(sent.payload) for _, sent in kept)
+        self._queue = deque(waiting for waiting in self._queue if waiting[0] != subscription_id)
+        self._bytes = sum(len(sent.payload) for _, sent in self._queue if sent is not None)
 
     def take(self) -> str | bytes | tuple[int, Sent]:
-        """Remove and return the next: answers first, then by the order of arrival, then the latest ones.
+        """Remove and return the next.
 
         Raises:
             IndexError: nothing waits.
         """
         if self._answers:
             return self._answers.popleft()
-        if self._every:
-            number, sent = self._every.popleft()
-            self._bytes -= len(sent.payload)
-            return number, sent
-        if self._latest:
-            number = next(iter(self._latest))
+        number, sent = self._queue.popleft()
+        if sent is None:
             return number, self._latest.pop(number)
-        raise IndexError("nothing waits")
+        self._bytes -= len(sent.payload)
+        return number, sent

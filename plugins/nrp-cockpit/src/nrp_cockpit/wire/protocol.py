@@ -101,6 +101,11 @@ def clock(t_ns: int) -> bytes:
     return _CLOCK.pack(_TIME, t_ns)
 
 
+def is_id(number: object) -> bool:
+    """Return whether this can be a number of something in the protocol: 32 bits without a sign."""
+    return isinstance(number, int) and not isinstance(number, bool) and 0 <= number < 1 << 32
+
+
 def read_binary(frame: bytes) -> ServiceRequest | ClientMessage:
     """Return what a client sent in binary.
 
@@ -114,6 +119,8 @@ def read_binary(frame: bytes) -> ServiceRequest | ClientMessage:
         if frame[0] == _CLIENT_REQUEST:
             _, service, call, length = _CALL.unpack_from(frame)
             end = _CALL.size + length
+            if end > len(frame):
+                raise ProtocolError(f"a binary message is cut: it has {len(frame)} bytes of at least {end}")
             return ServiceRequest(service, call, frame[_CALL.size : end].decode(), frame[end:])
     except (IndexError, struct.error, UnicodeDecodeError) as error:
         raise ProtocolError(f"a binary message is cut: {error}") from None
@@ -128,7 +135,7 @@ def read_text(text: str) -> dict[str, Any]:
     """
     try:
         message = json.loads(text)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ProtocolError(f"a text is not JSON: {error}") from None
     if not isinstance(message, dict) or not isinstance(message.get("op"), str):
         raise ProtocolError("a text is a JSON object with an 'op'")

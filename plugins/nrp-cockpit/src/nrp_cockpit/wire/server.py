@@ -7,8 +7,10 @@ import logging
 import secrets
 import socket
 import threading
+from concurrent.futures import Future
 from http import HTTPStatus
-from urllib.parse import parse_qs, urlsplit
+from pathlib import Path
+from urllib.parse import parse_qs
 
 from websockets.asyncio.server import Server as Listening
 from websockets.asyncio.server import ServerConnection, serve
@@ -16,7 +18,7 @@ from websockets.http11 import Request, Response
 from websockets.typing import Subprotocol
 
 from nrp_cockpit.wire.client import Client
-from nrp_cockpit.wire.files import file_response, plain
+from nrp_cockpit.wire.files import STATIC, file_response, plain
 from nrp_cockpit.wire.guard import Guard
 from nrp_cockpit.wire.hub import Hub
 from nrp_cockpit.wire.protocol import SUBPROTOCOLS
@@ -34,6 +36,7 @@ class Server:
         host: the address to listen on.
         port: the port; 0: any free one.
         guard: who may come in.
+        static: the folder of the page.
 
     Attributes:
         port: the port that it listens on.
@@ -42,42 +45,39 @@ class Server:
         ExperimentError: it cannot listen there.
     """
 
-    def __init__(self, hub: Hub, *, host: str = "127.0.0.1", port: int = 0, guard: Guard) -> None:
-        self._hub, self._guard = hub, guard
+    def __init__(
+        self, hub: Hub, *, host: str = "127.0.0.1", port: int = 0, guard: Guard, static: Path = STATIC
+    ) -> None:
+        self._hub, self._guard, self._static = hub, guard, static
         self._session_id = secrets.token_hex(8)
-        self._loop = asyncio.new_event_loop()
-        try:
-            self._socket = socket.create_server(
-                (host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET
-            )
-        except OSError as error:
-            raise ExperimentError(f"cannot listen on {host}:{port}: {error.strerror or error}") from error
+        self._socket = _listening(host, port)
         self.port: int = self._socket.getsockname()[1]
-        self._listening: Listening | None = None
-        self._ready = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="nrp-cockpit", daemon=True)
+        started: Future[None] = Future()
+        self._thread = threading.Thread(
+            target=lambda: asyncio.run(self._run(started)), name="nrp-cockpit", daemon=True
+        )
         self._thread.start()
-        self._ready.wait()
+        started.result()
 
     def close(self) -> None:
         """Say goodbye to all clients and stop; calling it again does nothing."""
         if self._thread.is_alive():
-            self._loop.call_soon_threadsafe(self._stop)
+            self._loop.call_soon_threadsafe(self._closing.set)
             self._thread.join()
 
-    def _run(self) -> None:
-        asyncio.set_event_loop(self._loop)
-        self._listening = self._loop.run_until_complete(self._listen())
+    async def _run(self, started: Future[None]) -> None:
+        self._loop, self._closing = asyncio.get_running_loop(), asyncio.Event()
+        try:
+            listening = await self._listen()
+        except BaseException as error:
+            started.set_exception(error)
+            raise
         self._hub.attach(self._loop)
-        self._ready.set()
-        self._loop.run_until_complete(self._listening.wait_closed())
+        started.set_result(None)
+        await self._closing.wait()
+        listening.close()
+        await listening.wait_closed()
         self._hub.attach(None)
-        self._loop.run_until_complete(self._loop.shutdown_default_executor())
-        self._loop.close()
-
-    def _stop(self) -> None:
-        assert self._listening is not None
-        self._listening.close()
 
     async def _listen(self) -> Listening:
         quiet = logging.getLogger("nrp_cockpit.wire")
@@ -93,8 +93,8 @@ class Server:
         refusal = self._guard.refusal(request.headers)
         if refusal is not None:
             return plain(HTTPStatus.FORBIDDEN, refusal)
-        if request.headers.get("Upgrade", "").lower() != "websocket":
-            return file_response(urlsplit(request.path).path)
+        if "websocket" not in (kind.lower() for kind in request.headers.get_all("Upgrade")):
+            return file_response(request.path.partition("?")[0], self._static)
         if not self._guard.may_watch(_token(request)):
             return plain(HTTPStatus.UNAUTHORIZED, "the token is missing or wrong; use the printed address")
         return None
@@ -105,8 +105,16 @@ class Server:
         await Client(connection, self._hub, may_steer=may_steer).serve(self._session_id)
 
 
+def _listening(host: str, port: int) -> socket.socket:
+    try:
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+        return socket.create_server((host, port), family=family)
+    except OSError as error:
+        raise ExperimentError(f"cannot listen on {host}:{port}: {error.strerror or error}") from error
+
+
 def _token(request: Request) -> str:
-    return str(parse_qs(urlsplit(request.path).query).get("token", [""])[0])
+    return str(parse_qs(request.path.partition("?")[2]).get("token", [""])[0])
 
 
 def _chosen(_connection: ServerConnection, offered: object) -> Subprotocol | None:
