@@ -1,0 +1,154 @@
+import { push } from "../state/commands";
+import { notify } from "../state/notices";
+import { useRun } from "../state/run";
+import { select } from "../state/selection";
+import { orbited, panned, zoomed } from "./orbit";
+import { PUSH_S, PushDrag } from "./push";
+import type { Viewer } from "./viewer";
+
+export type Mode = "orbit" | "follow" | "above";
+
+const RAD_PER_PX = 0.008;
+const CLICK_PX = 4;
+const KEY_RAD = 0.08;
+const KEY_PAN = 0.06;
+const KEY_ZOOM = 1.15;
+
+export interface Steering {
+  viewer: Viewer;
+  /** Whether a drag turns the view; seen from above, it only moves it. */
+  turns: () => boolean;
+  /** Says what a push would be, at a place on the canvas; null: nothing is pushed now. */
+  onPush: (push: { text: string; x: number; y: number } | null) => void;
+}
+
+/** Lets pointer, wheel and keys move the view, select bodies and push them, until the returned function is called. */
+export function steer(canvas: HTMLCanvasElement, steering: Steering): () => void {
+  const pointer = new Pointer(canvas, steering);
+  const wheel = (event: WheelEvent) => zoomAtPointer(event, steering.viewer);
+  const key = (event: KeyboardEvent) => {
+    if (pointer.key(event) || byKey(event, steering)) {
+      event.preventDefault();
+      event.stopPropagation();
+    }
+  };
+  const stops = new AbortController();
+  const options = { signal: stops.signal };
+  canvas.addEventListener("pointerdown", (event) => pointer.down(event), options);
+  canvas.addEventListener("pointermove", (event) => pointer.move(event), options);
+  canvas.addEventListener("pointerup", (event) => pointer.up(event), options);
+  canvas.addEventListener("pointercancel", () => pointer.cancel(), options);
+  canvas.addEventListener("wheel", wheel, { ...options, passive: false });
+  canvas.addEventListener("keydown", key, options);
+  return () => {
+    pointer.cancel();
+    stops.abort();
+  };
+}
+
+/** The drags and clicks of one pointer. */
+class Pointer {
+  private at: { x: number; y: number } | null = null;
+  private dragged_px = 0;
+  private pushed: PushDrag | null = null;
+
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    private readonly steering: Steering,
+  ) {}
+
+  down(event: PointerEvent): void {
+    if (event.button > 2 || this.at) return;
+    this.canvas.setPointerCapture(event.pointerId);
+    this.at = { x: event.offsetX, y: event.offsetY };
+    this.dragged_px = 0;
+    if (event.altKey && event.button === 0) this.take();
+  }
+
+  move(event: PointerEvent): void {
+    if (!this.at) return;
+    const dx = event.offsetX - this.at.x;
+    const dy = event.offsetY - this.at.y;
+    this.at = { x: event.offsetX, y: event.offsetY };
+    this.dragged_px += Math.hypot(dx, dy);
+    const { viewer, turns, onPush } = this.steering;
+    if (this.pushed) {
+      const amount_n = this.pushed.move(event.offsetX, event.offsetY);
+      onPush({ text: `${amount_n.toFixed(0)} N for ${PUSH_S} s`, ...this.at });
+    } else if (turns() && event.buttons === 1 && !event.shiftKey) {
+      viewer.view = orbited(viewer.view, -dx * RAD_PER_PX, dy * RAD_PER_PX);
+    } else viewer.view = panned(viewer.view, -dx / this.canvas.clientHeight, dy / this.canvas.clientHeight);
+  }
+
+  up(event: PointerEvent): void {
+    const { pushed } = this;
+    if (pushed && this.dragged_px > CLICK_PX) void push(pushed.hit.body, pushed.force_n, PUSH_S);
+    else if (this.at && this.dragged_px <= CLICK_PX && event.button === 0) this.click(event);
+    this.cancel();
+  }
+
+  /** Escape ends a push that has begun. */
+  key({ key }: KeyboardEvent): boolean {
+    if (key !== "Escape" || !this.pushed) return false;
+    this.cancel();
+    return true;
+  }
+
+  cancel(): void {
+    this.at = null;
+    this.pushed?.end();
+    this.pushed = null;
+    this.steering.onPush(null);
+  }
+
+  private click(event: PointerEvent): void {
+    const hit = this.steering.viewer.hit(event.offsetX, event.offsetY);
+    select(hit && { kind: "body", name: hit.body });
+  }
+
+  private take(): void {
+    const hit = this.at && this.steering.viewer.hit(this.at.x, this.at.y);
+    if (!hit) return;
+    const refused = whyNotPushed(hit.body);
+    if (refused) notify(refused);
+    else this.pushed = new PushDrag(this.steering.viewer, hit);
+  }
+}
+
+/** Why a body cannot be pushed now, or undefined. */
+export function whyNotPushed(body: string): string | undefined {
+  const { experiment } = useRun.getState();
+  const able = experiment?.capabilities.push;
+  if (!experiment?.may_steer) return "You may watch this run, not steer it.";
+  if (typeof able === "string") return able;
+  if (experiment.bodies.find(({ name }) => name === body)?.static)
+    return `'${body}' is static: it cannot be pushed.`;
+  return undefined;
+}
+
+function zoomAtPointer(event: WheelEvent, viewer: Viewer): void {
+  event.preventDefault();
+  const pixels = event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 24 : 1);
+  const point = viewer.hit(event.offsetX, event.offsetY)?.point;
+  viewer.view = zoomed(viewer.view, Math.exp(pixels * 0.0015), point && [point.x, point.y, point.z]);
+}
+
+const arrows: Record<string, readonly [number, number]> = {
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, 1],
+  ArrowDown: [0, -1],
+};
+
+function byKey(event: KeyboardEvent, { viewer, turns }: Steering): boolean {
+  const { view } = viewer;
+  const arrow = arrows[event.key];
+  if (event.ctrlKey || event.metaKey || event.altKey) return false;
+  if (arrow && (event.shiftKey || !turns()))
+    viewer.view = panned(view, arrow[0] * KEY_PAN, arrow[1] * KEY_PAN);
+  else if (arrow) viewer.view = orbited(view, arrow[0] * KEY_RAD, arrow[1] * KEY_RAD);
+  else if (event.key === "+" || event.key === "=") viewer.view = zoomed(view, 1 / KEY_ZOOM);
+  else if (event.key === "-") viewer.view = zoomed(view, KEY_ZOOM);
+  else return false;
+  return true;
+}

@@ -1,0 +1,33 @@
+import { type RefObject, useEffect, useState } from "react";
+import { useSelection } from "../state/selection";
+import { useView } from "../state/view";
+import { Viewer } from "./viewer";
+
+/** The viewer of a canvas, for as long as it is mounted; a sentence if the browser cannot draw it. */
+export function useViewer(canvas: RefObject<HTMLCanvasElement | null>): Viewer | string | null {
+  const [viewer, setViewer] = useState<Viewer | string | null>(null);
+  useEffect(() => {
+    if (!canvas.current) return;
+    let made: Viewer | null = null;
+    try {
+      made = new Viewer(canvas.current);
+      setViewer(made);
+    } catch {
+      setViewer("The scene needs WebGL, which this browser does not offer.");
+    }
+    return () => {
+      made?.dispose();
+      setViewer(null);
+    };
+  }, [canvas]);
+  const dark = useView((state) => state.dark);
+  const selected = useSelection(({ selected: one }) => (one?.kind === "body" ? one.name : null));
+  // biome-ignore lint/correctness/useExhaustiveDependencies: the colours are read anew when the theme changes
+  useEffect(() => {
+    if (viewer instanceof Viewer) viewer.style();
+  }, [viewer, dark]);
+  useEffect(() => {
+    if (viewer instanceof Viewer) viewer.select(selected);
+  }, [viewer, selected]);
+  return viewer;
+}

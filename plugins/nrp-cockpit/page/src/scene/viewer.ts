@@ -1,0 +1,203 @@
+import {
+  Color,
+  PCFShadowMap,
+  PerspectiveCamera,
+  Raycaster,
+  Scene,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
+} from "three";
+import type { Change } from "../world/world";
+import { world } from "../world/world";
+import { Bodies, type ShapeMesh } from "./bodies";
+import { isWall, openWalls } from "./dollhouse";
+import { eyeOf, FOV_RAD, fitted, type Orbit, START } from "./orbit";
+import { Outline } from "./outline";
+import { Surroundings } from "./surroundings";
+import { Trails } from "./trails";
+
+/** Gets the size of the image in CSS pixels. */
+type DrawnListener = (width: number, height: number) => void;
+
+export interface Hit {
+  body: string;
+  point: Vector3;
+}
+
+/** Draws the world on a canvas, whenever something in it or the view of it changed. */
+export class Viewer {
+  readonly camera = new PerspectiveCamera((FOV_RAD * 180) / Math.PI, 1, 0.05, 1000);
+  readonly scene = new Scene();
+  readonly bodies = new Bodies();
+  readonly trails = new Trails();
+  private readonly renderer: WebGLRenderer;
+  private readonly surroundings: Surroundings;
+  private readonly outline = new Outline();
+  private readonly size = new Vector2(1, 1);
+  private readonly drawn = new Set<DrawnListener>();
+  private readonly resizing: ResizeObserver;
+  private readonly unfollow: () => void;
+  private walls: ShapeMesh[] = [];
+  private selected: string | null = null;
+  private orbit = START;
+  private fitNext = true;
+  private frame = 0;
+
+  /** @throws Error if the browser has no WebGL. */
+  constructor(private readonly canvas: HTMLCanvasElement) {
+    this.renderer = new WebGLRenderer({ canvas, alpha: true, antialias: true, stencil: true });
+    const shadows = !isSoftware(this.renderer);
+    this.renderer.shadowMap.enabled = shadows;
+    this.renderer.shadowMap.type = PCFShadowMap;
+    this.renderer.shadowMap.autoUpdate = false;
+    this.renderer.setPixelRatio(shadows ? Math.min(2, window.devicePixelRatio) : 1);
+    this.surroundings = new Surroundings(shadows);
+    this.camera.up.set(0, 0, 1);
+    this.scene.add(this.surroundings.root, this.bodies.root, this.trails.root);
+    this.resizing = new ResizeObserver(() => this.resize());
+    this.resizing.observe(canvas);
+    this.style();
+    this.unfollow = world.follow((change) => this.changed(change));
+    this.changed("scene");
+  }
+
+  get view(): Orbit {
+    return this.orbit;
+  }
+
+  set view(view: Orbit) {
+    this.orbit = view;
+    this.invalidate();
+  }
+
+  /** Draws soon; several calls before a frame draw once. */
+  invalidate(): void {
+    this.frame ||= requestAnimationFrame(() => {
+      this.frame = 0;
+      this.draw();
+    });
+  }
+
+  /** Shows the whole room, from the direction of now. */
+  fit(): void {
+    const room = this.bodies.room();
+    if (room.isEmpty()) return;
+    const centre = room.getCenter(new Vector3());
+    const { x, y } = room.getSize(new Vector3());
+    // walls may be high, and what counts stands on the ground
+    const target: [number, number, number] = [centre.x, centre.y, Math.max(room.min.z, 0)];
+    this.view = fitted(this.orbit, target, Math.max(0.5, Math.hypot(x, y) / 2), this.camera.aspect);
+  }
+
+  select(body: string | null): void {
+    this.selected = body;
+    this.outline.around(body === null ? [] : [...this.bodies.of(body)]);
+    this.invalidate();
+  }
+
+  showTrails(shown: boolean): void {
+    this.trails.root.visible = shown;
+    this.trails.show(world.trails);
+    this.invalidate();
+  }
+
+  /** Calls back after each drawn frame, until the returned function is called. */
+  onDrawn(listener: DrawnListener): () => void {
+    this.drawn.add(listener);
+    return () => this.drawn.delete(listener);
+  }
+
+  /** A colour of the theme. */
+  color(token: string): Color {
+    return new Color(this.token(token));
+  }
+
+  /** Takes over the colours of the theme. */
+  style(): void {
+    this.outline.style(this.color("--accent"), this.size.x, this.size.y);
+    this.trails.style(this.color("--d-purple"));
+    this.surroundings.style(this.color("--line-strong"), Number(this.token("--scene-dim")) || 1);
+    this.invalidate();
+  }
+
+  /** The ray through a point of the canvas, in CSS pixels from its corner. */
+  ray(x: number, y: number): Raycaster {
+    const ray = new Raycaster();
+    const at = new Vector2((2 * x) / this.size.x - 1, 1 - (2 * y) / this.size.y);
+    ray.setFromCamera(at, this.camera);
+    return ray;
+  }
+
+  /** The nearest body at a point of the canvas. */
+  hit(x: number, y: number): Hit | null {
+    const seen = [...this.bodies.all()].filter((mesh) => mesh.visible);
+    const [first] = this.ray(x, y).intersectObjects(seen, false);
+    return first ? { body: (first.object as ShapeMesh).entity.body, point: first.point } : null;
+  }
+
+  dispose(): void {
+    this.unfollow();
+    this.resizing.disconnect();
+    cancelAnimationFrame(this.frame);
+    this.outline.dispose();
+    this.trails.dispose();
+    this.surroundings.dispose();
+    this.bodies.dispose();
+    this.renderer.dispose();
+  }
+
+  private changed(change: Change): void {
+    if (change === "scene") this.rebuild();
+    this.bodies.move((frame) => world.frame(frame));
+    this.trails.show(world.trails);
+    this.renderer.shadowMap.needsUpdate = true;
+    this.invalidate();
+  }
+
+  private rebuild(): void {
+    this.bodies.show(world.entities);
+    this.bodies.move((frame) => world.frame(frame));
+    this.bodies.root.updateMatrixWorld();
+    this.select(this.selected);
+    const room = this.bodies.room();
+    if (room.isEmpty()) return;
+    const { x, y } = room.getSize(new Vector3());
+    this.walls = [...this.bodies.all()].filter((mesh) => isWall(mesh, Math.max(x, y)));
+    this.surroundings.surround(room);
+    if (this.fitNext) this.fit();
+    this.fitNext = false;
+  }
+
+  private resize(): void {
+    const { clientWidth, clientHeight } = this.canvas;
+    if (clientWidth === 0 || clientHeight === 0) return;
+    this.size.set(clientWidth, clientHeight);
+    this.renderer.setSize(clientWidth, clientHeight, false);
+    this.camera.aspect = clientWidth / clientHeight;
+    this.camera.updateProjectionMatrix();
+    this.style();
+  }
+
+  private draw(): void {
+    this.camera.position.set(...eyeOf(this.orbit));
+    this.camera.lookAt(...this.orbit.target);
+    this.camera.updateMatrixWorld();
+    this.bodies.root.updateMatrixWorld();
+    openWalls(this.walls, this.camera.position, new Vector3(...this.orbit.target));
+    this.renderer.render(this.scene, this.camera);
+    for (const listener of this.drawn) listener(this.size.x, this.size.y);
+  }
+
+  private token(name: string): string {
+    return getComputedStyle(this.canvas).getPropertyValue(name).trim();
+  }
+}
+
+/** Whether the machine draws without a graphics card; shadows and fine pixels would be too slow. */
+function isSoftware(renderer: WebGLRenderer): boolean {
+  const gl = renderer.getContext();
+  const info = gl.getExtension("WEBGL_debug_renderer_info");
+  const name = info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : "";
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+}
