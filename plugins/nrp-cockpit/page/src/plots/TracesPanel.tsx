@@ -1,10 +1,52 @@
+import { type DragEvent, useEffect } from "react";
+import { useRun } from "../state/run";
+import { carriesTrace, dropTrace, useTraces } from "../state/traces";
+import type { Device } from "../state/types";
 import { Empty, Panel } from "../ui/Panel";
+import { AddTrace } from "./AddTrace";
+import { firstTraces, groupsOf } from "./groups";
+import { TraceGroup } from "./TraceGroup";
+import { useTraceValues } from "./traceStore";
+import { WindowTools } from "./WindowTools";
+import "./plots.css";
 
-/** Curves of devices and of fields of topics. */
+const NONE: readonly Device[] = [];
+const over = (event: DragEvent) => carriesTrace(event.dataTransfer) && event.preventDefault();
+
+/** Curves of devices and of fields of topics over the common window of time. */
 export function TracesPanel() {
+  const traces = useTraces((state) => state.traces);
+  const devices = useRun((run) => run.experiment?.devices ?? NONE);
+  useFirstTraces();
+  useTraceValues(traces);
+  const groups = groupsOf(traces, devices);
+  const tools = (
+    <>
+      <AddTrace />
+      <WindowTools plot="curves" />
+    </>
+  );
   return (
-    <Panel title="Devices and topics">
-      <Empty>Drag a variable here.</Empty>
+    <Panel title="Devices and topics" tools={tools} className="plot traces scroll">
+      {/* biome-ignore lint/a11y/noStaticElementInteractions: only a place to drop on; the menu Add does the same */}
+      <div className="traces-drop" onDragOver={over} onDrop={(event) => dropTrace(event.dataTransfer)}>
+        {groups.length === 0 && <Empty>Drag a variable here, or choose Add.</Empty>}
+        {groups.map((group, at) => (
+          <TraceGroup key={group.title} group={group} last={at === groups.length - 1} />
+        ))}
+      </div>
     </Panel>
   );
+}
+
+let offered = "";
+
+/** Shows the first curves of a run once, unless some are shown already. */
+function useFirstTraces(): void {
+  const experiment = useRun((run) => run.experiment);
+  useEffect(() => {
+    if (!experiment || experiment.file === offered) return;
+    offered = experiment.file;
+    if (useTraces.getState().traces.length === 0) useTraces.setState({ traces: firstTraces(experiment) });
+  }, [experiment]);
 }

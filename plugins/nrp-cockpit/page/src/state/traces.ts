@@ -17,3 +17,19 @@ export function addTrace(trace: Trace): void {
 export function removeTrace(trace: Trace): void {
   useTraces.setState(({ traces }) => ({ traces: traces.filter((one) => one !== trace) }));
 }
+
+const DRAGGED = "application/x-nrp-trace";
+
+/** Makes a dragged element carry a curve; call it when the drag begins. */
+export function dragTrace(data: DataTransfer, { topic, path }: Trace): void {
+  data.setData(DRAGGED, JSON.stringify({ topic, path }));
+  data.effectAllowed = "copy";
+}
+
+export const carriesTrace = (data: DataTransfer): boolean => data.types.includes(DRAGGED);
+
+/** Adds the curve that was dropped, if one was. */
+export function dropTrace(data: DataTransfer): void {
+  const carried = data.getData(DRAGGED);
+  if (carried) addTrace(JSON.parse(carried));
+}

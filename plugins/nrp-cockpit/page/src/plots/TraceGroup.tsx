@@ -1,0 +1,141 @@
+import { useRef } from "react";
+import { useRun } from "../state/run";
+import { removeTrace } from "../state/traces";
+import { Icon } from "../ui/Icon";
+import { clock } from "./clock";
+import { type Curve, curveOf, valueAt } from "./curve";
+import type { Group, Shown } from "./groups";
+import { CURVE_COLOURS } from "./palette";
+import { drawCursors, drawEvents, drawTimeAxis, MARGIN, setFont } from "./pen";
+import { type TimeScale, ticksBetween, tickText, timeAt, valueText } from "./timeAxis";
+import { keyOf, valuesOf } from "./traceStore";
+import { type Sheet, useCanvas } from "./useCanvas";
+import { crosshair, scaleNow, useTimeNavigation } from "./useTimeNavigation";
+
+const TOP = 4;
+
+interface GroupProps {
+  group: Group;
+  /** Whether the time is written below. */
+  last: boolean;
+}
+
+/** The curves of one axis, with a legend that says their values at the pointer, or now. */
+export function TraceGroup({ group: { title, curves }, last }: GroupProps) {
+  const events = useRun((run) => run.timeline?.events);
+  const scale = useRef<TimeScale>({ from_s: 0, to_s: 1, left: 0, right: 1 });
+  const values = useRef(new Map<string, HTMLElement>());
+  const { ref, redraw } = useCanvas((sheet) => {
+    const bottom = sheet.height - (last ? MARGIN.bottom : TOP);
+    scale.current = scaleNow(MARGIN.left, sheet.width - MARGIN.right);
+    if (bottom - TOP < 8 || scale.current.right - scale.current.left < 8) return;
+    setFont(sheet);
+    drawTimeAxis(sheet, scale.current, TOP, bottom, last);
+    paintCurves(sheet, scale.current, curves, bottom);
+    drawEvents(sheet, scale.current, events ?? [], { top: TOP, bottom });
+    drawCursors(sheet, scale.current, clock.now_s, TOP, bottom);
+    sayValues(scale.current, curves, values.current);
+  });
+  const handlers = useTimeNavigation(ref, scale, redraw);
+  const keep = (key: string) => (element: HTMLElement | null) => {
+    if (element) values.current.set(key, element);
+    else values.current.delete(key);
+  };
+  const names = curves.map(({ label }) => label).join(", ");
+  return (
+    <section className="trace-group" aria-label={title}>
+      <div className="trace-head">
+        <h3 className="cut" title={title}>
+          {title}
+        </h3>
+        <ul>
+          {curves.map((shown) => (
+            <Entry key={keyOf(shown.trace)} shown={shown} value={keep(keyOf(shown.trace))} />
+          ))}
+        </ul>
+      </div>
+      <canvas ref={ref} className="plot-canvas" role="img" aria-label={`Curves of ${names}`} {...handlers} />
+    </section>
+  );
+}
+
+function Entry({ shown, value }: { shown: Shown; value: (element: HTMLElement | null) => void }) {
+  const { trace, label, colour } = shown;
+  return (
+    <li className="key trace-key">
+      <i style={{ "--c": `var(${CURVE_COLOURS[colour]})` } as React.CSSProperties} />
+      {label}
+      <b ref={value} />
+      <button type="button" aria-label={`Remove ${label}`} onClick={() => removeTrace(trace)}>
+        <Icon name="close" small />
+      </button>
+    </li>
+  );
+}
+
+function sayValues(scale: TimeScale, curves: readonly Shown[], values: Map<string, HTMLElement>): void {
+  const pointed_s =
+    crosshair.share === null
+      ? Math.min(scale.to_s, clock.now_s)
+      : timeAt(scale, scale.left + crosshair.share * (scale.right - scale.left));
+  for (const { trace } of curves) {
+    const text = valueText(valueAt(valuesOf(trace), pointed_s));
+    const element = values.get(keyOf(trace));
+    if (element && element.textContent !== text) element.textContent = text;
+  }
+}
+
+/** The extent of the values with a little room; a level line lies in the middle. */
+function extentOf(curves: readonly Curve[]): [number, number] {
+  const lowest = Math.min(...curves.map((curve) => curve.lowest));
+  const highest = Math.max(...curves.map((curve) => curve.highest));
+  if (!Number.isFinite(lowest)) return [0, 1];
+  const room = (highest - lowest) * 0.06 || Math.abs(highest) * 0.5 || 1;
+  return [lowest - room, highest + room];
+}
+
+function paintCurves(sheet: Sheet, scale: TimeScale, shown: readonly Shown[], bottom: number): void {
+  const { pen, colours } = sheet;
+  const curves = shown.map(({ trace }) => curveOf(valuesOf(trace), scale, clock.now_s));
+  const [low, high] = extentOf(curves);
+  const yOf = (value: number) => bottom - ((value - low) / (high - low)) * (bottom - TOP);
+  paintValues(sheet, scale, [low, high], yOf, bottom);
+  pen.save();
+  pen.beginPath();
+  pen.rect(scale.left, TOP - 1, scale.right - scale.left, bottom - TOP + 2);
+  pen.clip();
+  pen.lineWidth = 1.5;
+  pen.lineJoin = "round";
+  curves.forEach(({ xs, values }, at) => {
+    pen.strokeStyle = colours.curves[shown[at]?.colour ?? 0] ?? colours.text;
+    pen.beginPath();
+    xs.forEach((x, index) => {
+      pen.lineTo(x, yOf(values[index] ?? Number.NaN));
+    });
+    pen.stroke();
+  });
+  pen.restore();
+}
+
+function paintValues(
+  { pen, colours }: Sheet,
+  scale: TimeScale,
+  [low, high]: [number, number],
+  yOf: (value: number) => number,
+  bottom: number,
+): void {
+  const ticks = ticksBetween(low, high, Math.max(2, (bottom - TOP) / 24));
+  const step = (ticks[1] ?? high) - (ticks[0] ?? low);
+  pen.textAlign = "right";
+  pen.textBaseline = "middle";
+  for (const tick of ticks) {
+    const y = Math.round(yOf(tick)) + 0.5;
+    pen.strokeStyle = colours.grid;
+    pen.beginPath();
+    pen.moveTo(scale.left, y);
+    pen.lineTo(scale.right, y);
+    pen.stroke();
+    pen.fillStyle = colours.text3;
+    pen.fillText(tickText(tick, step), scale.left - 6, Math.min(Math.max(y, TOP + 4), bottom - 4));
+  }
+}

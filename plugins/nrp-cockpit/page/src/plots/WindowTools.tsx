@@ -1,0 +1,35 @@
+import { setWindowLength, useTimeWindow } from "../state/timeWindow";
+import { IconButton } from "../ui/Button";
+import { Icon } from "../ui/Icon";
+import { Menu } from "../ui/Menu";
+import { valueText } from "./timeAxis";
+import { pauseOrFollow } from "./useTimeNavigation";
+
+const LENGTHS_S = [0.5, 1, 2, 4, 10, 20, 60];
+
+/** How long the window of the plots is, and whether it follows the run. */
+export function WindowTools({ plot }: { plot: string }) {
+  const length_s = useTimeWindow((window) => window.length_s);
+  const held = useTimeWindow((window) => window.held_s !== null);
+  const shown = `${Number(valueText(length_s))} s`;
+  const items = LENGTHS_S.map((each_s) => ({
+    label: `${each_s} s`,
+    onSelect: () => setWindowLength(each_s),
+  }));
+  return (
+    <>
+      <Menu label={`Length of the window of ${plot}: ${shown}`} items={items} className="btn btn-small num">
+        {shown}
+        <Icon name="down" small />
+      </Menu>
+      <IconButton
+        icon={held ? "play" : "pause"}
+        label={held ? `Let the ${plot} follow the run` : `Hold the ${plot}; the run goes on`}
+        kind="ghost"
+        small
+        aria-pressed={held}
+        onClick={pauseOrFollow}
+      />
+    </>
+  );
+}

@@ -1,0 +1,8 @@
+import { wire } from "../wire";
+import { SimClock } from "./simClock";
+
+/** The one clock of the plots. */
+export const clock = new SimClock();
+
+// Heard as long as the page lives, so that no panel that opens later keeps what a seek undid.
+wire.subscribe<{ t_s: number }>("/cockpit/status", ({ t_s }) => clock.run(t_s));

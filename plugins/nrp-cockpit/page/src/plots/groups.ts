@@ -1,0 +1,57 @@
+import type { Trace } from "../state/traces";
+import type { Device, Experiment } from "../state/types";
+import { CURVE_COLOURS } from "./palette";
+
+/** A curve as it is shown: in words, and in the colour of this number. */
+export interface Shown {
+  trace: Trace;
+  label: string;
+  colour: number;
+}
+
+/** Curves that share an axis: the devices of one quantity, or the fields of one topic. */
+export interface Group {
+  title: string;
+  curves: Shown[];
+}
+
+const quantityOf = ({ topic, unit }: Device): string => {
+  const quantity = topic.slice(topic.lastIndexOf("/") + 1).replaceAll("_", " ");
+  return unit ? `${quantity} (${unit})` : quantity;
+};
+
+/** The group and the words of a curve. */
+function describe({ topic, path }: Trace, devices: readonly Device[]): { title: string; label: string } {
+  const device = devices.find((one) => one.topic === topic);
+  if (!device) return { title: topic, label: path };
+  const index = device.neurons.length > 1 && path !== "data[0]" ? path.replace("data", "") : "";
+  return { title: quantityOf(device), label: device.name.slice(device.name.lastIndexOf("/") + 1) + index };
+}
+
+/** The curves by axis, both in the order in which they were added. Each axis begins with the first colour. */
+export function groupsOf(traces: readonly Trace[], devices: readonly Device[]): Group[] {
+  const groups = new Map<string, Group>();
+  for (const trace of traces) {
+    const { title, label } = describe(trace, devices);
+    const group = groups.get(title) ?? { title, curves: [] };
+    groups.set(title, group);
+    group.curves.push({ trace, label, colour: group.curves.length % CURVE_COLOURS.length });
+  }
+  return [...groups.values()];
+}
+
+/** More curves than these are not shown unasked. */
+const MOST = 12;
+
+/** The curves that a run shows at first: what devices read, the commands that drive robots, what devices feed in. */
+export function firstTraces({ devices, robots, topics }: Experiment): Trace[] {
+  const commands = topics.filter(({ type }) => /^geometry_msgs\/(msg\/)?Twist$/.test(type));
+  const drives = (robots.length === 0 ? [] : commands).flatMap(({ name }) =>
+    ["linear.x", "angular.z"].map((path) => ({ topic: name, path })),
+  );
+  const sinks = devices.filter(({ kind }) => kind === "sink").map(({ topic }) => ({ topic, path: "data" }));
+  const sources = devices
+    .filter(({ kind }) => kind === "source")
+    .map(({ topic }) => ({ topic, path: "data[0]" })); // most feed all their neurons the same
+  return [...sinks, ...drives, ...sources].slice(0, MOST);
+}

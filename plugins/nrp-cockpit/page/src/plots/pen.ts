@@ -1,0 +1,81 @@
+import { type TimeScale, ticksBetween, tickText, xOf } from "./timeAxis";
+import type { Sheet } from "./useCanvas";
+import { crosshair } from "./useTimeNavigation";
+
+/** The margins of every plot, so that their times stand below each other. */
+export const MARGIN = { left: 64, right: 12, bottom: 18 };
+
+const TICK_PX = 72;
+
+function vertical(pen: CanvasRenderingContext2D, x: number, top: number, bottom: number): void {
+  pen.beginPath();
+  pen.moveTo(Math.round(x) + 0.5, top);
+  pen.lineTo(Math.round(x) + 0.5, bottom);
+  pen.stroke();
+}
+
+/** The grid of time between two heights and, below it, its seconds. */
+export function drawTimeAxis(
+  { pen, colours }: Sheet,
+  scale: TimeScale,
+  top: number,
+  bottom: number,
+  named = true,
+): void {
+  const ticks = ticksBetween(scale.from_s, scale.to_s, (scale.right - scale.left) / TICK_PX);
+  const step = (ticks[1] ?? 1) - (ticks[0] ?? 0);
+  pen.strokeStyle = colours.grid;
+  pen.fillStyle = colours.text3;
+  pen.textAlign = "center";
+  pen.textBaseline = "top";
+  pen.lineWidth = 1;
+  for (const tick of ticks) {
+    vertical(pen, xOf(scale, tick), top, bottom);
+    const x = Math.min(xOf(scale, tick), scale.right - 8);
+    if (named) pen.fillText(`${tickText(tick, step)} s`, x, bottom + 4);
+  }
+}
+
+/** Now, and the pointer. */
+export function drawCursors(
+  { pen, colours }: Sheet,
+  scale: TimeScale,
+  now_s: number,
+  top: number,
+  bottom: number,
+): void {
+  if (now_s >= scale.from_s && now_s <= scale.to_s) {
+    pen.strokeStyle = colours.accent;
+    pen.lineWidth = 2;
+    vertical(pen, xOf(scale, now_s) - 0.5, top, bottom);
+    pen.lineWidth = 1;
+  }
+  if (crosshair.share === null) return;
+  pen.strokeStyle = colours.text3;
+  vertical(pen, scale.left + crosshair.share * (scale.right - scale.left), top, bottom);
+}
+
+/** The events of the run that lie in the window, as dashed lines; with their names where there is room for them. */
+export function drawEvents(
+  { pen, colours }: Sheet,
+  scale: TimeScale,
+  events: readonly { name: string; t_s: number | null }[],
+  lines: { top: number; bottom: number; names?: number },
+): void {
+  pen.strokeStyle = colours.text3;
+  pen.fillStyle = colours.text2;
+  pen.textBaseline = "middle";
+  pen.textAlign = "center";
+  for (const { name, t_s } of events) {
+    if (t_s === null || t_s < scale.from_s || t_s > scale.to_s) continue;
+    pen.setLineDash([3, 3]);
+    vertical(pen, xOf(scale, t_s), lines.top, lines.bottom);
+    pen.setLineDash([]);
+    if (lines.names !== undefined) pen.fillText(name, xOf(scale, t_s), lines.names);
+  }
+}
+
+/** Sets the font of the page at the size of small print. */
+export function setFont({ pen }: Sheet): void {
+  pen.font = `11px ${getComputedStyle(pen.canvas).fontFamily}`;
+}

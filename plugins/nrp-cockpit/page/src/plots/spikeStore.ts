@@ -1,0 +1,29 @@
+import { useEffect } from "react";
+import type { Population } from "../state/types";
+import { RingStore } from "./ringStore";
+import type { TimeRing } from "./timeRing";
+
+interface Spikes {
+  ids: ArrayLike<number>;
+  times_ms: ArrayLike<number>;
+}
+
+/** A population keeps 26 seconds of 20 000 spikes a second. */
+const store = new RingStore(2 ** 19);
+
+/** The spikes of a population by time; the values are numbers of neurons in the population. */
+export const spikesOf = (label: string): TimeRing => store.of(label);
+
+function take(ring: TimeRing, { ids, times_ms }: Spikes): void {
+  for (let at = 0; at < ids.length; at++) ring.push((times_ms[at] ?? 0) / 1000, ids[at] ?? 0);
+}
+
+/** Hears the spikes of these populations while the component is mounted. */
+export function useSpikes(populations: readonly Population[]): void {
+  useEffect(() => {
+    const leave = populations.map(({ label }) => store.follow(label, `/brain/${label}/spikes`, take));
+    return () => {
+      for (const stop of leave) stop();
+    };
+  }, [populations]);
+}

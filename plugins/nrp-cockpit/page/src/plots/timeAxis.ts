@@ -1,0 +1,43 @@
+/** The smallest step of 1, 2 or 5 times a power of ten that is at least this. */
+export function niceStep(least: number): number {
+  const power = 10 ** Math.floor(Math.log10(least));
+  return power * ([1, 2, 5].find((factor) => factor * power >= least * (1 - 1e-9)) ?? 10);
+}
+
+/** Round numbers between two ends, at most `most` of them. */
+export function ticksBetween(from: number, to: number, most: number): number[] {
+  if (!(to > from) || most < 1) return [];
+  const step = niceStep((to - from) / most);
+  const first = Math.ceil(from / step - 1e-9);
+  const last = Math.floor(to / step + 1e-9);
+  return Array.from({ length: Math.max(0, last - first + 1) }, (_, at) => (first + at) * step);
+}
+
+/** A number of an axis with the digits that its step needs. */
+export function tickText(value: number, step: number): string {
+  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  return digits > 4 || Math.abs(value) >= 1e6 ? value.toExponential(1) : value.toFixed(digits);
+}
+
+/** A value with three significant digits, for a legend. */
+export function valueText(value: number | undefined): string {
+  if (value === undefined) return "–";
+  if (!Number.isFinite(value)) return String(value);
+  const size = Math.abs(value);
+  if (size !== 0 && (size < 1e-3 || size >= 1e6)) return value.toExponential(2);
+  return value.toFixed(Math.max(0, Math.min(4, 2 - Math.floor(Math.log10(size || 1)))));
+}
+
+/** A stretch of simulated time, and the pixels between which it is drawn. */
+export interface TimeScale {
+  from_s: number;
+  to_s: number;
+  left: number;
+  right: number;
+}
+
+export const xOf = ({ from_s, to_s, left, right }: TimeScale, t_s: number): number =>
+  left + ((t_s - from_s) / (to_s - from_s)) * (right - left);
+
+export const timeAt = ({ from_s, to_s, left, right }: TimeScale, x: number): number =>
+  from_s + ((x - left) / (right - left)) * (to_s - from_s);

@@ -1,0 +1,46 @@
+import { describe, expect, test } from "vitest";
+import { TimeRing } from "./timeRing";
+
+const filled = (count: number, capacity: number) => {
+  const ring = new TimeRing(capacity);
+  for (let at = 0; at < count; at++) ring.push(at * 0.1, at);
+  return ring;
+};
+const valuesOf = (ring: TimeRing, from_s: number, to_s: number) => {
+  const found: number[] = [];
+  ring.visit(from_s, to_s, (_, value) => found.push(value));
+  return found;
+};
+
+describe("a ring of a series", () => {
+  test("gives back what was put in, oldest first, while it grows", () => {
+    const ring = filled(5000, 8192);
+    expect(ring.length).toBe(5000);
+    expect(valuesOf(ring, 0, 1e9)).toEqual(Array.from({ length: 5000 }, (_, at) => at));
+  });
+
+  test("keeps the newest when it is full", () => {
+    const ring = filled(3000, 2048);
+    expect(ring.length).toBe(2048);
+    expect([ring.valueAt(0), ring.valueAt(2047)]).toEqual([952, 2999]);
+  });
+
+  test("finds a stretch of time from its begin to before its end", () => {
+    expect(valuesOf(filled(10, 1024), 0.3, 0.5)).toEqual([3, 4]);
+    expect(filled(10, 1024).indexAt(99)).toBe(10);
+  });
+
+  test("forgets what is later than a time, also after it turned over, and goes on from there", () => {
+    const ring = filled(3000, 2048);
+    ring.forgetAfter(250);
+    expect(ring.timeAt(ring.length - 1)).toBeCloseTo(250);
+    ring.push(250.05, -1);
+    expect(valuesOf(ring, 249.95, 1e9)).toEqual([2500, -1]);
+  });
+
+  test("is empty when all of it is later", () => {
+    const ring = filled(10, 1024);
+    ring.forgetAfter(-1);
+    expect(ring.length).toBe(0);
+  });
+});
