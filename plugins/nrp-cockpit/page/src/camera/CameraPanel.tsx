@@ -1,10 +1,73 @@
+import { useRef, useState } from "react";
+import { useRun } from "../state/run";
+import type { TopicInfo } from "../state/types";
+import { Icon } from "../ui/Icon";
+import { Menu } from "../ui/Menu";
 import { Empty, Panel } from "../ui/Panel";
+import { useTopic } from "../wire";
+import { type AnyImage, drawImage } from "./drawImage";
+import "./camera.css";
 
-/** What the robot's camera sees. */
+const IMAGE = /^sensor_msgs\/(msg\/)?(Compressed)?Image$/;
+const NONE: readonly TopicInfo[] = [];
+
+/** What a camera of the run sees. */
 export function CameraPanel() {
+  const topics = useRun((run) => run.experiment?.topics ?? NONE);
+  const cameras = topics.filter(({ type }) => IMAGE.test(type));
+  const [chosen, setChosen] = useState<string | null>(null);
+  const camera = cameras.find(({ name }) => name === chosen) ?? cameras[0];
+  if (!camera)
+    return (
+      <Panel title="Camera">
+        <Empty>{topics.length === 0 ? "Waiting for the topics." : "This run has no camera."}</Empty>
+      </Panel>
+    );
+  const items = cameras.map(({ name }) => ({ label: name, onSelect: () => setChosen(name) }));
+  const tools = (
+    <>
+      {camera.rate_hz !== null && <span className="panel-sub">{camera.rate_hz} Hz</span>}
+      {cameras.length > 1 && (
+        <Menu label={`Camera: ${camera.name}`} items={items} className="btn btn-small btn-ghost btn-icon">
+          <Icon name="down" />
+        </Menu>
+      )}
+    </>
+  );
   return (
-    <Panel title="Camera">
-      <Empty>Waiting for an image.</Empty>
+    <Panel title="Camera" sub={camera.name} tools={tools} className="camera">
+      <CameraView key={camera.name} topic={camera.name} />
     </Panel>
+  );
+}
+
+type Shown = "nothing" | "picture" | { failure: string };
+
+function CameraView({ topic }: { topic: string }) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const caption = useRef<HTMLParagraphElement>(null);
+  const [shown, setShown] = useState<Shown>("nothing");
+  useTopic<AnyImage>(
+    topic,
+    (image) => {
+      if (!canvas.current) return;
+      drawImage(canvas.current, image)
+        .then((range) => {
+          caption.current?.replaceChildren(
+            range ? `${range[0].toFixed(2)} m to ${range[1].toFixed(2)} m` : "",
+          );
+          setShown("picture"); // the same string again: no render
+        })
+        .catch((error: Error) => setShown({ failure: error.message }));
+    },
+    "latest",
+  );
+  return (
+    <>
+      <canvas ref={canvas} role="img" aria-label={`The image of ${topic}`} hidden={shown !== "picture"} />
+      <p ref={caption} className="camera-range num" hidden={shown !== "picture"} />
+      {shown === "nothing" && <Empty>Waiting for {topic}</Empty>}
+      {typeof shown === "object" && <Empty>{shown.failure}</Empty>}
+    </>
   );
 }
