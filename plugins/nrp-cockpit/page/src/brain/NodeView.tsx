@@ -1,0 +1,79 @@
+import type { Selection } from "../state/selection";
+import type { Placed } from "./graph";
+import type { Part } from "./nodes";
+import { selecting } from "./selecting";
+
+const selectionOf = ({ population, index }: Part): Selection =>
+  index === null
+    ? { kind: "population", label: population.label }
+    : { kind: "neuron", population: population.label, index };
+
+const wordsOf = ({ population, index, name }: Part): string =>
+  index === null
+    ? `Population ${population.label}: ${population.size} cells of ${population.cell}`
+    : `Neuron ${population.first + index} of ${population.label}${name && `: ${name}`}`;
+
+/** A part of the brain as a button; `lights.ts` sets its brightness and its rate. */
+export function NodeView({ node, selected }: { node: Placed; selected: Selection | null }) {
+  const { part } = node;
+  const words = wordsOf(part);
+  return (
+    <g
+      className={`brain-node brain-${part.role}`}
+      data-part={part.id}
+      {...selecting(words, selectionOf(part), selected)}
+    >
+      <title>{words}</title>
+      {part.index === null ? (
+        <Box node={node} />
+      ) : (
+        <Neuron node={node} number={part.population.first + part.index} />
+      )}
+    </g>
+  );
+}
+
+const BOX_LETTERS = 16;
+
+const shortened = (text: string, letters: number) =>
+  text.length > letters ? `${text.slice(0, letters - 1)}…` : text;
+
+function Neuron({ node: { part, x, y, rx, side, letters }, number }: { node: Placed; number: number }) {
+  const anchor = ({ left: "end", right: "start", above: "middle" } as const)[side];
+  const at = { left: x - rx - 8, right: x + rx + 8, above: x }[side];
+  const [nameY, rateY] =
+    side === "above" ? [y - rx - 6, y + rx + 13] : part.name ? [y - 2, y + 11] : [y, y + 4];
+  return (
+    <>
+      <circle className="brain-shape" cx={x} cy={y} r={rx} />
+      <circle className="brain-light" cx={x} cy={y} r={rx} />
+      <text className="brain-number" x={x} y={y} textAnchor="middle" dominantBaseline="central">
+        {number}
+      </text>
+      {part.name && (
+        <text className="brain-name" x={at} y={nameY} textAnchor={anchor}>
+          {shortened(part.name, letters)}
+        </text>
+      )}
+      <text className="brain-rate" x={at} y={rateY} textAnchor={anchor} />
+    </>
+  );
+}
+
+function Box({ node: { part, x, y, rx, ry } }: { node: Placed }) {
+  const [left, top] = [x - rx, y - ry];
+  return (
+    <>
+      <rect className="brain-shape" x={left} y={top} width={2 * rx} height={2 * ry} rx="6" />
+      <text className="brain-name" x={left + 8} y={top + 14}>
+        {shortened(part.name, BOX_LETTERS)}
+      </text>
+      <text className="brain-rate" x={left + 8} y={top + 27} />
+      <text className="brain-rate-size" x={x + rx - 8} y={top + 27} textAnchor="end">
+        {part.population.size.toLocaleString("en")}
+      </text>
+      <rect className="brain-bar" x={left + 8} y={y + ry - 7} width={2 * rx - 16} height="3" rx="1.5" />
+      <rect className="brain-bar-on" x={left + 8} y={y + ry - 7} width={2 * rx - 16} height="3" rx="1.5" />
+    </>
+  );
+}

@@ -1,0 +1,36 @@
+import { describe, expect, test } from "vitest";
+import { TimeRing } from "../plots/timeRing";
+import { brightnessOf, ratesNow } from "./activity";
+
+const spikes = (...times_s: number[]) => {
+  const ring = new TimeRing(1024);
+  for (const t_s of times_s) ring.push(t_s, 1);
+  return ring;
+};
+const brightness = (now_s: number, ...times_s: number[]) =>
+  brightnessOf(spikes(...times_s), 2, now_s)[1] ?? 0;
+
+describe("brightness", () => {
+  test("decays with simulated time after a spike", () => {
+    expect(brightness(1, 1)).toBeGreaterThan(brightness(1.1, 1));
+    expect(brightness(1.1, 1)).toBeGreaterThan(brightness(1.4, 1));
+    expect(brightness(9, 1)).toBe(0);
+  });
+
+  test("rises with the rate, and stays below 1", () => {
+    const train = (rate_hz: number) => Array.from({ length: rate_hz }, (_, at) => (at + 1) / rate_hz);
+    const [slow, fast] = [brightness(1, ...train(10)), brightness(1, ...train(300))];
+    expect(slow).toBeLessThan(0.5);
+    expect(fast).toBeGreaterThan(0.95);
+    expect(fast).toBeLessThanOrEqual(1);
+  });
+
+  test("belongs to the neuron that fired", () => {
+    expect(brightnessOf(spikes(1), 2, 1)[0]).toBe(0);
+  });
+});
+
+test("rates count the last second, and at the begin of a run what there was", () => {
+  expect(ratesNow(spikes(0.5, 1.5, 1.8, 2), 2, 2)[1]).toBe(3);
+  expect(ratesNow(spikes(0.1, 0.2), 2, 0.2)[1]).toBe(10);
+});

@@ -1,0 +1,32 @@
+import type { TimeRing } from "../plots/timeRing";
+
+const DECAY_S = 0.1;
+/** After this time a spike adds less than a hundredth. */
+const SEEN_S = 5 * DECAY_S;
+/** So many spikes at once make a neuron shine with 63 %. */
+const HALF = 3;
+
+/** How brightly each neuron shines, from 0 to 1: every spike adds light that decays in simulated time. */
+export function brightnessOf(spikes: TimeRing, size: number, now_s: number): Float64Array {
+  const light = new Float64Array(size);
+  spikes.visit(now_s - SEEN_S, now_s + 1e-9, (t_s, neuron) => {
+    light[neuron] = (light[neuron] ?? 0) + Math.exp((t_s - now_s) / DECAY_S);
+  });
+  return light.map((sum) => 1 - Math.exp(-sum / HALF));
+}
+
+/** The mean brightness of a whole population. */
+export const meanOf = (light: Float64Array): number =>
+  light.reduce((sum, one) => sum + one, 0) / Math.max(1, light.length);
+
+const RATE_OVER_S = 1;
+
+/** How often each neuron fired in the last second, or since the begin of the run if that is less. */
+export function ratesNow(spikes: TimeRing, size: number, now_s: number): Float64Array {
+  const over_s = Math.min(RATE_OVER_S, Math.max(now_s, 1e-3));
+  const counts = new Float64Array(size);
+  spikes.visit(now_s - over_s, now_s + 1e-9, (_, neuron) => {
+    counts[neuron] = (counts[neuron] ?? 0) + 1;
+  });
+  return counts.map((count) => count / over_s);
+}
