@@ -11,7 +11,7 @@ interface ApplyBarProps {
 
 /** What is edited, and the ways on: into the run, back to what runs, back to the disk, onto the disk. */
 export function ApplyBar({ file, readOnly }: ApplyBarProps) {
-  const { drafts, checked, problem, applying } = useFunctions();
+  const { drafts, checked, problem, checking, applying } = useFunctions();
   const blocked = useBlocked();
   if (readOnly) return <p className="apply-bar mut">{readOnly}</p>;
   const count = Object.keys(drafts).length;
@@ -21,6 +21,7 @@ export function ApplyBar({ file, readOnly }: ApplyBarProps) {
       <div className="grow" role="status">
         <p className="cut">
           <b>{counted(count)}</b> <Verdict checked={checked} problem={problem} edited={count > 0} />
+          {checking && <span className="dim"> Checking…</span>}
         </p>
         {count > 0 && <p className="mut f11 cut">All of them change between two steps, or none does.</p>}
       </div>

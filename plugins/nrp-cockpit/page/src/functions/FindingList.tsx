@@ -4,6 +4,7 @@ import { useRun } from "../state/run";
 import type { Finding } from "../state/types";
 import { Icon } from "../ui/Icon";
 import { Empty, Panel } from "../ui/Panel";
+import { newIn } from "./diagnostics";
 import { useFunctions } from "./store";
 
 const looks = {
@@ -16,7 +17,7 @@ const looks = {
 export function FindingList() {
   const ofRun = useRun((run) => run.findings);
   const checked = useFunctions((state) => state.checked);
-  const findings = [...checked, ...ofRun];
+  const findings = [...newIn(checked, ofRun), ...ofRun];
   return (
     <div className="functions-findings" data-panel="findings" tabIndex={-1}>
       <Panel title="Findings" sub={findings.length} tools={<Hint />} className="scroll">
@@ -26,7 +27,7 @@ export function FindingList() {
           <ul>
             {findings.map((finding, at) => (
               // biome-ignore lint/suspicious/noArrayIndexKey: two findings may say the same of the same place
-              <FindingRow key={`${at} ${finding.code}`} finding={finding} edited={at < checked.length} />
+              <FindingRow key={`${at} ${finding.code}`} finding={finding} />
             ))}
           </ul>
         )}
@@ -37,8 +38,11 @@ export function FindingList() {
 
 const Hint = () => <span className="panel-sub findings-hint">checked as you type, nothing is run</span>;
 
-function FindingRow({ finding, edited }: { finding: Finding; edited: boolean }) {
+function FindingRow({ finding }: { finding: Finding }) {
   const { icon, color } = looks[finding.weight];
+  const edited = useFunctions(({ drafts }) =>
+    Object.keys(drafts).some((path) => finding.file !== null && sameFile(path, finding.file)),
+  );
   return (
     <li className="finding-row">
       <details>

@@ -1,4 +1,4 @@
-import { sameFile } from "../state/paths";
+import { baseName, sameFile } from "../state/paths";
 import { openPlace } from "../state/place";
 import { useBlocked, useRun } from "../state/run";
 import { select, useSelection } from "../state/selection";
@@ -23,6 +23,14 @@ export function FunctionList() {
       </Panel>
     </div>
   );
+}
+
+type Failure = NonNullable<TransferFunction["failure"]>;
+
+function costOf({ failure, active, calls, mean_ms }: TransferFunction): string {
+  if (failure) return "stopped";
+  if (!active) return "off";
+  return calls > 0 ? `${mean_ms.toFixed(2)} ms` : "–";
 }
 
 function Row({ one }: { one: TransferFunction }) {
@@ -63,17 +71,19 @@ function Row({ one }: { one: TransferFunction }) {
       </div>
       <p className="row f11 mut">
         {one.flow}
-        <span className="dim cut">{one.file}</span>
+        <span className="dim cut" title={one.file}>
+          {baseName(one.file)}
+        </span>
       </p>
       <p className="row f11 num function-cost">
-        <b>{one.failure ? "stopped" : one.active ? `${one.mean_ms.toFixed(2)} ms` : "off"}</b>
+        <b>{costOf(one)}</b>
         <span className="mut">
           {one.calls} {one.calls === 1 ? "call" : "calls"}
         </span>
         <span className="grow" />
         <Sparkline values={one.recent_ms} label={`Last times of ${one.name}`} />
       </p>
-      {one.failure && <Failure failure={one.failure} />}
+      {one.failure && <FailureNote failure={one.failure} />}
     </li>
   );
 }
@@ -87,16 +97,17 @@ export function EditedMark() {
   );
 }
 
-function Failure({ failure }: { failure: NonNullable<TransferFunction["failure"]> }) {
+/** The error itself: the last line of its traceback. The message of the run says the same with all arguments. */
+const errorOf = ({ message, traceback }: Failure) => traceback.trimEnd().split("\n").at(-1) || message;
+
+function FailureNote({ failure }: { failure: Failure }) {
   return (
     <details className="function-failure f12">
       <summary>
-        <span className="num">{failure.t_s.toFixed(2)} s</span> {failure.message}
+        <span className="num">{failure.t_s.toFixed(2)} s</span> {errorOf(failure)}
       </summary>
-      {/* biome-ignore lint/a11y/noNoninteractiveTabindex: it scrolls, so the keyboard must reach it */}
-      <pre className="scroll" tabIndex={0}>
-        {failure.traceback}
-      </pre>
+      <pre>{failure.traceback}</pre>
+      <p className="f11 mut">{failure.message}</p>
     </details>
   );
 }

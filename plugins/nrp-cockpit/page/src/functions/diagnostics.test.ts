@@ -1,7 +1,7 @@
 import { Text } from "@codemirror/state";
 import { expect, test } from "vitest";
 import type { Finding } from "../state/types";
-import { diagnosticsOf, findingsOf } from "./diagnostics";
+import { diagnosticsOf, findingsOf, newIn } from "./diagnostics";
 
 const finding = (file: string | null, line: number | null, summary = "wrong"): Finding => ({
   code: "NRP223",
@@ -41,4 +41,10 @@ test("an edited file shows what was found in its draft, another what was found i
 
 test("a file is not taken for another one whose name ends the same", () => {
   expect(findingsOf("a.py", {}, [], [finding("/home/x/aa.py", 1)])).toEqual([]);
+});
+
+test("what a check finds in the run as it is says nothing about the edit", () => {
+  const known = finding("a.py", 1);
+  const fresh = finding("a.py", 2);
+  expect(newIn([known, fresh], [{ ...known }])).toEqual([fresh]);
 });

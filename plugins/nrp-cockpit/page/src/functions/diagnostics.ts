@@ -32,3 +32,10 @@ export function diagnosticsOf(findings: readonly Finding[], doc: Text): Diagnost
     };
   });
 }
+
+const same = (a: Finding, b: Finding) =>
+  a.code === b.code && a.summary === b.summary && a.file === b.file && a.line === b.line;
+
+/** The findings of a check that the run does not have: a check looks at the whole experiment. */
+export const newIn = (checked: readonly Finding[], ofRun: readonly Finding[]): Finding[] =>
+  checked.filter((finding) => !ofRun.some((known) => same(known, finding)));

@@ -15,6 +15,7 @@ interface FunctionsState extends Sources {
   checked: readonly Finding[];
   /** Why the drafts could not be checked or applied, if they could not. */
   problem: string | null;
+  checking: boolean;
   applying: boolean;
 }
 
@@ -25,6 +26,7 @@ export const useFunctions = create<FunctionsState>(() => ({
   open: null,
   checked: [],
   problem: null,
+  checking: false,
   applying: false,
 }));
 
@@ -60,17 +62,24 @@ function checkSoon(): void {
 
 const sentence = (error: unknown) => (error instanceof Error ? error.message : String(error));
 
-/** Lets the server check the drafts; nothing is run. An answer that comes after a later edit is dropped. */
+/** Lets the server check the drafts; nothing is run. One check at a time: one that is out of date is made again. */
 async function check(): Promise<void> {
-  const { drafts } = get();
+  const { drafts, checking } = get();
+  if (checking) return;
   if (Object.keys(drafts).length === 0) return set({ checked: [], problem: null });
+  set({ checking: true });
+  const found = await findingsIn(drafts);
+  set({ checking: false });
+  if (get().drafts === drafts) set(found);
+  else checkSoon();
+}
+
+async function findingsIn(files: Sources["drafts"]): Promise<Partial<FunctionsState>> {
   try {
-    const { findings } = await wire.call<{ findings: Finding[] }>("/cockpit/functions/check", {
-      files: drafts,
-    });
-    if (get().drafts === drafts) set({ checked: findings, problem: null });
+    const { findings } = await wire.call<{ findings: Finding[] }>("/cockpit/functions/check", { files });
+    return { checked: findings, problem: null };
   } catch (error) {
-    if (get().drafts === drafts) set({ problem: `Not checked: ${sentence(error)}` });
+    return { problem: `Not checked: ${sentence(error)}` };
   }
 }
 
@@ -85,7 +94,7 @@ export async function apply(): Promise<void> {
       files: drafts,
     });
     if (answer.applied) set({ ...applied(get(), drafts), checked: answer.findings });
-    else refused(answer.findings);
+    else refused(answer.findings, drafts);
   } catch (error) {
     set({ problem: `Not applied: ${sentence(error)}` });
   } finally {
@@ -93,8 +102,12 @@ export async function apply(): Promise<void> {
   }
 }
 
-/** Shows at the line why the run did not take the drafts. */
-function refused(findings: readonly Finding[]): void {
+/** Shows at the line why the run did not take the drafts, unless they were edited since. */
+function refused(findings: readonly Finding[], drafts: Sources["drafts"]): void {
+  if (get().drafts !== drafts) {
+    checkSoon();
+    return;
+  }
   const first = findings.find(({ weight }) => weight === "error") ?? findings[0];
   set({ checked: findings, problem: `Not applied: ${first?.summary ?? "the run refused the changes."}` });
   const file = get().files.find(({ path }) => first?.file && sameFile(path, first.file));

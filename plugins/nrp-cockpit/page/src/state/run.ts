@@ -58,9 +58,10 @@ export function blockedBy({ link, experiment, status }: Run): string | undefined
 export const useBlocked = (): string | undefined => useRun(blockedBy);
 
 /** Why a capability is missing ("snapshot", ...), or undefined when the run has it. */
-export function useMissing(capability: string): string | undefined {
-  return useRun((run) => {
-    const has = run.experiment?.capabilities[capability];
-    return typeof has === "string" ? has : undefined;
-  });
+export function missingOf({ experiment }: Pick<Run, "experiment">, capability: string): string | undefined {
+  const has = experiment?.capabilities[capability];
+  return typeof has === "string" ? has : undefined;
 }
+
+export const useMissing = (capability: string): string | undefined =>
+  useRun((run) => missingOf(run, capability));

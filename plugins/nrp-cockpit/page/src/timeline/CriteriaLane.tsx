@@ -1,3 +1,4 @@
+import type { CSSProperties } from "react";
 import type { TimelineData } from "../state/types";
 import { Icon, type IconName } from "../ui/Icon";
 import { Tooltip } from "../ui/Tooltip";
@@ -10,7 +11,7 @@ const looks = {
   null: { look: "open", icon: "clock", words: "not decided yet" },
 } as const satisfies Record<string, { look: string; icon: IconName; words: string }>;
 
-/** Criteria as bars over the time that they watch; hatched while they are not decided. */
+/** Criteria as bars over the time that they watch; hatched while they are not decided. The more overlap, the thinner. */
 export function CriteriaLane({ criteria, span }: { criteria: TimelineData["criteria"]; span: Span }) {
   const rows = stack(criteria);
   const count = Math.max(1, ...rows.map((row) => row + 1));
@@ -18,7 +19,8 @@ export function CriteriaLane({ criteria, span }: { criteria: TimelineData["crite
     <ul
       className="timeline-lane timeline-criteria"
       aria-label="Criteria"
-      style={{ "--rows": count } as React.CSSProperties}
+      style={{ "--rows": count } as CSSProperties}
+      data-few={criteria.length < 2}
     >
       {criteria.map(({ name, passed, from_s, to_s, text }, at) => {
         const { look, icon, words } = looks[`${passed}`];
@@ -27,7 +29,7 @@ export function CriteriaLane({ criteria, span }: { criteria: TimelineData["crite
         if (to < 0 || from > 100) return null;
         const place = { left: `${from}%`, width: `${to - from}%`, "--row": rows[at] };
         return (
-          <Tooltip key={name} text={`${name}, ${words}: ${text}`}>
+          <Tooltip key={name} text={`${name}: ${text || words}`}>
             <li className={`timeline-criterion timeline-${look}`} style={place}>
               <Icon name={icon} small />
               <span className="cut">

@@ -1,9 +1,18 @@
 import { stepBack } from "../state/commands";
-import { sameFile } from "../state/paths";
+import { baseName, sameFile } from "../state/paths";
 import { openPlace } from "../state/place";
 import { useBlocked, useMissing, useRun } from "../state/run";
+import type { Status } from "../state/types";
 import { Button } from "../ui/Button";
 import { Icon } from "../ui/Icon";
+
+type RunError = NonNullable<Status["error"]>;
+
+/** The message without the place that stands beside it. */
+const withoutPlace = ({ message, file, line }: RunError) => {
+  const place = `${file}:${line}: `;
+  return message.startsWith(place) ? message.slice(place.length) : message;
+};
 
 /** What stopped the run: the error, its place, and the two ways on. */
 export function ErrorBanner() {
@@ -17,14 +26,14 @@ export function ErrorBanner() {
   return (
     <div className="note note-bad timeline-error" role="alert">
       <Icon name="error" />
-      <p className="grow">
-        {error.message}{" "}
+      <p className="grow timeline-error-text" title={error.message}>
         {error.file && (
-          <code className="mut">
-            {error.file}
+          <code className="mut" title={error.file}>
+            {baseName(error.file)}
             {error.line !== null && `:${error.line}`}
           </code>
-        )}
+        )}{" "}
+        {withoutPlace(error)}
       </p>
       <Button small icon="stepBack" disabled={blocked ?? noWayBack} onClick={() => void stepBack()}>
         Step back

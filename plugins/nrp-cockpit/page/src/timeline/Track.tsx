@@ -1,4 +1,5 @@
 import { type KeyboardEvent, type PointerEvent, type ReactNode, useEffect, useRef, useState } from "react";
+import { useRun } from "../state/run";
 import { go } from "./go";
 import { here } from "./here";
 import { Ruler } from "./Ruler";
@@ -27,7 +28,8 @@ export function Track({ span, end_s, onZoom, children }: TrackProps) {
     if (onMark(event)) return setGhost(null);
     const to = reach(timeOf(event.clientX), here());
     setGhost(to);
-    if (to.act === "seek" && event.buttons === 1) void go(to, false);
+    const recorded = useRun.getState().experiment?.source === "recording";
+    if (recorded && event.buttons === 1) void go(to, false);
   };
   const press = (event: PointerEvent<HTMLDivElement>) => {
     if (event.button !== 0 || onMark(event)) return;
@@ -36,6 +38,7 @@ export function Track({ span, end_s, onZoom, children }: TrackProps) {
   };
   const release = (event: PointerEvent<HTMLDivElement>) => {
     if (!event.currentTarget.hasPointerCapture(event.pointerId)) return;
+    setGhost(null);
     void go(reach(timeOf(event.clientX), here()), event.pointerType !== "mouse");
   };
   const key = (event: KeyboardEvent) => {

@@ -1,4 +1,4 @@
-import { blockedBy, useRun } from "../state/run";
+import { blockedBy, missingOf, useRun } from "../state/run";
 import type { Here } from "./reach";
 
 /** Where the run is and what it can do now. Read at an event, so that no render follows the running time. */
@@ -11,5 +11,6 @@ export function here(): Here {
     timestep_s: run.experiment?.timestep_s ?? 0.02,
     snapshots: run.timeline?.snapshots ?? [],
     blocked: blockedBy(run),
+    noWayBack: missingOf(run, "step_back"),
   };
 }

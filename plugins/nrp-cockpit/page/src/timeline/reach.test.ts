@@ -11,6 +11,7 @@ const live: Here = {
     { id: "b", t_s: 8 },
   ],
   blocked: undefined,
+  noWayBack: undefined,
 };
 const recording: Here = { ...live, source: "recording", snapshots: [] };
 
@@ -27,12 +28,17 @@ test("a live run restores the snapshot of that time", () => {
   expect(reach(8.004, live)).toMatchObject({ act: "restore", id: "b" });
 });
 
-test("an earlier time without a snapshot is refused with the reason", () => {
-  expect(reach(3, live)).toMatchObject({
+test("a live run goes back to an earlier time", () => {
+  expect(reach(3, live)).toMatchObject({ act: "seek", t_s: 3 });
+});
+
+test("a run that cannot be saved refuses an earlier time with the reason", () => {
+  const noWayBack = "the brain 'nest' cannot save its state";
+  expect(reach(3, { ...live, snapshots: [], noWayBack })).toEqual({
     act: "none",
-    says: "A run goes back only to a snapshot: click one.",
+    t_s: 3,
+    says: "No way back: the brain 'nest' cannot save its state.",
   });
-  expect(reach(3, { ...live, snapshots: [] }).says).toContain("there is none");
 });
 
 test("a run that is over does not go on", () => {
@@ -51,11 +57,11 @@ test("the arrows move a recording by a tenth of a second, and not before its sta
   expect(reachByKey("End", recording, 40)?.t_s).toBe(40);
 });
 
-test("back in a live run is the snapshot before", () => {
-  expect(reachByKey("ArrowLeft", live, 40)).toMatchObject({ act: "restore", id: "b" });
+test("the arrows move a live run too, by at least a step", () => {
+  expect(reachByKey("ArrowRight", live, 40)).toMatchObject({ act: "run", t_s: 9.22 });
+  expect(reachByKey("ArrowLeft", live, 40)).toMatchObject({ act: "seek", t_s: 9.02 });
   expect(reachByKey("Home", live, 40)).toMatchObject({ act: "restore", id: "a" });
-  expect(reachByKey("ArrowLeft", { ...live, t_s: 8 }, 40)).toMatchObject({ act: "restore", id: "a" });
-  expect(reachByKey("ArrowLeft", { ...live, snapshots: [] }, 40)).toMatchObject({ act: "none" });
+  expect(reachByKey("ArrowRight", { ...live, timestep_s: 0.5, t_s: 9 }, 40)).toMatchObject({ t_s: 9.5 });
 });
 
 test("other keys are left alone", () => {

@@ -17,6 +17,8 @@ export interface Here {
   snapshots: readonly Snapshot[];
   /** Why nothing can be steered now. */
   blocked: string | undefined;
+  /** Why a live run cannot go back in time. */
+  noWayBack: string | undefined;
 }
 
 export const seconds = (t_s: number): string => `${t_s.toFixed(2)} s`;
@@ -25,20 +27,20 @@ export const seconds = (t_s: number): string => `${t_s.toFixed(2)} s`;
 const onStep = (t_s: number, timestep_s: number) =>
   Number((Math.round(t_s / timestep_s) * timestep_s).toFixed(6));
 
-/** What going to a time means: a recording seeks; a live run goes on to a later time, and back only to a snapshot. */
+/** What going to a time means: a recording seeks; a live run goes on to a later time, or back to an earlier one. */
 export function reach(wanted_s: number, here: Here): Reach {
-  const t_s = onStep(wanted_s, here.timestep_s);
+  const t_s = onStep(Math.max(wanted_s, 0), here.timestep_s);
   const none = (says: string): Reach => ({ act: "none", t_s, says });
   if (here.blocked) return none(here.blocked);
   if (here.source === "recording") return { act: "seek", t_s, says: `Go to ${seconds(t_s)}` };
-  const snapshot = here.snapshots.find((one) => Math.abs(one.t_s - t_s) < here.timestep_s / 2);
+  const near = (other_s: number) => Math.abs(other_s - t_s) < here.timestep_s / 2;
+  if (near(here.t_s)) return none("The run is here.");
+  const snapshot = here.snapshots.find((one) => near(one.t_s));
   if (snapshot) return restoring(snapshot);
-  if (t_s <= here.t_s)
-    return none(
-      here.snapshots.length > 0
-        ? "A run goes back only to a snapshot: click one."
-        : "A run goes back only to a snapshot, and there is none.",
-    );
+  if (t_s < here.t_s)
+    return here.noWayBack
+      ? none(`No way back: ${here.noWayBack}.`)
+      : { act: "seek", t_s, says: `Go back to ${seconds(t_s)}` };
   if (here.state === "finished" || here.state === "failed")
     return none("The run is over: step back or reset.");
   return { act: "run", t_s, says: `Run to ${seconds(t_s)}` };
@@ -60,19 +62,14 @@ const moves: Record<string, number> = {
   ArrowDown: -SMALL_S,
   PageUp: LARGE_S,
   PageDown: -LARGE_S,
+  Home: Number.NEGATIVE_INFINITY,
+  End: Number.POSITIVE_INFINITY,
 };
 
-/** Where a key takes the slider; null for a key that is none of its own. Back in a live run is the snapshot before. */
+/** Where a key takes the slider; null for a key that is none of its own. */
 export function reachByKey(key: string, here: Here, end_s: number): Reach | null {
   const move = moves[key];
-  if (key === "End") return reach(end_s, here);
-  if (key !== "Home" && move === undefined) return null;
-  if (here.source === "recording")
-    return reach(Math.max(key === "Home" ? 0 : here.t_s + (move ?? 0), 0), here);
-  if (move !== undefined && move > 0) return reach(here.t_s + Math.max(move, here.timestep_s), here);
-  const before = here.snapshots
-    .filter((one) => one.t_s < here.t_s - here.timestep_s / 2)
-    .sort((a, b) => a.t_s - b.t_s);
-  const snapshot = key === "Home" ? before[0] : before.at(-1);
-  return reach(snapshot?.t_s ?? Math.max(here.t_s - SMALL_S, 0), here);
+  if (move === undefined) return null;
+  const step_s = Math.sign(move) * Math.max(Math.abs(move), here.timestep_s);
+  return reach(Math.min(Math.max(here.t_s + step_s, 0), end_s), here);
 }

@@ -7,6 +7,7 @@ import { lintGutter } from "@codemirror/lint";
 import { Compartment, EditorState, type Extension, Prec } from "@codemirror/state";
 import { EditorView, keymap } from "@codemirror/view";
 import { basicSetup } from "codemirror";
+import { baseName } from "../../state/paths";
 import type { SourceFile } from "../../state/types";
 import { apply, edit, save } from "../store";
 import { completing } from "./completion";
@@ -55,7 +56,7 @@ export const editing = (file: SourceFile, readOnly: boolean): Extension => [
   autocompletion({ icons: false }),
   EditorState.languageData.of(() => experimentWords),
   access.of(accessOf(readOnly)),
-  EditorView.contentAttributes.of({ "aria-label": `Source of ${file.path}` }),
+  EditorView.contentAttributes.of({ "aria-label": `Source of ${baseName(file.path)}` }),
   EditorView.updateListener.of(({ docChanged, state }) => {
     if (docChanged) edit(file.path, state.doc.toString());
   }),
