@@ -23,6 +23,10 @@ def cockpit(
     host: Annotated[
         str, typer.Option(help="The address to listen on; others than this machine's own need the token too.")
     ] = "127.0.0.1",
+    origin: Annotated[
+        list[str] | None,
+        typer.Option(metavar="URL", help="Let pages of this origin connect; repeatable."),
+    ] = None,
     browser: Annotated[bool, typer.Option(help="Open the page in a browser.")] = True,
     play: Annotated[bool, typer.Option("--play", help="Do not wait for somebody to press Play.")] = False,
 ) -> None:
@@ -41,7 +45,7 @@ def cockpit(
 
     settings = overrides_of(overrides, brain=brain, world=world, models=models, seed=seed)
     hosts = LOOPBACK if host in ("127.0.0.1", "localhost", "::1") else ()
-    guard, hub = Guard(hosts), Hub()
+    guard, hub = Guard(hosts, tuple(origin or ())), Hub()
     with ExitStack() as stack:
         with display() as shown:
             shown.begin_task("reading the experiment")

@@ -85,9 +85,7 @@ class Watched:
         page.on("pageerror", lambda error: self.complaints.append(str(error)))
         page.on(
             "request",
-            lambda asked: (
-                urlsplit(asked.url).netloc not in (home, "") and self.outside.append(asked.url)
-            ),
+            lambda asked: urlsplit(asked.url).netloc not in (home, "") and self.outside.append(asked.url),
         )
         page.goto(address)
         page.get_by_role("button", name="Play").wait_for()

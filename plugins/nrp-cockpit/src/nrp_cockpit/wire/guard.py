@@ -28,11 +28,13 @@ class Guard:
 
     Args:
         hosts: the names under which the server may be called, without a port; empty: any.
+        origins: further origins whose pages may connect.
         token: lets its owner steer.
         watch_token: lets its owner watch.
     """
 
     hosts: tuple[str, ...] = LOOPBACK
+    origins: tuple[str, ...] = ()
     token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
     watch_token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
 
@@ -44,7 +46,7 @@ class Guard:
         host = hosts[0].lower()
         if self.hosts and _name(host) not in self.hosts:
             return f"this server is not '{_name(host)}'"
-        if origins and origins[0].lower() not in (f"http://{host}", f"https://{host}"):
+        if origins and origins[0].lower() not in (f"http://{host}", f"https://{host}", *self.origins):
             return f"pages of {origins[0]} may not use this server"
         return None
 
