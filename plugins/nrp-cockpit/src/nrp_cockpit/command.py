@@ -4,16 +4,41 @@ from __future__ import annotations
 
 import sys
 import webbrowser
-from contextlib import ExitStack
-from typing import Annotated
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nrp_core.cli.options import BrainName, ExperimentName, Models, Overrides, Seed, WorldName, overrides_of
+from nrp_core.cli.options import (
+    BrainName,
+    Models,
+    Overrides,
+    Seed,
+    WorldName,
+    experiment_names,
+    overrides_of,
+)
+from nrp_core.errors import ExperimentError
+
+if TYPE_CHECKING:
+    from nrp_cockpit.session.session import Session
+    from nrp_cockpit.wire.hub import Hub
+
+Shown = Annotated[
+    str,
+    typer.Argument(
+        metavar="EXPERIMENT",
+        envvar="NRP_EXPERIMENT",
+        help="The name of an installed experiment (nrp list), a YAML file or its folder, or a recording.",
+        autocompletion=experiment_names,
+    ),
+]
 
 
 def cockpit(
-    experiment: ExperimentName,
+    experiment: Shown,
     brain: BrainName = None,
     world: WorldName = None,
     overrides: Overrides = None,
@@ -30,28 +55,24 @@ def cockpit(
     browser: Annotated[bool, typer.Option(help="Open the page in a browser.")] = True,
     play: Annotated[bool, typer.Option("--play", help="Do not wait for somebody to press Play.")] = False,
 ) -> None:
-    """See a run in the browser, steer it, and go back in time.
+    """See a run in the browser, steer it, and go back in time; or play a recording there.
 
     The first line on standard output is the address of the page. Ctrl-C ends the run.
     """
-    from nrp_cockpit.session.controls import services_of
-    from nrp_cockpit.session.live import LiveSession
     from nrp_cockpit.wire.guard import LOOPBACK, Guard
     from nrp_cockpit.wire.hub import Hub
     from nrp_cockpit.wire.server import Server
-    from nrp_core.cli.progress import display
-    from nrp_core.experiment.reading.find import load_experiment
-    from nrp_core.experiment.running.run import Run
 
     settings = overrides_of(overrides, brain=brain, world=world, models=models, seed=seed)
     hosts = LOOPBACK if host in ("127.0.0.1", "localhost", "::1") else ()
     guard, hub = Guard(hosts, tuple(origin or ())), Hub()
     with ExitStack() as stack:
-        with display() as shown:
-            shown.begin_task("reading the experiment")
-            run = stack.enter_context(Run(load_experiment(experiment, settings), shown.begin_task))
-        session = LiveSession(run, hub)
-        hub.services = services_of(session)
+        if is_recording(experiment):
+            if brain or world or overrides or seed is not None:
+                raise ExperimentError("a recording is played as it was made: no option changes it")
+            session = open_recording(experiment, hub)
+        else:
+            session = stack.enter_context(open_run(experiment, settings, hub))
         server = Server(hub, host=host, port=port, guard=guard)
         stack.callback(server.close)
         where = "127.0.0.1" if host in ("0.0.0.0", "localhost") else f"[{host}]" if ":" in host else host
@@ -67,3 +88,38 @@ def cockpit(
             session.serve()
         except KeyboardInterrupt:
             session.close()
+
+
+def is_recording(path: str) -> bool:
+    """Return whether a path is the folder of a recording; else it leads to an experiment."""
+    from nrp_core.recording.layout import RUN_NAME
+
+    return (Path(path) / RUN_NAME).is_file()
+
+
+def open_recording(path: str, hub: Hub) -> Session:
+    """Return a session that plays a recording, and offer its services."""
+    from nrp_cockpit.session.controls import services_of_recording
+    from nrp_cockpit.session.recorded import RecordedSession
+
+    session = RecordedSession(Path(path), hub)
+    hub.services = services_of_recording(session)
+    return session
+
+
+@contextmanager
+def open_run(experiment: str, settings: list[str], hub: Hub) -> Iterator[Session]:
+    """Give a session with a run of an experiment, and offer its services."""
+    from nrp_cockpit.session.controls import services_of
+    from nrp_cockpit.session.live import LiveSession
+    from nrp_core.cli.progress import display
+    from nrp_core.experiment.reading.find import load_experiment
+    from nrp_core.experiment.running.run import Run
+
+    with ExitStack() as stack:
+        with display() as shown:
+            shown.begin_task("reading the experiment")
+            run = stack.enter_context(Run(load_experiment(experiment, settings), shown.begin_task))
+        session = LiveSession(run, hub)
+        hub.services = services_of(session)
+        yield session

@@ -8,19 +8,24 @@ from pathlib import Path
 from typing import Any
 
 from nrp_cockpit.session.live import LiveSession
+from nrp_cockpit.session.recorded import RecordedSession
+from nrp_cockpit.session.recorded_run import FIXED
 from nrp_cockpit.session.session import Session
 from nrp_cockpit.wire.hub import Service, Services
-from nrp_core.errors import ExperimentError
+from nrp_core.errors import CapabilityError, ExperimentError
 from nrp_core.experiment.running.commands import commands_of
 
 PREFIX = "/cockpit/"
+LAYOUT = ".cockpit.json"
+"""The end of the name of a layout's file."""
 
 
 def services_of(session: LiveSession) -> Services:
     """Return the services of a run."""
     commands = commands_of(session.run)
     functions, bodies = session.functions, session.bodies
-    layout = Layout(session.run.experiment.source.place.path)
+    path = session.run.experiment.source.place.path
+    layout = Layout(None if path is None else path.with_suffix(LAYOUT))
 
     def changed(method: Callable[..., Any]) -> Service:
         def call(**fields: Any) -> Any:
@@ -52,6 +57,32 @@ def services_of(session: LiveSession) -> Services:
     return prefixed(steering, watching)
 
 
+_REFUSED = (
+    "snapshot", "restore", "record", "publish", "push", "place",
+    "functions/apply", "functions/revert", "functions/save", "functions/activate",
+)  # fmt: skip
+"""What changes a run, and not a recording."""
+
+
+def services_of_recording(session: RecordedSession) -> Services:
+    """Return the services of a recording; those that would change it refuse, and say how to go on from it."""
+    folder = session.recording.folder.absolute()
+    layout = Layout(folder.with_name(folder.name + LAYOUT))
+    steering: dict[str, Service] = {
+        **going(session), **dict.fromkeys(_REFUSED, _refuse), "layout/save": layout.save
+    }  # fmt: skip
+    watching: dict[str, Service] = {
+        "functions/check": _refuse,
+        "functions/complete": _refuse,
+        "layout/load": layout.load,
+    }
+    return prefixed(steering, watching)
+
+
+def _refuse(**_fields: Any) -> None:
+    raise CapabilityError(FIXED)
+
+
 def going(session: Session) -> dict[str, Service]:
     """Return the services with which time goes on, back and elsewhere."""
     return {
@@ -80,14 +111,14 @@ def prefixed(steering: Mapping[str, Service], watching: Mapping[str, Service]) -
 
 
 class Layout:
-    """The layout of the page, beside what it shows: ``NAME.cockpit.json``.
+    """The layout of the page, beside the experiment or the recording.
 
     Args:
-        shown: an experiment file or a recording; None: there is nowhere to keep it.
+        path: where to keep it; None: there is no place for it.
     """
 
-    def __init__(self, shown: Path | None) -> None:
-        self._path: Path | None = None if shown is None else shown.with_suffix(".cockpit.json")
+    def __init__(self, path: Path | None) -> None:
+        self._path = path
 
     def load(self) -> dict[str, Any]:
         """Return the layout, or nothing where there is none that can be read."""

@@ -66,7 +66,9 @@ def populations_data(brain: Brain) -> Iterator[dict[str, Any]]:
             "size": population.size,
             "first": int(brain.network.offsets[label]),
             "cell": population.cell_type,
-            "role": _role(population, bool(np.isin(ids, driven).any()), bool(np.isin(ids, read).any())),
+            "role": role_of(
+                population.is_source, bool(np.isin(ids, driven).any()), bool(np.isin(ids, read).any())
+            ),
             "positions": _positions(population),
         }
 
@@ -140,8 +142,9 @@ def _capabilities(run: Run) -> dict[str, bool | str]:
     return {"snapshot": back, "step_back": back, "place": moves, "push": pushes}
 
 
-def _role(population: Population, driven: bool, read: bool) -> str:
-    if population.is_source or (driven and not read):
+def role_of(is_source: bool, driven: bool, read: bool) -> str:
+    """Return the role of a population by whether its neurons are driven and read from outside."""
+    if is_source or (driven and not read):
         return "sensor"
     return "actor" if read and not driven else "circuit"
 

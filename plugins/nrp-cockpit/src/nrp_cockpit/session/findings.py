@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import traceback
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from nrp_core.cle.failures import Failure
@@ -10,9 +11,11 @@ from nrp_core.clock import seconds
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.experiment.events.criteria import Verdict
 from nrp_core.experiment.model.event_schema import Criterion, Event
-from nrp_core.experiment.running.result import Result
+from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Finding, Level, Weight
+
+_OPEN = Verdict(None, None, None, None, None, "not decided")
 
 
 def finding_data(finding: Finding) -> dict[str, Any]:
@@ -59,23 +62,36 @@ def failure_data(failure: Failure) -> dict[str, Any]:
     return {"t_s": seconds(failure.t_ns), "message": str(failure), "traceback": "".join(lines)}
 
 
-def timeline_data(run: Run, result: Result, snapshots: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return what has happened and what is to happen."""
-    experiment = run.experiment
+def timeline_data(
+    experiment: Experiment,
+    events: Mapping[str, float | None],
+    criteria: Mapping[str, Verdict],
+    failures: Iterable[Mapping[str, Any]],
+    snapshots: list[dict[str, Any]],
+) -> dict[str, Any]:
+    """Return what has happened and what is to happen.
+
+    Args:
+        experiment: with its events and criteria.
+        events: when each happened, s.
+        criteria: what came of each, as far as that is known.
+        failures: of functions, as in a result.
+        snapshots: as data.
+    """
     duration_s = seconds(experiment.duration)
     return {
         "duration_s": duration_s,
         "events": [
-            {"name": name, "t_s": result.events[name], "waits_for": _waits_for(event)}
+            {"name": name, "t_s": events.get(name), "waits_for": _waits_for(event)}
             for name, event in experiment.events.items()
         ],
         "criteria": [
-            criterion_data(name, criterion, result.criteria[name], result.events, duration_s)
+            criterion_data(name, criterion, criteria.get(name, _OPEN), events, duration_s)
             for name, criterion in experiment.criteria.items()
         ],
         "failures": [
             {"t_s": failure["t_s"], "function": failure["function"], "message": failure["error"]}
-            for failure in result.failures
+            for failure in failures
         ],
         "snapshots": snapshots,
         "branches": [],
@@ -83,7 +99,7 @@ def timeline_data(run: Run, result: Result, snapshots: list[dict[str, Any]]) -> 
 
 
 def criterion_data(
-    name: str, criterion: Criterion, verdict: Verdict, events: dict[str, float | None], duration_s: float
+    name: str, criterion: Criterion, verdict: Verdict, events: Mapping[str, float | None], duration_s: float
 ) -> dict[str, Any]:
     """Return a criterion, the time in which it counts as far as that is known, and what came of it."""
     from_s, to_s = 0.0, duration_s
@@ -98,7 +114,7 @@ def criterion_data(
     return {"name": name, "passed": verdict.passed, "from_s": from_s, "to_s": to_s, "text": verdict.reason}
 
 
-def _moment_s(moment: int | str, events: dict[str, float | None], otherwise: float) -> float:
+def _moment_s(moment: int | str, events: Mapping[str, float | None], otherwise: float) -> float:
     if isinstance(moment, int):
         return seconds(moment)
     found = events.get(moment)

@@ -180,12 +180,7 @@ class Functions:
 
     def _file_data(self, name: str) -> dict[str, Any]:
         path = self._files[name]
-        try:
-            text = self._edited.get(name) or path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            text = f"# it cannot be read: {error}\n"
-        language = LANGUAGES.get(path.suffix, "python")
-        return {"path": name, "source": text, "language": language, "editable": _is_writable(path)}
+        return source_file(name, path, self._edited.get(name), editable=_is_writable(path))
 
     def _in_place(self, data: dict[str, Any]) -> dict[str, Any]:
         """Return data with the names of drafts exchanged for those of their files."""
@@ -198,6 +193,17 @@ class Functions:
             for draft, original in self._drafts.items():
                 value = value.replace(draft, original)
         return value
+
+
+def source_file(name: str, path: Path, text: str | None = None, *, editable: bool) -> dict[str, Any]:
+    """Return a file with its text, by default the one on disk."""
+    try:
+        text = text or path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        text = f"# it cannot be read: {error}\n"
+    return {
+        "path": name, "source": text, "language": LANGUAGES.get(path.suffix, "python"), "editable": editable
+    }  # fmt: skip
 
 
 def _findings(experiment: Experiment) -> list[Finding]:

@@ -45,8 +45,9 @@ class LiveReports(Reports):
         return self._session.functions.data()
 
     def _timeline_data(self) -> dict[str, Any]:
-        run = self._session.run
-        return timeline_data(run, run.result(), self._session.past.shown)
+        run, snapshots = self._session.run, self._session.past.shown
+        result = run.result()
+        return timeline_data(run.experiment, result.events, result.criteria, result.failures, snapshots)
 
     def _findings_data(self) -> list[dict[str, Any]]:
         return [finding_data(each) for each in self._session.run.problems]

@@ -176,7 +176,7 @@ class Session(ABC):
 
     def _look_whether_there(self) -> None:
         """Stop if the time is the one to go to."""
-        if self.mode is Mode.RUNNING and self.now_ns >= self._until_ns:
+        if self.mode is Mode.RUNNING and self.now_ns >= min(self._until_ns, self.end_ns):
             self.mode = Mode.FINISHED if self.now_ns >= self.end_ns else Mode.PAUSED
             self.reports.all()
 

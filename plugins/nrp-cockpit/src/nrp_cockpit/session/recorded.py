@@ -1,0 +1,174 @@
+"""A recording that people watch."""
+
+from __future__ import annotations
+
+import threading
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from nrp_cockpit.hearing.recorded import RecordedHearing
+from nrp_cockpit.hearing.stored import StoredMessages
+from nrp_cockpit.session.recorded_run import FIXED, RecordedRun
+from nrp_cockpit.session.reports import Reports
+from nrp_cockpit.session.session import Mode, Session
+from nrp_cockpit.wire.hub import Hub
+from nrp_core.cle.pacing import AsFastAsPossible, Paced, Pacing
+from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError
+from nrp_core.findings import Code, Finding
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.replay.explanations import explanations
+
+CHECKING = "nrp-cockpit-check"
+"""The name of the thread that compares a recording with its digests."""
+
+
+class RecordedSession(Session):
+    """Plays a recording, and goes to any time in it; nothing is computed.
+
+    Args:
+        folder: of the recording.
+        hub: of the clients.
+
+    Raises:
+        ExperimentError: there is no recording.
+    """
+
+    def __init__(self, folder: Path, hub: Hub) -> None:
+        super().__init__(hub)
+        self.recording = Recording(folder)
+        self._messages = StoredMessages(self.recording.file)
+        self._begin_ns, self._end_ns = self._messages.span_ns
+        self._now_ns = self._begin_ns
+        self.run = RecordedRun(self.recording, self._messages.topics, self._end_ns)
+        self.hearing = RecordedHearing(self._messages, hub)
+        self._pacing: Pacing = self._paced(self.pace)
+        self.reports = RecordedReports(self)
+
+    @property
+    def now_ns(self) -> int:
+        return self._now_ns
+
+    @property
+    def end_ns(self) -> int:
+        return self._end_ns
+
+    @property
+    def timestep_ns(self) -> int:
+        return self.run.timestep_ns
+
+    def serve(self) -> None:
+        threading.Thread(target=self._check, name=CHECKING, daemon=True).start()
+        self.hearing.show(self._now_ns)
+        super().serve()
+
+    # -- time
+
+    def step(self, n: int = 1) -> None:
+        """Go on by some recorded steps."""
+        self._require_going()
+        self._go_to(self._now_ns + n * self.timestep_ns)
+
+    def seek(self, t_s: float) -> None:
+        """Go to a time."""
+        self._go_to(self._step_at(t_s))
+
+    def reset(self, what: str = "all") -> None:
+        """Go back to the beginning.
+
+        Raises:
+            CapabilityError: only a part of it is to go back.
+        """
+        if what != "all":
+            raise CapabilityError(FIXED)
+        self._go_to(self._begin_ns)
+
+    def set_pace(self, factor: float | None) -> None:
+        """Set how many recorded seconds a wall second holds; None: as fast as it can be read."""
+        self._pacing = self._paced(factor)
+        self.pace = factor
+        self.reports.status()
+
+    def _go_to(self, t_ns: int) -> None:
+        """Show a time, and stay there."""
+        self._now_ns = min(max(t_ns, self._begin_ns), self._end_ns)
+        self.mode = Mode.FINISHED if self._now_ns == self._end_ns else Mode.PAUSED
+        self.hearing.show(self._now_ns)
+        self.reports.all()
+
+    # -- the thread
+
+    def _go_from_here(self) -> None:
+        self._pacing.start(self._now_ns)
+
+    def _advance(self) -> None:
+        """Show the next step when it is time, unless somebody asks for something before."""
+        next_ns = min(self._now_ns + self.timestep_ns, self._until_ns, self._end_ns)
+        self._pacing.wait(next_ns)
+        if self._wanted:
+            return
+        self._now_ns = next_ns
+        self.hearing.take(next_ns)
+        self.reports.after_step()
+        self._look_whether_there()
+
+    def _idle(self) -> None:
+        self.hearing.take(self._now_ns)
+        self.reports.idle()
+
+    def _end(self) -> None:
+        self._answer()
+        self._messages.close()
+
+    def _paced(self, factor: float | None) -> Pacing:
+        """Return a pacing whose waiting ends when somebody asks for something."""
+        pacing = AsFastAsPossible() if factor is None else Paced(factor, sleep=self._rest)
+        pacing.start(self._now_ns)
+        return pacing
+
+    # -- whether it is whole
+
+    def _check(self) -> None:
+        """Compare the recording with its digests, beside everything else: that reads all of it."""
+        check = self.recording.check()
+        try:
+            found = list(explanations(self.recording, check))
+        except ExperimentError as error:  # its description is damaged
+            found = [Finding.of(error, Code.NRP285)]
+        with suppress(LifecycleError):  # it was closed meanwhile
+            self.ask(lambda: self._note(found))
+
+    def _note(self, found: list[Finding]) -> None:
+        self.run.problems += found
+        self.reports.all()
+
+
+class RecordedReports(Reports):
+    """Sends the reports of a recording.
+
+    Args:
+        session: the session that plays it.
+    """
+
+    def __init__(self, session: RecordedSession) -> None:
+        super().__init__(session)
+        self._session, self._run = session, session.run
+        scenes = session.hearing.scenes
+        self._experiment = self._run.experiment_data(scenes.entities(session.now_ns) if scenes else [])
+        self._functions = self._run.functions_data()
+        self._timeline = self._run.timeline_data()
+
+    def _experiment_data(self) -> dict[str, Any]:
+        return self._experiment
+
+    def _functions_data(self) -> dict[str, Any]:
+        return self._functions
+
+    def _timeline_data(self) -> dict[str, Any]:
+        return self._timeline
+
+    def _findings_data(self) -> list[dict[str, Any]]:
+        return self._run.findings_data()
+
+    def _status_data(self) -> dict[str, Any]:
+        return self._run.status_data() | {"server_ms_per_step": self._session.hearing.ms_per_step}

@@ -1,0 +1,190 @@
+"""What is known of a recorded run besides its messages."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from nrp_cockpit.session.described import role_of
+from nrp_cockpit.session.findings import finding_data, timeline_data
+from nrp_cockpit.session.functions import source_file
+from nrp_core.clock import NS_PER_MS, seconds
+from nrp_core.errors import ExperimentError, NrpError
+from nrp_core.experiment.events.criteria import Verdict
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.findings import Code, Finding, Level
+from nrp_core.recording.folder.self_contained import recorded_experiment
+from nrp_core.recording.layout import WORLD_FRAME, Role
+from nrp_core.recording.reading.mcap_messages import RecordedTopic
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.world.messages.foxglove_msgs import SceneEntity
+
+FIXED = "a recording cannot be changed; branch a run from it with nrp replay --from"
+"""Why what people may ask of a run is refused."""
+_TIMESTEP_NS = 20 * NS_PER_MS
+"""Of a recording that does not say its own."""
+_SHARES = {"brain": "brain", "world": "world", "functions": "transfer_functions", "loop": "engine"}
+
+
+class RecordedRun:
+    """A run as its recording describes it: what it was made of, and what came of it.
+
+    Nothing of it is executed; what cannot be read is missing, and :attr:`problems` say so.
+
+    Args:
+        recording: the recording.
+        topics: of its messages.
+        end_ns: the time of the last message.
+
+    Attributes:
+        problems: the findings about the run, and about what cannot be read.
+    """
+
+    def __init__(self, recording: Recording, topics: Mapping[str, RecordedTopic], end_ns: int) -> None:
+        self._folder, self._topics, self._end_s = recording.folder, topics, seconds(end_ns)
+        self.problems: list[Finding] = []
+        try:
+            self._about = recording.run
+        except ExperimentError:
+            self._about = {}  # a check of the recording says what is wrong with it
+        self._settings: dict[str, Any] = self._about.get("settings") or {}
+        self.result: dict[str, Any] = self._about.get("result") or {}
+        self._experiment = self._read_experiment(recording)
+        self.problems += map(Finding.from_dict, self.result.get("problems") or ())
+
+    @property
+    def timestep_ns(self) -> int:
+        """The simulated time of a step."""
+        return int(self._settings.get("timestep") or _TIMESTEP_NS)
+
+    def experiment_data(self, entities: list[SceneEntity]) -> dict[str, Any]:
+        """Return what it is made of.
+
+        Args:
+            entities: of its scene at the beginning.
+        """
+        brain, world = self._about.get("brain") or {}, self._about.get("world") or {}
+        topics = [each for each in self._topics.values() if each.role in _DIRECTIONS]
+        return {
+            "name": str(self._about.get("experiment") or self._folder.name),
+            "file": str(self._folder),
+            "brain": brain.get("backend", ""),
+            "world": world.get("backend", ""),
+            "seed": self._about.get("seed", 0),
+            "duration_s": self._end_s,
+            "timestep_s": seconds(self.timestep_ns),
+            "source": "recording",
+            "capabilities": dict.fromkeys(("snapshot", "place", "push", "functions"), FIXED)
+            | {"step_back": True},
+            "topics": [_topic_data(each) for each in topics],
+            "robots": list((self._settings.get("world") or {}).get("robots") or ()),
+            "populations": list(self._populations(brain.get("populations") or {})),
+            "projections": [],
+            "devices": list(self._devices(brain.get("populations") or {})),
+            "bodies": list(_bodies(entities, [each.name for each in topics])),
+        }
+
+    def functions_data(self) -> dict[str, Any]:
+        """Return the files of its transfer functions."""
+        paths = self._experiment.transfer_functions if self._experiment else ()
+        return {"functions": [], "files": [source_file(str(path), path, editable=False) for path in paths]}
+
+    def timeline_data(self) -> dict[str, Any]:
+        """Return what happened."""
+        events, failures = self.result.get("events") or {}, self.result.get("failures") or []
+        if self._experiment is None:
+            found: dict[str, Any] = {
+                "events": [{"name": name, "t_s": t_s, "waits_for": ""} for name, t_s in events.items()],
+                "criteria": [], "failures": [], "snapshots": [], "branches": [],
+            }  # fmt: skip
+        else:
+            criteria = {name: Verdict(**one) for name, one in (self.result.get("criteria") or {}).items()}
+            found = timeline_data(self._experiment, events, criteria, failures, [])
+        return found | {"duration_s": self._end_s}
+
+    def findings_data(self) -> list[dict[str, Any]]:
+        """Return what was wrong with it, and is with its recording."""
+        return [finding_data(each) for each in self.problems]
+
+    def status_data(self) -> dict[str, Any]:
+        """Return what came of it."""
+        result, share = self.result, self.result.get("time_share") or {}
+        error = result.get("error")
+        return {
+            "wall_s": result.get("wall_time_s", 0.0),
+            "recording": None,
+            "share": {name: share.get(key, 0.0) for name, key in _SHARES.items()},
+            "error": None if error is None else {"message": str(error), "file": None, "line": None},
+            "passed": result.get("passed"),
+            "complete": bool(result.get("complete", False)),
+        }
+
+    def _read_experiment(self, recording: Recording) -> Experiment | None:
+        try:
+            return recorded_experiment(recording)
+        except NrpError as error:
+            message = f"the experiment of the recording cannot be read: {error}"
+            self.problems.append(Finding(Code.NRP285, message, Level.WARNING))
+            return None
+
+    def _populations(self, known: Mapping[str, Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
+        driven, read = self._neurons(Role.SOURCE), self._neurons(Role.SINK)
+        first = 0
+        for label, one in known.items():
+            ids = range(first, first + one["size"])
+            is_source = str(one["cell_type"]).startswith("SpikeSource")
+            yield {
+                "label": label,
+                "size": one["size"],
+                "first": first,
+                "cell": one["cell_type"],
+                "role": role_of(is_source, not driven.isdisjoint(ids), not read.isdisjoint(ids)),
+                "positions": None,
+            }
+            first += one["size"]
+
+    def _neurons(self, role: Role) -> set[int]:
+        """Return the neurons that devices of a role have to do with, in the brain's own counting."""
+        found = (json.loads(each.about["neurons"]) for each in self._topics.values() if each.role == role)
+        return {neuron for neurons in found for neuron in neurons}
+
+    def _devices(self, populations: Mapping[str, Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
+        owners = [label for label, one in populations.items() for _ in range(one["size"])]
+        for topic in self._topics.values():
+            if topic.role not in (Role.SINK, Role.SOURCE):
+                continue
+            neurons = json.loads(topic.about["neurons"])
+            if neurons and neurons[0] < len(owners):
+                yield {
+                    "name": topic.about["device"],
+                    "topic": topic.name,
+                    "population": owners[neurons[0]],
+                    "neurons": neurons,
+                    "kind": topic.role,
+                    "unit": topic.about.get("unit", ""),
+                }
+
+
+_DIRECTIONS = {Role.PUBLISHED: "in", Role.SENSOR: "out", Role.CAMERA: "out"}
+
+
+def _topic_data(topic: RecordedTopic) -> dict[str, Any]:
+    return {
+        "name": topic.name,
+        "type": topic.type_name,
+        "direction": _DIRECTIONS[Role(topic.role)],
+        "unit": topic.about.get("unit") or None,
+        "rate_hz": None,
+    }
+
+
+def _bodies(entities: list[SceneEntity], topics: list[str]) -> Iterator[dict[str, Any]]:
+    """Yield the models of a scene; those of which no part moves are static."""
+    moves: dict[str, bool] = {}
+    for entity in entities:
+        model = entity.id.split("/", 1)[0]
+        moves[model] = moves.get(model, False) or entity.frame_id != WORLD_FRAME
+    for model, is_moving in moves.items():
+        own = [name for name in topics if name.startswith(f"/{model}/")]
+        yield {"name": model, "static": not is_moving, "topics": own, "colorable": None}

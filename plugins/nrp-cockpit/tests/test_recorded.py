@@ -1,0 +1,377 @@
+"""A recording is played, and shows at any time what was recorded of it."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from nrp_cockpit.command import is_recording
+from nrp_cockpit.hearing.recorded import WINDOW_NS
+from nrp_cockpit.hearing.stored import StoredMessages
+from nrp_cockpit.session.controls import services_of_recording
+from nrp_cockpit.session.recorded import CHECKING, RecordedSession
+from nrp_cockpit.wire.channels import Channel, Sent
+from nrp_cockpit.wire.hub import Hub
+
+from nrp_core.errors import CapabilityError, LifecycleError
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.folder.recording_folder import RecordingFolder
+from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, RUNNING, SCENE
+from nrp_core.recording.reading.recording import Recording
+from nrp_core.recording.sealing import read_sealed, sealed
+from nrp_core.world.messages.cdr import Codec
+
+RED_S, LENGTH_S, STEP_S = 0.5, 2.0, 0.02
+CAMERA, COMMANDS, SPIKES = "/husky/camera", "/husky/cmd_vel", "/brain/circuit/spikes"
+STATES = (CAMERA, "/tf", "/gazebo/model_states", "/brain/devices/eye_sensor_transmit/green_blue_eye/rate")
+SCREEN = "left_vr_screen/body/screen_glass"
+Raw = list[tuple[str, int, bytes]]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The recording of a run in which a screen turns red, images and all."""
+    folder = tmp_path_factory.mktemp("recordings") / "husky"
+    settings = [f"duration={LENGTH_S} s", f"events.left_red.at={RED_S} s"]
+    with Run(load_experiment("braitenberg_husky", settings)) as run:
+        recording = RecordingFolder(run, folder)
+        run.run_until(LENGTH_S)
+        recording.close("finished")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def raw(folder: Path) -> Raw:
+    """Every message of it, read from beginning to end."""
+    return [(topic.name, one.log_time, one.data) for topic, one in Recording(folder).raw()]
+
+
+class Viewer:
+    """A client without a connection: it notes what it hears."""
+
+    dropped = 0
+
+    def __init__(self, hub: Hub) -> None:
+        self._hub, self.topics = hub, set[str]()
+        self.heard: list[Sent] = []
+        self.said: dict[str, Any] = {}
+        for name in ("experiment", "status", "timeline", "findings", "functions"):
+            hub.hear(f"/cockpit/{name}")
+        hub.attach(self)  # type: ignore[arg-type]  the thread of the session is that of the server
+        hub.enter(self)
+
+    def call_soon_threadsafe(self, call: Callable[..., None], *arguments: Any) -> None:
+        call(*arguments)
+
+    def announce(self, channels: Iterable[Channel]) -> None: ...
+
+    def hear(self, sent: Sent) -> None:
+        if sent.channel.encoding == "json":
+            self.said[sent.channel.topic] = json.loads(sent.payload)
+        elif sent.channel.topic in self.topics:
+            self.heard.append(sent)
+
+    def subscribe(self, *topics: str) -> None:
+        for topic in topics:
+            self.topics.add(topic)
+            self._hub.hear(topic)
+
+    def messages(self) -> Raw:
+        """Return what it heard since the last call."""
+        heard, self.heard = self.heard, []
+        return [(one.channel.topic, one.t_ns, one.payload) for one in heard]
+
+
+class Desk:
+    """A session that serves a viewer, and what it said last.
+
+    Args:
+        session: the session.
+        hub: of the session.
+    """
+
+    def __init__(self, session: RecordedSession, hub: Hub) -> None:
+        self.session, self.hub, self.viewer = session, hub, Viewer(hub)
+
+    def call(self, name: str, **fields: Any) -> Any:
+        services = {**self.hub.services.steering, **self.hub.services.watching}
+        return services[f"/cockpit/{name}"](**fields)
+
+    def said(self, name: str) -> Any:
+        return self.viewer.said[f"/cockpit/{name}"]
+
+    def wait_for(self, holds: Callable[[], bool]) -> None:
+        until = time.monotonic() + 20
+        while not holds():
+            assert time.monotonic() < until, self.said("status")
+            time.sleep(0.01)
+
+    def hears(self, *topics: str) -> None:
+        """Subscribe, and wait until that was noticed."""
+        self.viewer.subscribe(*topics)
+        self.session.ask(lambda: self.session.hearing.take(self.session.now_ns))
+
+
+@contextmanager
+def opened(folder: Path) -> Iterator[Desk]:
+    hub = Hub()
+    session = RecordedSession(folder, hub)
+    hub.services = services_of_recording(session)
+    serving = threading.Thread(target=session.serve)
+    desk = Desk(session, hub)
+    serving.start()
+    try:
+        desk.call("pause")  # which is answered when it has said everything once
+        yield desk
+    finally:
+        session.close()
+        serving.join()
+
+
+@pytest.fixture
+def desk(folder: Path) -> Iterator[Desk]:
+    with opened(folder) as desk:
+        yield desk
+
+
+def last(raw: Raw, topic: str, t_ns: int) -> tuple[str, int, bytes]:
+    return [one for one in raw if one[0] == topic and one[1] <= t_ns][-1]
+
+
+def color_of(folder: Path, payload: bytes) -> tuple[float, float, float]:
+    """Return the colour of the screen that turns red."""
+    topic, codec = Recording(folder).topics[SCENE], Codec({})
+    codec.define(topic.type_name, topic.definition)
+    entities = codec.decode(payload, topic.type_name).entities
+    (screen,) = (one for one in entities if one.id == SCREEN)
+    color = (screen.cubes or screen.models)[0].color
+    return color.r, color.g, color.b
+
+
+def test_every_message_is_found_as_a_reading_from_the_beginning_finds_it(folder: Path, raw: Raw):
+    messages = StoredMessages(folder / MCAP_NAME)
+    found = messages.between(messages.topics, -1, messages.span_ns[1])
+    assert sorted(found) == sorted(raw)
+    assert messages.topics == Recording(folder).topics
+    for topic in messages.topics:
+        for t_ns in range(0, int(LENGTH_S * 1e9), 37_000_000):
+            wanted = [one for one in raw if one[0] == topic and one[1] <= t_ns]
+            assert messages.last(topic, t_ns) == (wanted[-1] if wanted else None)
+    messages.close()
+
+
+@pytest.mark.parametrize("times_s", [(1.5, 0.3, 1.0), (0.02, 2.0, 0.0)])
+def test_a_seek_forth_or_back_shows_the_last_messages_before_that_time(
+    desk: Desk, raw: Raw, times_s: tuple[float, ...]
+):
+    desk.hears(*STATES)
+    for t_s in times_s:
+        desk.viewer.messages()
+        desk.call("seek", t_s=t_s)
+        heard = {topic: (topic, t_ns, data) for topic, t_ns, data in desk.viewer.messages()}
+        assert heard == {topic: last(raw, topic, round(t_s * 1e9)) for topic in STATES}
+        assert desk.said("status")["t_s"] == t_s
+
+
+def test_a_seek_unpacks_the_chunks_of_that_time_alone(folder: Path, monkeypatch: pytest.MonkeyPatch):
+    messages, unpacked = StoredMessages(folder / MCAP_NAME), set[int]()
+    chunks = messages._chunks
+    monkeypatch.setattr(messages, "_unpacked", lambda one: unpacked.add(one) or chunks.unpacked(one))
+    for topic in (CAMERA, "/tf", "/gazebo/model_states"):
+        assert messages.last(topic, 1_900_000_000) is not None
+    assert len(unpacked) <= 2 < len(chunks.starts)
+    messages.close()
+
+
+def test_spikes_and_commands_before_that_time_are_sent_with_a_seek(desk: Desk, raw: Raw):
+    desk.hears(SPIKES, COMMANDS)
+    desk.viewer.messages()
+    desk.call("seek", t_s=1.2)
+    until_ns = 1_200_000_000
+    wanted = [
+        one for one in raw if one[0] in (SPIKES, COMMANDS) and until_ns - WINDOW_NS < one[1] <= until_ns
+    ]
+    assert sorted(desk.viewer.messages()) == sorted(wanted)
+
+
+def test_playing_sends_every_message_once_in_order_and_as_it_was_recorded(desk: Desk, raw: Raw):
+    topics = (*STATES, SPIKES, COMMANDS)
+    desk.hears(*topics)
+    desk.call("seek", t_s=1.0)
+    desk.viewer.messages()
+    desk.call("pace", factor=None)
+    desk.call("play")
+    desk.wait_for(lambda: desk.said("status")["state"] == "finished")
+    heard = desk.viewer.messages()
+    assert [one[1] for one in heard] == sorted(one[1] for one in heard)
+    assert sorted(heard) == sorted(one for one in raw if one[0] in topics and one[1] > 1_000_000_000)
+    with pytest.raises(LifecycleError, match="step back or reset"):
+        desk.call("play")
+
+
+def test_the_scene_is_that_of_the_time_also_when_it_goes_back(desk: Desk, folder: Path, raw: Raw):
+    desk.hears(SCENE)
+    first = last(raw, SCENE, 0)[2]
+    assert [data for _, _, data in desk.viewer.messages()][-1] == first
+    shown = []
+    for t_s in (1.0, 0.2):
+        desk.call("seek", t_s=t_s)
+        shown.append(color_of(folder, desk.viewer.messages()[-1][2]))
+    assert shown[0] == color_of(folder, last(raw, SCENE, 1_000_000_000)[2]) != shown[1]
+    assert shown[1] == color_of(folder, first)
+
+
+def test_it_steps_forth_and_back_and_runs_to_a_time(desk: Desk):
+    def now() -> tuple[str, float]:
+        status = desk.said("status")
+        return status["state"], status["t_s"]
+
+    desk.call("step", n=3)
+    assert now() == ("paused", 3 * STEP_S)
+    desk.call("step_back")
+    assert now() == ("paused", 2 * STEP_S)
+    desk.call("pace", factor=20)
+    desk.call("run_to", t_s=1.0)
+    desk.wait_for(lambda: now() == ("paused", 1.0))
+    desk.call("run_to", t_s=100)
+    desk.wait_for(lambda: now() == ("finished", LENGTH_S))
+    desk.call("reset", what="all")
+    assert now() == ("paused", 0.0)
+    desk.call("step_back")
+    assert now() == ("paused", 0.0)
+
+
+def test_a_pause_is_answered_while_it_plays_slowly(desk: Desk):
+    desk.call("pace", factor=0.001)  # a step takes twenty seconds
+    desk.call("play")
+    began = time.monotonic()
+    desk.call("pause")
+    assert time.monotonic() - began < 5
+    assert desk.said("status")["state"] == "paused"
+
+
+def test_it_says_what_was_recorded(desk: Desk, folder: Path):
+    experiment, status, timeline = (desk.said(name) for name in ("experiment", "status", "timeline"))
+    assert (experiment["name"], experiment["source"]) == ("braitenberg_husky", "recording")
+    assert (experiment["brain"], experiment["world"], experiment["seed"]) == ("event", "mujoco", 7)
+    assert (experiment["duration_s"], experiment["timestep_s"]) == (LENGTH_S, STEP_S)
+    assert experiment["robots"] == ["husky"]
+    assert experiment["populations"] == [
+        {
+            "label": "circuit",
+            "size": 8,
+            "first": 0,
+            "cell": "IF_cond_alpha",
+            "role": "circuit",
+            "positions": None,
+        }
+    ]
+    devices = {one["name"]: (one["neurons"], one["kind"], one["unit"]) for one in experiment["devices"]}
+    assert devices["eye_sensor_transmit/red_left_eye"] == ([0, 2], "source", "Hz")
+    topics = {one["name"]: (one["type"], one["direction"]) for one in experiment["topics"]}
+    assert topics[CAMERA] == ("sensor_msgs/msg/Image", "out")
+    assert topics[COMMANDS] == ("geometry_msgs/msg/Twist", "in")
+    bodies = {one["name"]: one for one in experiment["bodies"]}
+    assert not bodies["husky"]["static"]
+    assert bodies["left_vr_screen"]["static"]
+    assert set(bodies["husky"]["topics"]) == {CAMERA, COMMANDS}
+    assert (status["passed"], status["complete"]) == (False, True)
+    assert {one["name"]: one["t_s"] for one in timeline["events"]}["left_red"] == RED_S
+    assert {one["name"]: one["passed"] for one in timeline["criteria"]}["reaches_left"] is False
+    files = {Path(one["path"]).name: one for one in desk.said("functions")["files"]}
+    assert "MapSpikeSink" in files["listing1.py"]["source"]
+    assert not files["listing1.py"]["editable"]
+
+
+def test_what_would_change_it_is_refused(desk: Desk):
+    for name in ("publish", "push", "place", "record", "functions/apply", "functions/check", "snapshot"):
+        with pytest.raises(CapabilityError, match="branch a run from it with nrp replay --from"):
+            desk.call(name, any="thing")
+    with pytest.raises(CapabilityError, match="cannot be changed"):
+        desk.call("reset", what="robot")
+    capabilities = desk.said("experiment")["capabilities"]
+    assert capabilities["step_back"] is True
+    assert isinstance(capabilities["place"], str)
+
+
+def test_a_layout_is_kept_beside_it(desk: Desk, folder: Path):
+    assert desk.call("layout/load") == {}
+    before = sorted(folder.rglob("*"))
+    desk.call("layout/save", layout={"panels": 3})
+    assert desk.call("layout/load") == {"layout": {"panels": 3}}
+    assert sorted(folder.rglob("*")) == before
+
+
+def test_a_whole_recording_is_found_whole(desk: Desk):
+    desk.wait_for(lambda: all(one.name != CHECKING for one in threading.enumerate()))
+    assert desk.said("findings") == []
+
+
+@pytest.fixture
+def cut(folder: Path, tmp_path: Path) -> Path:
+    """A recording whose file ends in the middle of its messages."""
+    shutil.copytree(folder, tmp_path / "cut")
+    file = tmp_path / "cut" / MCAP_NAME
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    return tmp_path / "cut"
+
+
+@pytest.mark.parametrize("was_killed", [True, False])
+def test_a_cut_recording_is_played_as_far_as_it_goes_and_says_that_it_is_cut(
+    cut: Path, raw: Raw, was_killed: bool
+):
+    if was_killed:
+        about = read_sealed(cut / RUN_NAME)
+        del about["files"][MCAP_NAME]
+        (cut / RUN_NAME).write_bytes(sealed(about | {"state": RUNNING, "result": None}))
+    with opened(cut) as desk:
+        end_ns = desk.session.end_ns
+        assert 0 < end_ns < LENGTH_S * 1e9
+        desk.hears(CAMERA)
+        desk.call("seek", t_s=LENGTH_S)
+        assert desk.viewer.messages()[-1] == last(raw, CAMERA, end_ns)
+        assert desk.said("status")["t_s"] == end_ns / 1e9
+        desk.wait_for(lambda: desk.said("findings") != [])
+        (finding,) = desk.said("findings")
+        wanted = "its run was killed or goes on" if was_killed else "messages after"
+        assert wanted in finding["summary"]
+        assert desk.said("status")["complete"] is not was_killed
+
+
+def test_a_damaged_chunk_is_left_out_and_the_rest_is_shown(folder: Path, tmp_path: Path, raw: Raw):
+    shutil.copytree(folder, tmp_path / "damaged")
+    file = tmp_path / "damaged" / MCAP_NAME
+    data = bytearray(file.read_bytes())
+    data[len(data) // 2] ^= 0xFF
+    file.write_bytes(data)
+    messages = StoredMessages(file)
+    found = messages.between(messages.topics, -1, messages.span_ns[1])
+    assert set(found) < set(raw)
+    assert {one.t_ns for one in found} >= {0, round(LENGTH_S * 1e9)}
+    messages.close()
+
+
+def test_a_recording_with_a_damaged_description_is_still_shown(folder: Path, tmp_path: Path, raw: Raw):
+    shutil.copytree(folder, tmp_path / "damaged")
+    description = tmp_path / "damaged" / RUN_NAME
+    description.write_text(description.read_text().replace("husky", "rusky", 1))
+    with opened(tmp_path / "damaged") as desk:
+        desk.hears(CAMERA)
+        desk.call("seek", t_s=1.0)
+        assert desk.viewer.messages()[-1] == last(raw, CAMERA, 1_000_000_000)
+        desk.wait_for(lambda: desk.said("findings") != [])
+        assert any(RUN_NAME in str(one) for one in desk.said("findings"))
+
+
+def test_a_folder_with_a_description_of_a_run_is_a_recording(folder: Path, tmp_path: Path):
+    assert is_recording(str(folder))
+    assert not is_recording(str(tmp_path))
+    assert not is_recording("braitenberg_husky")
