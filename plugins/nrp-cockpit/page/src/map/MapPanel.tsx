@@ -1,10 +1,84 @@
+import { useCallback, useEffect, useRef, useState } from "react";
+import { useCanvas } from "../plots/useCanvas";
+import { useRun } from "../state/run";
+import { useSelection } from "../state/selection";
+import { IconButton } from "../ui/Button";
 import { Empty, Panel } from "../ui/Panel";
+import type { Pose } from "../world/pose";
+import { world } from "../world/world";
+import type { Footprint } from "./footprint";
+import { paintMap } from "./paintMap";
+import { Plan } from "./plan";
+import { fittedTo, type MapView } from "./projection";
+import { steerMap } from "./steerMap";
+import "./map.css";
 
-/** The room from above, with the robot's path. */
+const poseOf = (frame: string): Pose => world.frame(frame);
+
+/** The room from above, with the robots' paths. */
 export function MapPanel() {
+  const map = useMap();
   return (
-    <Panel title="From above">
-      <Empty>Waiting for the scene.</Empty>
+    <Panel
+      title="From above"
+      className="map"
+      tools={<IconButton icon="fit" label="Fit the map" kind="ghost" small onClick={map.fit} />}
+    >
+      {/* biome-ignore lint/a11y/noInteractiveElementToNoninteractiveRole: it acts on keys of its own */}
+      <canvas
+        ref={map.ref}
+        className="map-canvas"
+        tabIndex={0}
+        role="application"
+        aria-label="The room from above: arrows move it, plus and minus zoom"
+      />
+      {map.empty && <Empty>Waiting for the scene.</Empty>}
     </Panel>
   );
 }
+
+function useMap() {
+  const plan = useRef(new Plan());
+  const view = useRef<MapView | null>(null);
+  const seen = useRef<readonly Footprint[]>([]);
+  const [empty, setEmpty] = useState(true);
+  const selected = useSelection(({ selected: one }) => (one?.kind === "body" ? one.name : null));
+  const { ref, redraw } = useCanvas((sheet) => {
+    const moving = plan.current.moving(poseOf);
+    const { still } = plan.current;
+    seen.current = [...still, ...moving];
+    view.current ??= fittedTo(seen.current, sheet);
+    if (view.current) paintMap(sheet, { view: view.current, still, moving, selected, robots: robotsOfNow() });
+  });
+  useEffect(() => {
+    const scene = () => {
+      plan.current.read(world.entities, poseOf);
+      setEmpty(world.entities.size === 0);
+      redraw();
+    };
+    scene();
+    return world.follow((change) => (change === "scene" ? scene() : redraw()));
+  }, [redraw]);
+  const show = useCallback(
+    (next: MapView | null) => {
+      view.current = next;
+      redraw();
+    },
+    [redraw],
+  );
+  useEffect(() => {
+    if (!ref.current) return;
+    return steerMap(ref.current, {
+      view: () => view.current,
+      setView: show,
+      footprints: () => seen.current,
+    });
+  }, [ref, show]);
+  return { ref, empty, fit: () => show(null) };
+}
+
+const robotsOfNow = () =>
+  (useRun.getState().experiment?.robots ?? []).flatMap((name) => {
+    const pose = world.models.get(name);
+    return pose ? { name, pose, trail: world.trails.get(name) } : [];
+  });

@@ -9,8 +9,8 @@ import {
   Vector3,
 } from "three";
 
-const SKY_LIGHT = 2.1;
-const SUN_LIGHT = 1.7;
+const SKY_LIGHT = 2.6;
+const SUN_LIGHT = 1.5;
 const SHADOW_PX = 1024;
 /** Below the ground that a scene has, so that the grid shows only where there is none. */
 const GRID_Z_M = -0.004;
@@ -18,7 +18,7 @@ const GRID_Z_M = -0.004;
 /** The light and the ground around the bodies. */
 export class Surroundings {
   readonly root = new Group();
-  private readonly sky = new HemisphereLight(0xffffff, 0x9a958c);
+  private readonly sky = new HemisphereLight(0xffffff, 0xb5b0a8);
   private readonly sun = new DirectionalLight(0xffffff);
   private grid: GridHelper | null = null;
   private line: Color | null = null;

@@ -87,7 +87,7 @@ export class Viewer {
     const { x, y } = room.getSize(new Vector3());
     // walls may be high, and what counts stands on the ground
     const target: [number, number, number] = [centre.x, centre.y, Math.max(room.min.z, 0)];
-    this.view = fitted(this.orbit, target, Math.max(0.5, Math.hypot(x, y) / 2), this.camera.aspect);
+    this.view = fitted(this.orbit, target, Math.max(0.5, 0.42 * Math.hypot(x, y)), this.camera.aspect);
   }
 
   select(body: string | null): void {
