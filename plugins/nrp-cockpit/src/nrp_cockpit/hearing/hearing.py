@@ -54,22 +54,24 @@ class Hearing:
         self._open: dict[str, Signal] = {}
         self._heard: frozenset[str] = frozenset()
         self._joined = 0
-        self._taken = self._spent_ns = 0
-        self._offer_all()
+        self._steps = self._spent_ns = 0
+        self._now_ns = -1
+        self.offer_all()
 
     @property
     def ms_per_step(self) -> float:
-        """Processor time of this thread for a step, ms, on average."""
-        return self._spent_ns / max(1, self._taken) / 1e6
+        """Processor time of this thread for a step in which somebody hears something, ms, on average."""
+        return self._spent_ns / max(1, self._steps) / 1e6
 
     def take(self) -> None:
         """Send what is new since the last call."""
         hub = self._hub
         if hub.heard is not self._heard or hub.joined[SCENE] != self._joined:
             self._follow()
-        self._taken += 1
         if self._open:
             began, now_ns = time.thread_time_ns(), self._run.loop.now_ns
+            self._steps += now_ns != self._now_ns
+            self._now_ns = now_ns
             for signal in tuple(self._open.values()):
                 signal.take(now_ns, self._send)
             hub.flush()
@@ -117,7 +119,8 @@ class Hearing:
 
     # -- what is offered
 
-    def _offer_all(self) -> None:
+    def offer_all(self) -> None:
+        """Offer all topics that there are now; functions and people can add some."""
         world, brain = self._run.world, self._run.brain
         frames = SceneFrames(world)
         transforms = made("tf2_msgs/msg/TFMessage")
@@ -141,8 +144,6 @@ class Hearing:
 
     def _offer_topic(self, topic: TopicInfo) -> None:
         world, period_ns = self._run.world, self._run.experiment.timestep
-        if topic.name in self._sources:
-            return
         if topic.direction is Direction.IN:
             self._offer(topic.name, topic.type, "published", lambda: PublishedMessages(world))
         elif topic.type is Image:
@@ -153,6 +154,8 @@ class Hearing:
 
     def _offer(self, topic: str, kind: type, source: str, opener: Open, lost: Kind = Kind.EVERY) -> None:
         """Offer a topic, unless ROS 2 cannot carry its type."""
+        if topic in self._sources:
+            return
         try:
             name = self._codec.name(kind)
             schema = self._codec.definition(name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isfinite
 
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.run import Run
@@ -29,19 +30,20 @@ class Bodies:
 
     def push(self, body: str, force_n: Sequence[float], duration_s: float) -> None:
         """Apply a force, N, to the first link of a body for a time."""
+        force = _numbers(force_n, 3, "a force, N")
         model = self._run.world.scene.model(body)
         whole, part = divmod(round(duration_s * 1e9), 1_000_000_000)
         self._run.world.call(
             "/gazebo/apply_body_wrench",
             body_name=f"{body}::{model.links[0].name}",
-            wrench=Wrench(force=Vector3(*map(float, force_n))),
+            wrench=Wrench(force=Vector3(*force)),
             duration=Duration(int(whole), int(part)),
         )
 
     def place(self, body: str, position: Sequence[float], orientation: Sequence[float]) -> None:
         """Put a body elsewhere, at rest; positions in m, orientation x, y, z, w."""
-        x, y, z = map(float, position)
-        a, b, c, d = map(float, orientation)
+        x, y, z = _numbers(position, 3, "a position, m")
+        a, b, c, d = _numbers(orientation, 4, "an orientation, x, y, z and w")
         self._run.world.place(body, ModelMotion(Pose((x, y, z), (a, b, c, d))))
 
     def reset(self, what: str) -> None:
@@ -57,6 +59,12 @@ class Bodies:
             self._run.world.return_home()
         else:
             raise ExperimentError(f"'{what}' cannot be reset alone; what can: {', '.join(RESETS)}, all")
+
+
+def _numbers(given: Sequence[float], count: int, what: str) -> tuple[float, ...]:
+    if len(given) != count or not all(map(isfinite, given)):
+        raise ExperimentError(f"{what} is {count} finite numbers, not {list(given)}")
+    return tuple(given)
 
 
 def _has(run: Run, name: str) -> bool:

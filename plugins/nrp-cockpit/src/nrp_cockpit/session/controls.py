@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError, validate_call
+
 from nrp_cockpit.session.live import LiveSession
 from nrp_cockpit.session.recorded import RecordedSession
 from nrp_cockpit.session.recorded_run import FIXED
@@ -27,32 +29,37 @@ def services_of(session: LiveSession) -> Services:
     path = session.run.experiment.source.place.path
     layout = Layout(None if path is None else path.with_suffix(LAYOUT))
 
-    def changed(method: Callable[..., Any]) -> Service:
+    def steered(method: Callable[..., Any]) -> Service:
+        checked = validated(method)
+
         def call(**fields: Any) -> Any:
-            found = method(**fields)
-            session.reports.all()
+            found = checked(**fields)
+            session.steered()
             return found
 
         return asked(session, call)
 
+    def restore(id: str) -> None:  # noqa: A002  the name that the page gives it
+        session.restore(id)
+
     steering: dict[str, Service] = {
         **going(session),
         "snapshot": asked(session, session.snapshot),
-        "restore": asked(session, lambda id: session.restore(id), "going back to the snapshot"),  # noqa: A006
+        "restore": asked(session, restore, "going back to the snapshot"),
         "record": asked(session, session.record),
-        "publish": commands["publish"],
-        "push": asked(session, bodies.push),
-        "place": changed(bodies.place),
-        "functions/apply": changed(functions.apply),
-        "functions/revert": changed(functions.revert),
-        "functions/save": functions.save,
-        "functions/activate": changed(functions.activate),
-        "layout/save": layout.save,
+        "publish": validated(commands["publish"]),
+        "push": steered(bodies.push),
+        "place": steered(bodies.place),
+        "functions/apply": steered(functions.apply),
+        "functions/revert": steered(functions.revert),
+        "functions/save": validated(functions.save),
+        "functions/activate": steered(functions.activate),
+        "layout/save": validated(layout.save),
     }
     watching: dict[str, Service] = {
-        "functions/check": functions.check,
-        "functions/complete": functions.complete,
-        "layout/load": layout.load,
+        "functions/check": validated(functions.check),
+        "functions/complete": asked(session, functions.complete),
+        "layout/load": validated(layout.load),
     }
     return prefixed(steering, watching)
 
@@ -99,7 +106,23 @@ def going(session: Session) -> dict[str, Service]:
 
 def asked(session: Session, method: Callable[..., Any], doing: str = "") -> Service:
     """Return a service that lets the thread of a session call a method."""
-    return lambda **fields: session.ask(lambda: method(**fields), doing)
+    checked = validated(method)
+    return lambda **fields: session.ask(lambda: checked(**fields), doing)
+
+
+def validated(method: Callable[..., Any]) -> Service:
+    """Return a method that refuses what it does not take in a sentence."""
+    checked = validate_call(method)
+
+    def call(**fields: Any) -> Any:
+        try:
+            return checked(**fields)
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            name = ".".join(map(str, first["loc"]))
+            raise ExperimentError(f"{name}: {first['msg'][:1].lower()}{first['msg'][1:]}") from None
+
+    return call
 
 
 def prefixed(steering: Mapping[str, Service], watching: Mapping[str, Service]) -> Services:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import tempfile
+import os
 from collections import defaultdict, deque
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from nrp_cockpit.session.completion import words_of
+from nrp_cockpit.session.drafts import Drafts
 from nrp_cockpit.session.findings import finding_data, function_data
 from nrp_core.analysis.validate import validate
 from nrp_core.cle.engine import ClosedLoop
@@ -27,11 +27,13 @@ RECENT = 60
 class Functions:
     """The transfer functions of a run and the files that they come from.
 
-    What is edited runs from a draft, a copy in a passing folder; the files on disk stay as they are until
-    they are saved.
+    What is edited runs from a draft; the files on disk stay as they are until they are saved.
 
     Args:
         run: the run.
+
+    Attributes:
+        drafts: of the files that were edited.
     """
 
     def __init__(self, run: Run) -> None:
@@ -41,8 +43,7 @@ class Functions:
         self._names: dict[str, list[str]] = defaultdict(list)
         for function in run.loop.functions:
             self._names[str(function.place.path)].append(function.name)
-        self._folder = tempfile.TemporaryDirectory(prefix="nrp-cockpit-")
-        self._drafts: dict[str, str] = {}
+        self.drafts = Drafts()
         self._spent_ns: dict[str, int] = {}
         self._calls: dict[str, int] = defaultdict(int)
         self._recent_ms: dict[str, deque[float]] = defaultdict(lambda: deque(maxlen=RECENT))
@@ -68,19 +69,22 @@ class Functions:
         for function in self._run.loop.functions:
             recent = [round(each, 4) for each in self._recent_ms[function.name]]
             shown = function_data(function, self._run, recent, self._calls[function.name])
-            functions.append(self._in_place(shown))
+            functions.append(self.drafts.in_place(shown))
         return {"functions": functions, "files": [self._file_data(name) for name in self._files]}
 
     def close(self) -> None:
         """Remove the drafts."""
-        self._folder.cleanup()
+        self.drafts.close()
 
     # -- services
 
     def check(self, files: Mapping[str, str]) -> dict[str, Any]:
         """Return the findings about the experiment with these texts in place of its files."""
-        with self._drafted({**self._edited, **files}) as experiment:
-            return {"findings": [self._in_place(finding_data(each)) for each in _findings(experiment)]}
+        experiment = self._drafted({**self._edited, **files})
+        try:
+            return {"findings": self._shown(_findings(experiment))}
+        finally:
+            self.drafts.remove(experiment.transfer_functions)
 
     def apply(self, files: Mapping[str, str]) -> dict[str, Any]:
         """Let the run go on with these texts in place of its files, all of them or none.
@@ -89,18 +93,14 @@ class Functions:
             Whether they are in force, and the findings that keep them from it.
         """
         texts = {**self._edited, **files}
-        with self._drafted(texts) as experiment:
-            found = [each for each in _findings(experiment) if each.level is Level.ERROR]
-            if not found:
-                try:
-                    self._change(experiment)
-                except InvalidExperimentError as error:
-                    found = list(error.findings)
-                except ExperimentError as error:
-                    found = [Finding.of(error, Code.NRP210)]
-            if not found:
-                self._edited = texts
-            return {"applied": not found, "findings": [self._in_place(finding_data(each)) for each in found]}
+        experiment = self._drafted(texts)
+        found = self._errors(experiment)
+        shown = self._shown(found)
+        if found:
+            self.drafts.remove(experiment.transfer_functions)
+        else:
+            self._edited = texts
+        return {"applied": not found, "findings": shown}
 
     def revert(self) -> None:
         """Let the run go on with its files as they are on disk."""
@@ -113,8 +113,7 @@ class Functions:
         Raises:
             ExperimentError: one is not a file of the experiment, or cannot be written.
         """
-        for name in files:
-            self._require(name)
+        self._require(files)
         for name, text in files.items():
             try:
                 self._files[name].write_text(text, encoding="utf-8")
@@ -131,29 +130,33 @@ class Functions:
         """Return the words that an editor proposes."""
         return {"words": list(words_of(self._run))}
 
-    # -- drafts
+    # -- changing
 
-    @contextmanager
-    def _drafted(self, texts: Mapping[str, str]) -> Iterator[Experiment]:
-        """Give the experiment with some files replaced. The drafts stay: errors show their lines."""
-        paths = []
-        for name, path in self._files.items():
-            paths.append(self._draft(path, texts[name]) if name in texts else path)
-        for name in texts:
-            self._require(name)
-        experiment = self._run.experiment.model_copy(update={"transfer_functions": tuple(paths)})
-        yield experiment
+    def _drafted(self, texts: Mapping[str, str]) -> Experiment:
+        """Return the experiment with drafts of these texts in place of its files."""
+        self._require(texts)
+        paths = (
+            self.drafts.write(path, texts[name]) if name in texts else path
+            for name, path in self._files.items()
+        )
+        return self._run.experiment.model_copy(update={"transfer_functions": tuple(paths)})
 
-    def _draft(self, path: Path, text: str) -> Path:
-        """Write a draft into a folder in which the neighbours of its file stand too, so that imports work."""
-        folder = Path(tempfile.mkdtemp(dir=self._folder.name))
-        for sibling in path.resolve().parent.iterdir():
-            if sibling.name != path.name:
-                (folder / sibling.name).symlink_to(sibling)
-        draft = folder / path.name
-        draft.write_text(text, encoding="utf-8")
-        self._drafts[str(draft)] = str(path)
-        return draft
+    def _require(self, names: Iterable[str]) -> None:
+        for name in names:
+            if name not in self._files:
+                raise ExperimentError(f"'{name}' is not a file with transfer functions of this experiment")
+
+    def _errors(self, experiment: Experiment) -> list[Finding]:
+        """Change to the functions of an experiment, or return what keeps the run from it."""
+        found = [each for each in _findings(experiment) if each.level is Level.ERROR]
+        if not found:
+            try:
+                self._change(experiment)
+            except InvalidExperimentError as error:
+                found = list(error.findings)
+            except ExperimentError as error:
+                found = [Finding.of(error, Code.NRP210)]
+        return found
 
     def _change(self, experiment: Experiment) -> None:
         """Exchange the functions of all files for those of an experiment in one transaction."""
@@ -172,33 +175,20 @@ class Functions:
         self._run.change([function for functions in new.values() for function in functions], gone)
         self._names.update({file: [each.name for each in functions] for file, functions in new.items()})
 
-    def _require(self, name: str) -> None:
-        if name not in self._files:
-            raise ExperimentError(f"'{name}' is not a file with transfer functions of this experiment")
-
     # -- data
+
+    def _shown(self, findings: Iterable[Finding]) -> list[Any]:
+        return [self.drafts.in_place(finding_data(each)) for each in findings]
 
     def _file_data(self, name: str) -> dict[str, Any]:
         path = self._files[name]
-        return source_file(name, path, self._edited.get(name), editable=_is_writable(path))
-
-    def _in_place(self, data: dict[str, Any]) -> dict[str, Any]:
-        """Return data with the names of drafts exchanged for those of their files."""
-        return {key: self._named(value) for key, value in data.items()}
-
-    def _named(self, value: Any) -> Any:
-        if isinstance(value, dict):
-            return self._in_place(value)
-        if isinstance(value, str) and self._folder.name in value:
-            for draft, original in self._drafts.items():
-                value = value.replace(draft, original)
-        return value
+        return source_file(name, path, self._edited.get(name), editable=os.access(path, os.W_OK))
 
 
 def source_file(name: str, path: Path, text: str | None = None, *, editable: bool) -> dict[str, Any]:
     """Return a file with its text, by default the one on disk."""
     try:
-        text = text or path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8") if text is None else text
     except (OSError, UnicodeDecodeError) as error:
         text = f"# it cannot be read: {error}\n"
     return {
@@ -213,9 +203,3 @@ def _findings(experiment: Experiment) -> list[Finding]:
         return list(error.findings)
     except NrpError as error:
         return [Finding(Code.NRP210, str(error))]
-
-
-def _is_writable(path: Path) -> bool:
-    import os
-
-    return os.access(path, os.W_OK)

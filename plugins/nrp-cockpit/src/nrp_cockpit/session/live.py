@@ -11,12 +11,12 @@ from nrp_cockpit.hearing.hearing import Hearing
 from nrp_cockpit.session.bodies import Bodies
 from nrp_cockpit.session.functions import Functions
 from nrp_cockpit.session.live_reports import LiveReports
-from nrp_cockpit.session.past import Past
+from nrp_cockpit.session.past import ALONE_NS, WATCHED_NS, Past
 from nrp_cockpit.session.session import Mode, Session
 from nrp_cockpit.wire.hub import Hub
 from nrp_core.cle.pacing import AsFastAsPossible, Paced
 from nrp_core.clock import seconds
-from nrp_core.errors import NrpError
+from nrp_core.errors import ExperimentError, LifecycleError, NrpError
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 
@@ -33,6 +33,7 @@ class LiveSession(Session):
         super().__init__(hub)
         self.run = run
         self._going_since: float | None = None
+        self._gone_s = 0.0
         self._recording: RecordingFolder | None = None
         self.recording_path: Path | None = None
         can_save = run.brain.capabilities.snapshot and run.world.capabilities.snapshot
@@ -42,7 +43,7 @@ class LiveSession(Session):
         self.bodies = Bodies(run)
         self.reports = LiveReports(self)
         run.loop.hooks.after_step.append(self._after_step)
-        run.loop.pacing = Paced()
+        run.loop.pacing = Paced(sleep=self._sleep)
 
     @property
     def now_ns(self) -> int:
@@ -61,20 +62,23 @@ class LiveSession(Session):
         self.run.loop.stop()
 
     @property
-    def going_s(self) -> float:
-        """Wall time since the run began to step, s; its result counts it when it stops."""
-        return 0.0 if self._going_since is None else time.monotonic() - self._going_since
+    def wall_s(self) -> float:
+        """Wall time in which the run stepped since its beginning, s."""
+        since = self._going_since
+        return self._gone_s + (0.0 if since is None else time.monotonic() - since)
 
     # -- running
 
     def step(self, n: int = 1) -> None:
         """Take some steps."""
+        if n < 1:
+            raise ExperimentError(f"a run takes 1 step or more, not {n}")
         self._require_going()
         self._go_from_here()
-        self.mode = Mode.PAUSED
-        until_ns = self.now_ns + n * self.timestep_ns
-        self._guarded(lambda: self._run_through(until_ns))
-        self.reports.all()
+        self.mode = Mode.RUNNING
+        self._until_ns = min(self.now_ns + n * self.timestep_ns, self.end_ns)
+        self._guarded(lambda: self._unpaced(lambda: self._run_through(self._until_ns)))
+        self._look_whether_there()
 
     def _go_from_here(self) -> None:
         """Forget what came later: the run may go another way."""
@@ -93,19 +97,17 @@ class LiveSession(Session):
         self._going_since = time.monotonic()
         try:
             go()
-        except KeyboardInterrupt:
-            self._closing = True
         except NrpError as error:
             self.mode = Mode.FAILED
-            self.reports.log("error", str(error))
-            self.reports.all()
+            self.reports.log("error", self.functions.drafts.in_place(str(error)))
+            self.reports.progress()
         finally:
-            self._going_since = None
+            self._gone_s, self._going_since = self.wall_s, None
 
     def _after_step(self, loop: Any) -> None:
         self.hearing.take()
         self.functions.after_step(loop)
-        self.past.after_step()
+        self.past.after_step(WATCHED_NS if self.hub.viewers else ALONE_NS)
         self.reports.after_step()
         if self._wanted or self.mode is Mode.PAUSED:
             loop.stop()
@@ -114,23 +116,36 @@ class LiveSession(Session):
 
     def set_pace(self, factor: float | None) -> None:
         """Set how many simulated seconds a wall second may hold; None: as fast as it can."""
-        self.run.loop.pacing = AsFastAsPossible() if factor is None else Paced(factor)
+        self.run.loop.pacing = AsFastAsPossible() if factor is None else Paced(factor, sleep=self._sleep)
         self.pace = factor
         self.reports.status()
+
+    def _sleep(self, wall_s: float) -> None:
+        """Wait for the next step; whoever asks for something does not wait as long."""
+        self._rest(wall_s)
+        if self._wanted:
+            self.run.loop.stop()
 
     def seek(self, t_s: float) -> None:
         """Go to a time: back by a snapshot and forward from there, or forward."""
         until_ns = min(self._step_at(max(t_s, 0.0)), self.end_ns)
-        if until_ns > self.now_ns:
-            self._guarded(lambda: self._run_through(until_ns))
-        else:
-            self._unpaced(lambda: self.past.return_to(until_ns))
-        self._jumped(Mode.PAUSED)
+        live_again = self.past.way_to(until_ns)
+        if until_ns < self.now_ns:
+            self._end_recording_of_the_past()
+
+        def go() -> None:
+            live_again()
+            self._run_through(until_ns)
+
+        self._guarded(lambda: self._unpaced(go))
+        self._jumped()
 
     def restore(self, name: str) -> None:
         """Return to a snapshot."""
-        self.past.restore(self.past.named(name))
-        self._jumped(Mode.PAUSED)
+        moment = self.past.named(name)
+        self._end_recording_of_the_past()
+        self.past.restore(moment)
+        self._jumped()
 
     def snapshot(self) -> dict[str, Any]:
         """Take a snapshot and return its name and time."""
@@ -140,37 +155,40 @@ class LiveSession(Session):
 
     def reset(self, what: str = "all") -> None:
         """Reset everything to time 0, or the robots or the world while time goes on."""
-        if what == "all":
-            self.run.loop.reset()
-            self.past.begin_again()
-            self._jumped(Mode.PAUSED)
+        if what != "all":
+            self.bodies.reset(what)
+            self.steered()
             return
-        self.bodies.reset(what)
+        self._end_recording_of_the_past()
+        self.run.loop.reset()
+        self.past.begin_again()
+        self._gone_s = 0.0
+        self._jumped()
+
+    def steered(self) -> None:
+        """Note that somebody changed the run in a way that living it again would miss."""
+        self.past.mark()
+        self.hearing.offer_all()
         self.hearing.take()
+        self.reports.all()
 
     def _run_through(self, until_ns: int) -> None:
-        """Run to a time as fast as it can, whoever asks for something meanwhile."""
-
-        def steps() -> None:
-            while self.now_ns < until_ns and not self._closing:
-                self.run.step()
-
-        self._unpaced(steps)
+        """Run to a time, whoever asks for something meanwhile."""
+        while self.now_ns < until_ns and not self._requests.is_closed:
+            self.run.step()
 
     def _unpaced(self, go: Callable[[], Any]) -> None:
-        pace = self.pace
-        self.run.loop.pacing = AsFastAsPossible()
+        """Run as fast as it can."""
+        pacing, self.run.loop.pacing = self.run.loop.pacing, AsFastAsPossible()
         try:
             go()
         finally:
-            self.set_pace(pace)
+            self.run.loop.pacing = pacing
 
-    def _jumped(self, mode: Mode) -> None:
+    def _jumped(self) -> None:
         """Tell everybody that the time is another one."""
-        if self.mode is not Mode.FAILED or self.run.error is None:
-            self.mode = mode
-        if self.now_ns >= self.end_ns:
-            self.mode = Mode.FINISHED
+        if self.run.error is None:
+            self.mode = Mode.FINISHED if self.now_ns >= self.end_ns else Mode.PAUSED
         self.functions.begin_again()
         self.hearing.begin_again()
         self.hearing.take()
@@ -182,7 +200,9 @@ class LiveSession(Session):
         """Begin to record into a new folder, or end the recording (None)."""
         if folder is None:
             self._end_recording("interrupted")
-        elif self._recording is None:
+        elif self._recording is not None:
+            raise LifecycleError(f"the run is being recorded already, into {self.recording_path}")
+        else:
             path = Path(folder or f"recordings/{self.run.experiment.name}-{time.strftime('%Y%m%d-%H%M%S')}")
             self._recording = RecordingFolder(self.run, path.absolute())
             self.recording_path = path.absolute()
@@ -194,10 +214,20 @@ class LiveSession(Session):
         if recording is not None:
             recording.close(state)
 
+    def _end_recording_of_the_past(self) -> None:
+        """End the recording: time in it only goes forward."""
+        if self._recording is not None:
+            self.reports.log("warning", f"the recording has ended, as time goes back: {self.recording_path}")
+            self._end_recording("interrupted")
+
     def _end(self) -> None:
-        over = self.mode is Mode.FINISHED
-        self._end_recording("finished" if over else "interrupted")
-        self._answer()
+        try:
+            self._end_recording("finished" if self.mode is Mode.FINISHED else "interrupted")
+        finally:
+            self._end_observation()
+
+    def _end_observation(self) -> None:
+        self.run.loop.hooks.after_step.remove(self._after_step)
         self.hearing.close()
         self.past.close()
         self.functions.close()

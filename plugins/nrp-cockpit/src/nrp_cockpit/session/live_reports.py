@@ -24,7 +24,7 @@ class LiveReported(Reported, Protocol):
     recording_path: Path | None
 
     @property
-    def going_s(self) -> float: ...
+    def wall_s(self) -> float: ...
 
 
 class LiveReports(Reports):
@@ -37,6 +37,7 @@ class LiveReports(Reports):
     def __init__(self, session: LiveReported) -> None:
         super().__init__(session)
         self._session = session
+        self._result = session.run.result()
 
     def _experiment_data(self) -> dict[str, Any]:
         return run_data(self._session.run)
@@ -46,17 +47,18 @@ class LiveReports(Reports):
 
     def _timeline_data(self) -> dict[str, Any]:
         run, snapshots = self._session.run, self._session.past.shown
-        result = run.result()
+        self._result = result = run.result()  # too slow for every report of the state
         return timeline_data(run.experiment, result.events, result.criteria, result.failures, snapshots)
 
     def _findings_data(self) -> list[dict[str, Any]]:
-        return [finding_data(each) for each in self._session.run.problems]
+        in_place = self._session.functions.drafts.in_place
+        return [in_place(finding_data(each)) for each in self._result.problems]
 
     def _status_data(self) -> dict[str, Any]:
-        session, result = self._session, self._session.run.result()
-        share = result.time_share
+        session, result = self._session, self._result
+        share = session.run.loop.account.shares()
         return {
-            "wall_s": result.wall_time_s + session.going_s,
+            "wall_s": session.wall_s,
             "recording": self._recording(),
             "server_ms_per_step": session.hearing.ms_per_step,
             "share": {
@@ -82,4 +84,5 @@ class LiveReports(Reports):
             return None
         failure = run.loop.failures[-1] if run.loop.failures else None
         place = (None, None) if failure is None else (str(failure.path), failure.line)
-        return {"message": str(error), "file": place[0], "line": place[1]}
+        shown = {"message": str(error), "file": place[0], "line": place[1]}
+        return dict(self._session.functions.drafts.in_place(shown))

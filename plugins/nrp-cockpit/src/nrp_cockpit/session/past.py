@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from bisect import bisect_left
+from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,8 +12,8 @@ from nrp_core.clock import NS_PER_S, seconds
 from nrp_core.errors import CapabilityError
 from nrp_core.experiment.running.run import Run
 
-EVERY_NS = NS_PER_S
-"""Simulated time between two snapshots that are taken on their own."""
+WATCHED_NS, ALONE_NS = NS_PER_S, 5 * NS_PER_S
+"""Simulated time between two snapshots that are taken on their own, while somebody watches and else."""
 MOST_BYTES = 256_000_000
 """Of snapshots together; those taken on their own are thinned out first."""
 
@@ -25,16 +27,21 @@ class Moment:
         t_ns: when it was taken.
         data: the state.
         kept: whether a person asked for it.
+        was: whether the run came here on its way to where it is now; else it went another way before.
     """
 
     id: str
     t_ns: int
     data: bytes = field(repr=False)
     kept: bool
+    was: bool = True
 
 
 class Past:
-    """Takes snapshots of a run and returns to any time between them.
+    """Takes snapshots of a run and returns to any time of its past.
+
+    Going back forgets nothing: the same can be lived again up to where the run has been, until it is steered
+    another way.
 
     Args:
         run: the run.
@@ -45,8 +52,9 @@ class Past:
         self._run, self._can_save = run, can_save
         self._moments: list[Moment] = []
         self._published: list[tuple[int, str, Any]] = []
+        self._reach_ns, self._last_ns = run.loop.now_ns, -ALONE_NS
         self._number = 0
-        self._reliving = False
+        self._again: deque[Any] | None = None  # what is published again, while the past is lived again
         run.loop.hooks.from_outside.append(self._note)
         self.after_step()
 
@@ -63,16 +71,19 @@ class Past:
         """
         return self._take(kept=True)
 
-    def after_step(self) -> None:
+    def after_step(self, every_ns: int = WATCHED_NS) -> None:
         """Take a snapshot if it is time."""
-        if not self._can_save or self._reliving:
-            return
         now_ns = self._run.loop.now_ns
-        if not self._moments or now_ns - self._moments[-1].t_ns >= EVERY_NS:
-            try:
-                self._take(kept=False)
-            except CapabilityError:
-                self._can_save = False  # a variable of a function holds what cannot be saved
+        if now_ns > self._reach_ns:
+            self._reach_ns = now_ns
+        if now_ns - self._last_ns >= every_ns and self._can_save and self._again is None:
+            self._take_own()
+
+    def mark(self) -> None:
+        """Note that the run was steered in a way that living it again would miss."""
+        self.forget_after(self._run.loop.now_ns)
+        if self._can_save:
+            self._take_own()
 
     def named(self, name: str) -> Moment:
         """Return a snapshot by its name.
@@ -86,58 +97,96 @@ class Past:
         return found
 
     def restore(self, moment: Moment) -> None:
-        """Return to a snapshot; what came after it is kept until the run goes another way."""
+        """Return to a snapshot; one of another way makes that way the past."""
         self._run.restore(moment.data)
         self._run.error = None
+        if not moment.was:
+            self._leave()
+            moment.was = True
+            self._reach_ns = self._last_ns = moment.t_ns
 
-    def return_to(self, t_ns: int) -> None:
-        """Return to a time: to the last snapshot before it, and from there forward as it was.
+    def way_to(self, t_ns: int) -> Callable[[], None]:
+        """Return what lives again from the last snapshot before a time up to that time, or on from now.
+
+        What was published from outside then is published again. A time that was not reached yet is further
+        than the way goes.
 
         Raises:
             CapabilityError: there is no snapshot before it.
         """
-        before = [each for each in self._moments if each.t_ns <= t_ns]
-        if not before:
-            raise CapabilityError("there is no snapshot to go back to: this run cannot be saved")
-        published = list(self._published)
-        self.restore(before[-1])
-        self._reliving = True
-        try:
-            self._relive(t_ns, published)
-        finally:
-            self._reliving = False
+        now_ns = self._run.loop.now_ns
+        past = [each for each in self._moments if each.was and each.t_ns <= t_ns]
+        before = past[-1] if past else None
+        until_ns = min(t_ns, self._reach_ns)
+        if t_ns >= now_ns and (before is None or before.t_ns <= now_ns):
+            return lambda: self._relive(until_ns)
+        if before is None:
+            raise CapabilityError(f"there is no snapshot to return from to {seconds(t_ns):g} s")
+        found = before
+
+        def go() -> None:
+            self.restore(found)
+            self._relive(until_ns)
+
+        return go
 
     def forget_after(self, t_ns: int) -> None:
         """Forget what came after a time, but what a person kept: from there the run goes another way."""
-        self._moments = [each for each in self._moments if each.kept or each.t_ns <= t_ns]
+        for each in self._moments:
+            each.was = each.was and each.t_ns <= t_ns
+        self._moments = [each for each in self._moments if each.kept or each.was]
         self._published = [each for each in self._published if each[0] < t_ns]
+        self._reach_ns = t_ns
+        self._last_ns = max((each.t_ns for each in self._moments if each.was), default=-ALONE_NS)
 
     def begin_again(self) -> None:
-        """Forget everything: the run is at its beginning."""
-        self._moments = [each for each in self._moments if each.kept]
-        self._published = []
+        """Forget everything but what a person kept: the run is at its beginning."""
+        self._leave()
+        self._reach_ns = self._run.loop.now_ns
         self.after_step()
 
     def close(self) -> None:
         """Stop taking notes."""
         self._run.loop.hooks.from_outside.remove(self._note)
 
-    def _relive(self, t_ns: int, published: list[tuple[int, str, Any]]) -> None:
-        loop, at = (
-            self._run.loop,
-            bisect_right(published, self._run.loop.now_ns - 1, key=lambda each: each[0]),
-        )
-        while loop.now_ns < t_ns:
-            while at < len(published) and published[at][0] <= loop.now_ns:
-                loop.publish(published[at][1], published[at][2])
-                at += 1
-            self._run.step()
+    def _leave(self) -> None:
+        """Leave the way on which the run was."""
+        self._moments = [each for each in self._moments if each.kept]
+        for each in self._moments:
+            each.was = False
+        self._published, self._last_ns = [], -ALONE_NS
+
+    def _relive(self, t_ns: int) -> None:
+        """Live up to a time again, unless somebody publishes meanwhile and the run goes another way."""
+        loop, published = self._run.loop, self._published
+        at = bisect_left(published, loop.now_ns, key=lambda each: each[0])
+        again: deque[Any] = deque()
+        self._again = again
+        try:
+            while loop.now_ns < t_ns and published is self._published:
+                while at < len(published) and published[at][0] <= loop.now_ns:
+                    _, topic, message = published[at]
+                    again.append(message)
+                    loop.publish(topic, message)
+                    at += 1
+                self._run.step()
+        finally:
+            self._again = None
+
+    def _take_own(self) -> None:
+        now_ns = self._run.loop.now_ns
+        self._moments = [each for each in self._moments if each.kept or each.t_ns != now_ns]
+        try:
+            self._take(kept=False)
+        except CapabilityError:
+            self._can_save = False  # a variable of a function holds what cannot be saved
 
     def _take(self, *, kept: bool) -> Moment:
         self._number += 1
         moment = Moment(f"s{self._number}", self._run.loop.now_ns, self._run.snapshot(), kept)
         self._moments.append(moment)
         self._moments.sort(key=lambda each: each.t_ns)
+        self._last_ns = max(self._last_ns, moment.t_ns)
         self._thin_out()
         return moment
 
@@ -151,5 +200,11 @@ class Past:
             self._moments = [each for each in self._moments if each.id not in gone]
 
     def _note(self, topic: str, message: Any) -> None:
-        if not self._reliving:
-            self._published.append((self._run.loop.now_ns, topic, message))
+        now_ns = self._run.loop.now_ns
+        if self._again and message is self._again[0]:
+            self._again.popleft()
+            if now_ns < self._reach_ns:
+                return
+        if now_ns < self._reach_ns:
+            self.forget_after(now_ns)
+        self._published.append((now_ns, topic, message))

@@ -42,6 +42,9 @@ class Reports(ABC):
         self._status_at = self._slow_at = 0.0
         self._began: tuple[float, int] | None = None
         self._factor = 0.0
+        for name in ("experiment", "status", "functions", "timeline", "findings"):
+            session.hub.offer_json(f"/cockpit/{name}")
+        session.hub.offer_json("/cockpit/log", Kind.EVERY)
 
     def after_step(self) -> None:
         """Report what is due."""
@@ -61,6 +64,10 @@ class Reports(ABC):
     def all(self) -> None:
         """Report everything."""
         self._say("experiment", self._experiment_data())
+        self.progress()
+
+    def progress(self) -> None:
+        """Report everything but what the session is made of, which takes long and seldom changes."""
         self._slow()
         self.status()
 
@@ -86,7 +93,7 @@ class Reports(ABC):
     def log(self, level: str, text: str) -> None:
         """Report a line of text."""
         line = {"t_s": seconds(self._reported.now_ns), "level": level, "text": text}
-        self._reported.hub.tell("/cockpit/log", line, kind=Kind.EVERY)
+        self._reported.hub.tell("/cockpit/log", line, self._reported.now_ns)
 
     # -- what there is to say; the shapes are those of the page's state/types.ts
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import threading
 from abc import ABC, abstractmethod
-from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future
 from enum import StrEnum
 from typing import Any
 
 from nrp_cockpit.session.reports import Reports
+from nrp_cockpit.session.requests import Requests
 from nrp_cockpit.wire.hub import Hub
 from nrp_core.clock import from_seconds, seconds
 from nrp_core.errors import LifecycleError
@@ -51,9 +49,7 @@ class Session(ABC):
         self.mode, self.doing = Mode.PAUSED, ""
         self.pace: float | None = 1.0
         self._until_ns = 0
-        self._closing = False
-        self._requests: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
-        self._asked = threading.Condition()
+        self._requests = Requests()
 
     @property
     def state(self) -> str:
@@ -76,24 +72,27 @@ class Session(ABC):
         """The simulated time of a step."""
 
     def serve(self) -> None:
-        """Go on and answer until :meth:`close`; in the thread that owns the session."""
-        self.reports.all()
-        while not self._closing:
-            self._answer()
-            if self._closing:
-                break
-            if self.mode is Mode.RUNNING:
-                self._advance()
-            else:
-                self._idle()
-                self._rest(_REST_S)
-        self._end()
+        """Go on and answer until :meth:`close` or Ctrl-C; in the thread that owns the session."""
+        requests = self._requests
+        try:
+            self.reports.all()
+            while not requests.is_closed:
+                if self.mode is Mode.RUNNING:
+                    self._advance()
+                else:
+                    self._idle()
+                    self._rest(_REST_S)
+                requests.answer()
+        except KeyboardInterrupt:
+            pass
+        finally:
+            requests.close()
+            requests.refuse()
+            self._end()
 
     def close(self) -> None:
         """End :meth:`serve` after the current step; any thread may call this."""
-        with self._asked:
-            self._closing = True
-            self._asked.notify_all()
+        self._requests.close()
 
     def ask(self, call: Callable[[], Any], doing: str = "") -> Any:
         """Let the thread of the session make a call between two steps; return its result or raise its error.
@@ -114,13 +113,7 @@ class Session(ABC):
                     self.mode = before
                 self.reports.status()
 
-        future: Future[Any] = Future()
-        with self._asked:
-            if self._closing:
-                raise LifecycleError("the run is being closed")
-            self._requests.append((busy if doing else call, future))
-            self._asked.notify_all()
-        return future.result()
+        return self._requests.ask(busy if doing else call)
 
     # -- going on
 
@@ -130,13 +123,13 @@ class Session(ABC):
 
     def run_to(self, t_s: float) -> None:
         """Go on to a time."""
-        self._play_to(self._step_at(t_s))
+        self._play_to(min(self._step_at(t_s), self.end_ns))
 
     def pause(self) -> None:
         """Stop after the current step."""
         if self.mode is Mode.RUNNING:
             self.mode = Mode.PAUSED
-        self.reports.all()
+        self.reports.progress()
 
     def step_back(self) -> None:
         """Return to the step before this one."""
@@ -164,7 +157,7 @@ class Session(ABC):
             raise LifecycleError(f"the run is at {seconds(self.now_ns):g} s already")
         self._go_from_here()
         self._until_ns, self.mode = until_ns, Mode.RUNNING
-        self.reports.all()
+        self.reports.progress()
 
     def _require_going(self) -> None:
         if self.mode in (Mode.FINISHED, Mode.FAILED):
@@ -178,27 +171,18 @@ class Session(ABC):
         """Stop if the time is the one to go to."""
         if self.mode is Mode.RUNNING and self.now_ns >= min(self._until_ns, self.end_ns):
             self.mode = Mode.FINISHED if self.now_ns >= self.end_ns else Mode.PAUSED
-            self.reports.all()
+            self.reports.progress()
 
     # -- the thread
 
     @property
     def _wanted(self) -> bool:
         """Whether somebody waits for an answer, or for the end."""
-        return bool(self._requests) or self._closing
+        return self._requests.wanted
 
     def _rest(self, wall_s: float) -> None:
         """Wait, at most until somebody asks for something."""
-        with self._asked:
-            self._asked.wait_for(lambda: self._wanted, wall_s)
-
-    def _answer(self) -> None:
-        while self._requests:
-            call, future = self._requests.popleft()
-            try:
-                future.set_result(call())
-            except BaseException as error:  # noqa: BLE001  it belongs to whoever asked
-                future.set_exception(error)
+        self._requests.wait(wall_s)
 
     @abstractmethod
     def _go_from_here(self) -> None:
@@ -214,4 +198,4 @@ class Session(ABC):
 
     @abstractmethod
     def _end(self) -> None:
-        """End everything; who waits still gets an answer."""
+        """End everything."""

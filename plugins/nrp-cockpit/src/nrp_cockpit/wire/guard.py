@@ -46,7 +46,11 @@ class Guard:
         host = hosts[0].lower()
         if self.hosts and _name(host) not in self.hosts:
             return f"this server is not '{_name(host)}'"
-        if origins and origins[0].lower() not in (f"http://{host}", f"https://{host}", *self.origins):
+        if origins and origins[0].lower() not in (
+            f"http://{host}",
+            f"https://{host}",
+            *map(str.lower, self.origins),
+        ):
             return f"pages of {origins[0]} may not use this server"
         return None
 

@@ -78,11 +78,14 @@ class Hub:
             self._hand(self._announce, self.channels.open(topic, schema_name, schema, kind=kind))
         return self.channels[topic]
 
-    def tell(self, topic: str, value: Any, t_ns: int = 0, kind: Kind = Kind.LATEST) -> None:
-        """Send a value as JSON; who comes later gets the last one."""
+    def offer_json(self, topic: str, kind: Kind = Kind.LATEST) -> None:
+        """Offer a topic for :meth:`tell`."""
         if topic not in self.channels:
             channel = self.channels.open(topic, topic[1:], "{}", encoding="json", kind=kind)
             self._hand(self._announce, channel)
+
+    def tell(self, topic: str, value: Any, t_ns: int = 0) -> None:
+        """Send a value as JSON; who comes later gets the last one."""
         self.send(Sent(self.channels[topic], t_ns, to_json(value)))
         self.flush()
 

@@ -1,0 +1,348 @@
+"""A run is steered over a real websocket."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from states import plain
+from visitors import Cockpit, RefusedError, Visitor, cockpit
+
+COLOUR = "/left_vr_screen/body/screen_glass/color"
+BACKENDS = [("mujoco", "event"), ("pybullet", "spinnaker")]
+
+
+@pytest.fixture(scope="module", params=BACKENDS, ids="-".join)
+def opened(request: pytest.FixtureRequest) -> Iterator[Cockpit]:
+    world, brain = request.param
+    with cockpit(f"world.backend={world}", f"brain.backend={brain}") as opened:
+        yield opened
+
+
+@pytest.fixture
+def visitor(opened: Cockpit) -> Iterator[Visitor]:
+    """Somebody who steers a run that is at its beginning."""
+    with opened.visit() as visitor:
+        visitor.subscribe("/cockpit/status", "/cockpit/timeline", "/cockpit/functions", "/cockpit/log")
+        visitor.call("pause")
+        visitor.call("functions/revert")
+        visitor.call("reset", what="all")
+        visitor.call("pace", factor=None)
+        visitor.status(state="paused", t_s=0.0, pace=None)
+        yield visitor
+        visitor.call("pause")
+        visitor.call("record", folder=None)
+
+
+def state(opened: Cockpit) -> Any:
+    """Return all that the run keeps, for comparison bit for bit."""
+    sides, loop, own = pickle.loads(opened.session.ask(opened.run.snapshot))
+    return plain((sides, loop, own[:3]))
+
+
+def pose(opened: Cockpit) -> Any:
+    """Return where the robot is, to 1 mm and 1 mrad."""
+    return pytest.approx(opened.session.ask(opened.run.result).final_pose["husky"], abs=1e-3, rel=0)
+
+
+def is_exact(opened: Cockpit) -> bool:
+    """Return whether snapshots keep everything; those of PyBullet lose some of the contacts."""
+    return opened.run.experiment.world.backend != "pybullet"
+
+
+def now_s(opened: Cockpit) -> float:
+    return float(opened.session.ask(lambda: opened.run.now_s))
+
+
+def listing(visitor: Visitor, name: str) -> tuple[str, str]:
+    """Return the path and the text of a file with transfer functions."""
+    files = visitor.until(lambda: visitor.last("functions"))["files"]
+    found = next(each for each in files if each["path"].endswith(name))
+    return found["path"], found["source"]
+
+
+# -- time
+
+
+def test_it_plays_until_it_is_paused(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("play")
+    visitor.until(
+        lambda: visitor.last("status")["state"] == "running" and visitor.last("status")["t_s"] > 0.1
+    )
+    visitor.call("pause")
+    visitor.status(state="paused", t_s=now_s(opened))
+    steps = opened.run.loop.steps
+    visitor.listen(0.15)
+    assert opened.run.loop.steps == steps
+
+
+def test_it_runs_to_a_time(visitor: Visitor) -> None:
+    visitor.call("run_to", t_s=0.19)
+    visitor.status(state="paused", t_s=0.2)
+    with pytest.raises(RefusedError, match=r"the run is at 0\.2 s already"):
+        visitor.call("run_to", t_s=0.1)
+
+
+def test_it_takes_steps(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("step")
+    assert now_s(opened) == 0.02
+    visitor.call("step", n=3)
+    visitor.status(state="paused", t_s=0.08)
+
+
+def test_a_step_back_restores_the_state_before_bit_for_bit(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("seek", t_s=1.1)
+    before, where = state(opened), pose(opened)
+    visitor.call("step")
+    assert state(opened) != before
+    visitor.call("step_back")
+    assert opened.session.ask(opened.run.result).final_pose["husky"] == where
+    assert state(opened) == before or not is_exact(opened)
+
+
+def test_a_step_back_repeats_what_was_published(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("step", n=2)
+    visitor.call("publish", topic=COLOUR, value="red")
+    visitor.call("step", n=2)
+    before = state(opened)
+    visitor.call("step")
+    visitor.call("step_back")
+    assert state(opened) == before
+
+
+def test_a_body_that_was_placed_is_still_there_after_a_step_back(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("step", n=2)
+    visitor.call("place", body="husky", position=[1, 0.5, 0.3], orientation=[0, 0, 0, 1])
+    visitor.call("step", n=3)
+    before = state(opened)
+    visitor.call("step")
+    visitor.call("step_back")
+    assert state(opened) == before
+
+
+def test_the_future_is_lived_as_it_was_until_somebody_steers(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("step", n=2)
+    visitor.call("publish", topic=COLOUR, value="red")
+    visitor.call("step", n=8)
+    end = state(opened)
+    visitor.call("seek", t_s=0.0)
+    visitor.call("seek", t_s=0.2)
+    assert state(opened) == end
+    visitor.call("seek", t_s=0.0)
+    visitor.call("publish", topic=COLOUR, value="blue")
+    visitor.call("seek", t_s=0.2)
+    assert state(opened) != end
+
+
+def test_a_seek_goes_forward_and_back(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("seek", t_s=0.5)
+    there = state(opened)
+    visitor.call("seek", t_s=2.2)
+    visitor.call("seek", t_s=0.5)
+    assert state(opened) == there
+    visitor.status(state="paused", t_s=0.5)
+
+
+def test_a_snapshot_is_restored(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("step", n=5)
+    taken = visitor.call("snapshot")
+    assert taken["t_s"] == 0.1
+    visitor.call("step")
+    after, where = state(opened), pose(opened)
+    visitor.call("step", n=5)
+    visitor.call("restore", id=taken["id"])
+    assert now_s(opened) == 0.1
+    visitor.call("step")
+    assert opened.session.ask(opened.run.result).final_pose["husky"] == where
+    assert state(opened) == after or not is_exact(opened)
+    shown = visitor.until(lambda: (visitor.last("timeline") or {}).get("snapshots"))
+    assert taken in shown
+    with pytest.raises(RefusedError, match="there is no snapshot 's0'"):
+        visitor.call("restore", id="s0")
+
+
+def test_a_snapshot_of_another_way_has_no_past(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("step", n=5)
+    taken = visitor.call("snapshot")
+    visitor.call("reset", what="all")
+    visitor.call("publish", topic=COLOUR, value="red")
+    visitor.call("step")
+    visitor.call("restore", id=taken["id"])
+    with pytest.raises(RefusedError, match=r"there is no snapshot to return from to 0\.08 s"):
+        visitor.call("step_back")
+
+
+def test_a_reset_begins_again(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("step", n=4)
+    after = state(opened)
+    visitor.call("reset", what="all")
+    assert now_s(opened) == 0.0
+    visitor.call("step", n=4)
+    assert state(opened) == after
+    with pytest.raises(RefusedError, match="'brain' cannot be reset alone; what can: robot, world, all"):
+        visitor.call("reset", what="brain")
+
+
+def test_the_pace_is_kept_and_a_slow_one_holds_up_nobody(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("pace", factor=0.001)
+    visitor.call("play")
+    visitor.until(lambda: now_s(opened) > 0, 5)  # a step takes 20 s
+    visitor.call("pause")
+    assert now_s(opened) < 1
+    with pytest.raises(RefusedError, match="the pace must be a positive factor, not 0"):
+        visitor.call("pace", factor=0)
+
+
+def test_the_end_of_a_run_is_the_end_until_it_goes_back(opened: Cockpit, visitor: Visitor) -> None:
+    end_ns = opened.run.experiment.duration
+    opened.run.experiment.__dict__["duration"] = 200_000_000
+    try:
+        visitor.call("step", n=1000)
+        visitor.status(state="finished", t_s=0.2)
+        with pytest.raises(RefusedError, match="the run is over: step back or reset"):
+            visitor.call("play")
+        visitor.call("step_back")
+        visitor.status(state="paused", t_s=0.18)
+    finally:
+        opened.run.experiment.__dict__["duration"] = end_ns
+
+
+# -- steering
+
+
+def test_a_publication_arrives(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("publish", topic=COLOUR, value="red")
+    visitor.call("step")
+    assert opened.run.world.engine.visual_colors[COLOUR[1:].removesuffix("/color")][:3] == (1.0, 0.0, 0.0)
+
+
+def test_a_wrong_topic_is_refused_with_the_one_that_was_meant(visitor: Visitor) -> None:
+    with pytest.raises(RefusedError, match=r"did you mean '?/husky/cmd_vel"):
+        visitor.call("publish", topic="/husky/cmd_vell", value={"linear": {"x": 1}})
+
+
+def test_messages_of_another_program_keep_their_order(opened: Cockpit, visitor: Visitor) -> None:
+    speeds = [number / 100 for number in range(50)]
+    visitor.publish("/husky/cmd_vel", *({"linear": {"x": speed}} for speed in speeds))
+    visitor.until(lambda: visitor.call("snapshot") and len(opened.run.loop._published) == len(speeds))
+    assert [message.linear.x for _, message in opened.run.loop._published] == speeds
+
+
+def test_a_message_that_cannot_be_published_is_a_warning(visitor: Visitor) -> None:
+    visitor.publish("/nowhere", 1)
+    assert "/nowhere" in visitor.until(lambda: visitor.warnings)[0]
+
+
+@pytest.mark.parametrize(
+    ("service", "arguments", "said"),
+    [
+        ("seek", {}, "t_s: missing required"),
+        ("seek", {"t_s": "soon"}, "t_s: input should be a valid number"),
+        ("seek", {"t_s": 1, "fast": True}, "fast: unexpected keyword argument"),
+        ("step", {"n": 0}, "a run takes 1 step or more, not 0"),
+        ("push", {"body": "husky", "force_n": [1], "duration_s": 1}, "a force, N is 3 finite numbers"),
+        ("push", {"body": "huskie", "force_n": [1, 0, 0], "duration_s": 1}, "husky"),
+        (
+            "place",
+            {"body": "husky", "position": [0, 0, 0], "orientation": [0]},
+            "an orientation, x, y, z and w is 4",
+        ),
+        ("functions/activate", {"name": "nothing", "active": True}, "nothing"),
+        ("functions/save", {"files": {"/etc/passwd": ""}}, "is not a file with transfer functions"),
+    ],
+)
+def test_a_wrong_request_is_refused_in_a_sentence(
+    visitor: Visitor, service: str, arguments: dict[str, Any], said: str
+) -> None:
+    with pytest.raises(RefusedError) as refused:
+        visitor.call(service, **arguments)
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_run_is_recorded_until_time_goes_back(visitor: Visitor, tmp_path: Path) -> None:
+    folder = tmp_path / "recording"
+    assert visitor.call("record", folder=str(folder)) == {"path": str(folder)}
+    with pytest.raises(RefusedError, match="is being recorded already"):
+        visitor.call("record", folder=str(tmp_path / "other"))
+    visitor.call("step", n=3)
+    assert visitor.status(t_s=0.06)["recording"]["path"] == str(folder)
+    visitor.call("step_back")
+    visitor.status(recording=None)
+    assert (folder / "run.json").is_file()
+    assert (folder / "recording.mcap").stat().st_size > 1000
+    assert "the recording has ended" in visitor.until(lambda: visitor.last("log"))["text"]
+
+
+# -- transfer functions
+
+
+def test_findings_about_a_draft_stand_at_its_lines(visitor: Visitor) -> None:
+    path, source = listing(visitor, "listing2.py")
+    found = visitor.call("functions/check", files={path: source + "\n\ndef (:\n"})["findings"]
+    lines = source.count("\n") + 3
+    assert (path, lines) in [(each["file"], each["line"]) for each in found]
+
+
+@pytest.mark.parametrize("wrong", ["\ndef (:\n", "\n@nrp.Nothing\ndef f(t): pass\n"])
+def test_of_several_files_all_are_applied_or_none(opened: Cockpit, visitor: Visitor, wrong: str) -> None:
+    first, second = listing(visitor, "listing2.py"), listing(visitor, "listing1.py")
+    functions = opened.run.loop.functions
+    renamed = first[1].replace("def eye_sensor_transmit", "def another_name")
+    answer = visitor.call("functions/apply", files={first[0]: renamed, second[0]: second[1] + wrong})
+    assert not answer["applied"]
+    assert {each["file"] for each in answer["findings"]} == {second[0]}
+    assert all(each["line"] > second[1].count("\n") for each in answer["findings"])
+    assert opened.run.loop.functions == functions
+
+
+def test_an_edit_is_applied_and_reverted(opened: Cockpit, visitor: Visitor) -> None:
+    path, source = listing(visitor, "listing2.py")
+    edited = source.replace("def eye_sensor_transmit", "def another_name")
+    assert visitor.call("functions/apply", files={path: edited}) == {"applied": True, "findings": []}
+    names = {each.name for each in opened.run.loop.functions}
+    assert "another_name" in names
+    assert "eye_sensor_transmit" not in names
+    visitor.until(lambda: listing(visitor, "listing2.py")[1] == edited)
+    visitor.call("step")
+    assert Path(path).read_text() == source
+    visitor.call("functions/revert")
+    assert {each.name for each in opened.run.loop.functions} == {"eye_sensor_transmit", "linear_twist"}
+
+
+def test_an_error_of_a_draft_is_shown_in_its_file(opened: Cockpit, visitor: Visitor) -> None:
+    path, source = listing(visitor, "listing2.py")
+    broken = f"{source}    missing = []\n    missing[0]\n"
+    assert visitor.call("functions/apply", files={path: broken}) == {"applied": True, "findings": []}
+    visitor.call("step")
+    error = visitor.status(state="failed")["error"]
+    assert (error["file"], error["line"]) == (path, broken.count("\n"))
+    assert "nrp-cockpit-" not in error["message"]
+    with pytest.raises(RefusedError, match="the run is over"):
+        visitor.call("play")
+    visitor.call("functions/revert")
+    visitor.call("step_back")
+    visitor.status(state="paused", error=None)
+
+
+def test_a_function_that_is_not_active_does_not_run(visitor: Visitor) -> None:
+    def calls(active: bool) -> int:
+        visitor.call("functions/activate", name="linear_twist", active=active)
+        visitor.call("step", n=2)
+        return int(visitor.until(lambda: shown(active))["calls"])
+
+    def shown(active: bool) -> dict[str, Any] | None:
+        functions = (visitor.last("functions") or {"functions": []})["functions"]
+        fits = (each for each in functions if each["name"] == "linear_twist" and each["active"] is active)
+        return next(fits, None)
+
+    assert calls(active=False) == 0
+    assert calls(active=True) > 0
+
+
+def test_an_editor_is_offered_topics_populations_and_words(visitor: Visitor) -> None:
+    labels = {word["label"] for word in visitor.call("functions/complete")["words"]}
+    assert {"/husky/camera", "nrp.brain.sensors", "nrp.MapRobotSubscriber"} <= labels
