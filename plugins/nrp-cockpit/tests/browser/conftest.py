@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import subprocess
-import sys
-from collections.abc import Callable, Iterator
+import shutil
+from collections.abc import Iterator
 from pathlib import Path
-from urllib.parse import urlsplit
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from browsing import Cockpits, Watched
+from playwright.sync_api import Browser, sync_playwright
 
-PACKAGE = Path(__file__).parents[2]
+from nrp_core.experiment.reading.find import find_file
+
 CHROMIUM = (
     "--no-sandbox",
     "--use-angle=swiftshader",  # WebGL without a graphics card
@@ -23,7 +21,13 @@ CHROMIUM = (
     "--no-first-run",
 )
 
-Open = Callable[..., str]
+BROKEN = """\
+@nrp.MapRobotSubscriber("states", Topic("/gazebo/model_states", gazebo_msgs.msg.ModelStates))
+@nrp.Robot2Neuron()
+def divides(t, states):
+    if t >= 0.0:
+        1 / len(states.value.name[99:])
+"""
 
 
 @pytest.fixture(scope="session")
@@ -34,33 +38,6 @@ def browser() -> Iterator[Browser]:
         browser.close()
 
 
-class Cockpits:
-    """Starts cockpits, and ends them."""
-
-    def __init__(self) -> None:
-        self.running: list[subprocess.Popen[str]] = []
-
-    def open(self, experiment: str, *options: str) -> str:
-        """Return the address of a new cockpit: the first line of its standard output."""
-        command = [sys.executable, "-m", "nrp_core", "cockpit", experiment, "--no-browser", *options]
-        process = subprocess.Popen(
-            command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=dict(os.environ)
-        )
-        self.running.append(process)
-        assert process.stdout is not None
-        address = process.stdout.readline().strip()
-        assert address.startswith("http://127.0.0.1:"), address
-        return address
-
-    def close(self) -> None:
-        """Interrupt all, as Ctrl-C does; each must end well."""
-        for process in self.running:
-            process.send_signal(signal.SIGINT)
-        codes = [process.wait(20) for process in self.running]
-        self.running.clear()
-        assert set(codes) <= {0}
-
-
 @pytest.fixture
 def cockpits() -> Iterator[Cockpits]:
     cockpits = Cockpits()
@@ -68,28 +45,15 @@ def cockpits() -> Iterator[Cockpits]:
     cockpits.close()
 
 
-class Watched:
-    """Opens pages of one browser and notes what they ask for and complain about."""
-
-    def __init__(self, browser: Browser) -> None:
-        self._browser = browser
-        self.complaints: list[str] = []
-        self.outside: list[str] = []
-
-    def open(self, address: str, width: int = 1440, height: int = 900) -> Page:
-        """Return a new page, in a visit of its own, that shows an experiment."""
-        context = self._browser.new_context(viewport={"width": width, "height": height})
-        page = context.new_page()
-        home = urlsplit(address).netloc
-        page.on("console", lambda said: said.type == "error" and self.complaints.append(said.text))
-        page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        page.on(
-            "request",
-            lambda asked: urlsplit(asked.url).netloc not in (home, "") and self.outside.append(asked.url),
-        )
-        page.goto(address)
-        page.get_by_role("button", name="Play").wait_for()
-        return page
+@pytest.fixture
+def broken(tmp_path: Path) -> Path:
+    """The experiment of the Husky in a folder of its own, with one more function, which fails at once."""
+    folder = tmp_path / "husky"
+    shutil.copytree(find_file("braitenberg_husky").parent, folder)
+    file = folder / "experiment.yaml"
+    file.write_text(file.read_text().replace("listing2.py]", "listing2.py, broken.py]"))
+    (folder / "broken.py").write_text(BROKEN)
+    return file
 
 
 @pytest.fixture

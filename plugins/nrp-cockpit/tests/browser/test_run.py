@@ -2,25 +2,9 @@
 
 from __future__ import annotations
 
-import re
-
 import pytest
-from conftest import Cockpits, Watched
-from playwright.sync_api import Page, expect
-
-HUSKY = ("-s", "world.options.image_scale=0.25")
-
-
-def time_s(page: Page) -> float:
-    """Return the simulated time that the page shows."""
-    shown = page.get_by_role("timer").inner_text()
-    return float(re.match(r"\s*([\d.]+) s", shown).group(1))  # type: ignore[union-attr]
-
-
-def wait_until(page: Page, t_s: float) -> None:
-    page.wait_for_function(
-        "t => parseFloat(document.querySelector('[role=timer]').innerText) >= t", arg=t_s, timeout=30_000
-    )
+from browsing import HUSKY, Cockpits, Watched, time_s, wait_until
+from playwright.sync_api import expect
 
 
 @pytest.mark.parametrize("pair", [("event", "mujoco"), ("spinnaker", "pybullet")], ids="-".join)
@@ -37,7 +21,7 @@ def test_a_run_is_played_paused_stepped_and_reset(
     paused = time_s(page)
     page.wait_for_timeout(500)
     assert time_s(page) == paused
-    page.get_by_role("button", name="Step", exact=True).click()
+    page.get_by_role("button", name="Step (.)").click()
     expect(page.get_by_role("timer")).to_contain_text(f"{paused + 0.02:.2f} s")
     page.get_by_role("button", name="Step back").click()
     expect(page.get_by_role("timer")).to_contain_text(f"{paused:.2f} s")

@@ -1,0 +1,107 @@
+"""Transfer functions are read, edited, applied and switched while a run goes on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from browsing import HUSKY, Cockpits, Watched
+from playwright.sync_api import Page, expect
+
+SLOW_MS = 30_000
+"""The first check of an experiment reads and compiles it."""
+MISTAKE = "did you mean 'rate'?"
+
+
+def functions(page: Page, file: str) -> None:
+    """Open a file in the view of the functions."""
+    page.get_by_role("link", name="Functions", exact=True).click()
+    page.get_by_role("tab", name=file).click()
+
+
+def end_of_line(page: Page, text: str) -> None:
+    """Put the cursor behind a line."""
+    page.locator(".cm-line", has_text=text).click()
+    page.keyboard.press("End")
+
+
+def test_what_is_typed_is_checked_and_a_wrong_text_is_not_applied(cockpits: Cockpits, watched: Watched):
+    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+    functions(page, "listing2.py")
+    end_of_line(page, "red_right_eye.rate")
+    page.keyboard.type("\nred_right_eye.rates = 1.0")
+    line = page.locator(".cm-line", has_text="red_right_eye.rates")
+    expect(line).to_contain_text(MISTAKE, timeout=SLOW_MS)
+    expect(page.get_by_role("region", name="Findings")).to_contain_text("NRP223")
+    page.keyboard.press("Control+Enter")
+    expect(page.get_by_text("Not applied:")).to_be_visible(timeout=SLOW_MS)
+    expect(page.get_by_role("tab", name="listing2.py")).to_contain_text("edited")
+    page.get_by_role("button", name="Discard").click()
+    expect(line).to_have_count(0)
+    expect(page.get_by_text("Nothing is edited.")).to_be_visible()
+
+
+def test_an_edit_outlives_the_view_is_compared_and_runs_once_applied(cockpits: Cockpits, watched: Watched):
+    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+    functions(page, "listing2.py")
+    end_of_line(page, "red_right_eye.rate")
+    page.keyboard.type(" * 0.5")
+    page.get_by_role("link", name="Cockpit").click()
+    functions(page, "listing2.py")
+    page.get_by_role("radio", name="Changes").click()
+    expect(page.locator(".cm-merge-a .cm-changedLine")).not_to_contain_text("* 0.5")
+    expect(page.locator(".cm-merge-b .cm-changedLine")).to_contain_text("* 0.5")
+    page.get_by_role("radio", name="Edit").click()
+    page.get_by_role("button", name="Apply").click()
+    expect(page.get_by_text("Nothing is edited.")).to_be_visible(timeout=SLOW_MS)
+    page.get_by_role("button", name="Step (.)").click()
+    expect(page.get_by_role("timer")).to_contain_text("0.02 s")
+    second = watched.open(page.url)  # another page has what runs
+    functions(second, "listing2.py")
+    expect(second.locator(".cm-line", has_text="* 0.5")).to_be_visible()
+
+
+def test_the_editor_proposes_the_names_of_the_experiment(cockpits: Cockpits, watched: Watched):
+    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+    functions(page, "listing2.py")
+    end_of_line(page, "red_right_eye.rate")
+    page.keyboard.type("\nnrp.brain.sen", delay=40)
+    page.get_by_role("option", name="nrp.brain.sensors").click()
+    expect(page.locator(".cm-line", has_text="nrp.brain.sensors").last).to_have_text("    nrp.brain.sensors")
+
+
+def test_a_function_is_switched_off_and_on(cockpits: Cockpits, watched: Watched):
+    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+    functions(page, "listing1.py")
+    switch = page.get_by_role("switch", name="linear_twist runs")
+    expect(switch).to_be_checked()
+    switch.click()
+    expect(switch).not_to_be_checked()
+    page.keyboard.press("Escape")
+    page.get_by_role("button", name="Step (.)").click()
+    expect(page.get_by_role("listitem").filter(has=switch)).to_contain_text("off")
+    switch.click()
+    expect(switch).to_be_checked()
+
+
+def test_a_function_in_quarantine_unfolds_its_traceback(cockpits: Cockpits, watched: Watched, broken: Path):
+    page = watched.open(cockpits.open(str(broken), "-s", "on_error=quarantine", *HUSKY))
+    page.get_by_role("button", name="Step (.)").click()
+    functions(page, "broken.py")
+    row = page.get_by_role("listitem").filter(has=page.get_by_role("switch", name="divides runs"))
+    expect(row).to_contain_text("quarantine", timeout=SLOW_MS)
+    row.get_by_text("ZeroDivisionError: division by zero").first.click()
+    expect(row.get_by_text("Traceback (most recent call last):")).to_be_visible()
+
+
+def test_a_file_is_saved_to_the_disk_only_when_asked(cockpits: Cockpits, watched: Watched, broken: Path):
+    file = broken.with_name("broken.py")
+    before = file.read_text()
+    page = watched.open(cockpits.open(str(broken), *HUSKY))
+    functions(page, "broken.py")
+    end_of_line(page, "def divides")
+    page.keyboard.type("\nreturn")
+    expect(page.get_by_text("1 file is edited.")).to_be_visible()
+    assert file.read_text() == before
+    page.get_by_role("button", name="Save").click()
+    expect(page.get_by_text("Saved broken.py.")).to_be_visible()
+    assert "return" in file.read_text()

@@ -1,0 +1,69 @@
+"""The timeline: to a later time, back in time, to a snapshot, and to the function that stopped a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from browsing import HUSKY, Cockpits, Watched, time_s, wait_until
+from playwright.sync_api import Page, expect
+
+
+def paused_at(page: Page, t_s: float) -> None:
+    """Wait until a run stands at a time."""
+    expect(page.get_by_role("timer")).to_contain_text(f"{t_s:.2f} s", timeout=30_000)
+    page.get_by_role("button", name="Play").wait_for()
+
+
+def test_a_click_on_the_timeline_runs_to_a_later_time_and_goes_back_to_an_earlier_one(
+    cockpits: Cockpits, watched: Watched
+):
+    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+    slider = page.get_by_role("slider", name="Simulated time")
+    box = slider.bounding_box()
+    assert box is not None
+    lane = box["y"] + 1.5 * box["height"]
+    page.mouse.click(box["x"] + box["width"] * 0.05, lane)  # 2 s of 40 s
+    wait_until(page, 1.9)
+    page.get_by_role("button", name="Play").wait_for()
+    there = time_s(page)
+    page.mouse.click(box["x"] + box["width"] * 0.02, lane)
+    expect(page.get_by_role("timer")).to_contain_text("0.8", timeout=30_000)
+    assert time_s(page) < there
+
+
+def test_the_arrows_of_the_timeline_move_a_run(cockpits: Cockpits, watched: Watched):
+    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+    slider = page.get_by_role("slider", name="Simulated time")
+    slider.press("PageUp")
+    paused_at(page, 1.0)
+    slider.press("ArrowLeft")
+    paused_at(page, 0.9)
+    slider.press("Home")
+    paused_at(page, 0.0)
+
+
+def test_a_snapshot_stands_on_the_timeline_and_a_click_restores_it(cockpits: Cockpits, watched: Watched):
+    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+    page.get_by_role("slider", name="Simulated time").press("PageUp")
+    paused_at(page, 1.0)
+    page.get_by_role("button", name="Take a snapshot").click()
+    snapshot = page.get_by_role("button", name="Restore the snapshot of 1.00 s")
+    snapshot.wait_for()
+    page.get_by_role("button", name="Step (.)").click()
+    paused_at(page, 1.02)
+    snapshot.click()
+    paused_at(page, 1.0)
+    expect(page.get_by_text("Restored the snapshot of 1.00 s.")).to_be_visible()
+
+
+def test_an_error_says_where_the_run_stopped_and_opens_the_function(
+    cockpits: Cockpits, watched: Watched, broken: Path
+):
+    page = watched.open(cockpits.open(str(broken), *HUSKY))
+    page.get_by_role("button", name="Play").click()
+    banner = page.get_by_role("alert").filter(has_text="ZeroDivisionError")
+    expect(banner).to_contain_text("broken.py:5", timeout=30_000)
+    expect(page.get_by_text("failed", exact=True)).to_be_visible()
+    banner.get_by_role("button", name="Open function").click()
+    expect(page.get_by_role("tab", name="broken.py")).to_have_attribute("aria-selected", "true")
+    expect(page.locator(".cm-activeLine")).to_contain_text("1 / len(")

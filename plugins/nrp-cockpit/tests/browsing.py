@@ -1,0 +1,79 @@
+"""Cockpits in processes of their own, and pages of them."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from urllib.parse import urlsplit
+
+from playwright.sync_api import Browser, Page
+
+HUSKY = ("-s", "world.options.image_scale=0.25")
+
+
+def time_s(page: Page) -> float:
+    """Return the simulated time that the page shows."""
+    shown = page.get_by_role("timer").inner_text()
+    return float(re.match(r"\s*([\d.]+) s", shown).group(1))  # type: ignore[union-attr]
+
+
+def wait_until(page: Page, t_s: float) -> None:
+    page.wait_for_function(
+        "t => parseFloat(document.querySelector('[role=timer]').innerText) >= t", arg=t_s, timeout=30_000
+    )
+
+
+class Cockpits:
+    """Starts cockpits, and ends them."""
+
+    def __init__(self) -> None:
+        self.running: list[subprocess.Popen[str]] = []
+
+    def open(self, experiment: str, *options: str) -> str:
+        """Return the address of a new cockpit: the first line of its standard output."""
+        command = [sys.executable, "-m", "nrp_core", "cockpit", experiment, "--no-browser", *options]
+        process = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=dict(os.environ)
+        )
+        self.running.append(process)
+        assert process.stdout is not None
+        address = process.stdout.readline().strip()
+        assert address.startswith("http://127.0.0.1:"), address
+        return address
+
+    def close(self) -> None:
+        """Interrupt all, as Ctrl-C does; each must end well."""
+        for process in self.running:
+            process.send_signal(signal.SIGINT)
+        codes = [process.wait(20) for process in self.running]
+        for process in self.running:
+            process.communicate()  # closes its pipe
+        self.running.clear()
+        assert set(codes) <= {0}
+
+
+class Watched:
+    """Opens pages of one browser and notes what they ask for and complain about."""
+
+    def __init__(self, browser: Browser) -> None:
+        self._browser = browser
+        self.complaints: list[str] = []
+        self.outside: list[str] = []
+
+    def open(self, address: str, width: int = 1440, height: int = 900) -> Page:
+        """Return a new page, in a visit of its own, that shows an experiment."""
+        context = self._browser.new_context(viewport={"width": width, "height": height})
+        page = context.new_page()
+        home = urlsplit(address).netloc
+        page.on("console", lambda said: said.type == "error" and self.complaints.append(said.text))
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        page.on(
+            "request",
+            lambda asked: urlsplit(asked.url).netloc not in (home, "") and self.outside.append(asked.url),
+        )
+        page.goto(address)
+        page.get_by_role("button", name="Play").wait_for()
+        return page
