@@ -6,6 +6,7 @@ import { Icon } from "../ui/Icon";
 import { Empty, Panel } from "../ui/Panel";
 import { newIn } from "./diagnostics";
 import { useFunctions } from "./store";
+import { useReadOnly } from "./useReadOnly";
 
 const looks = {
   error: { icon: "error", color: "bad-t" },
@@ -17,10 +18,16 @@ const looks = {
 export function FindingList() {
   const ofRun = useRun((run) => run.findings);
   const checked = useFunctions((state) => state.checked);
+  const readOnly = useReadOnly();
   const findings = [...newIn(checked, ofRun), ...ofRun];
   return (
     <div className="functions-findings" data-panel="findings" tabIndex={-1}>
-      <Panel title="Findings" sub={findings.length} tools={<Hint />} className="scroll">
+      <Panel
+        title="Findings"
+        sub={findings.length}
+        tools={readOnly === undefined && <Hint />}
+        className="scroll"
+      >
         {findings.length === 0 ? (
           <Empty>Nothing was found.</Empty>
         ) : (

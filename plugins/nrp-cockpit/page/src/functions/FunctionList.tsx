@@ -4,7 +4,7 @@ import { useBlocked, useRun } from "../state/run";
 import { select, useSelection } from "../state/selection";
 import type { TransferFunction } from "../state/types";
 import { Icon } from "../ui/Icon";
-import { Panel } from "../ui/Panel";
+import { Empty, Panel } from "../ui/Panel";
 import { Switch } from "../ui/Switch";
 import { Sparkline } from "./Sparkline";
 import { activate, useFunctions } from "./store";
@@ -15,6 +15,7 @@ export function FunctionList() {
   return (
     <div className="functions-list" data-panel="functions" tabIndex={-1}>
       <Panel title="Transfer functions" sub={functions.length} className="scroll">
+        {functions.length === 0 && <Empty>A recording keeps the files, not what the functions cost.</Empty>}
         <ul>
           {functions.map((one) => (
             <Row key={one.name} one={one} />

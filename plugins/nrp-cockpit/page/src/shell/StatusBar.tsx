@@ -1,3 +1,4 @@
+import { FirstVisit } from "../hints/FirstVisit";
 import { useRun } from "../state/run";
 import type { Status } from "../state/types";
 import { Icon } from "../ui/Icon";
@@ -9,6 +10,7 @@ export function StatusBar() {
     <footer className="status">
       <LinkState />
       <Attention />
+      <FirstVisit />
       <span className="grow cut">{status?.doing}</span>
       {status && <Costs status={status} />}
     </footer>

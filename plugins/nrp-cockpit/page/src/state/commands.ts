@@ -24,7 +24,6 @@ export const reset = (what: ResetWhat) => command("reset", { what });
 export const setPace = (factor: number | null) => command("pace", { factor });
 export const runTo = (t_s: number) => command("run_to", { t_s });
 export const seek = (t_s: number) => command("seek", { t_s });
-export const leaveSeek = () => command("live");
 export const takeSnapshot = () => command("snapshot");
 export const restore = (id: string) => command("restore", { id });
 export const record = (folder: string | null) => command("record", { folder });

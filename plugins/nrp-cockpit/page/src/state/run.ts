@@ -45,14 +45,17 @@ export function followRun(): void {
   );
 }
 
-/** Why the run cannot be steered, or undefined when it can. */
-export function blockedBy({ link, experiment, status }: Run): string | undefined {
+/** Why this page cannot steer the run, or undefined when it can. */
+export function barredBy({ link, experiment, status }: Run): string | undefined {
   if (link.state !== "open") return "The connection to the server is lost.";
   if (!experiment || !status) return "The server has not described the run yet.";
   if (!experiment.may_steer) return "You may watch this run, not steer it.";
-  if (status.state === "busy") return "The run is busy.";
   return undefined;
 }
+
+/** Why the run cannot be steered at this moment, or undefined when it can. */
+export const blockedBy = (run: Run): string | undefined =>
+  barredBy(run) ?? (run.status?.state === "busy" ? "The run is busy." : undefined);
 
 /** Why the run cannot be steered now, or undefined when it can. */
 export const useBlocked = (): string | undefined => useRun(blockedBy);
