@@ -1,10 +1,42 @@
+import { type Selection, select, useSelection } from "../state/selection";
+import { IconButton } from "../ui/Button";
 import { Empty, Panel } from "../ui/Panel";
+import { BodyView } from "./BodyView";
+import { NeuronView, PopulationView, ProjectionView } from "./BrainViews";
+import { FunctionView } from "./FunctionView";
+import "./inspector.css";
 
 /** What is selected: its values, and what may be done with it. */
 export function InspectorPanel() {
+  const selected = useSelection((state) => state.selected);
+  const clear = selected && (
+    <IconButton
+      icon="close"
+      label="Clear the selection"
+      shortcut="Esc"
+      kind="ghost"
+      small
+      onClick={() => select(null)}
+    />
+  );
   return (
-    <Panel title="Selected">
-      <Empty>Click a body, a cell or a projection.</Empty>
+    <Panel title="Selected" tools={clear} className="inspector scroll">
+      {selected ? <Selected selected={selected} /> : <Empty>Click a body, a cell or a projection.</Empty>}
     </Panel>
   );
+}
+
+function Selected({ selected }: { selected: Selection }) {
+  switch (selected.kind) {
+    case "body":
+      return <BodyView name={selected.name} />;
+    case "neuron":
+      return <NeuronView population={selected.population} index={selected.index} />;
+    case "population":
+      return <PopulationView label={selected.label} />;
+    case "projection":
+      return <ProjectionView id={selected.id} />;
+    case "function":
+      return <FunctionView name={selected.name} />;
+  }
 }

@@ -39,6 +39,8 @@ export function MapPanel() {
 
 function useMap() {
   const plan = useRef(new Plan());
+  /** What the person chose to see; null: all of the room. */
+  const chosen = useRef<MapView | null>(null);
   const view = useRef<MapView | null>(null);
   const seen = useRef<readonly Footprint[]>([]);
   const [empty, setEmpty] = useState(true);
@@ -47,7 +49,7 @@ function useMap() {
     const moving = plan.current.moving(poseOf);
     const { still } = plan.current;
     seen.current = [...still, ...moving];
-    view.current ??= fittedTo(seen.current, sheet);
+    view.current = chosen.current ?? fittedTo(still.length > 0 ? still : moving, sheet);
     if (view.current) paintMap(sheet, { view: view.current, still, moving, selected, robots: robotsOfNow() });
   });
   useEffect(() => {
@@ -61,7 +63,7 @@ function useMap() {
   }, [redraw]);
   const show = useCallback(
     (next: MapView | null) => {
-      view.current = next;
+      chosen.current = next;
       redraw();
     },
     [redraw],
@@ -69,7 +71,7 @@ function useMap() {
   useEffect(() => {
     if (!ref.current) return;
     return steerMap(ref.current, {
-      view: () => view.current,
+      view: () => chosen.current ?? view.current,
       setView: show,
       footprints: () => seen.current,
     });

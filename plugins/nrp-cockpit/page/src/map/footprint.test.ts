@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 import type { Entity, Kind, Shape } from "../world/entities";
 import { fromRollPitchYaw, IDENTITY, type Pose } from "../world/pose";
-import { contains, convexHull, footprintsOf } from "./footprint";
+import { contains, convexHull, extentOf, footprintsOf } from "./footprint";
 import { bodyAt } from "./plan";
 import { boxOfStl } from "./stl";
 
@@ -70,6 +70,15 @@ describe("what a shape covers from above", () => {
     const mesh: Shape = { ...shape("mesh", [1, 1, 1]), mesh: { data: new Uint8Array(3), type: "x" } };
     expect(footprintsOf(entity(mesh), IDENTITY)).toEqual([]);
   });
+});
+
+it("the extent of a body is that of all its shapes", () => {
+  const parts = [
+    entity(shape("cube", [2, 2, 1])),
+    entity(shape("cube", [1, 1, 1], { ...IDENTITY, position: [3, 0, 2] })),
+  ];
+  expect(extentOf(parts, () => IDENTITY)).toEqual({ x: [-1, 3.5], y: [-1, 1], z: [-0.5, 2.5] });
+  expect(extentOf([], () => IDENTITY)).toBeNull();
 });
 
 it("a hull leaves out the points inside and on its sides", () => {

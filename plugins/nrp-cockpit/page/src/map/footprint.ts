@@ -33,6 +33,22 @@ export function footprintsOf(entity: Entity, frame: Pose): Footprint[] {
   });
 }
 
+/** How far something reaches along the axes of the world, m. */
+export type Extent = Record<"x" | "y" | "z", readonly [number, number]>;
+
+/** How far some entities reach together; null if they have no shapes. */
+export function extentOf(entities: readonly Entity[], poseOf: (frame: string) => Pose): Extent | null {
+  const all = entities.flatMap((entity) => footprintsOf(entity, poseOf(entity.frame)));
+  if (all.length === 0) return null;
+  const range = (values: readonly number[]) => [Math.min(...values), Math.max(...values)] as const;
+  const points = all.flatMap(({ outline }) => outline);
+  return {
+    x: range(points.map(([x]) => x)),
+    y: range(points.map(([, y]) => y)),
+    z: range(all.flatMap(({ bottom_m, top_m }) => [bottom_m, top_m])),
+  };
+}
+
 const signs = [-1, 1] as const;
 const ROUND = 16;
 

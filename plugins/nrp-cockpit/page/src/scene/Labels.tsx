@@ -1,12 +1,12 @@
 import { useEffect, useRef } from "react";
 import { Vector3 } from "three";
 import { useRun } from "../state/run";
-import { useSelection } from "../state/selection";
+import { select, useSelection } from "../state/selection";
 import type { Viewer } from "./viewer";
 
 const NO_ROBOTS: readonly string[] = [];
 
-/** The names of the robots and of the selected body, over them. */
+/** The names of the robots and of the selected body, over them; a click on a name selects. */
 export function Labels({ viewer }: { viewer: Viewer }) {
   const robots = useRun((run) => run.experiment?.robots ?? NO_ROBOTS);
   const selected = useSelection(({ selected: one }) => (one?.kind === "body" ? one.name : null));
@@ -31,8 +31,10 @@ function Label({ viewer, body, selected }: { viewer: Viewer; body: string; selec
     return viewer.onDrawn(place);
   }, [viewer, body]);
   return (
-    <div ref={label} className="scene-label" data-selected={selected} aria-hidden="true">
-      <span>{body}</span>
+    <div ref={label} className="scene-label">
+      <button type="button" aria-pressed={selected} onClick={() => select({ kind: "body", name: body })}>
+        {body}
+      </button>
     </div>
   );
 }

@@ -30,6 +30,11 @@ export const record = (folder: string | null) => command("record", { folder });
 export const publish = (topic: string, value: object) => command("publish", { topic, value });
 export const push = (body: string, force_n: Vector, duration_s: number) =>
   command("push", { body, force_n, duration_s });
+export const place = (
+  body: string,
+  position: Vector,
+  orientation: readonly [number, number, number, number],
+) => command("place", { body, position, orientation });
 
 export function toggleRecording(): void {
   const recording = useRun.getState().status?.recording;

@@ -1,0 +1,42 @@
+import { useRun } from "../state/run";
+import { Icon } from "../ui/Icon";
+import { Empty } from "../ui/Panel";
+import { PlaceBody, PushBody } from "./BodyActions";
+import { BodyColor } from "./BodyColor";
+import { BodyTopics } from "./BodyTopics";
+import { colorTopics } from "./color";
+import { Title } from "./Facts";
+import { LivePose } from "./LivePose";
+import { StaticPlace } from "./StaticPlace";
+
+/** A body of the world: where it is, what it publishes, and what may be done with it. */
+export function BodyView({ name }: { name: string }) {
+  const body = useRun((run) => run.experiment?.bodies.find((one) => one.name === name));
+  const robot = useRun((run) => run.experiment?.robots.includes(name));
+  if (!body) return <Empty>The run has no body '{name}' any more.</Empty>;
+  return (
+    <>
+      <Title name={name}>
+        {robot ? "robot " : "body "}
+        {body.static && (
+          <span className="tag">
+            <Icon name="lock" small /> static
+          </span>
+        )}
+      </Title>
+      {(body.colorable !== null || colorTopics(body.topics).length > 0) && (
+        <BodyColor key={name} body={body} />
+      )}
+      {body.static ? <StaticPlace body={name} /> : <LivePose body={name} />}
+      <BodyTopics names={body.topics} />
+      {body.static ? (
+        <p className="panel-section dim f12">A static body cannot be pushed or moved.</p>
+      ) : (
+        <>
+          <PlaceBody key={`place ${name}`} body={name} />
+          <PushBody key={`push ${name}`} body={name} />
+        </>
+      )}
+    </>
+  );
+}
