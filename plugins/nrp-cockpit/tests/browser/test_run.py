@@ -21,7 +21,7 @@ def test_a_run_is_played_paused_stepped_and_reset(
     paused = time_s(page)
     page.wait_for_timeout(500)
     assert time_s(page) == paused
-    page.get_by_role("button", name="Step (.)").click()
+    page.get_by_role("button", name="Step", exact=True).click()
     expect(page.get_by_role("timer")).to_contain_text(f"{paused + 0.02:.2f} s")
     page.get_by_role("button", name="Step back").click()
     expect(page.get_by_role("timer")).to_contain_text(f"{paused:.2f} s")

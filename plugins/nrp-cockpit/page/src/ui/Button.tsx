@@ -65,5 +65,5 @@ export interface IconButtonProps extends Omit<ButtonProps, "children" | "icon"> 
 /** A button of one icon; its label is its accessible name and its tip. */
 export function IconButton({ label, shortcut, tip, ...rest }: IconButtonProps) {
   const named = shortcut ? `${label} (${shortcut})` : label;
-  return <Button {...rest} aria-label={named} tip={tip ?? named} />;
+  return <Button {...rest} aria-label={label} aria-keyshortcuts={shortcut} tip={tip ?? named} />;
 }
