@@ -179,7 +179,7 @@ class Cockpit:
         token = self.guard.token if steers else self.guard.watch_token
         address = f"ws://127.0.0.1:{self.server.port}/?token={token}"
         names = [Subprotocol(name) for name in protocols]
-        with connect(address, subprotocols=names, max_size=None, proxy=None) as connection:
+        with connect(address, subprotocols=names, max_size=None, proxy=None, close_timeout=0.5) as connection:
             yield Visitor(connection)
 
 

@@ -62,8 +62,11 @@ class Calls:
 
 
 def _json(payload: bytes) -> Any:
+    def refuse(word: str) -> Any:
+        raise ValueError(f"{word} is no number of JSON")
+
     try:
-        return json.loads(payload)
+        return json.loads(payload, parse_constant=refuse)
     except (ValueError, RecursionError) as error:
         raise ProtocolError(f"this is not JSON: {error}") from None
 

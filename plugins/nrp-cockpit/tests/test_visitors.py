@@ -1,0 +1,230 @@
+"""Who visits a run: several people, people who only watch, and programs that speak nonsense."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Iterator
+
+import pytest
+from nrp_cockpit.session.controls import services_of
+from nrp_cockpit.session.live import LiveSession
+from nrp_cockpit.wire.hub import Hub
+from requests_of_clients import client_message, service_request
+from visitors import SMALL, Cockpit, RefusedError, Visitor, cockpit
+from websockets.exceptions import ConnectionClosed
+
+from nrp_core.errors import LifecycleError
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
+
+WATCHED = {"/cockpit/functions/check", "/cockpit/functions/complete", "/cockpit/layout/load"}
+
+
+@pytest.fixture(scope="module")
+def opened() -> Iterator[Cockpit]:
+    with cockpit("world.backend=pybullet") as opened:
+        yield opened
+
+
+@pytest.fixture
+def visitor(opened: Cockpit) -> Iterator[Visitor]:
+    with opened.visit() as visitor:
+        visitor.subscribe("/cockpit/experiment", "/cockpit/status")
+        visitor.call("pause")
+        yield visitor
+
+
+def test_a_watcher_may_not_steer(opened: Cockpit) -> None:
+    with opened.visit(steers=False) as watcher:
+        for name, number in watcher.services.items():
+            if name not in WATCHED:
+                with pytest.raises(RefusedError, match="you may watch this run, not steer it"):
+                    watcher.answer(watcher.ask_raw(number, b"{}"))
+        watcher.publish("/husky/cmd_vel", {"linear": {"x": 1}})
+        assert "not steer" in watcher.until(lambda: watcher.warnings)[0]
+    assert not opened.run.loop._published
+
+
+def test_a_watcher_sees_what_the_others_see(opened: Cockpit, visitor: Visitor) -> None:
+    with opened.visit(steers=False) as watcher:
+        watcher.subscribe("/cockpit/experiment", "/cockpit/status")
+        assert watcher.until(lambda: watcher.last("experiment"))["may_steer"] is False
+        assert visitor.until(lambda: visitor.last("experiment"))["may_steer"] is True
+        watcher.status(viewers=2)
+        assert watcher.call("functions/complete")["words"]
+        visitor.call("step")
+        assert watcher.status(t_s=opened.run.now_s)["viewers"] == 2
+    visitor.status(viewers=1)
+
+
+def test_a_new_visitor_gets_the_last_reports_at_once(opened: Cockpit) -> None:
+    with opened.visit() as visitor:
+        reports = ("experiment", "status", "functions", "timeline", "findings")
+        visitor.subscribe(*(f"/cockpit/{name}" for name in reports))
+        visitor.until(lambda: all(visitor.last(name) is not None for name in reports), 5)
+        assert visitor.last("experiment")["name"] == "braitenberg_husky"
+
+
+def test_a_topic_is_sent_only_while_somebody_hears_it(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.subscribe("/gazebo/model_states", "/husky/camera")
+    visitor.call("step", n=5)
+    visitor.until(lambda: visitor.heard["/gazebo/model_states"] and visitor.heard["/husky/camera"])
+    assert {"/gazebo/model_states", "/husky/camera"} <= opened.session.hearing._open.keys()
+    for topic in ("/gazebo/model_states", "/husky/camera"):
+        visitor.unsubscribe(topic)
+    visitor.call("step")
+    assert not opened.session.hearing._open
+
+
+def test_who_leaves_is_not_heard_of_again(opened: Cockpit) -> None:
+    with opened.visit() as leaving:
+        leaving.subscribe("/gazebo/model_states")
+        leaving.call("step")
+    with opened.visit() as staying:
+        staying.subscribe("/cockpit/status")
+        staying.status(viewers=1)
+        staying.call("step")
+        assert opened.session.hub.heard == {"/cockpit/status"}
+        assert not opened.session.hearing._open
+
+
+def test_the_whole_scene_is_sent_to_whoever_joins(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.subscribe("/scene")
+    visitor.until(lambda: visitor.heard["/scene"])
+    whole = len(visitor.heard["/scene"][0].payload)
+    visitor.subscribe("/tf")
+    visitor.call("step", n=5)
+    assert len(visitor.heard["/scene"]) == 1
+    with opened.visit() as other:
+        other.subscribe("/scene")
+        other.until(lambda: other.heard["/scene"])
+        assert len(other.heard["/scene"][0].payload) == whole
+
+
+@pytest.mark.parametrize(
+    ("frame", "said"),
+    [
+        (b"", "cut"),
+        (b"\x02\x01", "cut"),
+        (b"\x02\x01\x00\x00\x00\x01\x00\x00\x00\xff\xff\x00\x00", "cut"),
+        (b"\x63hello", "no binary operation 99"),
+        (client_message(99, b"{}"), "channel 99 was not advertised"),
+        ("hello", "not JSON"),
+        ("[" * 100_000, "not JSON"),
+        ('{"op": "subscribe"}', "a field is missing"),
+        ('{"op": "subscribe", "subscriptions": 3}', "of another type"),
+        (
+            '{"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 99999}]}',
+            "no channel 99999",
+        ),
+        ('{"op": "subscribe", "subscriptions": [{"id": -1, "channelId": 1}]}', "-1 cannot be the id"),
+        ('{"op": "unsubscribe", "subscriptionIds": [77]}', "there is no subscription 77"),
+        ('{"op": "subscribeConnectionGraph"}', "does not offer 'subscribeConnectionGraph'"),
+    ],
+)
+def test_nonsense_is_a_warning_and_ends_nothing(opened: Cockpit, frame: str | bytes, said: str) -> None:
+    with opened.visit() as visitor:
+        visitor.connection.send(frame)
+        assert said in visitor.until(lambda: visitor.warnings)[0]
+        visitor.call("pause")
+
+
+def test_an_unknown_service_and_a_wrong_request_are_refused(visitor: Visitor) -> None:
+    seek = visitor.services["/cockpit/seek"]
+    for service, payload, said in (
+        (0, b"{}", "there is no service 0"),
+        (9999, b"{}", "there is no service 9999"),
+        (seek, b"{", "this is not JSON"),
+        (seek, b'{"t_s": NaN}', "JSON"),
+        (seek, b"[1]", "a request is a JSON object"),
+    ):
+        with pytest.raises(RefusedError, match=said):
+            visitor.answer(visitor.ask_raw(service, payload))
+
+
+def test_what_is_too_large_ends_only_its_connection(opened: Cockpit, visitor: Visitor) -> None:
+    def send() -> None:
+        other.connection.send(service_request(1, 1, bytes(9 << 20)))
+        other.listen(10)
+
+    with opened.visit() as other, pytest.raises(ConnectionClosed):
+        send()
+    visitor.call("pause")
+
+
+def test_two_people_steer_one_run(opened: Cockpit, visitor: Visitor) -> None:
+    steps = opened.run.loop.steps
+    with opened.visit() as other:
+        calls = [(each, each.ask("step")) for each in (visitor, other) for _ in range(5)]
+        for each, call in calls:
+            each.answer(call)
+    assert opened.run.loop.steps == steps + 10
+
+
+def test_a_run_goes_on_when_its_server_is_gone() -> None:
+    with cockpit("world.backend=pybullet") as opened, opened.visit() as visitor:
+        visitor.subscribe("/cockpit/status", "/tf", "/husky/camera")
+        visitor.call("pace", factor=None)
+        visitor.call("play")
+        visitor.until(lambda: visitor.heard["/tf"])
+        opened.server.close()
+        with pytest.raises(ConnectionClosed):
+            visitor.listen(10)
+        steps = opened.run.loop.steps
+        end_s = time.monotonic() + 10
+        while opened.run.loop.steps < steps + 5:
+            assert time.monotonic() < end_s
+            time.sleep(0.01)
+        opened.server.close()
+        assert opened.session.hub.viewers == 0
+
+
+def test_who_waits_for_an_answer_gets_one_when_the_session_closes() -> None:
+    with cockpit("world.backend=pybullet") as opened, opened.visit() as visitor:
+        call = visitor.ask("seek", t_s=39.0)
+        time.sleep(0.2)
+        late = visitor.ask("step")
+        opened.session.close()
+        with pytest.raises(RefusedError, match="the run is being closed"):
+            visitor.answer(late)
+        visitor.answer(call)
+        assert opened.run.now_s < 39.0
+
+
+def test_ctrl_c_ends_a_session_and_tells_who_waits() -> None:
+    with Run(load_experiment("braitenberg_husky", [SMALL, "world.backend=pybullet"])) as run:
+        session = LiveSession(run, Hub())
+        services = services_of(session)
+
+        def interrupt() -> None:
+            raise KeyboardInterrupt
+
+        said: list[str] = []
+
+        def wait() -> None:
+            try:
+                session.ask(interrupt)
+            except LifecycleError as error:
+                said.append(str(error))
+
+        waiting = threading.Thread(target=wait)
+        waiting.start()
+        session.serve()
+        waiting.join()
+        assert said == ["the run is being closed"]
+        with pytest.raises(LifecycleError, match="the run is being closed"):
+            services.steering["/cockpit/play"]()
+
+
+def test_reports_are_json_that_a_browser_can_read(opened: Cockpit) -> None:
+    hub = opened.session.hub
+    hub.offer_json("/cockpit/test")
+    with opened.visit() as visitor:
+        visitor.subscribe("/cockpit/test")
+        value = {"nan": float("nan"), "list": [float("inf"), 1.5, "x"]}
+        opened.session.ask(lambda: hub.tell("/cockpit/test", value))
+        visitor.until(lambda: visitor.heard["/cockpit/test"])
+        text = visitor.heard["/cockpit/test"][0].payload
+    assert json.loads(text, parse_constant=pytest.fail) == {"nan": None, "list": [None, 1.5, "x"]}
