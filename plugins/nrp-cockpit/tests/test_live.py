@@ -313,6 +313,43 @@ def test_an_edit_is_applied_and_reverted(opened: Cockpit, visitor: Visitor) -> N
     assert {each.name for each in opened.run.loop.functions} == {"eye_sensor_transmit", "linear_twist"}
 
 
+def test_a_body_is_coloured_by_the_topic_that_the_experiment_names(visitor: Visitor) -> None:
+    visitor.subscribe("/cockpit/experiment")
+    bodies = visitor.until(lambda: visitor.last("experiment"))["bodies"]
+    topics = {body["name"]: body["colorable"] for body in bodies}
+    assert topics["left_vr_screen"] == "/screens/left/color"
+    assert topics["sofa"].startswith("/sofa/")
+
+
+def test_a_text_that_is_saved_and_not_applied_does_not_run(
+    opened: Cockpit, visitor: Visitor, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    path, source = listing(visitor, "listing2.py")
+    elsewhere = tmp_path / "listing2.py"
+    elsewhere.write_text(source)
+    monkeypatch.setitem(opened.session.functions._files, path, elsewhere)
+    edited = source.replace("def eye_sensor_transmit", "def another_name")
+    visitor.call("functions/save", files={path: edited})
+    assert elsewhere.read_text() == edited
+    assert visitor.call("functions/apply", files={})["applied"]
+    assert "another_name" not in {each.name for each in opened.run.loop.functions}
+    assert listing(visitor, "listing2.py")[1] == source
+
+
+def test_the_time_of_a_call_is_that_of_the_calls_that_are_counted(visitor: Visitor) -> None:
+    visitor.call("step", n=5)
+    visitor.call("seek", t_s=0.04)
+    visitor.call("step")
+    for each in visitor.until(lambda: counted(visitor, 1)):
+        assert each["mean_ms"] == pytest.approx(each["recent_ms"][-1], abs=1e-3)
+
+
+def counted(visitor: Visitor, calls: int) -> list[dict[str, Any]] | None:
+    """Return the functions, once each was called that often."""
+    functions = (visitor.last("functions") or {"functions": []})["functions"]
+    return functions if functions and {each["calls"] for each in functions} == {calls} else None
+
+
 def test_an_error_of_a_draft_is_shown_in_its_file(opened: Cockpit, visitor: Visitor) -> None:
     path, source = listing(visitor, "listing2.py")
     broken = f"{source}    missing = []\n    missing[0]\n"

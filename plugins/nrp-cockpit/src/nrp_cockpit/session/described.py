@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -40,7 +40,7 @@ def run_data(run: Run) -> dict[str, Any]:
         "populations": list(populations_data(run.brain)),
         "projections": [projection_data(each) for each in run.brain.network.projections],
         "devices": list(devices_data(run.brain)),
-        "bodies": list(bodies_data(world)),
+        "bodies": list(bodies_data(world, experiment.aliases)),
     }
 
 
@@ -106,7 +106,7 @@ def devices_data(brain: Brain) -> Iterator[dict[str, Any]]:
         }
 
 
-def bodies_data(world: World) -> Iterator[dict[str, Any]]:
+def bodies_data(world: World, aliases: Mapping[str, str]) -> Iterator[dict[str, Any]]:
     """Yield the models of the scene with their topics."""
     for model in world.scene.models:
         topics = [name for name in world.topics if name.startswith(f"/{model.name}/")]
@@ -114,15 +114,14 @@ def bodies_data(world: World) -> Iterator[dict[str, Any]]:
             "name": model.name,
             "static": model.static,
             "topics": topics,
-            "colorable": _colour_topic(world, topics),
+            "colorable": _colour_topic(world, topics, aliases),
         }
 
 
-def _colour_topic(world: World, topics: list[str]) -> str | None:
+def _colour_topic(world: World, topics: list[str], aliases: Mapping[str, str]) -> str | None:
     """Return the topic that colours a model: one that has an alias, else that of its first visual."""
     colours = [name for name in topics if world.topics[name].type is ColorRGBA]
-    aliases = {topic.name: alias for alias, topic in world.topics.items() if alias != topic.name}
-    aliased = (aliases[name] for name in colours if name in aliases)
+    aliased = (alias for alias, name in aliases.items() if name in colours)
     return next(aliased, next(iter(colours), None))
 
 

@@ -6,6 +6,7 @@ import traceback
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from nrp_cockpit.session.costs import Cost
 from nrp_core.cle.failures import Failure
 from nrp_core.clock import seconds
 from nrp_core.dsl.functions.function import TransferFunction
@@ -38,10 +39,9 @@ def _weight(finding: Finding) -> str:
     return "note" if finding.weight is Weight.REMARK else "warning"
 
 
-def function_data(function: TransferFunction, run: Run, recent_ms: list[float], calls: int) -> dict[str, Any]:
+def function_data(function: TransferFunction, run: Run, cost: Cost) -> dict[str, Any]:
     """Return a transfer function, what it costs, and why it does not run."""
     failed = {failure.function: failure for failure in run.loop.failures}
-    spent_ms = run.loop.account.function_ns[function.name] / 1e6
     failure = None if function.active else failed.get(function.name)
     return {
         "name": function.name,
@@ -50,9 +50,9 @@ def function_data(function: TransferFunction, run: Run, recent_ms: list[float], 
         "flow": function.flow.value,
         "active": function.active,
         "failure": None if failure is None else failure_data(failure),
-        "calls": calls,
-        "mean_ms": spent_ms / calls if calls else 0.0,
-        "recent_ms": recent_ms,
+        "calls": cost.calls,
+        "mean_ms": cost.mean_ms,
+        "recent_ms": [round(each, 4) for each in cost.recent_ms],
     }
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections import defaultdict, deque
+from collections import defaultdict
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from nrp_cockpit.session.completion import words_of
+from nrp_cockpit.session.costs import Cost
 from nrp_cockpit.session.drafts import Drafts
 from nrp_cockpit.session.findings import finding_data, function_data
 from nrp_core.analysis.validate import validate
@@ -20,8 +22,6 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 
 LANGUAGES = {".py": "python", ".bibi": "bibi", ".xml": "bibi"}
-RECENT = 60
-"""Number of calls whose duration is shown."""
 
 
 class Functions:
@@ -39,14 +39,13 @@ class Functions:
     def __init__(self, run: Run) -> None:
         self._run = run
         self._files = {str(path): path for path in run.experiment.transfer_functions}
-        self._edited: dict[str, str] = {}
+        self._running = self._on_disk()
         self._names: dict[str, list[str]] = defaultdict(list)
         for function in run.loop.functions:
             self._names[str(function.place.path)].append(function.name)
         self.drafts = Drafts()
         self._spent_ns: dict[str, int] = {}
-        self._calls: dict[str, int] = defaultdict(int)
-        self._recent_ms: dict[str, deque[float]] = defaultdict(lambda: deque(maxlen=RECENT))
+        self._costs: dict[str, Cost] = defaultdict(Cost)
 
     def after_step(self, loop: ClosedLoop) -> None:
         """Note which functions ran in this step, and how long."""
@@ -54,21 +53,18 @@ class Functions:
             before = self._spent_ns.get(name, 0)
             if spent_ns != before:
                 self._spent_ns[name] = spent_ns
-                self._calls[name] += 1
-                self._recent_ms[name].append((spent_ns - before) / 1e6)
+                self._costs[name].add((spent_ns - before) / 1e6)
 
     def begin_again(self) -> None:
         """Forget what functions took: the run is at another time."""
         self._spent_ns = dict(self._run.loop.account.function_ns)
-        self._calls.clear()
-        self._recent_ms.clear()
+        self._costs.clear()
 
     def data(self) -> dict[str, Any]:
         """Return the functions and their files."""
         functions = []
         for function in self._run.loop.functions:
-            recent = [round(each, 4) for each in self._recent_ms[function.name]]
-            shown = function_data(function, self._run, recent, self._calls[function.name])
+            shown = function_data(function, self._run, self._costs[function.name])
             functions.append(self.drafts.in_place(shown))
         return {"functions": functions, "files": [self._file_data(name) for name in self._files]}
 
@@ -80,7 +76,7 @@ class Functions:
 
     def check(self, files: Mapping[str, str]) -> dict[str, Any]:
         """Return the findings about the experiment with these texts in place of its files."""
-        experiment = self._drafted({**self._edited, **files})
+        experiment = self._drafted({**self._running, **files})
         try:
             return {"findings": self._shown(_findings(experiment))}
         finally:
@@ -92,20 +88,20 @@ class Functions:
         Returns:
             Whether they are in force, and the findings that keep them from it.
         """
-        texts = {**self._edited, **files}
+        texts = {**self._running, **files}
         experiment = self._drafted(texts)
         found = self._errors(experiment)
         shown = self._shown(found)
         if found:
             self.drafts.remove(experiment.transfer_functions)
         else:
-            self._edited = texts
+            self._running = texts
         return {"applied": not found, "findings": shown}
 
     def revert(self) -> None:
         """Let the run go on with its files as they are on disk."""
         self._change(self._run.experiment)
-        self._edited = {}
+        self._running = self._on_disk()
 
     def save(self, files: Mapping[str, str]) -> None:
         """Write texts to the files of the experiment.
@@ -133,11 +129,12 @@ class Functions:
     # -- changing
 
     def _drafted(self, texts: Mapping[str, str]) -> Experiment:
-        """Return the experiment with drafts of these texts in place of its files."""
+        """Return the experiment with these texts for its files: drafts of those that differ from the disk."""
         self._require(texts)
+        on_disk = self._on_disk()
+        new = {name: text for name, text in texts.items() if text != on_disk.get(name)}
         paths = (
-            self.drafts.write(path, texts[name]) if name in texts else path
-            for name, path in self._files.items()
+            self.drafts.write(path, new[name]) if name in new else path for name, path in self._files.items()
         )
         return self._run.experiment.model_copy(update={"transfer_functions": tuple(paths)})
 
@@ -177,12 +174,20 @@ class Functions:
 
     # -- data
 
+    def _on_disk(self) -> dict[str, str]:
+        """Return the texts of the files as they are on disk, but of those that cannot be read."""
+        texts = {}
+        for name, path in self._files.items():
+            with suppress(OSError, UnicodeDecodeError):
+                texts[name] = path.read_text(encoding="utf-8")
+        return texts
+
     def _shown(self, findings: Iterable[Finding]) -> list[Any]:
         return [self.drafts.in_place(finding_data(each)) for each in findings]
 
     def _file_data(self, name: str) -> dict[str, Any]:
         path = self._files[name]
-        return source_file(name, path, self._edited.get(name), editable=os.access(path, os.W_OK))
+        return source_file(name, path, self._running.get(name), editable=os.access(path, os.W_OK))
 
 
 def source_file(name: str, path: Path, text: str | None = None, *, editable: bool) -> dict[str, Any]:
