@@ -286,9 +286,21 @@ def test_it_says_what_was_recorded(desk: Desk, folder: Path):
     assert (status["passed"], status["complete"]) == (False, True)
     assert {one["name"]: one["t_s"] for one in timeline["events"]}["left_red"] == RED_S
     assert {one["name"]: one["passed"] for one in timeline["criteria"]}["reaches_left"] is False
+    functions = {one["name"]: one for one in desk.said("functions")["functions"]}
+    assert functions["linear_twist"]["flow"]
+    assert functions["linear_twist"]["active"]
     files = {Path(one["path"]).name: one for one in desk.said("functions")["files"]}
     assert "MapSpikeSink" in files["listing1.py"]["source"]
     assert not files["listing1.py"]["editable"]
+
+
+def test_its_functions_are_read_and_not_executed(folder: Path, tmp_path: Path):
+    shutil.copytree(folder, tmp_path / "changed")
+    file = tmp_path / "changed" / "experiment" / "listing1.py"
+    file.write_text(file.read_text() + f"\nopen({str(tmp_path / 'executed')!r}, 'w')\n")
+    with opened(tmp_path / "changed") as desk:
+        assert "linear_twist" in {one["name"] for one in desk.said("functions")["functions"]}
+    assert not (tmp_path / "executed").exists()
 
 
 def test_what_would_change_it_is_refused(desk: Desk):
@@ -341,8 +353,8 @@ def test_a_cut_recording_is_played_as_far_as_it_goes_and_says_that_it_is_cut(
         assert desk.said("status")["t_s"] == end_ns / 1e9
         desk.wait_for(lambda: desk.said("findings") != [])
         (finding,) = desk.said("findings")
-        wanted = "its run was killed or goes on" if was_killed else "messages after"
-        assert wanted in finding["summary"]
+        assert finding["weight"] == "error"
+        assert ("killed at" if was_killed else "messages after") in finding["summary"]
         assert desk.said("status")["complete"] is not was_killed
 
 

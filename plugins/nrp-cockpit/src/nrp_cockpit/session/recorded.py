@@ -14,10 +14,9 @@ from nrp_cockpit.session.reports import Reports
 from nrp_cockpit.session.session import Mode, Session
 from nrp_cockpit.wire.hub import Hub
 from nrp_core.cle.pacing import AsFastAsPossible, Paced, Pacing
-from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError
-from nrp_core.findings import Code, Finding
+from nrp_core.errors import CapabilityError, LifecycleError
+from nrp_core.findings import Code, Finding, Level
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.replay.explanations import explanations
 
 CHECKING = "nrp-cockpit-check"
 """The name of the thread that compares a recording with its digests."""
@@ -130,10 +129,9 @@ class RecordedSession(Session):
     def _check(self) -> None:
         """Compare the recording with its digests, beside everything else: that reads all of it."""
         check = self.recording.check()
-        try:
-            found = list(explanations(self.recording, check))
-        except ExperimentError as error:  # its description is damaged
-            found = [Finding.of(error, Code.NRP285)]
+        found = [Finding(Code.NRP284, str(flaw)) for flaw in check.flaws]
+        if check.finished:  # else the run was killed, which is known already
+            found += [Finding(Code.NRP284, note, Level.NOTE) for note in check.notes]
         with suppress(LifecycleError):  # it was closed meanwhile
             self.ask(lambda: self._note(found))
 

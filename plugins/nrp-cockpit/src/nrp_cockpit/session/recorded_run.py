@@ -8,11 +8,12 @@ from typing import Any
 
 from nrp_cockpit.session.described import role_of
 from nrp_cockpit.session.findings import finding_data, timeline_data
-from nrp_cockpit.session.functions import source_file
+from nrp_cockpit.session.recorded_functions import recorded_functions
 from nrp_core.clock import NS_PER_MS, seconds
 from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.experiment.events.criteria import Verdict
 from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.running.judgement import recorded_judgement
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.recording.folder.self_contained import recorded_experiment
 from nrp_core.recording.layout import WORLD_FRAME, Role
@@ -51,7 +52,8 @@ class RecordedRun:
         self._settings: dict[str, Any] = self._about.get("settings") or {}
         self.result: dict[str, Any] = self._about.get("result") or {}
         self._experiment = self._read_experiment(recording)
-        self.problems += map(Finding.from_dict, self.result.get("problems") or ())
+        self._judgement = recorded_judgement(self._about, self._end_s)
+        self.problems += () if self._judgement is None else self._judgement.problems
 
     @property
     def timestep_ns(self) -> int:
@@ -86,9 +88,9 @@ class RecordedRun:
         }
 
     def functions_data(self) -> dict[str, Any]:
-        """Return the files of its transfer functions."""
+        """Return its transfer functions and their files."""
         paths = self._experiment.transfer_functions if self._experiment else ()
-        return {"functions": [], "files": [source_file(str(path), path, editable=False) for path in paths]}
+        return recorded_functions(paths, self.result.get("failures") or ())
 
     def timeline_data(self) -> dict[str, Any]:
         """Return what happened."""
@@ -116,8 +118,8 @@ class RecordedRun:
             "recording": None,
             "share": {name: share.get(key, 0.0) for name, key in _SHARES.items()},
             "error": None if error is None else {"message": str(error), "file": None, "line": None},
-            "passed": result.get("passed"),
-            "complete": bool(result.get("complete", False)),
+            "passed": None if self._judgement is None else self._judgement.passed,
+            "complete": self._judgement is not None and self._judgement.complete,
         }
 
     def _read_experiment(self, recording: Recording) -> Experiment | None:
@@ -125,7 +127,7 @@ class RecordedRun:
             return recorded_experiment(recording)
         except NrpError as error:
             message = f"the experiment of the recording cannot be read: {error}"
-            self.problems.append(Finding(Code.NRP285, message, Level.WARNING))
+            self.problems.append(Finding(Code.NRP284, message, Level.WARNING))
             return None
 
     def _populations(self, known: Mapping[str, Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
