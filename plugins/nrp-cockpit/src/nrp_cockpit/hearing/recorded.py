@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable
 
-from nrp_cockpit.hearing.scenes import RecordedScenes
+from nrp_cockpit.hearing.scenes import SCENE_TYPE, RecordedScenes
 from nrp_cockpit.hearing.stored import Stored, StoredMessages
 from nrp_cockpit.wire.channels import Kind, Sent
 from nrp_cockpit.wire.hub import Hub
@@ -35,7 +35,7 @@ class RecordedHearing:
         self._joined: dict[str, int] = {}
         self._at_ns = -1
         self._taken = self._spent_ns = 0
-        self._topics = {name: topic for name, topic in messages.topics.items() if topic.role != Role.RUN}
+        self._topics = {name: topic for name, topic in messages.topics.items() if _is_heard(topic)}
         self.scenes = RecordedScenes(messages) if SCENE in self._topics else None
         for topic in self._topics.values():
             lost = Kind.LATEST if topic.role in _LATEST else Kind.EVERY
@@ -100,3 +100,7 @@ class RecordedHearing:
         keep = self._topics[stored.topic].role != Role.SPIKES
         channel = self._hub.channels[stored.topic]
         self._hub.send(Sent(channel, stored.t_ns, stored.data), keep=keep)
+
+
+def _is_heard(topic: RecordedTopic) -> bool:
+    return topic.role != Role.RUN and (topic.name != SCENE or topic.type_name == SCENE_TYPE)

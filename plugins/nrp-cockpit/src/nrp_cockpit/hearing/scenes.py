@@ -7,9 +7,12 @@ from dataclasses import dataclass, field
 
 from nrp_cockpit.hearing.stored import StoredMessages
 from nrp_core.recording.layout import SCENE
-from nrp_core.world.messages.base import Time
+from nrp_core.world.messages.base import Time, type_name
 from nrp_core.world.messages.cdr import Codec
 from nrp_core.world.messages.foxglove_msgs import SceneEntity, SceneEntityDeletion, SceneUpdate
+
+SCENE_TYPE = type_name(SceneUpdate)
+"""Of the scenes that viewers draw; recordings of version 0.1 have another."""
 
 
 @dataclass(slots=True)
@@ -33,9 +36,7 @@ class RecordedScenes:
 
     def __init__(self, messages: StoredMessages) -> None:
         self._messages, self._codec = messages, Codec({})
-        topic = messages.topics[SCENE]
-        self._type = topic.type_name
-        self._codec.define(topic.type_name, topic.definition)
+        self._codec.define(SCENE_TYPE, messages.topics[SCENE].definition)
         self._pasts: dict[str, _Past] = {}
         self._first: bytes | None = None
         self._updates, self._until_ns = 0, -1
@@ -69,7 +70,7 @@ class RecordedScenes:
         for stored in self._messages.between([SCENE], self._until_ns, t_ns):
             self._first = self._first or stored.data
             self._updates += 1
-            self._add(stored.t_ns, self._codec.decode(stored.data, self._type))
+            self._add(stored.t_ns, self._codec.decode(stored.data, SCENE_TYPE))
         self._until_ns = t_ns
 
     def _add(self, t_ns: int, update: SceneUpdate) -> None:

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from nrp_cockpit.hearing.scenes import SCENE_TYPE
 from nrp_cockpit.session.described import role_of
 from nrp_cockpit.session.findings import finding_data, timeline_data
 from nrp_cockpit.session.recorded_functions import recorded_functions
@@ -16,7 +17,7 @@ from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.running.judgement import recorded_judgement
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.recording.folder.self_contained import recorded_experiment
-from nrp_core.recording.layout import WORLD_FRAME, Role
+from nrp_core.recording.layout import SCENE, WORLD_FRAME, Role
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.world.messages.foxglove_msgs import SceneEntity
@@ -52,6 +53,9 @@ class RecordedRun:
         self._settings: dict[str, Any] = self._about.get("settings") or {}
         self.result: dict[str, Any] = self._about.get("result") or {}
         self._experiment = self._read_experiment(recording)
+        if SCENE in topics and topics[SCENE].type_name != SCENE_TYPE:
+            message = "the scene is not shown: an earlier version recorded it in another format"
+            self.problems.append(Finding(Code.NRP284, message, Level.NOTE))
         self._judgement = recorded_judgement(self._about, self._end_s)
         self.problems += () if self._judgement is None else self._judgement.problems
 
