@@ -1,0 +1,59 @@
+"""What people touch in the scene acts on the run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from browsing import HUSKY, Cockpits, Watched, wait_until
+from playwright.sync_api import Page, expect
+
+ARRIVES = """
+extends: braitenberg_husky/no_red
+name: touched
+criteria:
+  turns_on_the_spot: null
+  arrives:
+    near: {model: husky, visual: right_vr_screen/body/screen_glass, within: 1.2 m}
+"""
+
+
+def select_in_scene(page: Page, model: str) -> None:
+    """Click here and there in the scene until a model is selected."""
+    canvas = page.get_by_role("application", name="The scene in three dimensions", exact=False)
+    box = canvas.bounding_box()
+    assert box is not None
+    inspector = page.get_by_role("region", name="Selected")
+    for x in (0.36, 0.39, 0.42, 0.45, 0.48):
+        for y in (0.28, 0.32, 0.36, 0.40, 0.44):
+            page.mouse.click(box["x"] + x * box["width"], box["y"] + y * box["height"])
+            if inspector.get_by_role("heading", name=model, exact=True).is_visible():
+                return
+    raise AssertionError(f"{model} is nowhere in the scene")
+
+
+def test_a_click_turns_a_screen_red_and_the_robot_drives_to_it(
+    tmp_path: Path, cockpits: Cockpits, watched: Watched
+):
+    file = tmp_path / "touched.yaml"
+    file.write_text(ARRIVES)
+    page = watched.open(cockpits.open(str(file), *HUSKY), width=1600, height=1000)
+    page.get_by_role("button", name="Play").click()
+    wait_until(page, 0.3)
+    select_in_scene(page, "right_vr_screen")
+    page.get_by_role("region", name="Selected").get_by_text("Red", exact=True).click()
+    page.get_by_role("slider", name="Pace").press("End")
+    arrives = page.locator("[data-panel=timeline]").get_by_text("arrives")
+    expect(arrives).to_be_visible()
+    expect(page.get_by_text("passed", exact=False).first).to_be_visible(timeout=90_000)
+
+
+def test_a_robot_is_put_elsewhere_by_its_fields(cockpits: Cockpits, watched: Watched):
+    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY), width=1600, height=1000)
+    page.get_by_role("button", name="Step", exact=True).click()
+    expect(page.get_by_role("timer")).to_contain_text("0.02 s")
+    select_in_scene(page, "husky")
+    inspector = page.get_by_role("region", name="Selected")
+    inspector.get_by_role("textbox", name="x (m)").fill("1.5")
+    inspector.get_by_role("button", name="Place", exact=True).click()
+    page.get_by_role("button", name="Step", exact=True).click()
+    expect(inspector.get_by_role("region", name="Pose")).to_contain_text("1.50")
