@@ -9,6 +9,7 @@ export function EndMarks() {
     <defs>
       <marker
         id="brain-excites"
+        markerUnits="userSpaceOnUse"
         viewBox="0 0 8 8"
         refX="6"
         refY="4"
@@ -20,6 +21,7 @@ export function EndMarks() {
       </marker>
       <marker
         id="brain-inhibits"
+        markerUnits="userSpaceOnUse"
         viewBox="0 0 8 8"
         refX="4"
         refY="4"

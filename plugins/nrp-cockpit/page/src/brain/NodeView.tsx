@@ -38,25 +38,44 @@ const BOX_LETTERS = 16;
 const shortened = (text: string, letters: number) =>
   text.length > letters ? `${text.slice(0, letters - 1)}…` : text;
 
-function Neuron({ node: { part, x, y, rx, side, letters }, number }: { node: Placed; number: number }) {
-  const anchor = ({ left: "end", right: "start", above: "middle" } as const)[side];
-  const at = { left: x - rx - 8, right: x + rx + 8, above: x }[side];
-  const [nameY, rateY] =
-    side === "above" ? [y - rx - 6, y + rx + 13] : part.name ? [y - 2, y + 11] : [y, y + 4];
+/** The mean width of a digit in a circle. */
+const DIGIT_PX = 7;
+
+function Neuron({ node, number }: { node: Placed; number: number }) {
+  const { part, x, y, rx } = node;
+  const inside = String(number).length * DIGIT_PX < 2 * rx;
   return (
     <>
       <circle className="brain-shape" cx={x} cy={y} r={rx} />
       <circle className="brain-light" cx={x} cy={y} r={rx} />
-      <text className="brain-number" x={x} y={y} textAnchor="middle" dominantBaseline="central">
-        {number}
-      </text>
-      {part.name && (
-        <text className="brain-name" x={at} y={nameY} textAnchor={anchor}>
-          {shortened(part.name, letters)}
+      {inside && (
+        <text className="brain-number" x={x} y={y} textAnchor="middle" dominantBaseline="central">
+          {number}
         </text>
       )}
-      <text className="brain-rate" x={at} y={rateY} textAnchor={anchor} />
+      <Words node={node} name={inside ? part.name : part.name || String(number)} />
     </>
+  );
+}
+
+/** The name of a neuron and its rate: around those in the middle, beside the others. */
+function Words({ node: { x, y, rx, side, letters, tight }, name }: { node: Placed; name: string }) {
+  const anchor = ({ left: "end", right: "start", above: "middle" } as const)[side];
+  const at = { left: x - rx - 8, right: x + rx + 8, above: x }[side];
+  const two = side === "above" || (name !== "" && !tight);
+  const [nameY, rateY] =
+    side === "above" ? [y - rx - 6, y + rx + 13] : two ? [y - 2, y + 11] : [y + 4, y + 4];
+  return (
+    <text className="brain-name" textAnchor={anchor}>
+      <tspan x={at} y={nameY}>
+        {shortened(name, letters)}
+      </tspan>
+      {two ? (
+        <tspan className="brain-rate" x={at} y={rateY} />
+      ) : (
+        <tspan className="brain-rate" dx={name && 4} />
+      )}
+    </text>
   );
 }
 

@@ -21,9 +21,12 @@ export const meanOf = (light: Float64Array): number =>
 
 const RATE_OVER_S = 1;
 
+/** At the begin of a run, the few spikes until then are related to this time. */
+const RATE_AT_LEAST_S = 0.2;
+
 /** How often each neuron fired in the last second, or since the begin of the run if that is less. */
 export function ratesNow(spikes: TimeRing, size: number, now_s: number): Float64Array {
-  const over_s = Math.min(RATE_OVER_S, Math.max(now_s, 1e-3));
+  const over_s = Math.min(RATE_OVER_S, Math.max(now_s, RATE_AT_LEAST_S));
   const counts = new Float64Array(size);
   spikes.visit(now_s - over_s, now_s + 1e-9, (_, neuron) => {
     counts[neuron] = (counts[neuron] ?? 0) + 1;

@@ -149,6 +149,17 @@ describe("the layout", () => {
     for (const [a, b] of pairs) expect(Math.hypot(a.x - b.x, a.y - b.y)).toBeGreaterThan(a.rx + b.rx);
   });
 
+  test("sets a column that is too high side by side", () => {
+    const parts = partsOf(
+      Array.from({ length: 3 }, (_, at) => population(`p${at}`, 16, 16 * at)),
+      [],
+    );
+    const { nodes } = layGraph(parts, [], 440, 175);
+    const places = new Set(nodes.map(({ x, y }) => `${x} ${y}`));
+    expect(places.size).toBe(48);
+    expect(new Set(nodes.map(({ x }) => x)).size).toBeGreaterThan(3);
+  });
+
   test("draws a way for every line, also from a part to itself and for both directions", () => {
     const parts = partsOf([population("a", 100, 0), population("b", 100, 100)], []);
     const links = linksOf(

@@ -12,6 +12,8 @@ export interface Placed {
   /** Where its name stands, and how many letters have room there. */
   side: "left" | "right" | "above";
   letters: number;
+  /** Whether its rate stands behind its name, for want of height. */
+  tight: boolean;
 }
 
 /** A line with its way as the data of an SVG path. */
@@ -28,9 +30,24 @@ export interface Graph {
 /** The mean width of a letter. */
 const LETTER_PX = 6.5;
 const LETTERS = 20;
+/** A neuron without a name may have its number instead. */
+const DIGITS = 5;
 const NAME_GAP = 10;
+/** The room of a rate behind a name, and the height that a name needs to have its rate below it. */
+const RATE_PX = 44;
+const TWO_LINES_PX = 28;
 const TOP = 14;
 const BOX = { rx: 60, ry: 20 };
+/** How far apart the parts of a column are at least. */
+const LEAST_PX = { neuron: 14, box: 36 };
+
+/** What depends on the room that there is. */
+interface Fit {
+  radius: number;
+  margin: number;
+  letters: number;
+  tight: boolean;
+}
 
 /** Lays the graph out in a rectangle. */
 export function layGraph(
@@ -39,30 +56,41 @@ export function layGraph(
   width: number,
   height: number,
 ): Graph {
-  const columns = columnsOf(parts, links);
-  const most = Math.max(1, ...columns.map(({ length }) => length));
-  const radius = Math.max(6, Math.min(14, (height - 2 * TOP) / most / 2 - 4));
-  const boxed = parts.some(({ index }) => index === null);
-  const longest = Math.min(
-    LETTERS,
-    Math.max(0, ...parts.map(({ index, name }) => (index === null ? 0 : name.length))),
-  );
-  const names = Math.min(longest * LETTER_PX, 0.24 * width);
-  const margin = Math.max(radius + NAME_GAP + names, boxed ? BOX.rx + 16 : 0);
-  const letters = Math.floor(names / LETTER_PX);
+  const room = height - 2 * TOP;
+  const columns = columnsOf(parts, links).flatMap((column) => wrapped(column, room));
+  const fit = fitOf(parts, width, room / Math.max(1, ...columns.map(({ length }) => length)));
+  const step = (width - 2 * fit.margin) / Math.max(1, columns.length - 1);
   const nodes = columns.flatMap((column, at) => {
-    const x = columns.length === 1 ? width / 2 : margin + (at / (columns.length - 1)) * (width - 2 * margin);
+    const x = columns.length === 1 ? width / 2 : fit.margin + at * step;
     const side = at === 0 ? "left" : at === columns.length - 1 ? "right" : "above";
-    const pitch = (height - 2 * TOP) / column.length;
+    const pitch = room / column.length;
     return column.map((part, row): Placed => {
-      const size =
-        part.index === null
-          ? { rx: BOX.rx, ry: Math.min(BOX.ry, pitch / 2 - 2) }
-          : { rx: radius, ry: radius };
-      return { part, x, y: TOP + (row + 0.5) * pitch, ...size, side, letters };
+      const box = { rx: BOX.rx, ry: Math.min(BOX.ry, pitch / 2 - 2) };
+      const size = part.index === null ? box : { rx: fit.radius, ry: fit.radius };
+      return { part, x, y: TOP + (row + 0.5) * pitch, ...size, side, letters: fit.letters, tight: fit.tight };
     });
   });
   return { nodes, lines: linesOf(links, nodes) };
+}
+
+/** A column that is too high for its room as several, side by side. */
+function wrapped(column: readonly Part[], room: number): Part[][] {
+  const least = column.some(({ index }) => index === null) ? LEAST_PX.box : LEAST_PX.neuron;
+  const rows = Math.max(1, Math.floor(room / least));
+  const count = Math.ceil(column.length / rows);
+  const each = Math.ceil(column.length / count);
+  return Array.from({ length: count }, (_, at) => column.slice(at * each, (at + 1) * each));
+}
+
+function fitOf(parts: readonly Part[], width: number, pitch: number): Fit {
+  const boxed = parts.some(({ index }) => index === null);
+  const names = parts.map(({ index, name }) => (index === null ? 0 : Math.max(name.length, DIGITS)));
+  const tight = pitch < TWO_LINES_PX;
+  const rate = tight ? RATE_PX : 0;
+  const words = Math.min(Math.min(Math.max(0, ...names), LETTERS) * LETTER_PX + rate, 0.28 * width);
+  const radius = Math.max(6, Math.min(14, pitch / 2 - 4));
+  const margin = Math.max(radius + NAME_GAP + words, boxed ? BOX.rx + 16 : 0);
+  return { radius, margin, letters: Math.floor((words - rate) / LETTER_PX), tight };
 }
 
 function linesOf(links: readonly Link[], nodes: readonly Placed[]): Drawn[] {

@@ -3,16 +3,15 @@ import { useRun } from "../state/run";
 import { removeTrace } from "../state/traces";
 import { Icon } from "../ui/Icon";
 import { clock } from "./clock";
-import { type Curve, curveOf, valueAt } from "./curve";
+import { valueAt } from "./curve";
 import type { Group, Shown } from "./groups";
 import { CURVE_COLOURS } from "./palette";
 import { drawCursors, drawEvents, drawTimeAxis, MARGIN, setFont } from "./pen";
-import { type TimeScale, ticksBetween, tickText, timeAt, valueText } from "./timeAxis";
+import { type TimeScale, timeAt, valueText } from "./timeAxis";
 import { keyOf, valuesOf } from "./traceStore";
-import { type Sheet, useCanvas } from "./useCanvas";
+import { paintCurves, TOP } from "./tracesPicture";
+import { useCanvas } from "./useCanvas";
 import { crosshair, scaleNow, useTimeNavigation } from "./useTimeNavigation";
-
-const TOP = 4;
 
 interface GroupProps {
   group: Group;
@@ -82,60 +81,5 @@ function sayValues(scale: TimeScale, curves: readonly Shown[], values: Map<strin
     const text = valueText(valueAt(valuesOf(trace), pointed_s));
     const element = values.get(keyOf(trace));
     if (element && element.textContent !== text) element.textContent = text;
-  }
-}
-
-/** The extent of the values with a little room; a level line lies in the middle. */
-function extentOf(curves: readonly Curve[]): [number, number] {
-  const lowest = Math.min(...curves.map((curve) => curve.lowest));
-  const highest = Math.max(...curves.map((curve) => curve.highest));
-  if (!Number.isFinite(lowest)) return [0, 1];
-  const room = (highest - lowest) * 0.06 || Math.abs(highest) * 0.5 || 1;
-  return [lowest - room, highest + room];
-}
-
-function paintCurves(sheet: Sheet, scale: TimeScale, shown: readonly Shown[], bottom: number): void {
-  const { pen, colours } = sheet;
-  const curves = shown.map(({ trace }) => curveOf(valuesOf(trace), scale, clock.now_s));
-  const [low, high] = extentOf(curves);
-  const yOf = (value: number) => bottom - ((value - low) / (high - low)) * (bottom - TOP);
-  paintValues(sheet, scale, [low, high], yOf, bottom);
-  pen.save();
-  pen.beginPath();
-  pen.rect(scale.left, TOP - 1, scale.right - scale.left, bottom - TOP + 2);
-  pen.clip();
-  pen.lineWidth = 1.5;
-  pen.lineJoin = "round";
-  curves.forEach(({ xs, values }, at) => {
-    pen.strokeStyle = colours.curves[shown[at]?.colour ?? 0] ?? colours.text;
-    pen.beginPath();
-    xs.forEach((x, index) => {
-      pen.lineTo(x, yOf(values[index] ?? Number.NaN));
-    });
-    pen.stroke();
-  });
-  pen.restore();
-}
-
-function paintValues(
-  { pen, colours }: Sheet,
-  scale: TimeScale,
-  [low, high]: [number, number],
-  yOf: (value: number) => number,
-  bottom: number,
-): void {
-  const ticks = ticksBetween(low, high, Math.max(2, (bottom - TOP) / 24));
-  const step = (ticks[1] ?? high) - (ticks[0] ?? low);
-  pen.textAlign = "right";
-  pen.textBaseline = "middle";
-  for (const tick of ticks) {
-    const y = Math.round(yOf(tick)) + 0.5;
-    pen.strokeStyle = colours.grid;
-    pen.beginPath();
-    pen.moveTo(scale.left, y);
-    pen.lineTo(scale.right, y);
-    pen.stroke();
-    pen.fillStyle = colours.text3;
-    pen.fillText(tickText(tick, step), scale.left - 6, Math.min(Math.max(y, TOP + 4), bottom - 4));
   }
 }

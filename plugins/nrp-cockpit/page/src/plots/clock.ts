@@ -1,3 +1,4 @@
+import type { Status } from "../state/types";
 import { wire } from "../wire";
 import { SimClock } from "./simClock";
 
@@ -5,4 +6,4 @@ import { SimClock } from "./simClock";
 export const clock = new SimClock();
 
 // Heard as long as the page lives, so that no panel that opens later keeps what a seek undid.
-wire.subscribe<{ t_s: number }>("/cockpit/status", ({ t_s }) => clock.run(t_s));
+wire.subscribe<Status>("/cockpit/status", ({ t_s, state }) => clock.run(t_s, state === "running"));

@@ -46,6 +46,12 @@ test("devices of one quantity share an axis, and so do the fields of a topic", (
   expect(groups.map(({ curves }) => curves[0]?.colour)).toEqual([0, 0, 0]);
 });
 
+test("devices whose names end alike are told apart by their whole names", () => {
+  const alike = [device("leg_1/lifting", "sink", "Hz", [1]), device("leg_2/lifting", "sink", "Hz", [2])];
+  const [group] = groupsOf(firstTraces({ ...run, devices: alike, robots: [] }), alike);
+  expect(group?.curves.map(({ label }) => label)).toEqual(["leg_1/lifting", "leg_2/lifting"]);
+});
+
 test("all numbers are offered, devices first, but none of pictures", () => {
   const channel = (topic: string, schemaName: string, schema: string, encoding = "cdr") => ({
     id: 1,

@@ -20,12 +20,19 @@ const quantityOf = ({ topic, unit }: Device): string => {
   return unit ? `${quantity} (${unit})` : quantity;
 };
 
+/** The last part of a device's name, or all of it where another device has the same last part. */
+function shortName({ name }: Device, devices: readonly Device[]): string {
+  const last = name.slice(name.lastIndexOf("/") + 1);
+  const same = devices.filter((one) => one.name === last || one.name.endsWith(`/${last}`));
+  return same.length > 1 ? name : last;
+}
+
 /** The group and the words of a curve. */
 function describe({ topic, path }: Trace, devices: readonly Device[]): { title: string; label: string } {
   const device = devices.find((one) => one.topic === topic);
   if (!device) return { title: topic, label: path };
   const index = device.neurons.length > 1 && path !== "data[0]" ? path.replace("data", "") : "";
-  return { title: quantityOf(device), label: device.name.slice(device.name.lastIndexOf("/") + 1) + index };
+  return { title: quantityOf(device), label: shortName(device, devices) + index };
 }
 
 /** The curves by axis, both in the order in which they were added. Each axis begins with the first colour. */

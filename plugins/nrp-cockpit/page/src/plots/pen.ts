@@ -36,6 +36,27 @@ export function drawTimeAxis(
   }
 }
 
+const WORDS_PX = 60;
+
+/** A ground for the stretches that were not heard, with words where they fit. */
+export function drawGaps(
+  { pen, colours }: Sheet,
+  scale: TimeScale,
+  gaps: readonly (readonly [number, number])[],
+  top: number,
+  bottom: number,
+): void {
+  pen.textAlign = "center";
+  pen.textBaseline = "middle";
+  for (const [from_s, to_s] of gaps) {
+    const [from, to] = [xOf(scale, from_s), xOf(scale, to_s)];
+    pen.fillStyle = colours.hover;
+    pen.fillRect(from, top, to - from, bottom - top);
+    pen.fillStyle = colours.text3;
+    if (to - from > WORDS_PX) pen.fillText("not heard", (from + to) / 2, (top + bottom) / 2);
+  }
+}
+
 /** Now, and the pointer. */
 export function drawCursors(
   { pen, colours }: Sheet,

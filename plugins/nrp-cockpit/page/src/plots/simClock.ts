@@ -1,10 +1,19 @@
+/** Times that differ less are equal: they are rounded in different ways. */
+const SAME_S = 1e-6;
+
+/** What the run says with its time: whether it goes on, and whether it went back. */
+interface Said {
+  goes: boolean;
+  back: boolean;
+}
+
 /** The simulated time of the newest data, for drawing between two messages of the status. */
 export class SimClock {
   /** Zero until the first message. */
   now_s = 0;
   private status_s = 0;
   private readonly tickers = new Set<() => void>();
-  private readonly forgetters = new Set<(t_s: number) => void>();
+  private readonly listeners = new Set<(t_s: number, said: Said) => void>();
 
   /** Data of this time came. */
   data(t_s: number): void {
@@ -12,13 +21,16 @@ export class SimClock {
     this.tick();
   }
 
-  /** The run says its time. Where it is earlier than before (a seek, a reset), what was later never happened. */
-  run(t_s: number): void {
-    if (t_s < this.status_s) {
-      this.now_s = t_s;
-      for (const forget of this.forgetters) forget(t_s);
-    }
+  /**
+   * The run says its time. Where it is earlier than before (a seek, a reset), what was later never happened. While
+   * the run goes on its status may lag behind the data; while it stands, data that are ahead are from before a seek.
+   */
+  run(t_s: number, goes: boolean): void {
+    const latest_s = goes ? this.status_s : Math.max(this.status_s, this.now_s);
+    const back = t_s < latest_s - SAME_S;
+    if (back) this.now_s = t_s;
     this.status_s = t_s;
+    for (const listener of this.listeners) listener(t_s, { goes, back });
     this.data(t_s);
   }
 
@@ -28,9 +40,9 @@ export class SimClock {
     return () => this.tickers.delete(ticker);
   }
 
-  /** Calls back with the new time when the run went back. */
-  onBack(forget: (t_s: number) => void): void {
-    this.forgetters.add(forget);
+  /** Calls back with each time that the run says. */
+  onRun(listener: (t_s: number, said: Said) => void): void {
+    this.listeners.add(listener);
   }
 
   /** Asks all plots for a new picture. */

@@ -1,6 +1,7 @@
 import { useEffect } from "react";
 import type { Population } from "../state/types";
 import { RingStore } from "./ringStore";
+import type { Spans } from "./spans";
 import type { TimeRing } from "./timeRing";
 
 interface Spikes {
@@ -12,7 +13,10 @@ interface Spikes {
 const store = new RingStore(2 ** 19);
 
 /** The spikes of a population by time; the values are numbers of neurons in the population. */
-export const spikesOf = (label: string): TimeRing => store.of(label);
+export const spikesOf = (label: string): TimeRing => store.of(label).ring;
+
+/** When the spikes of a population were heard. */
+export const heardOf = (label: string): Spans => store.of(label).heard;
 
 function take(ring: TimeRing, { ids, times_ms }: Spikes): void {
   for (let at = 0; at < ids.length; at++) ring.push((times_ms[at] ?? 0) / 1000, ids[at] ?? 0);

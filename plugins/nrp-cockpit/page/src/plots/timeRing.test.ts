@@ -30,17 +30,17 @@ describe("a ring of a series", () => {
     expect(filled(10, 1024).indexAt(99)).toBe(10);
   });
 
-  test("forgets what is later than a time, also after it turned over, and goes on from there", () => {
+  test("forgets everything from a time on, also after it turned over, and goes on from there", () => {
     const ring = filled(3000, 2048);
-    ring.forgetAfter(250);
-    expect(ring.timeAt(ring.length - 1)).toBeCloseTo(250);
+    ring.forgetFrom(250);
+    expect(ring.timeAt(ring.length - 1)).toBeCloseTo(249.9);
     ring.push(250.05, -1);
-    expect(valuesOf(ring, 249.95, 1e9)).toEqual([2500, -1]);
+    expect(valuesOf(ring, 249.85, 1e9)).toEqual([2499, -1]);
   });
 
-  test("is empty when all of it is later", () => {
+  test("is empty when all of it is forgotten", () => {
     const ring = filled(10, 1024);
-    ring.forgetAfter(-1);
+    ring.forgetFrom(0);
     expect(ring.length).toBe(0);
   });
 });

@@ -51,9 +51,9 @@ export class TimeRing {
       visit(this.timeAt(index), this.valueAt(index));
   }
 
-  /** Drops every number that is later than a time. */
-  forgetAfter(t_s: number): void {
-    while (this.count > 0 && this.timeAt(this.count - 1) > t_s) this.count--;
+  /** Drops every number from a time on. */
+  forgetFrom(t_s: number): void {
+    this.count = this.indexAt(t_s);
   }
 
   private place(index: number): number {

@@ -2,6 +2,7 @@ import { useEffect } from "react";
 import type { Trace } from "../state/traces";
 import { readerOf } from "./messagePath";
 import { RingStore } from "./ringStore";
+import type { Spans } from "./spans";
 import type { TimeRing } from "./timeRing";
 
 /** A curve keeps 65 seconds at 1 kHz. */
@@ -10,7 +11,10 @@ const store = new RingStore(2 ** 16);
 export const keyOf = ({ topic, path }: Trace): string => `${topic}.${path}`;
 
 /** The values of a curve by time. */
-export const valuesOf = (trace: Trace): TimeRing => store.of(keyOf(trace));
+export const valuesOf = (trace: Trace): TimeRing => store.of(keyOf(trace)).ring;
+
+/** When a curve was heard. */
+export const heardOf = (trace: Trace): Spans => store.of(keyOf(trace)).heard;
 
 function follow(trace: Trace): () => void {
   const read = readerOf(trace.path);

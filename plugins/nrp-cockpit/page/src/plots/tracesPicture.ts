@@ -1,0 +1,84 @@
+import { clock } from "./clock";
+import { type Curve, curveOf } from "./curve";
+import type { Shown } from "./groups";
+import { type TimeScale, ticksBetween, tickText, xOf } from "./timeAxis";
+import { heardOf, valuesOf } from "./traceStore";
+import type { Sheet } from "./useCanvas";
+
+/** Room above the curves. */
+export const TOP = 4;
+
+/** The extent of the values with a little room; a level line lies in the middle. */
+function extentOf(curves: readonly Curve[]): [number, number] {
+  const lowest = Math.min(...curves.map((curve) => curve.lowest));
+  const highest = Math.max(...curves.map((curve) => curve.highest));
+  if (!Number.isFinite(lowest)) return [0, 1];
+  const room = (highest - lowest) * 0.06 || Math.abs(highest) * 0.5 || 1;
+  return [lowest - room, highest + room];
+}
+
+/** Draws curves on one axis, over the lines and numbers of their values. */
+export function paintCurves(sheet: Sheet, scale: TimeScale, shown: readonly Shown[], bottom: number): void {
+  const { pen, colours } = sheet;
+  const curves = shown.map(({ trace }) => curveOf(valuesOf(trace), scale, clock.now_s));
+  const [low, high] = extentOf(curves);
+  const yOf = (value: number) => bottom - ((value - low) / (high - low)) * (bottom - TOP);
+  paintValues(sheet, scale, [low, high], yOf, bottom);
+  shown.forEach(({ trace, colour }, at) => {
+    const curve = curves[at];
+    if (!curve) return;
+    pen.save();
+    clipTo(sheet, scale, heardOf(trace).within(scale.from_s, scale.to_s), bottom);
+    pen.strokeStyle = colours.curves[colour] ?? colours.text;
+    strokeCurve(sheet, curve, yOf);
+    pen.restore();
+  });
+}
+
+/** Lets nothing be drawn where the page did not listen: what a value was there is not known. */
+function clipTo(
+  { pen }: Sheet,
+  scale: TimeScale,
+  heard: readonly (readonly [number, number])[],
+  bottom: number,
+): void {
+  pen.beginPath();
+  for (const [from_s, to_s] of heard) {
+    const from = xOf(scale, from_s);
+    pen.rect(from, TOP - 1, xOf(scale, to_s) - from, bottom - TOP + 2);
+  }
+  pen.clip();
+}
+
+function strokeCurve({ pen }: Sheet, { xs, values }: Curve, yOf: (value: number) => number): void {
+  pen.lineWidth = 1.5;
+  pen.lineJoin = "round";
+  pen.beginPath();
+  xs.forEach((x, index) => {
+    pen.lineTo(x, yOf(values[index] ?? Number.NaN));
+  });
+  pen.stroke();
+}
+
+function paintValues(
+  { pen, colours }: Sheet,
+  scale: TimeScale,
+  [low, high]: [number, number],
+  yOf: (value: number) => number,
+  bottom: number,
+): void {
+  const ticks = ticksBetween(low, high, Math.max(2, (bottom - TOP) / 24));
+  const step = (ticks[1] ?? high) - (ticks[0] ?? low);
+  pen.textAlign = "right";
+  pen.textBaseline = "middle";
+  for (const tick of ticks) {
+    const y = Math.round(yOf(tick)) + 0.5;
+    pen.strokeStyle = colours.grid;
+    pen.beginPath();
+    pen.moveTo(scale.left, y);
+    pen.lineTo(scale.right, y);
+    pen.stroke();
+    pen.fillStyle = colours.text3;
+    pen.fillText(tickText(tick, step), scale.left - 6, Math.min(Math.max(y, TOP + 4), bottom - 4));
+  }
+}
