@@ -21,12 +21,12 @@ def recorded_functions(paths: Iterable[Path], failures: Iterable[Mapping[str, An
         failures: of the functions, as in a result.
     """
     paths, failed = tuple(paths), {failure["function"]: failure for failure in failures}
+    found: dict[str, dict[str, Any]] = {}
+    for path in paths:
+        for function in _declared(path):  # one in a loop is written once for all its names
+            found.setdefault(function.name, _function_data(function, path, failed.get(function.name)))
     return {
-        "functions": [
-            _function_data(function, path, failed.get(function.name))
-            for path in paths
-            for function in _declared(path)
-        ],
+        "functions": list(found.values()),
         "files": [source_file(str(path), path, editable=False) for path in paths],
     }
 
