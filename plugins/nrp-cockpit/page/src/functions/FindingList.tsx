@@ -19,13 +19,14 @@ export function FindingList() {
   const ofRun = useRun((run) => run.findings);
   const checked = useFunctions((state) => state.checked);
   const readOnly = useReadOnly();
+  const hasSource = useFunctions((state) => state.files.length > 0);
   const findings = [...newIn(checked, ofRun), ...ofRun];
   return (
     <div className="functions-findings" data-panel="findings" tabIndex={-1}>
       <Panel
         title="Findings"
         sub={findings.length}
-        tools={readOnly === undefined && <Hint />}
+        tools={readOnly === undefined && hasSource && <Hint />}
         className="scroll"
       >
         {findings.length === 0 ? (

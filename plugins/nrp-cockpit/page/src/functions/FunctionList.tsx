@@ -39,10 +39,11 @@ function Row({ one }: { one: TransferFunction }) {
     ({ selected }) => selected?.kind === "function" && selected.name === one.name,
   );
   const edited = useFunctions(({ drafts }) => Object.keys(drafts).some((path) => sameFile(path, one.file)));
+  const hasSource = useFunctions(({ files }) => files.some(({ path }) => sameFile(path, one.file)));
   const blocked = useBlocked();
   const open = () => {
     select({ kind: "function", name: one.name });
-    openPlace({ file: one.file, line: one.line });
+    if (hasSource) openPlace({ file: one.file, line: one.line });
   };
   return (
     <li className="function-row" data-selected={selected} data-quarantined={one.failure !== null}>
@@ -50,7 +51,7 @@ function Row({ one }: { one: TransferFunction }) {
         <button
           type="button"
           className="function-name mono cut"
-          aria-label={`Open ${one.name}`}
+          aria-label={hasSource ? `Open ${one.name}` : `Select ${one.name}`}
           onClick={open}
         >
           {one.name}

@@ -16,7 +16,7 @@ import "./functions.css";
 
 /** The transfer functions: what they cost, their source to edit while the run goes on, and what is wrong. */
 export default function FunctionsView() {
-  const known = useRun((run) => run.functions !== null);
+  const count = useRun((run) => run.functions?.functions.length);
   const files = useFunctions((state) => state.files);
   const readOnly = useReadOnly();
   const full = useView((state) => state.full === "source");
@@ -24,8 +24,8 @@ export default function FunctionsView() {
   useEffect(() => {
     if (files.length > 0) forgetWords();
   }, [files]);
-  if (!known) return <Notice text="Waiting for the functions." />;
-  if (files.length === 0) return <Notice text="This run has no transfer functions." />;
+  if (count === undefined) return <Notice text="Waiting for the functions." />;
+  if (count === 0 && files.length === 0) return <Notice text="This run has no transfer functions." />;
   const key = (event: KeyboardEvent) => {
     if (event.key !== "Enter" || !(event.ctrlKey || event.metaKey) || event.defaultPrevented) return;
     event.preventDefault();
@@ -68,7 +68,12 @@ function Source({ readOnly }: { readOnly: string | undefined }) {
     () => (file ? findingsOf(file.path, drafts, checked, ofRun) : []),
     [file, drafts, checked, ofRun],
   );
-  if (!file) return null;
+  if (!file)
+    return (
+      <Panel title="Source">
+        <Empty>These functions stand in an old experiment: they run, and are not edited here.</Empty>
+      </Panel>
+    );
   return (
     <EditorPanel file={file} findings={findings} readOnly={readOnly}>
       <ApplyBar file={file} readOnly={readOnly} />

@@ -42,7 +42,8 @@ class Functions:
         self._running = self._on_disk()
         self._names: dict[str, list[str]] = defaultdict(list)
         for function in run.loop.functions:
-            self._names[str(function.place.path)].append(function.name)
+            if str(function.place.path) in self._files:  # those of old experiments have no file of their own
+                self._names[str(function.place.path)].append(function.name)
         self.drafts = Drafts()
         self._spent_ns: dict[str, int] = {}
         self._costs: dict[str, Cost] = defaultdict(Cost)
