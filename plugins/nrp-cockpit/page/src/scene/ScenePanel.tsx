@@ -2,9 +2,10 @@ import { useEffect, useRef, useState } from "react";
 import { useRun } from "../state/run";
 import { Empty, Panel } from "../ui/Panel";
 import { Axes } from "./Axes";
+import { type Mode, useChoices } from "./choices";
 import { Labels } from "./Labels";
-import { type Layer, SceneTools } from "./SceneTools";
-import { type Mode, type Steering, steer } from "./steering";
+import { SceneTools } from "./SceneTools";
+import { type Steering, steer } from "./steering";
 import { useMode } from "./useMode";
 import { useViewer } from "./useViewer";
 import { Viewer } from "./viewer";
@@ -14,8 +15,8 @@ type Pushed = Parameters<Steering["onPush"]>[0];
 
 /** The world in three dimensions. */
 export default function ScenePanel() {
-  const [mode, setMode] = useState<Mode>("orbit");
-  const [layers, setLayers] = useState<ReadonlySet<Layer>>(new Set(["trail"]));
+  const mode = useChoices((choices) => choices.mode);
+  const layers = useChoices((choices) => choices.layers);
   const canvas = useRef<HTMLCanvasElement>(null);
   const made = useViewer(canvas);
   const viewer = made instanceof Viewer ? made : null;
@@ -23,22 +24,12 @@ export default function ScenePanel() {
   useMode(viewer, mode, experiment?.robots[0]);
   useEffect(() => viewer?.showTrails(layers.has("trail")), [viewer, layers]);
   const pushed = useSteering(canvas, viewer, mode);
-  const toggle = (layer: Layer) =>
-    setLayers((now) => new Set(now.has(layer) ? [...now].filter((one) => one !== layer) : [...now, layer]));
   return (
     <Panel
       title="Scene"
       sub={experiment && `${experiment.world} · ${experiment.bodies.length} models`}
       className="scene"
-      tools={
-        <SceneTools
-          mode={mode}
-          onMode={setMode}
-          layers={layers}
-          onLayer={toggle}
-          onFit={() => viewer?.fit()}
-        />
-      }
+      tools={<SceneTools onFit={() => viewer?.fit()} />}
     >
       {/* biome-ignore lint/a11y/noInteractiveElementToNoninteractiveRole: it acts on keys of its own */}
       <canvas

@@ -1,8 +1,6 @@
 import { IconButton } from "../ui/Button";
 import { Segmented, Toggles } from "../ui/Segmented";
-import type { Mode } from "./steering";
-
-export type Layer = "trail";
+import { type Layer, type Mode, setMode, toggleLayer, useChoices } from "./choices";
 
 const MODES: { value: Mode; label: string }[] = [
   { value: "orbit", label: "Orbit" },
@@ -12,20 +10,14 @@ const MODES: { value: Mode; label: string }[] = [
 
 const LAYERS: { value: Layer; label: string }[] = [{ value: "trail", label: "Trail" }];
 
-interface SceneToolsProps {
-  mode: Mode;
-  onMode: (mode: Mode) => void;
-  layers: ReadonlySet<Layer>;
-  onLayer: (layer: Layer) => void;
-  onFit: () => void;
-}
-
 /** The controls in the head of the scene. */
-export function SceneTools({ mode, onMode, layers, onLayer, onFit }: SceneToolsProps) {
+export function SceneTools({ onFit }: { onFit: () => void }) {
+  const mode = useChoices((choices) => choices.mode);
+  const layers = useChoices((choices) => choices.layers);
   return (
     <>
-      <Segmented label="View" choices={MODES} value={mode} onChange={onMode} />
-      <Toggles label="Shown" choices={LAYERS} on={layers} onToggle={onLayer} />
+      <Segmented label="View" choices={MODES} value={mode} onChange={setMode} />
+      <Toggles label="Shown" choices={LAYERS} on={layers} onToggle={toggleLayer} />
       <IconButton icon="fit" label="Fit" shortcut="F" kind="ghost" small data-key="fit" onClick={onFit} />
     </>
   );

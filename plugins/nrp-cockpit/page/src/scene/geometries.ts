@@ -11,8 +11,8 @@ interface Parsed {
 export class Geometries {
   private readonly simple = {
     cube: new BoxGeometry(1, 1, 1),
-    sphere: new SphereGeometry(0.5, 32, 16),
-    cylinder: new CylinderGeometry(0.5, 0.5, 1, 32).rotateX(Math.PI / 2),
+    sphere: new SphereGeometry(0.5, 24, 12),
+    cylinder: new CylinderGeometry(0.5, 0.5, 1, 24).rotateX(Math.PI / 2),
   };
   private readonly parsed = new Map<string, Parsed>();
   private readonly loader = new STLLoader();

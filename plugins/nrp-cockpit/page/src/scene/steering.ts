@@ -6,8 +6,6 @@ import { orbited, panned, zoomed } from "./orbit";
 import { PUSH_S, PushDrag } from "./push";
 import type { Viewer } from "./viewer";
 
-export type Mode = "orbit" | "follow" | "above";
-
 const RAD_PER_PX = 0.008;
 const CLICK_PX = 4;
 const KEY_RAD = 0.08;

@@ -1,8 +1,8 @@
 import { useEffect } from "react";
 import type { Vector } from "../state/types";
 import { world } from "../world/world";
+import type { Mode } from "./choices";
 import { fromAbove, type Orbit } from "./orbit";
-import type { Mode } from "./steering";
 import type { Viewer } from "./viewer";
 
 const FOLLOWED_FROM_M = 4;

@@ -8,9 +8,11 @@ import {
   Vector3,
   WebGLRenderer,
 } from "three";
+import { useRun } from "../state/run";
 import type { Change } from "../world/world";
 import { world } from "../world/world";
 import { Bodies, type ShapeMesh } from "./bodies";
+import { keepView, useChoices } from "./choices";
 import { isWall, openWalls } from "./dollhouse";
 import { eyeOf, FOV_RAD, fitted, type Orbit, START } from "./orbit";
 import { Outline } from "./outline";
@@ -24,6 +26,9 @@ export interface Hit {
   body: string;
   point: Vector3;
 }
+
+/** From at most this far (m) the robot is seen at first. */
+const BEGIN_M = 9;
 
 /** Draws the world on a canvas, whenever something in it or the view of it changed. */
 export class Viewer {
@@ -40,19 +45,20 @@ export class Viewer {
   private readonly unfollow: () => void;
   private walls: ShapeMesh[] = [];
   private selected: string | null = null;
-  private orbit = START;
-  private fitNext = true;
+  private orbit = useChoices.getState().view ?? START;
+  private placed = useChoices.getState().view !== null;
   private frame = 0;
+  private disposed = false;
 
   /** @throws Error if the browser has no WebGL. */
   constructor(private readonly canvas: HTMLCanvasElement) {
-    this.renderer = new WebGLRenderer({ canvas, alpha: true, antialias: true, stencil: true });
-    const shadows = !isSoftware(this.renderer);
-    this.renderer.shadowMap.enabled = shadows;
+    const fine = !drawsInSoftware();
+    this.renderer = new WebGLRenderer({ canvas, alpha: true, antialias: fine, stencil: true });
+    this.renderer.shadowMap.enabled = fine;
     this.renderer.shadowMap.type = PCFShadowMap;
     this.renderer.shadowMap.autoUpdate = false;
-    this.renderer.setPixelRatio(shadows ? Math.min(2, window.devicePixelRatio) : 1);
-    this.surroundings = new Surroundings(shadows);
+    this.renderer.setPixelRatio(fine ? Math.min(2, window.devicePixelRatio) : 1);
+    this.surroundings = new Surroundings(fine);
     this.camera.up.set(0, 0, 1);
     this.scene.add(this.surroundings.root, this.bodies.root, this.trails.root);
     this.resizing = new ResizeObserver(() => this.resize());
@@ -68,11 +74,14 @@ export class Viewer {
 
   set view(view: Orbit) {
     this.orbit = view;
+    this.placed = true;
+    keepView(view);
     this.invalidate();
   }
 
   /** Draws soon; several calls before a frame draw once. */
   invalidate(): void {
+    if (this.disposed) return;
     this.frame ||= requestAnimationFrame(() => {
       this.frame = 0;
       this.draw();
@@ -137,6 +146,7 @@ export class Viewer {
   }
 
   dispose(): void {
+    this.disposed = true;
     this.unfollow();
     this.resizing.disconnect();
     cancelAnimationFrame(this.frame);
@@ -150,9 +160,22 @@ export class Viewer {
   private changed(change: Change): void {
     if (change === "scene") this.rebuild();
     this.bodies.move((frame) => world.frame(frame));
+    if (!this.placed) this.begin();
     this.trails.show(world.trails);
     this.renderer.shadowMap.needsUpdate = true;
     this.invalidate();
+  }
+
+  /** The first view: of the room, or of the surroundings of the robot if the room is large. */
+  private begin(): void {
+    this.fit();
+    const [first] = useRun.getState().experiment?.robots ?? [];
+    const robot = first === undefined ? undefined : world.models.get(first);
+    if (robot && this.orbit.distance_m > BEGIN_M) {
+      const [x, y] = robot.position;
+      this.view = { ...this.orbit, target: [x, y, this.orbit.target[2]], distance_m: BEGIN_M };
+    }
+    this.placed = !this.bodies.room().isEmpty() && (first === undefined || robot !== undefined);
   }
 
   private rebuild(): void {
@@ -165,8 +188,6 @@ export class Viewer {
     const { x, y } = room.getSize(new Vector3());
     this.walls = [...this.bodies.all()].filter((mesh) => isWall(mesh, Math.max(x, y)));
     this.surroundings.surround(room);
-    if (this.fitNext) this.fit();
-    this.fitNext = false;
   }
 
   private resize(): void {
@@ -194,10 +215,11 @@ export class Viewer {
   }
 }
 
-/** Whether the machine draws without a graphics card; shadows and fine pixels would be too slow. */
-function isSoftware(renderer: WebGLRenderer): boolean {
-  const gl = renderer.getContext();
-  const info = gl.getExtension("WEBGL_debug_renderer_info");
-  const name = info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : "";
+/** Whether the machine draws without a graphics card; shadows and smooth edges would be too slow there. */
+function drawsInSoftware(): boolean {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const info = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = info ? String(gl?.getParameter(info.UNMASKED_RENDERER_WEBGL)) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
   return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }
