@@ -27,6 +27,8 @@ SMALL = "world.options.image_scale=0.25"
 PATIENCE_S = 60.0
 _DATA = struct.Struct("<BIQ")
 _ANSWER = struct.Struct("<BIII")
+_TICK = struct.Struct("<BQ")
+_PLAYBACK = struct.Struct("<BBQf?I")
 
 
 class RefusedError(Exception):
@@ -51,6 +53,8 @@ class Visitor:
         services: the numbers of all services, by name.
         heard: the messages so far, by topic.
         warnings: what the server complained about.
+        ticks: the simulated times that the server told, ns.
+        playbacks: status and time of each answer to a request for playback, by its name.
     """
 
     def __init__(self, connection: ClientConnection) -> None:
@@ -59,6 +63,8 @@ class Visitor:
         self.services: dict[str, int] = {}
         self.heard: defaultdict[str, list[Heard]] = defaultdict(list)
         self.warnings: list[str] = []
+        self.ticks: list[int] = []
+        self.playbacks: dict[str, tuple[int, int]] = {}
         self._answers: dict[int, Any] = {}
         self._topics: dict[int, str] = {}
         self._calls = self._ids = 0
@@ -142,6 +148,11 @@ class Visitor:
         elif frame[0] == 1:
             _, subscription, t_ns = _DATA.unpack_from(frame)
             self.heard[self._topics[subscription]].append(Heard(t_ns, frame[_DATA.size :]))
+        elif frame[0] == 2:
+            self.ticks.append(_TICK.unpack_from(frame)[1])
+        elif frame[0] == 5:
+            _, status, t_ns, _, _, length = _PLAYBACK.unpack_from(frame)
+            self.playbacks[frame[-length:].decode()] = status, t_ns
         else:
             _, _, call, length = _ANSWER.unpack_from(frame)
             self._answers[call] = json.loads(frame[_ANSWER.size + length :])

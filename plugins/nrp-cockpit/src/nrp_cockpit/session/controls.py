@@ -13,11 +13,11 @@ from nrp_cockpit.session.live import LiveSession
 from nrp_cockpit.session.recorded import RecordedSession
 from nrp_cockpit.session.recorded_run import FIXED
 from nrp_cockpit.session.session import Session
+from nrp_cockpit.wire.calls import PREFIX
 from nrp_cockpit.wire.hub import Service, Services
 from nrp_core.errors import CapabilityError, ExperimentError
 from nrp_core.experiment.running.commands import commands_of
 
-PREFIX = "/cockpit/"
 LAYOUT = ".cockpit.json"
 """The end of the name of a layout's file."""
 

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 from nrp_cockpit.wire.channels import Kind
 from nrp_cockpit.wire.hub import Hub
+from nrp_cockpit.wire.playback import Playback
 from nrp_core.clock import seconds
 
 STATUS_S, SLOW_S = 0.1, 0.5
@@ -27,6 +28,9 @@ class Reported(Protocol):
 
     @property
     def now_ns(self) -> int: ...
+
+    @property
+    def end_ns(self) -> int: ...
 
 
 class Reports(ABC):
@@ -79,6 +83,7 @@ class Reports(ABC):
         """Report the state."""
         session, now = self._reported, time.monotonic()
         self._status_at = now
+        session.hub.play_back(Playback(session.state, session.now_ns, session.end_ns, session.pace))
         self._say("status", {
             "state": session.state,
             "doing": session.doing or None,

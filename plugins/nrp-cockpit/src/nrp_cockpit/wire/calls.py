@@ -11,7 +11,8 @@ from nrp_cockpit.wire.hub import Services, to_json
 from nrp_cockpit.wire.protocol import ProtocolError, ServiceRequest
 from nrp_core.errors import NrpError
 
-PUBLISH = "/cockpit/publish"
+PREFIX = "/cockpit/"
+PUBLISH = "publish"
 """The service behind the messages that clients publish."""
 WATCHER = "you may watch this run, not steer it"
 
@@ -45,10 +46,19 @@ class Calls:
     async def publish(self, topic: str, payload: bytes) -> str | None:
         """Publish a message of the client; return why that failed, if it did."""
         try:
-            async with self._publishing:
-                await self._call(PUBLISH, {"topic": topic, "value": _json(payload)})
+            arguments = {"topic": topic, "value": _json(payload)}
+        except ProtocolError as error:
+            return f"{topic}: {error}"
+        async with self._publishing:
+            failure = await self.make(PUBLISH, arguments)
+        return None if failure is None else f"{topic}: {failure}"
+
+    async def make(self, service: str, arguments: dict[str, Any]) -> str | None:
+        """Call a service of the cockpit; return why that failed, if it did."""
+        try:
+            await self._call(PREFIX + service, arguments)
         except Exception as error:  # noqa: BLE001  likewise
-            return f"{topic}: {_sentence(error)}"
+            return _sentence(error)
         return None
 
     async def _call(self, name: str, arguments: dict[str, Any]) -> Any:

@@ -15,7 +15,7 @@ from nrp_cockpit.wire.calls import Calls
 from nrp_cockpit.wire.channels import Channel, Sent
 from nrp_cockpit.wire.hub import Hub
 from nrp_cockpit.wire.outbox import Outbox
-from nrp_cockpit.wire.protocol import ClientMessage, ProtocolError, ServiceRequest
+from nrp_cockpit.wire.protocol import ClientMessage, PlaybackRequest, ProtocolError, ServiceRequest
 
 EXPERIMENT = "/cockpit/experiment"
 """The topic that tells each client also what it may do."""
@@ -47,7 +47,7 @@ class Client:
 
     async def serve(self, session_id: str) -> None:
         """Serve it until it leaves."""
-        self._say(protocol.server_info("nrp-cockpit", session_id))
+        self._say(protocol.server_info("nrp-cockpit", session_id, self._hub.playback.end_ns))
         self.announce(self._hub.channels)
         self._say(protocol.advertise_services(enumerate(self._hub.services.names, 1)))
         self._hub.enter(self)
@@ -75,6 +75,11 @@ class Client:
         for subscription in self._subscriptions.get(sent.channel.id, ()):
             self._outbox.add(subscription, sent)
             self._wake.set()
+
+    def tick(self, t_ns: int) -> None:
+        """Tell it the time."""
+        self._outbox.tick(protocol.clock(t_ns))
+        self._wake.set()
 
     # -- sending
 
@@ -112,6 +117,8 @@ class Client:
                     self._begin(self._answer(request))
                 case ClientMessage() as published:
                     self._begin(self._publish(published))
+                case PlaybackRequest() as wanted:
+                    self._begin(self._play_back(wanted))
         except (KeyError, TypeError) as error:
             self._warn(f"not understood: a field is missing or of another type ({error})")
         except ProtocolError as error:
@@ -171,6 +178,19 @@ class Client:
         )
         if failure is not None:
             self._warn(failure)
+
+    async def _play_back(self, request: PlaybackRequest) -> None:
+        for service, arguments in self._hub.playback.calls_for(request):
+            failure = await self._calls.make(service, arguments)
+            if failure is not None:
+                self._warn(failure)
+        now = self._hub.playback
+        self._say(
+            protocol.playback_state(
+                now.status, now.t_ns, now.speed,
+                did_seek=request.seek_ns is not None, request_id=request.request_id,
+            )
+        )  # fmt: skip
 
     def _warn(self, text: str) -> None:
         self._say(protocol.status(text))

@@ -11,6 +11,7 @@ from math import isfinite
 from typing import Any, Protocol
 
 from nrp_cockpit.wire.channels import Channel, Channels, Kind, Sent
+from nrp_cockpit.wire.playback import Playback
 
 Service = Callable[..., Any]
 """Takes the fields of a request by their names and returns what fits into JSON; any thread may call it."""
@@ -40,6 +41,8 @@ class Listener(Protocol):
     @property
     def dropped(self) -> int: ...
 
+    def tick(self, t_ns: int) -> None: ...
+
     def announce(self, channels: Iterable[Channel]) -> None: ...
 
     def hear(self, sent: Sent) -> None: ...
@@ -55,6 +58,7 @@ class Hub:
         channels: all that are offered.
         services: what clients can ask for.
         heard: the topics that at least one client hears; the same object until it changes.
+        playback: where the session is.
         joined: how often clients began to hear each topic.
     """
 
@@ -64,6 +68,7 @@ class Hub:
         self.heard: frozenset[str] = frozenset()
         self.joined: Counter[str] = Counter()
         self.listeners: dict[Listener, None] = {}
+        self.playback = Playback()
         self._counts: Counter[str] = Counter()
         self._last: dict[str, Sent] = {}
         self._waiting: list[tuple[Sent, bool]] = []
@@ -98,6 +103,12 @@ class Hub:
         """
         if keep or sent.channel.topic in self.heard:
             self._waiting.append((sent, keep))
+
+    def play_back(self, playback: Playback) -> None:
+        """Tell all clients the time, and keep where the session is for who asks."""
+        before, self.playback = self.playback, playback
+        if playback.t_ns != before.t_ns:
+            self._hand(self._tick, playback.t_ns)
 
     def forget(self, topics: Iterable[str]) -> None:
         """Forget the last messages of these topics: they are not true any more."""
@@ -157,6 +168,10 @@ class Hub:
                 self._last[sent.channel.topic] = sent
             for listener in self.listeners:
                 listener.hear(sent)
+
+    def _tick(self, t_ns: int) -> None:
+        for listener in self.listeners:
+            listener.tick(t_ns)
 
     def _forget(self, topics: tuple[str, ...]) -> None:
         for topic in topics:

@@ -15,7 +15,7 @@ class Outbox:
 
     Of a channel where the latest wins at most one message waits: a newer one takes its place. Of the others
     all do up to a bound; what exceeds it is dropped and counted. A message larger than the bound waits alone.
-    Answers to the client's own requests are never dropped, and go first.
+    Answers to the client's own requests are never dropped, and go first; of the time only the latest is kept.
 
     Args:
         most_bytes: the bound.
@@ -27,16 +27,21 @@ class Outbox:
     def __init__(self, most_bytes: int = MOST_BYTES) -> None:
         self.dropped = 0
         self._most_bytes, self._bytes = most_bytes, 0
+        self._clock: bytes | None = None
         self._answers: deque[str | bytes] = deque()
         self._queue: deque[tuple[int, Sent | None]] = deque()  # None: the latest one of that subscription
         self._latest: dict[int, Sent] = {}
 
     def __bool__(self) -> bool:
-        return bool(self._answers or self._queue)
+        return bool(self._answers or self._queue or self._clock)
 
     def answer(self, frame: str | bytes) -> None:
         """Add an answer or an announcement."""
         self._answers.append(frame)
+
+    def tick(self, frame: bytes) -> None:
+        """Set the time."""
+        self._clock = frame
 
     def add(self, subscription_id: int, sent: Sent) -> None:
         """Add a message for one of the client's subscriptions."""
@@ -66,6 +71,9 @@ class Outbox:
         """
         if self._answers:
             return self._answers.popleft()
+        if self._clock is not None:
+            clock, self._clock = self._clock, None
+            return clock
         number, sent = self._queue.popleft()
         if sent is None:
             return number, self._latest.pop(number)

@@ -1,7 +1,8 @@
 """The messages of the Foxglove WebSocket protocol, version 1.
 
 https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md: control messages are JSON texts; data are
-binary, little-endian, with an operation code in the first byte.
+binary, little-endian, with an operation code in the first byte. The control of playback came later; its
+messages are those of the Foxglove SDK 0.30.
 """
 
 from __future__ import annotations
@@ -10,21 +11,24 @@ import json
 import struct
 from collections.abc import Iterable
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Any
 
 SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 """Two names of the same protocol: that of the SDK of today, and that of the specification."""
 
-CAPABILITIES = ("clientPublish", "services", "time")
+CAPABILITIES = ("clientPublish", "services", "time", "playbackControl")
 ENCODINGS = ("json",)
 """Of requests and of messages from clients."""
 
-_MESSAGE, _TIME, _RESPONSE = 1, 2, 3
-_CLIENT_MESSAGE, _CLIENT_REQUEST = 1, 2
+_MESSAGE, _TIME, _RESPONSE, _PLAYBACK = 1, 2, 3, 5
+_CLIENT_MESSAGE, _CLIENT_REQUEST, _CLIENT_PLAYBACK = 1, 2, 3
 _DATA = struct.Struct("<BIQ")
 _CLOCK = struct.Struct("<BQ")
 _CALL = struct.Struct("<BIII")
 _PUBLISHED = struct.Struct("<BI")
+_PLAYBACK_STATE = struct.Struct("<BBQf?I")
+_PLAYBACK_REQUEST = struct.Struct("<BBf?QI")
 
 
 class ProtocolError(ValueError):
@@ -49,11 +53,40 @@ class ClientMessage:
     payload: bytes
 
 
-def server_info(name: str, session_id: str) -> str:
-    """Return the first message of a server."""
+class PlaybackStatus(IntEnum):
+    """What a playback does."""
+
+    PLAYING = 0
+    PAUSED = 1
+    BUFFERING = 2
+    ENDED = 3
+
+
+@dataclass(frozen=True, slots=True)
+class PlaybackRequest:
+    """A client plays, pauses, seeks or changes the speed.
+
+    Args:
+        play: whether it is to play.
+        speed: simulated seconds a wall second.
+        seek_ns: the time to go to; None: where it is.
+        request_id: a name that the answer repeats.
+    """
+
+    play: bool
+    speed: float
+    seek_ns: int | None
+    request_id: str
+
+
+def server_info(name: str, session_id: str, end_ns: int) -> str:
+    """Return the first message of a server; the time goes from 0 to ``end_ns``."""
+    sec, nsec = divmod(end_ns, 1_000_000_000)
     return _text(
-        "serverInfo", name=name, capabilities=CAPABILITIES, supportedEncodings=ENCODINGS, sessionId=session_id
-    )
+        "serverInfo", name=name, sessionId=session_id,
+        capabilities=CAPABILITIES, supportedEncodings=ENCODINGS,
+        dataStartTime={"sec": 0, "nsec": 0}, dataEndTime={"sec": sec, "nsec": nsec},
+    )  # fmt: skip
 
 
 def status(message: str) -> str:
@@ -101,12 +134,20 @@ def clock(t_ns: int) -> bytes:
     return _CLOCK.pack(_TIME, t_ns)
 
 
+def playback_state(
+    status: PlaybackStatus, t_ns: int, speed: float, *, did_seek: bool, request_id: str
+) -> bytes:
+    """Return the answer to a :class:`PlaybackRequest`."""
+    name = request_id.encode()
+    return _PLAYBACK_STATE.pack(_PLAYBACK, status, t_ns, speed, did_seek, len(name)) + name
+
+
 def is_id(number: object) -> bool:
     """Return whether this can be a number of something in the protocol: 32 bits without a sign."""
     return isinstance(number, int) and not isinstance(number, bool) and 0 <= number < 1 << 32
 
 
-def read_binary(frame: bytes) -> ServiceRequest | ClientMessage:
+def read_binary(frame: bytes) -> ServiceRequest | ClientMessage | PlaybackRequest:
     """Return what a client sent in binary.
 
     Raises:
@@ -122,6 +163,12 @@ def read_binary(frame: bytes) -> ServiceRequest | ClientMessage:
             if end > len(frame):
                 raise ProtocolError(f"a binary message is cut: it has {len(frame)} bytes of at least {end}")
             return ServiceRequest(service, call, frame[_CALL.size : end].decode(), frame[end:])
+        if frame[0] == _CLIENT_PLAYBACK:
+            _, command, speed, has_seek, seek_ns, length = _PLAYBACK_REQUEST.unpack_from(frame)
+            name = frame[_PLAYBACK_REQUEST.size :]
+            if command > 1 or length != len(name):
+                raise ProtocolError("a request for playback is neither 0 (play) nor 1 (pause), or is cut")
+            return PlaybackRequest(command == 0, speed, seek_ns if has_seek else None, name.decode())
     except (IndexError, struct.error, UnicodeDecodeError) as error:
         raise ProtocolError(f"a binary message is cut: {error}") from None
     raise ProtocolError(f"no binary operation {frame[0]}")
