@@ -48,6 +48,18 @@ def test_the_keys_steer_a_run(cockpits: Cockpits, watched: Watched):
     expect(page.get_by_role("heading", name="Transfer functions").first).to_be_visible()
 
 
+def test_a_first_visit_is_told_what_to_do_until_it_is_done(cockpits: Cockpits, watched: Watched):
+    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+    foot = page.get_by_role("contentinfo")
+    expect(foot).to_contain_text("Press Play")
+    page.keyboard.press("Space")
+    expect(foot).to_contain_text("Click left_vr_screen in the scene, and choose a colour")
+    page.reload()
+    expect(foot).to_contain_text("2 of 3")
+    foot.get_by_role("button", name="Skip").click()
+    expect(foot).not_to_contain_text("of 3")
+
+
 def test_two_pages_show_one_run_and_a_watcher_cannot_steer(cockpits: Cockpits, watched: Watched):
     address = cockpits.open("braitenberg_husky", *HUSKY)
     first, second = watched.open(address), watched.open(address)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 from browsing import HUSKY, Cockpits, Watched, time_s, wait_until
@@ -67,3 +69,27 @@ def test_an_error_says_where_the_run_stopped_and_opens_the_function(
     banner.get_by_role("button", name="Open function").click()
     expect(page.get_by_role("tab", name="broken.py")).to_have_attribute("aria-selected", "true")
     expect(page.locator(".cm-activeLine")).to_contain_text("1 / len(")
+
+
+def test_a_drag_through_a_recording_shows_the_times_that_it_passes(
+    cockpits: Cockpits, watched: Watched, tmp_path: Path
+):
+    folder = tmp_path / "visit"
+    run = [sys.executable, "-m", "nrp_core", "run", "braitenberg_husky", "--until", "2s", *HUSKY]
+    subprocess.run([*run, "--record", str(folder)], check=True, capture_output=True)
+    page = watched.open(cockpits.open(str(folder)))
+    box = page.get_by_role("slider", name="Simulated time").bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + 0.1 * box["width"], box["y"] + 5)
+    page.mouse.down()
+    passed = []
+    for share in (0.2, 0.3, 0.4, 0.5):
+        page.mouse.move(box["x"] + share * box["width"], box["y"] + 5)
+        page.wait_for_function(
+            "t => document.querySelector('[role=timer]').innerText.startsWith(t)", arg=f"{share * 2:.1f}"
+        )
+        passed.append(time_s(page))
+    page.mouse.up()
+    assert passed == sorted(passed)
+    page.get_by_role("link", name="Functions", exact=True).click()
+    expect(page.get_by_text("This is a recording")).to_be_visible()
