@@ -14,6 +14,7 @@ export default defineConfig({
     assetsInlineLimit: 0, // the content security policy of the server allows no data: scripts
     modulePreload: { polyfill: false },
     reportCompressedSize: false,
+    chunkSizeWarningLimit: 650, // three.js and the editor, each fetched when its room opens
   },
   server: { proxy: { "/ws": { target: server, ws: true, changeOrigin: true } } },
   test: { include: ["src/**/*.test.ts"] },
