@@ -53,4 +53,4 @@ function finish() {
 setTimeout(() => {
   console.log(JSON.stringify(got));
   process.exit(2);
-}, 20_000);
+}, 60_000);

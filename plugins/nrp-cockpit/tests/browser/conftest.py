@@ -7,19 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browsing import Cockpits, Watched
-from playwright.sync_api import Browser, sync_playwright
+from browsing import Cockpits, Watched, chromium
+from playwright.sync_api import Browser
 
 from nrp_core.experiment.reading.find import find_file
-
-CHROMIUM = (
-    "--no-sandbox",
-    "--use-angle=swiftshader",  # WebGL without a graphics card
-    "--enable-unsafe-swiftshader",
-    "--disable-background-networking",
-    "--disable-quic",
-    "--no-first-run",
-)
 
 BROKEN = """\
 @nrp.MapRobotSubscriber("states", Topic("/gazebo/model_states", gazebo_msgs.msg.ModelStates))
@@ -32,10 +23,8 @@ def divides(t, states):
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=list(CHROMIUM))
+    with chromium() as browser:
         yield browser
-        browser.close()
 
 
 @pytest.fixture
