@@ -87,12 +87,16 @@ export function drawEvents(
   pen.fillStyle = colours.text2;
   pen.textBaseline = "middle";
   pen.textAlign = "center";
+  let free = Number.NEGATIVE_INFINITY;
   for (const { name, t_s } of events) {
     if (t_s === null || t_s < scale.from_s || t_s > scale.to_s) continue;
     pen.setLineDash([3, 3]);
     vertical(pen, xOf(scale, t_s), lines.top, lines.bottom);
     pen.setLineDash([]);
-    if (lines.names !== undefined) pen.fillText(name, xOf(scale, t_s), lines.names);
+    const half = pen.measureText(name).width / 2;
+    if (lines.names === undefined || xOf(scale, t_s) - half < free) continue;
+    pen.fillText(name, xOf(scale, t_s), lines.names);
+    free = xOf(scale, t_s) + half + 4;
   }
 }
 

@@ -16,6 +16,7 @@ interface Series {
   stop: () => void;
 }
 
+const ROUNDING_S = 1e-6;
 /** By then a topic that says nothing is silent: what the server sent before it knew of the follower has arrived. */
 const SILENT_MS = 500;
 
@@ -26,14 +27,24 @@ const SILENT_MS = 500;
 export class RingStore {
   private readonly all = new Map<string, Series>();
 
-  /** `capacity`: how many numbers each series keeps at most, a power of two. */
-  constructor(private readonly capacity: number) {
+  /**
+   * `capacity`: how many numbers each series keeps at most, a power of two. `kind`: events at the very time to which
+   * a run goes back are still to come; values of that time are there.
+   */
+  constructor(
+    private readonly capacity: number,
+    kind: "events" | "values",
+  ) {
+    const there_s = kind === "values" ? ROUNDING_S : 0;
     clock.onRun((t_s, { back, goes }) => {
       const early_ms = goes ? performance.now() - SILENT_MS : Number.POSITIVE_INFINITY;
       for (const series of this.all.values()) {
-        if (back) forget(series, t_s);
+        if (back) forget(series, t_s + there_s);
         if ((series.waits_ms ?? early_ms) < early_ms) begin(series, t_s);
       }
+    });
+    clock.onLeap((from_s, to_s) => {
+      for (const series of this.all.values()) series.heard.leave(from_s, to_s);
     });
     wire.onLink(({ state }) => {
       for (const series of this.all.values()) {
@@ -76,6 +87,7 @@ function hear<T>(series: Series, topic: string, take: Take<T>): void {
     if (t_s < last_s) forget(series, t_s);
     last_s = t_s;
     begin(series, t_s);
+    series.heard.include(t_s);
     take(series.ring, message, t_s);
     clock.data(t_s);
   });

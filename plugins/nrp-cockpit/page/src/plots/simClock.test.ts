@@ -17,6 +17,19 @@ test("data move the time on, but never back", () => {
   expect(clock.now_s).toBe(1.5);
 });
 
+test("a leap forward is told, and a step is none", () => {
+  const { clock } = newClock();
+  const leap = vi.fn();
+  clock.onLeap(leap);
+  clock.run(0, true);
+  clock.data(1);
+  clock.run(1, false);
+  clock.data(1.02);
+  expect(leap).not.toHaveBeenCalled();
+  clock.data(2);
+  expect(leap).toHaveBeenCalledExactlyOnceWith(1.02, 2);
+});
+
 describe("the status", () => {
   test("of a run that goes on may lag behind the data", () => {
     const { clock, back } = newClock();

@@ -6,7 +6,7 @@ import type { Spans } from "./spans";
 import type { TimeRing } from "./timeRing";
 
 /** A curve keeps 65 seconds at 1 kHz. */
-const store = new RingStore(2 ** 16);
+const store = new RingStore(2 ** 16, "values");
 
 export const keyOf = ({ topic, path }: Trace): string => `${topic}.${path}`;
 
