@@ -1,7 +1,7 @@
 import { useMemo } from "react";
 import { offeredTraces } from "../plots/offered";
 import { useRun } from "../state/run";
-import { addTrace, useTraces } from "../state/traces";
+import { addTrace, dragTrace, useTraces } from "../state/traces";
 import type { TopicInfo } from "../state/types";
 import { Icon } from "../ui/Icon";
 import { wire } from "../wire";
@@ -71,6 +71,8 @@ export function Numbers({ topic }: { topic: string }) {
                 className="chip mono"
                 aria-label={`Add ${trace.path} to the plot`}
                 aria-pressed={plotted}
+                draggable
+                onDragStart={(event) => dragTrace(event.dataTransfer, trace)}
                 onClick={() => addTrace(trace)}
               >
                 <Icon name={plotted ? "check" : "plus"} small />
