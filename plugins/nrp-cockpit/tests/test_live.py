@@ -316,9 +316,17 @@ def test_an_edit_is_applied_and_reverted(opened: Cockpit, visitor: Visitor) -> N
 def test_a_body_is_coloured_by_the_topic_that_the_experiment_names(visitor: Visitor) -> None:
     visitor.subscribe("/cockpit/experiment")
     bodies = visitor.until(lambda: visitor.last("experiment"))["bodies"]
-    topics = {body["name"]: body["colorable"] for body in bodies}
-    assert topics["left_vr_screen"] == "/screens/left/color"
-    assert topics["sofa"].startswith("/sofa/")
+    topics = {body["name"]: (body["colorable"], body["colored_part"]) for body in bodies}
+    assert topics["left_vr_screen"] == ("/screens/left/color", "left_vr_screen/body/screen_glass")
+    assert topics["sofa"] == ("/sofa/link/seat/color", "sofa/link/seat")
+
+
+def test_the_page_is_told_where_the_camera_looks(visitor: Visitor) -> None:
+    visitor.subscribe("/cockpit/experiment")
+    [mount] = visitor.until(lambda: visitor.last("experiment"))["mounts"]
+    assert (mount["topic"], mount["frame"]) == ("/husky/camera", "husky/base_link")
+    assert mount["position"] == pytest.approx([-0.16, 0, 0.362])
+    assert mount["view"] == {"fov_rad": 1.57, "aspect": pytest.approx(4 / 3)}
 
 
 def test_a_text_that_is_saved_and_not_applied_does_not_run(

@@ -1,7 +1,13 @@
 import { expect, test } from "vitest";
 import { followed, hints, nextHint, type Seen } from "./hints";
 
-const screen = { name: "right_vr_screen", static: true, topics: [], colorable: "/screens/right/color" };
+const screen = {
+  name: "right_vr_screen",
+  static: true,
+  topics: [],
+  colorable: "/screens/right/color",
+  colored_part: "right_vr_screen/body/screen_glass",
+};
 const start: Seen = {
   experiment: { bodies: [{ ...screen, name: "sofa", colorable: "/sofa/body/seat/color" }, screen] },
   status: { state: "paused" },

@@ -6,7 +6,7 @@ import { Icon } from "../ui/Icon";
 import { Tooltip } from "../ui/Tooltip";
 import type { Rgba } from "../world/messages";
 import { world } from "../world/world";
-import { colorTopics, entityOfTopic, fromHex, SWATCHES, toHex } from "./color";
+import { type ColoredPart, coloredParts, fromHex, SWATCHES, toHex } from "./color";
 import { Section } from "./Facts";
 
 const follow = (changed: () => void) => world.follow((change) => change === "scene" && changed());
@@ -18,18 +18,29 @@ const useColor = (entity: string): string | null =>
     return color ? toHex(color) : null;
   });
 
-/** Gives a part of a body another colour. */
+/** Gives a part of a body another colour; nothing for a body that cannot be coloured. */
 export function BodyColor({ body }: { body: Body }) {
-  const topics = colorTopics(body.topics);
-  const [topic, setTopic] = useState(body.colorable ?? topics[0] ?? "");
-  const now = useColor(entityOfTopic(topic));
+  const parts = coloredParts(body);
+  const [chosen, setChosen] = useState(0);
+  const part = parts[chosen] ?? parts[0];
+  return part && <Colors parts={parts} part={part} onPart={setChosen} />;
+}
+
+interface ColorsProps {
+  parts: readonly ColoredPart[];
+  part: ColoredPart;
+  onPart: (index: number) => void;
+}
+
+function Colors({ parts, part, onPart }: ColorsProps) {
+  const now = useColor(part.entity);
   const blocked = useBlocked();
   const paint = (color: Rgba) => {
-    if (blocked === undefined) void publish(topic, color);
+    if (blocked === undefined) void publish(part.topic, color);
   };
   return (
     <Section title="Colour">
-      {topics.length > 1 && <Part topics={topics} topic={topic} onTopic={setTopic} />}
+      {parts.length > 1 && <PartChoice parts={parts} part={part} onPart={onPart} />}
       <div className="inspector-swatches">
         {SWATCHES.map(({ name, color }) => (
           <Tooltip key={name} text={blocked}>
@@ -61,21 +72,19 @@ export function BodyColor({ body }: { body: Body }) {
   );
 }
 
-interface PartProps {
-  topics: readonly string[];
-  topic: string;
-  onTopic: (topic: string) => void;
-}
-
 /** Which part of the body gets the colour. */
-function Part({ topics, topic, onTopic }: PartProps) {
+function PartChoice({ parts, part, onPart }: ColorsProps) {
   return (
     <label className="inspector-part row f12 mut">
       Part
-      <select className="input" value={topic} onChange={(event) => onTopic(event.target.value)}>
-        {topics.map((one) => (
-          <option key={one} value={one}>
-            {entityOfTopic(one).split("/").slice(1).join("/")}
+      <select
+        className="input"
+        value={parts.indexOf(part)}
+        onChange={(event) => onPart(Number(event.target.value))}
+      >
+        {parts.map(({ entity }, index) => (
+          <option key={entity} value={index}>
+            {entity.split("/").slice(1).join("/")}
           </option>
         ))}
       </select>

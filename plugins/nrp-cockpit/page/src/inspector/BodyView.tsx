@@ -4,7 +4,6 @@ import { Empty } from "../ui/Panel";
 import { PlaceBody, PushBody } from "./BodyActions";
 import { BodyColor } from "./BodyColor";
 import { BodyTopics } from "./BodyTopics";
-import { colorTopics } from "./color";
 import { Title } from "./Facts";
 import { LivePose } from "./LivePose";
 import { StaticPlace } from "./StaticPlace";
@@ -24,9 +23,7 @@ export function BodyView({ name }: { name: string }) {
           </span>
         )}
       </Title>
-      {(body.colorable !== null || colorTopics(body.topics).length > 0) && (
-        <BodyColor key={name} body={body} />
-      )}
+      <BodyColor key={name} body={body} />
       {body.static ? <StaticPlace body={name} /> : <LivePose body={name} />}
       <BodyTopics names={body.topics} />
       {body.static ? (

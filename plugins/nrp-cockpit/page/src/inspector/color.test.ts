@@ -1,5 +1,6 @@
 import { expect, it } from "vitest";
-import { colorTopics, entityOfTopic, fromHex, SWATCHES, toHex } from "./color";
+import type { Body } from "../state/types";
+import { coloredParts, fromHex, SWATCHES, toHex } from "./color";
 
 it("a colour survives the way through the colour input", () => {
   for (const hex of ["#000000", "#ffffff", "#12ab9f"]) expect(toHex(fromHex(hex))).toBe(hex);
@@ -18,7 +19,25 @@ it("the four colours of one click are those of their names", () => {
   ]);
 });
 
+const husky: Body = {
+  name: "husky",
+  static: false,
+  topics: ["/husky/camera", "/husky/base/deck/color", "/husky/base/plate/color"],
+  colorable: null,
+  colored_part: null,
+};
+
 it("a topic that colours names its part", () => {
-  const topics = ["/husky/camera", "/husky/base_link/chassis/color"];
-  expect(colorTopics(topics).map(entityOfTopic)).toEqual(["husky/base_link/chassis"]);
+  expect(coloredParts(husky)).toEqual([
+    { topic: "/husky/base/deck/color", entity: "husky/base/deck" },
+    { topic: "/husky/base/plate/color", entity: "husky/base/plate" },
+  ]);
+});
+
+it("the part that the experiment names comes first, by that name, and only once", () => {
+  const named: Body = { ...husky, colorable: "/plate", colored_part: "husky/base/plate" };
+  expect(coloredParts(named)).toEqual([
+    { topic: "/plate", entity: "husky/base/plate" },
+    { topic: "/husky/base/deck/color", entity: "husky/base/deck" },
+  ]);
 });

@@ -1,3 +1,4 @@
+import type { Body } from "../state/types";
 import type { Rgba } from "../world/messages";
 
 export interface NamedColor {
@@ -29,9 +30,21 @@ export function fromHex(hex: string): Rgba {
   return opaque(part(1), part(3), part(5));
 }
 
-/** The part of a body that a topic colours: `/model/link/visual/color` colours the entity `model/link/visual`. */
-export const entityOfTopic = (topic: string): string => topic.replace(/^\//, "").replace(/\/color$/, "");
+/** A part of a body that a topic colours: the id of its entity in the scene. */
+export interface ColoredPart {
+  topic: string;
+  entity: string;
+}
 
-/** The topics among these that colour a part. */
-export const colorTopics = (topics: readonly string[]): string[] =>
-  topics.filter((topic) => topic.endsWith("/color"));
+/** `/model/link/visual/color` colours the entity `model/link/visual`. */
+const entityOfTopic = (topic: string): string => topic.replace(/^\//, "").replace(/\/color$/, "");
+
+/** The parts of a body that can be coloured, the one that the experiment names first. */
+export function coloredParts({ topics, colorable, colored_part }: Body): ColoredPart[] {
+  const all = topics
+    .filter((topic) => topic.endsWith("/color"))
+    .map((topic) => ({ topic, entity: entityOfTopic(topic) }));
+  if (colorable === null || colored_part === null) return all;
+  const others = all.filter(({ entity }) => entity !== colored_part);
+  return [{ topic: colorable, entity: colored_part }, ...others];
+}

@@ -7,6 +7,7 @@ import { Labels } from "./Labels";
 import { SceneTools } from "./SceneTools";
 import { type Steering, steer } from "./steering";
 import { useMode } from "./useMode";
+import { useLayers } from "./useSights";
 import { useViewer } from "./useViewer";
 import { Viewer } from "./viewer";
 import "./scene.css";
@@ -16,13 +17,12 @@ type Pushed = Parameters<Steering["onPush"]>[0];
 /** The world in three dimensions. */
 export default function ScenePanel() {
   const mode = useChoices((choices) => choices.mode);
-  const layers = useChoices((choices) => choices.layers);
   const canvas = useRef<HTMLCanvasElement>(null);
   const made = useViewer(canvas);
   const viewer = made instanceof Viewer ? made : null;
   const experiment = useRun((run) => run.experiment);
   useMode(viewer, mode, experiment?.robots[0]);
-  useEffect(() => viewer?.showTrails(layers.has("trail")), [viewer, layers]);
+  useLayers(viewer);
   const pushed = useSteering(canvas, viewer, mode);
   return (
     <Panel

@@ -2,7 +2,7 @@ import { create } from "zustand";
 import type { Orbit } from "./orbit";
 
 export type Mode = "orbit" | "follow" | "above";
-export type Layer = "trail";
+export type Layer = "trail" | "frustum" | "rays";
 
 interface Choices {
   mode: Mode;
@@ -12,7 +12,11 @@ interface Choices {
 }
 
 /** How the person wants to see the scene; kept while its panel is closed or opens in full size. */
-export const useChoices = create<Choices>(() => ({ mode: "orbit", layers: new Set(["trail"]), view: null }));
+export const useChoices = create<Choices>(() => ({
+  mode: "orbit",
+  layers: new Set(["trail", "frustum", "rays"]),
+  view: null,
+}));
 
 export const setMode = (mode: Mode): void => useChoices.setState({ mode });
 export const keepView = (view: Orbit): void => useChoices.setState({ view });

@@ -9,13 +9,16 @@ import {
   WebGLRenderer,
 } from "three";
 import { useRun } from "../state/run";
+import type { Mount } from "../state/types";
 import type { Change } from "../world/world";
 import { world } from "../world/world";
 import { Bodies, type ShapeMesh } from "./bodies";
-import { keepView, useChoices } from "./choices";
+import { keepView, type Layer, useChoices } from "./choices";
 import { isWall, openWalls } from "./dollhouse";
 import { eyeOf, FOV_RAD, fitted, type Orbit, START } from "./orbit";
 import { Outline } from "./outline";
+import type { LaserScan } from "./sightLines";
+import { Sights } from "./sights";
 import { Surroundings } from "./surroundings";
 import { Trails } from "./trails";
 
@@ -35,7 +38,8 @@ export class Viewer {
   readonly camera = new PerspectiveCamera((FOV_RAD * 180) / Math.PI, 1, 0.05, 1000);
   readonly scene = new Scene();
   readonly bodies = new Bodies();
-  readonly trails = new Trails();
+  private readonly trails = new Trails();
+  private readonly sights = new Sights();
   private readonly renderer: WebGLRenderer;
   private readonly surroundings: Surroundings;
   private readonly outline = new Outline();
@@ -60,7 +64,7 @@ export class Viewer {
     this.renderer.setPixelRatio(fine ? Math.min(2, window.devicePixelRatio) : 1);
     this.surroundings = new Surroundings(fine);
     this.camera.up.set(0, 0, 1);
-    this.scene.add(this.surroundings.root, this.bodies.root, this.trails.root);
+    this.scene.add(this.surroundings.root, this.bodies.root, this.trails.root, this.sights.root);
     this.resizing = new ResizeObserver(() => this.resize());
     this.resizing.observe(canvas);
     this.style();
@@ -105,9 +109,22 @@ export class Viewer {
     this.invalidate();
   }
 
-  showTrails(shown: boolean): void {
-    this.trails.root.visible = shown;
+  showLayers(layers: ReadonlySet<Layer>): void {
+    this.trails.root.visible = layers.has("trail");
     this.trails.show(world.trails);
+    this.sights.show(layers);
+    this.invalidate();
+  }
+
+  /** Shows where these sensors look. */
+  mount(mounts: readonly Mount[]): void {
+    this.sights.mount(mounts);
+    this.sights.move((frame) => world.frame(frame));
+    this.invalidate();
+  }
+
+  scan(mount: Mount, scan: LaserScan): void {
+    this.sights.scan(mount, scan);
     this.invalidate();
   }
 
@@ -126,6 +143,7 @@ export class Viewer {
   style(): void {
     this.outline.style(this.color("--accent"), this.size.x, this.size.y);
     this.trails.style(this.color("--d-purple"));
+    this.sights.style(this.color("--d-orange"), this.color("--d-sky"));
     this.surroundings.style(this.color("--line-strong"), Number(this.token("--scene-dim")) || 1);
     this.invalidate();
   }
@@ -152,6 +170,7 @@ export class Viewer {
     cancelAnimationFrame(this.frame);
     this.outline.dispose();
     this.trails.dispose();
+    this.sights.dispose();
     this.surroundings.dispose();
     this.bodies.dispose();
     this.renderer.dispose();
@@ -161,6 +180,7 @@ export class Viewer {
     if (change === "scene") this.rebuild();
     this.bodies.move((frame) => world.frame(frame));
     if (!this.placed) this.begin();
+    this.sights.move((frame) => world.frame(frame));
     this.trails.show(world.trails);
     this.renderer.shadowMap.needsUpdate = true;
     this.invalidate();

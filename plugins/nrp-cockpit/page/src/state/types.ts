@@ -49,6 +49,19 @@ export interface Body {
   topics: string[];
   /** The topic that colours it, if one does. */
   colorable: string | null;
+  /** The part that gets that colour, as the id of its entity in the scene. */
+  colored_part: string | null;
+}
+
+/** How a camera or a laser scanner is mounted; it looks along x, with z up. */
+export interface Mount {
+  topic: string;
+  /** The frame that it moves with, and its pose in that. */
+  frame: string;
+  position: Vector;
+  orientation: [number, number, number, number];
+  /** What a camera sees, horizontally and as width over height; null: it is a laser scanner. */
+  view: { fov_rad: number; aspect: number } | null;
 }
 
 export interface Experiment {
@@ -70,6 +83,7 @@ export interface Experiment {
   projections: Projection[];
   devices: Device[];
   bodies: Body[];
+  mounts: Mount[];
 }
 
 export interface Status {

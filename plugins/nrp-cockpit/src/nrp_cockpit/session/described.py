@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from nrp_cockpit.session.mounts import mounts_data
 from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Population, Projection
@@ -41,6 +42,7 @@ def run_data(run: Run) -> dict[str, Any]:
         "projections": [projection_data(each) for each in run.brain.network.projections],
         "devices": list(devices_data(run.brain)),
         "bodies": list(bodies_data(world, experiment.aliases)),
+        "mounts": list(mounts_data(world)),
     }
 
 
@@ -110,19 +112,26 @@ def bodies_data(world: World, aliases: Mapping[str, str]) -> Iterator[dict[str, 
     """Yield the models of the scene with their topics."""
     for model in world.scene.models:
         topics = [name for name in world.topics if name.startswith(f"/{model.name}/")]
+        colour, part = _colour_topic(world, topics, aliases)
         yield {
             "name": model.name,
             "static": model.static,
             "topics": topics,
-            "colorable": _colour_topic(world, topics, aliases),
+            "colorable": colour,
+            "colored_part": part,
         }
 
 
-def _colour_topic(world: World, topics: list[str], aliases: Mapping[str, str]) -> str | None:
-    """Return the topic that colours a model: one that has an alias, else that of its first visual."""
+def _colour_topic(
+    world: World, topics: list[str], aliases: Mapping[str, str]
+) -> tuple[str | None, str | None]:
+    """Return the topic that colours a model, by its alias if one has any, and the visual that it colours."""
     colours = [name for name in topics if world.topics[name].type is ColorRGBA]
-    aliased = (alias for alias, name in aliases.items() if name in colours)
-    return next(aliased, next(iter(colours), None))
+    if not colours:
+        return None, None
+    aliased = ((alias, name) for alias, name in aliases.items() if name in colours)
+    topic, name = next(aliased, (colours[0], colours[0]))
+    return topic, name.removeprefix("/").removesuffix("/color")
 
 
 def _capabilities(run: Run) -> dict[str, bool | str]:

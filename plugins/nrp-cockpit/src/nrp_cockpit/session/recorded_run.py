@@ -89,6 +89,7 @@ class RecordedRun:
             "projections": [],
             "devices": list(self._devices(brain.get("populations") or {})),
             "bodies": list(_bodies(entities, [each.name for each in topics])),
+            "mounts": [],  # a recording does not say how sensors are mounted
         }
 
     def functions_data(self) -> dict[str, Any]:
@@ -193,4 +194,5 @@ def _bodies(entities: list[SceneEntity], topics: list[str]) -> Iterator[dict[str
         moves[model] = moves.get(model, False) or entity.frame_id != WORLD_FRAME
     for model, is_moving in moves.items():
         own = [name for name in topics if name.startswith(f"/{model}/")]
-        yield {"name": model, "static": not is_moving, "topics": own, "colorable": None}
+        fixed = {"colorable": None, "colored_part": None}
+        yield {"name": model, "static": not is_moving, "topics": own} | fixed
