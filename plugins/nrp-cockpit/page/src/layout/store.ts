@@ -31,13 +31,17 @@ export const resize = (path: Path, index: number, share: number): void =>
 export const swap = (a: PanelId, b: PanelId): void => change(swapPanels(useLayout.getState().tree, a, b));
 export const resetLayout = (): void => change(defaultTree);
 
-/** Takes over the layout that is saved beside the experiment, if it is one that this page knows. */
+let loaded = false;
+
+/** Takes over the layout that is saved beside the experiment, once, if it is one that this page knows. */
 export async function loadLayout(): Promise<void> {
+  if (loaded) return;
+  loaded = true;
   const answer = await wire
     .call<{ layout?: { tree?: unknown; traces?: unknown } }>("/cockpit/layout/load")
     .catch(() => null);
   const { tree, traces } = answer?.layout ?? {};
   if (isTree(tree)) useLayout.setState({ tree });
   if (Array.isArray(traces)) useTraces.setState({ traces });
-  useTraces.subscribe(saveSoon);
+  useTraces.subscribe(({ chosen }) => chosen && saveSoon());
 }

@@ -6,16 +6,24 @@ export interface Trace {
   path: string;
 }
 
-export const useTraces = create<{ traces: readonly Trace[] }>(() => ({ traces: [] }));
+interface Traces {
+  traces: readonly Trace[];
+  /** Whether a person changed them in this visit, so that they are worth saving. */
+  chosen: boolean;
+}
+
+export const useTraces = create<Traces>(() => ({ traces: [], chosen: false }));
 
 /** Adds a curve to the plots, from any room (a drag or a menu). */
 export function addTrace(trace: Trace): void {
   const same = (one: Trace) => one.topic === trace.topic && one.path === trace.path;
-  useTraces.setState(({ traces }) => (traces.some(same) ? { traces } : { traces: [...traces, trace] }));
+  useTraces.setState(({ traces }) =>
+    traces.some(same) ? { traces } : { traces: [...traces, trace], chosen: true },
+  );
 }
 
 export function removeTrace(trace: Trace): void {
-  useTraces.setState(({ traces }) => ({ traces: traces.filter((one) => one !== trace) }));
+  useTraces.setState(({ traces }) => ({ traces: traces.filter((one) => one !== trace), chosen: true }));
 }
 
 const DRAGGED = "application/x-nrp-trace";
