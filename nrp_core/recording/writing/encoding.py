@@ -107,8 +107,8 @@ class TransformsEncoder:
         return (self._body.tobytes(),)
 
 
-def image(message: Image) -> Parts:
-    """Return a ``sensor_msgs/Image``; of a large one the pixels are packed."""
+def image(message: Image, *, pack: bool = True) -> Parts:
+    """Return a ``sensor_msgs/Image``; of a large one the pixels are packed, or else they are not copied."""
     at = message.header.stamp
     data = message.data
     if not isinstance(data, np.ndarray):
@@ -118,8 +118,10 @@ def image(message: Image) -> Parts:
     body += struct.pack("<II", message.height, message.width) + _text(message.encoding)
     body = _padded(body + bytes([message.is_bigendian]), 8, 4)
     body += struct.pack("<II", message.step, len(pixels))
-    large = len(pixels) >= PACKED_BYTES
-    return _STAMP.pack(_HEAD, at.sec, at.nanosec) + body, Packed(pixels.data) if large else pixels.tobytes()
+    head = _STAMP.pack(_HEAD, at.sec, at.nanosec) + body
+    if not pack:
+        return head, pixels.data
+    return head, Packed(pixels.data) if len(pixels) >= PACKED_BYTES else pixels.tobytes()
 
 
 def step_hash(now_ns: int, step: int, hashes: Sequence[str], chain: str) -> Parts:
@@ -141,7 +143,7 @@ def snapshot(now_ns: int, step: int, data: bytes) -> Parts:
 
 def joined(parts: Parts) -> bytes:
     """Return a message in one piece."""
-    return b"".join(map(bytes, parts))
+    return b"".join(part if isinstance(part, memoryview) else bytes(part) for part in parts)
 
 
 def stamp(now_ns: int) -> bytes:

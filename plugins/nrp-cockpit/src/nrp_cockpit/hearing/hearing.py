@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 
+from nrp_cockpit.hearing.images import WholeImages
 from nrp_cockpit.hearing.published import PublishedMessages
 from nrp_cockpit.wire.channels import Kind, Sent
 from nrp_cockpit.wire.hub import Hub
@@ -15,7 +16,6 @@ from nrp_core.recording.layout import SCENE, TRANSFORMS, Images, device_topic, s
 from nrp_core.recording.writing.encoding import joined
 from nrp_core.recording.writing.frames import SceneFrames
 from nrp_core.recording.writing.signals import (
-    CameraImages,
     DeviceRecords,
     MovingModels,
     PopulationSpikes,
@@ -60,7 +60,7 @@ class Hearing:
 
     @property
     def ms_per_step(self) -> float:
-        """Processor time of this thread for a step in which somebody hears something, ms, on average."""
+        """Wall time by which a step in which somebody hears something is longer, ms, on average."""
         return self._spent_ns / max(1, self._steps) / 1e6
 
     def take(self) -> None:
@@ -69,13 +69,13 @@ class Hearing:
         if hub.heard is not self._heard or hub.joined[SCENE] != self._joined:
             self._follow()
         if self._open:
-            began, now_ns = time.thread_time_ns(), self._run.loop.now_ns
+            began, now_ns = time.perf_counter_ns(), self._run.loop.now_ns
             self._steps += now_ns != self._now_ns
             self._now_ns = now_ns
             for signal in tuple(self._open.values()):
                 signal.take(now_ns, self._send)
             hub.flush()
-            self._spent_ns += time.thread_time_ns() - began
+            self._spent_ns += time.perf_counter_ns() - began
 
     def begin_again(self) -> None:
         """Forget what was sent: the time of the run went back, or its scene is another one."""
@@ -147,7 +147,7 @@ class Hearing:
         if topic.direction is Direction.IN:
             self._offer(topic.name, topic.type, "published", lambda: PublishedMessages(world))
         elif topic.type is Image:
-            opener = lambda: CameraImages(world, topic, period_ns, Images.EXACT)  # noqa: E731
+            opener = lambda: WholeImages(world, topic, period_ns, Images.EXACT)  # noqa: E731
             self._offer(topic.name, Image, topic.name, opener, Kind.LATEST)
         else:
             self._offer(topic.name, topic.type, topic.name, lambda: Sensor(world, topic, period_ns))

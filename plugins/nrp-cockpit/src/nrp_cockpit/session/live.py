@@ -20,6 +20,9 @@ from nrp_core.errors import ExperimentError, LifecycleError, NrpError
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 
+_MOMENT_S = 0.05
+"""Wall time for which it just sleeps: to wait for a request as well costs more."""
+
 
 class LiveSession(Session):
     """Owns the thread of a run: it steps while nobody pauses it.
@@ -121,7 +124,10 @@ class LiveSession(Session):
         self.reports.status()
 
     def _sleep(self, wall_s: float) -> None:
-        """Wait for the next step; whoever asks for something does not wait as long."""
+        """Wait for the next step; whoever asks for something does not wait much longer than a moment."""
+        if wall_s < _MOMENT_S:
+            time.sleep(wall_s)
+            return
         self._rest(wall_s)
         if self._wanted:
             self.run.loop.stop()

@@ -11,6 +11,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from nrp_cockpit.wire import protocol
+from nrp_cockpit.wire.bundle import Bundle
 from nrp_cockpit.wire.calls import Calls
 from nrp_cockpit.wire.channels import Channel, Sent
 from nrp_cockpit.wire.hub import Hub
@@ -32,6 +33,7 @@ class Client:
 
     def __init__(self, connection: ServerConnection, hub: Hub, *, may_steer: bool) -> None:
         self._connection, self._hub, self._may_steer = connection, hub, may_steer
+        self._bundle = connection.transport = Bundle(connection.transport)
         self._outbox, self._wake = Outbox(), asyncio.Event()
         self._announced: set[int] = set()
         self._heard: dict[int, Channel] = {}
@@ -93,11 +95,16 @@ class Client:
             await self._wake.wait()
             self._wake.clear()
             while self._outbox:
-                frame = self._outbox.take()
                 try:
-                    await self._connection.send(self._framed(*frame) if isinstance(frame, tuple) else frame)
+                    await self._send_bundle()
                 except ConnectionClosed:
                     return
+
+    async def _send_bundle(self) -> None:
+        with self._bundle.open():
+            while self._outbox and not self._bundle.is_full:
+                frame = self._outbox.take()
+                await self._connection.send(self._framed(*frame) if isinstance(frame, tuple) else frame)
 
     def _framed(self, subscription: int, sent: Sent) -> bytes:
         payload = sent.payload

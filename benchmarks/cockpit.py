@@ -1,0 +1,162 @@
+"""What the cockpit costs: the same run without a server, with one that nobody visits, and with one client.
+
+The room of the shipped experiment with 20 more bodies, the camera of 320x240 pixels at 50 Hz and 1000 more
+cells that fire 20 000 times a second. The client is a process of its own and hears what the page shows:
+reports, scene, poses, camera, spikes and devices. The runs take turns of a tenth of a second in real time, as
+people watch them, in changing order. The result is the median, over the rounds, of the CPU time of this
+process that a step takes more than without a server.
+
+    python benchmarks/cockpit.py [SECONDS]
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from importlib.resources import files
+from pathlib import Path
+from shutil import copytree
+from statistics import median
+from tempfile import TemporaryDirectory
+
+from nrp_cockpit.session.controls import services_of
+from nrp_cockpit.session.live import LiveSession
+from nrp_cockpit.session.session import Mode
+from nrp_cockpit.wire.guard import Guard
+from nrp_cockpit.wire.hub import Hub
+from nrp_cockpit.wire.server import Server
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+from nrp_core.cle.pacing import Paced
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
+
+LIMITS_US = {"no client": 20.0, "one client": 1000.0}
+UNSERVED = "no server"
+ROUND_S, WARM_UP_S = 0.1, 1.0
+BODIES, CELLS, RATE_HZ = 20, 1000, 20.0
+
+HEARD = ("/cockpit/", "/scene", "/tf", "/gazebo/model_states", "/husky/camera", "/husky/cmd_vel", "/brain/")
+"""What the topics begin with that the client hears."""
+
+BODY = """
+    <model name="box{0}"><pose>{1} {2} 0.2 0 0 0</pose><link name="link">
+      <inertial><mass>1</mass><inertia><ixx>0.01</ixx><iyy>0.01</iyy><izz>0.01</izz></inertia></inertial>
+      <collision name="box"><geometry><box><size>0.2 0.2 0.2</size></box></geometry></collision>
+      <visual name="box"><geometry><box><size>0.2 0.2 0.2</size></box></geometry></visual>
+    </link></model>"""
+NOISE = f"""
+sim.Population({CELLS}, sim.SpikeSourcePoisson(rate={RATE_HZ}), label="noise")
+"""
+
+
+def experiment(folder: Path) -> Experiment:
+    """Write the experiment and return it."""
+    copytree(Path(str(files("nrp_experiments") / "braitenberg_husky")), folder, dirs_exist_ok=True)
+    boxes = "".join(BODY.format(n, -4 + n % 5, 1.5 + 0.5 * (n // 5)) for n in range(BODIES))
+    _edit(folder / "room.sdf", "</world>", f"{boxes}</world>")
+    _edit(folder / "husky.sdf", "<update_rate>30</update_rate>", "<update_rate>50</update_rate>")
+    brain = folder / "brain.py"
+    brain.write_text(brain.read_text() + NOISE)
+    return load_experiment(folder / "experiment.yaml")
+
+
+def _edit(path: Path, old: str, new: str) -> None:
+    text = path.read_text()
+    assert old in text, f"{path.name} has no {old}"
+    path.write_text(text.replace(old, new))
+
+
+@contextmanager
+def served(run: Run) -> Iterator[str]:
+    """Serve a run that this thread steps; give the address."""
+    hub, guard = Hub(), Guard()
+    session = LiveSession(run, hub)
+    session.mode = Mode.RUNNING
+    hub.services = services_of(session)
+    server = Server(hub, guard=guard)
+    session.reports.all()
+    yield f"ws://127.0.0.1:{server.port}/?token={guard.token}"
+    server.close()
+
+
+@contextmanager
+def client(address: str) -> Iterator[subprocess.Popen[str]]:
+    """Let another process hear the run until the server is gone."""
+    command = [sys.executable, __file__, address]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        yield process
+
+
+def hear(address: str) -> int:
+    """Hear what the page shows; print the number of messages and of bytes when the server is gone."""
+    messages = received = 0
+    with connect(address, max_size=None, proxy=None) as connection, suppress(ConnectionClosed):
+        while True:
+            frame = connection.recv()
+            if isinstance(frame, bytes):
+                messages, received = messages + 1, received + len(frame)
+            elif (message := json.loads(frame))["op"] == "advertise":
+                heard = [one["id"] for one in message["channels"] if one["topic"].startswith(HEARD)]
+                wanted = [{"id": number, "channelId": number} for number in heard]
+                connection.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
+                print("ready", flush=True)
+    print(messages, received)
+    return 0
+
+
+def spent_us(run: Run, until_s: float) -> float:
+    """Return the CPU time of a step, us."""
+    began, steps = time.process_time(), run.loop.steps
+    run.run_until(round(until_s, 3))
+    return (time.process_time() - began) / (run.loop.steps - steps) * 1e6
+
+
+def measure(duration_s: float) -> dict[str, list[float]]:
+    """Return the CPU time of a step in each round, us, by who watches."""
+    with ExitStack() as stack:
+        made = experiment(Path(stack.enter_context(TemporaryDirectory())))
+        names = (UNSERVED, *LIMITS_US)
+        runs = {name: stack.enter_context(Run(made)) for name in names}
+        runs[UNSERVED].loop.pacing = Paced()
+        serving = ExitStack()
+        addresses = {name: serving.enter_context(served(runs[name])) for name in LIMITS_US}
+        with client(addresses["one client"]) as process:
+            for run in runs.values():
+                run.run_until(WARM_UP_S)
+            rounds: dict[str, list[float]] = {name: [] for name in names}
+            for i in range(1, int((duration_s - WARM_UP_S) / ROUND_S) + 1):
+                for name in (*names[i % 3 :], *names[: i % 3]):
+                    rounds[name].append(spent_us(runs[name], WARM_UP_S + i * ROUND_S))
+            simulated_s = runs["one client"].now_s
+            serving.close()
+            assert process.stdout is not None
+            messages, received = map(int, process.stdout.read().split())
+    print(f"{messages / simulated_s:.0f} messages and {received / simulated_s / 1e6:.1f} MB a second")
+    return rounds
+
+
+def main(duration_s: float) -> int:
+    rounds = measure(duration_s)
+    print(f"a step takes {median(rounds[UNSERVED]):.0f} us of CPU time")
+    well = True
+    for name, limit_us in LIMITS_US.items():
+        pairs = list(zip(rounds[name], rounds[UNSERVED], strict=True))
+        added_us = median(with_it - without for with_it, without in pairs)
+        ratio = median(with_it / without for with_it, without in pairs)
+        well = well and added_us <= limit_us
+        print(f"{name:<12}{added_us:7.0f} us more a step, at most {limit_us:g}; {ratio:.2f} times")
+    return 0 if well else 1
+
+
+if __name__ == "__main__":
+    first = sys.argv[1] if len(sys.argv) > 1 else "20"
+    sys.exit(hear(first) if first.startswith("ws:") else main(float(first)))
