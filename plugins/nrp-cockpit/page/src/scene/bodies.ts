@@ -1,4 +1,4 @@
-import { Box3, Group, Mesh, type Object3D, Vector3 } from "three";
+import { Box3, Group, type Material, Mesh, type Object3D, Vector3 } from "three";
 import type { Entities, Entity, Shape } from "../world/entities";
 import { WORLD_FRAME } from "../world/entities";
 import type { Pose } from "../world/pose";
@@ -38,6 +38,7 @@ export class Bodies {
     for (const [id, meshes] of this.meshes)
       if (meshes[0]?.entity !== entities.get(id) || meshes.length === 0) this.remove(id, meshes);
     for (const entity of entities.values()) if (!this.meshes.has(entity.id)) this.add(entity);
+    this.materials.keepOnly(new Set([...this.all()].map(({ material }) => material as Material)));
   }
 
   move(poseOf: (frame: string) => Pose): void {

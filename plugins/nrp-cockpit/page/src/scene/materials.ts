@@ -15,6 +15,15 @@ export class Materials {
     return material;
   }
 
+  /** Frees all but these, so that a colour that changes all the time leaves nothing behind. */
+  keepOnly(used: ReadonlySet<Material>): void {
+    for (const [key, material] of this.byColor) {
+      if (used.has(material)) continue;
+      material.dispose();
+      this.byColor.delete(key);
+    }
+  }
+
   dispose(): void {
     for (const material of this.byColor.values()) material.dispose();
     this.byColor.clear();

@@ -94,13 +94,7 @@ export class Viewer {
 
   /** Shows the whole room, from the direction of now. */
   fit(): void {
-    const room = this.bodies.room();
-    if (room.isEmpty()) return;
-    const centre = room.getCenter(new Vector3());
-    const { x, y } = room.getSize(new Vector3());
-    // walls may be high, and what counts stands on the ground
-    const target: [number, number, number] = [centre.x, centre.y, Math.max(room.min.z, 0)];
-    this.view = fitted(this.orbit, target, Math.max(0.5, 0.42 * Math.hypot(x, y)), this.camera.aspect);
+    this.view = this.viewOfRoom() ?? this.orbit;
   }
 
   select(body: string | null): void {
@@ -174,6 +168,8 @@ export class Viewer {
     this.surroundings.dispose();
     this.bodies.dispose();
     this.renderer.dispose();
+    // browsers keep few contexts; a canvas that stays in the page, as in React's strict mode, needs its own again
+    if (!this.canvas.isConnected) this.renderer.forceContextLoss();
   }
 
   private changed(change: Change): void {
@@ -186,16 +182,28 @@ export class Viewer {
     this.invalidate();
   }
 
-  /** The first view: of the room, or of the surroundings of the robot if the room is large. */
+  private viewOfRoom(): Orbit | null {
+    const room = this.bodies.room();
+    if (room.isEmpty()) return null;
+    const { x, y } = room.getCenter(new Vector3());
+    const size = room.getSize(new Vector3());
+    const radius_m = Math.max(0.5, 0.42 * Math.hypot(size.x, size.y));
+    // walls may be high, and what counts stands on the ground
+    return fitted(this.orbit, [x, y, Math.max(room.min.z, 0)], radius_m, this.camera.aspect);
+  }
+
+  /** The first view: of the room, or of the surroundings of the robot as soon as it is known, if the room is large. */
   private begin(): void {
-    this.fit();
+    const view = this.viewOfRoom();
     const [first] = useRun.getState().experiment?.robots ?? [];
     const robot = first === undefined ? undefined : world.models.get(first);
-    if (robot && this.orbit.distance_m > BEGIN_M) {
+    if (!view) return;
+    if (robot) {
       const [x, y] = robot.position;
-      this.view = { ...this.orbit, target: [x, y, this.orbit.target[2]], distance_m: BEGIN_M };
-    }
-    this.placed = !this.bodies.room().isEmpty() && (first === undefined || robot !== undefined);
+      const near = { ...view, target: [x, y, view.target[2]] as const, distance_m: BEGIN_M };
+      this.view = view.distance_m > BEGIN_M ? near : view;
+    } else if (first === undefined) this.view = view;
+    else this.orbit = view; // not kept: the robot's place comes soon
   }
 
   private rebuild(): void {
