@@ -73,6 +73,8 @@ class Viewer:
 
     def announce(self, channels: Iterable[Channel]) -> None: ...
 
+    def tick(self, t_ns: int) -> None: ...
+
     def hear(self, sent: Sent) -> None:
         if sent.channel.encoding == "json":
             self.said[sent.channel.topic] = json.loads(sent.payload)
