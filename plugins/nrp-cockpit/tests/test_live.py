@@ -123,6 +123,18 @@ def test_a_body_that_was_placed_is_still_there_after_a_step_back(opened: Cockpit
     assert state(opened) == before
 
 
+def test_a_body_that_is_placed_while_nothing_runs_is_seen_there_at_once(visitor: Visitor) -> None:
+    visitor.subscribe("/gazebo/model_states")
+    visitor.call("step", n=2)
+    seen = visitor.heard["/gazebo/model_states"]
+    visitor.until(lambda: seen and seen[-1].t_ns == 40_000_000)
+    before = len(seen)
+    visitor.call("place", body="husky", position=[1, 0.5, 0.3], orientation=[0, 0, 0, 1])
+    visitor.until(lambda: len(seen) > before)
+    assert seen[-1].t_ns == 40_000_000
+    assert seen[-1].payload != seen[-2].payload
+
+
 def test_the_future_is_lived_as_it_was_until_somebody_steers(opened: Cockpit, visitor: Visitor) -> None:
     visitor.call("step", n=2)
     visitor.call("publish", topic=COLOUR, value="red")

@@ -83,6 +83,13 @@ class Hearing:
         self._hub.forget(self._sources)
         self._heard = frozenset()
 
+    def take_poses_again(self) -> None:
+        """Send the poses again with the next :meth:`take`: somebody moved bodies between two steps."""
+        for name in (TRANSFORMS, MODEL_STATES):
+            if name in self._open:
+                self._open.pop(name).close()
+                self._open[name] = self._openers[name]()
+
     def close(self) -> None:
         """End all observation."""
         self._close_all()

@@ -175,6 +175,7 @@ class LiveSession(Session):
         """Note that somebody changed the run in a way that living it again would miss."""
         self.past.mark()
         self.hearing.offer_all()
+        self.hearing.take_poses_again()
         self.hearing.take()
         self.reports.all()
 
