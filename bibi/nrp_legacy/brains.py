@@ -155,7 +155,7 @@ def load_script(
         )  # fmt: skip
     parts = made.populations, made.projections, made.views, made.timestep_ms
     _keep(built, kernel, made, kept[0], sims[0])
-    noted = NotedNetwork(*parts, tuple(kernel.notes), tuple(currents), built)
+    noted = NotedNetwork(*parts, tuple(kernel.notes), tuple(currents), built, remarks=made.remarks)
     return with_views(noted, populations or {})
 
 
@@ -201,7 +201,7 @@ def with_unseen(network: Network, path: Path) -> Network:
     names = defined(Source.of_file(path).tree(unnoted))
     built.variables = {name: Selector(partial(_unread, name), f"brain.{name}") for name in names}
     parts = network.populations, network.projections, network.views, network.timestep_ms
-    return NotedNetwork(*parts, built=built)
+    return NotedNetwork(*parts, built=built, remarks=network.remarks)
 
 
 def _unread(name: str, _root: object) -> NoReturn:

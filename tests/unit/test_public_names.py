@@ -35,14 +35,17 @@ def is_public(module: str) -> bool:
 
 
 def outside() -> list[Path]:
-    """What is written as users and authors would: pages, templates, plugins and experiments."""
+    """What is written as users and authors would: pages, templates, plugins and experiments.
+
+    The cockpit is a part of the platform above the run, as the command line is; contracts of its own hold it.
+    """
     patterns = (
         "README.md", "CONTRIBUTING.md", "docs/*/*.md", "experiments/**/*.py", "experiments/*.md",
         "nrp_core/cli/templates/**/*.j2", "plugins/*/src/**/*.py", "plugins/*/README.md",
         "plugins/nrp-*-minimal/tests/*.py",
     )  # fmt: skip
     found = (path for pattern in patterns for path in ROOT.glob(pattern))
-    return sorted(path for path in found if "decisions" not in path.parts)
+    return sorted(path for path in found if not {"decisions", "nrp-cockpit"} & set(path.parts))
 
 
 def imported(text: str) -> Iterator[tuple[str, str]]:

@@ -169,7 +169,7 @@ class Network:
     projections: tuple[Projection, ...] = ()
     views: Mapping[str, IntArray] = field(default_factory=dict)
     timestep_ms: float | None = None
-    remarks: tuple[str, ...] = field(default=(), compare=False)
+    remarks: tuple[str, ...] = field(default=(), compare=False, kw_only=True)
 
     def __post_init__(self) -> None:
         for label, population in self.populations.items():

@@ -55,7 +55,7 @@ def test_the_shared_renderer_is_preferred_where_none_is_named(backend):
         ({"renderer": "gls"}, "raster"),
         ({"timestep": 2}, "needs a unit"),
         ({"timestep": "0 ms"}, "more than 0"),
-        ({"image_scale": 0}, "greater than 0"),
+        ({"image_scale": 0}, "greater than or equal to 0.01"),
         ({"image_scale": 1.5}, "less than or equal to 1"),
     ],
 )

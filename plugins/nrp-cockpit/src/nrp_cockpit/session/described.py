@@ -13,6 +13,7 @@ from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Population, Projection
 from nrp_core.clock import seconds
 from nrp_core.experiment.running.run import Run
+from nrp_core.findings import capabilities
 from nrp_core.recording.layout import device_topic
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.messages.std_msgs import ColorRGBA
@@ -136,18 +137,17 @@ def _colour_topic(
 
 def _capabilities(run: Run) -> dict[str, bool | str]:
     brain, world = run.brain.capabilities, run.world.capabilities
-    lacks = [
-        f"the {side} '{section.backend}' cannot save its state"
-        for side, section, can in (
-            ("brain", run.experiment.brain, brain.snapshot),
-            ("world", run.experiment.world, world.snapshot),
-        )
-        if not can
-    ]
-    back = lacks[0] if lacks else True
-    moves: bool | str = world.changes or f"the world '{run.experiment.world.backend}' cannot move models"
-    pushes: bool | str = world.joint_control or f"the world '{run.experiment.world.backend}' knows no forces"
-    return {"snapshot": back, "step_back": back, "place": moves, "push": pushes}
+    of_brain = f"the brain '{run.experiment.brain.backend}'"
+    of_world = f"the world '{run.experiment.world.backend}'"
+    savable: bool | str = True
+    if not (brain.snapshot and world.snapshot):
+        savable = f"{of_world if brain.snapshot else of_brain} {capabilities.SNAPSHOTS}"
+    return {
+        "snapshot": savable,
+        "step_back": savable,
+        "place": world.changes or f"{of_world} {capabilities.MODEL_MOVES}",
+        "push": world.joint_control or f"{of_world} {capabilities.JOINT_CONTROL}",
+    }
 
 
 def role_of(is_source: bool, driven: bool, read: bool) -> str:
