@@ -14,6 +14,8 @@ from nrp_core.experiment.running.run import Run
 
 WATCHED_NS, ALONE_NS = NS_PER_S, 5 * NS_PER_S
 """Simulated time between two snapshots that are taken on their own, while somebody watches and else."""
+BYTES_A_SECOND = 4_000_000
+"""At most as much is kept of a simulated second: snapshots of a large network take long, so they are rare."""
 MOST_BYTES = 256_000_000
 """Of snapshots together; those taken on their own are thinned out first."""
 
@@ -53,7 +55,7 @@ class Past:
         self._moments: list[Moment] = []
         self._published: list[tuple[int, str, Any]] = []
         self._reach_ns, self._last_ns = run.loop.now_ns, -ALONE_NS
-        self._number = 0
+        self._number, self._rarer = 0, 1.0
         self._again: deque[Any] | None = None  # what is published again, while the past is lived again
         run.loop.hooks.from_outside.append(self._note)
         self.after_step()
@@ -76,7 +78,7 @@ class Past:
         now_ns = self._run.loop.now_ns
         if now_ns > self._reach_ns:
             self._reach_ns = now_ns
-        if now_ns - self._last_ns >= every_ns and self._can_save and self._again is None:
+        if now_ns - self._last_ns >= every_ns * self._rarer and self._can_save and self._again is None:
             self._take_own()
 
     def mark(self) -> None:
@@ -185,6 +187,7 @@ class Past:
         self._number += 1
         moment = Moment(f"s{self._number}", self._run.loop.now_ns, self._run.snapshot(), kept)
         self._moments.append(moment)
+        self._rarer = max(1.0, len(moment.data) / BYTES_A_SECOND)
         self._moments.sort(key=lambda each: each.t_ns)
         self._last_ns = max(self._last_ns, moment.t_ns)
         self._thin_out()
