@@ -65,9 +65,9 @@ class Cockpits:
         return address
 
     def close(self) -> None:
-        """Interrupt all, as Ctrl-C does; each must end well."""
+        """End all as Ctrl-C does, which a shell in the background would ignore; each must end well."""
         for process in self.running:
-            process.send_signal(signal.SIGINT)
+            process.send_signal(signal.SIGTERM)
         codes = [process.wait(20) for process in self.running]
         for process in self.running:
             process.communicate()  # closes its pipe
