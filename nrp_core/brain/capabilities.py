@@ -18,7 +18,7 @@ class BrainCapabilities:
         synapses: the synapse types that it simulates.
         extensions: the cells and synapses that the original simulator does not have.
         approximate: the cells whose error is larger than the resolution explains.
-        resolution_ns: the grid on which its events lie; None if event times are exact.
+        resolution_ns: the time grid of its events; None if event times are exact.
         determinism: how closely two runs agree.
         state_variables: the state variables that can be read while it runs.
         changes: what can change while it runs: ``parameters`` of cells, ``weights`` of synapses.

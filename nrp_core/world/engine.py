@@ -154,7 +154,7 @@ class Engine(ABC):
 
     @final
     def frames(self, paths: Sequence[BodyPath]) -> ReadFrames:
-        """Return what writes where bodies are; it fits the scene of now."""
+        """Return a function that writes the poses of bodies; valid for the current scene."""
         return self._do_frames(paths)
 
     @property
@@ -272,7 +272,7 @@ class Engine(ABC):
         """Load another scene in its initial state; if only lights differ, set these.
 
         Raises:
-            CapabilityError: something in it would move in a way that the engine does not have.
+            CapabilityError: the engine cannot simulate a model in it.
         """
         if replace(self.scene, lights=scene.lights) == scene:
             self.set_lights(scene.lights)
@@ -383,7 +383,7 @@ class Engine(ABC):
         """Let the time of steps pass while the world is paused; external sensors may continue."""
 
     def _do_model_motion(self, model: str) -> ModelMotion:
-        """Return where a model's frame is and how it moves; needed unless ``poses`` is declared false."""
+        """Return pose and velocity of a model's frame; needed unless ``poses`` is declared false."""
         raise self.lacks("does not report where models are")
 
     @abstractmethod

@@ -91,7 +91,7 @@ def require_variable(network: Network, variable: str, neurons: IntArray) -> None
     """Check that all of these neurons (global ids) have a state variable.
 
     Raises:
-        CapabilityError: some have not.
+        CapabilityError: a neuron does not have it.
     """
     for label, first in network.offsets.items():
         population = network.populations[label]

@@ -277,8 +277,8 @@ class Engine(NamedTuple):
         rules: ``Rule``.
         clock: ``Clock``, shape ``(1,)``.
         events: ``Event``, a pool; events in transit and free ones form linked lists.
-        event_slots, cell_slots: first event and first cell to wake in each window of the calendar;
-            the last entry holds what lies beyond its horizon.
+        event_slots, cell_slots: first event and first scheduled cell in each window of the calendar;
+            the last entry is for events beyond the last window.
         links: ``Link``, of the neurons.
         sorting: first events of sorted lists of 1, 2, 4, ... events during a merge sort.
         spikes: ``Spike``, those not yet taken.

@@ -159,7 +159,7 @@ class Network:
         views: named groups of neurons as global ids, ``nrp.brain.<name>`` in transfer functions.
         timestep_ms: the time step that the model was written for, or None if it names none; a
             backend with a fixed time step may use it.
-        remarks: sentences about how it differs from what its script says; not part of its identity.
+        remarks: sentences about differences between the script and the network; not part of its identity.
 
     Raises:
         NetworkError: the network is inconsistent.

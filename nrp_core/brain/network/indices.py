@@ -1,4 +1,4 @@
-"""Indices of cells, one for each synapse, stored compactly.
+"""Indices of cells, one for each synapse, in compact form.
 
 Connectors make synapses target by target, so the indices at one end of a projection ascend: then only the
 start of each cell's synapses is stored. The other end takes two bytes where there are at most 65536 cells.

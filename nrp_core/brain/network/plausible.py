@@ -1,8 +1,8 @@
-"""Values of cells and synapses that are valid, but that no neuron has: most are written in a wrong unit.
+"""Implausible values of cells and synapses: valid, but far from any real neuron; most are in the wrong unit.
 
-The ranges are a hundred times wider than what has been measured of neurons (NeuroElectro: Tripathy et al.,
+The ranges are a hundred times wider than those measured in neurons (NeuroElectro: Tripathy et al.,
 Frontiers in Neuroinformatics 8:40, 2014, membrane time constants of 2 to 100 ms and capacitances of 10 to
-1000 pF), so that models of engineers pass, and values that are 1000 times too small or large mostly do not.
+1000 pF). So engineered models pass, and most values that are 1000 times too small or too large do not.
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ _REST_V: Final = (-0.1, -0.02)
 _HIGHEST_MV: Final = 1_000.0
 _DELAY: Final = Plausible(0.0, 1_000.0, "ms", "s", "us")
 _LARGEST_EFFECT: Final = 1_000.0
-"""Of one spike: the voltage that a current leads to, mV, or its conductance in units of the leak."""
+"""Limits of one spike: the voltage that its current causes, mV, or its conductance in units of the leak."""
 
 
 def implausible(network: Network) -> list[str]:
-    """Return a sentence for each value that no neuron has, and for each synapse outside its own limits.
+    """Return a sentence for each implausible value, and for each synapse outside its own limits.
 
     Args:
-        network: one without parameters, such as a description, gives nothing.
+        network: the network; without parameters, as in a description, there is nothing to check.
     """
     found: list[str] = []
     for population in network.populations.values():
@@ -116,7 +116,7 @@ def _of_synapses(projection: Projection, post: Population) -> Iterator[str]:
 
 
 def _leak_us(cells: Population) -> float | None:
-    """Return the smallest leak conductance of cells, uS (nF/ms); None where they have none."""
+    """Return the smallest leak conductance of cells, uS (nF/ms); None if they have none."""
     if not {"cm", "tau_m"} <= cells.parameters.keys() or "delta" in cells.cell_type:
         return None
     return float((cells.parameters["cm"] / cells.parameters["tau_m"]).min())
@@ -144,5 +144,5 @@ def _of_pairs(projection: Projection, network: Network) -> Iterator[str]:
     if projection.origin.connector == "OneToOneConnector" and pre.size != post.size:
         yield (
             f"the projection '{projection.label}' is one to one, but '{pre.label}' has {pre.size} cells and "
-            f"'{post.label}' has {post.size}: the rest has no partner"
+            f"'{post.label}' has {post.size}: the remaining cells are not connected"
         )

@@ -29,7 +29,7 @@ SIMULATOR_NAME = "nrp"
 """The simulator name that scripts see."""
 
 _SETTINGS = frozenset({"timestep", "min_delay", "max_delay", "backend", "seed", "options"})
-"""The arguments of ``setup`` that mean something here; those of other simulators are passed over."""
+"""The arguments of ``setup`` that are known here; those of other simulators are ignored."""
 
 _BOUND = (
     populations.Population, populations.PopulationView, populations.Assembly, projections.Projection,
@@ -94,7 +94,7 @@ def overlaid(module: ModuleType, names: Mapping[str, Any]) -> ModuleType:
 
 
 def _require_settings(given: Mapping[str, Any]) -> None:
-    """Refuse misspelt arguments of ``setup``; those of other simulators are passed over."""
+    """Refuse misspelt arguments of ``setup``; those of other simulators are ignored."""
     for name in given.keys() - _SETTINGS:
         if difflib.get_close_matches(name, _SETTINGS, cutoff=0.8):
             raise NetworkError(f"setup: there is no setting '{name}'{did_you_mean(name, _SETTINGS)}")
@@ -112,7 +112,7 @@ def _control(simulator: Simulator) -> dict[str, Any]:
         _require_settings(extra)
         try:
             common.setup(timestep, min_delay, **extra)
-        except Exception as error:  # noqa: BLE001 - PyNN's own about times that do not fit
+        except Exception as error:  # noqa: BLE001 - PyNN has errors of its own for invalid times
             raise NetworkError(f"setup: {error}") from None
         state.clear()
         state.configure(timestep, min_delay, extra.get("max_delay", "auto"))

@@ -284,8 +284,8 @@ class FromListConnector(TableConnector, connectors.FromListConnector):
         width = table.shape[1] if table.ndim == 2 else 0
         if column_names is None and width not in (0, 2, 4):
             raise NetworkError(
-                f"FromListConnector: a row has 2 indices and parameters; of rows of {width} numbers "
-                "column_names has to say which"
+                f"FromListConnector: a row has 2 indices and parameters; for rows of {width} numbers "
+                "column_names must name the parameters"
             )
         super().__init__(table, column_names, **options)
 

@@ -17,7 +17,7 @@ from nrp_core.brain.network.memory import free_bytes, require_memory
 _COLUMNS: Final = 20
 """The number of sampled postsynaptic cells, where the probability differs between pairs."""
 _BYTES_PER_VALUE: Final = 8
-"""For each parameter that differs between synapses; parts are freed as they are joined."""
+"""Memory for each parameter that differs between synapses; parts are freed as they are joined."""
 
 
 def require_room(connector: Any, projection: Any) -> None:

@@ -1,4 +1,4 @@
-"""What a brain script says that does not reach its network, as sentences."""
+"""Statements of a brain script that its network cannot represent, as sentences."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ _ROUNDING_MS = 1e-9
 
 
 def remarks_on(state: State, populations: Sequence[str], projections: Sequence[str]) -> tuple[str, ...]:
-    """Return a sentence for each label that is changed, current that goes nowhere, and delay beyond limits.
+    """Return a sentence for each changed label, unused current source, and delay beyond the limits.
 
     Args:
         state: the objects that the script built.
         populations: the labels of its populations in the network, in the order of the script.
-        projections: those of its projections.
+        projections: the labels of its projections.
     """
     return (
         *_renamed(state.populations, populations),
@@ -33,9 +33,10 @@ def _renamed(populations: Sequence[Any], labels: Sequence[str]) -> Iterator[str]
 
 
 def _repeated(projections: Sequence[Any], labels: Sequence[str]) -> Iterator[str]:
-    """Yield labels that are used twice for the same ends; a label may stand for several other projections.
+    """Yield labels that two projections between the same populations share.
 
-    Without a label, a projection is named after its ends, which others may connect as well.
+    Projections between different populations may share a label. A projection without one is named after its
+    populations.
     """
     seen: set[tuple[str, int, int]] = set()
     for one, label in zip(projections, labels, strict=True):

@@ -123,7 +123,7 @@ class State(BaseState):  # type: ignore[misc]
 
     @property
     def delay_limits_ms(self) -> tuple[float, float]:
-        """The limits of delays that ``setup`` was given, ms; 0 and infinity if it was not."""
+        """The limits of delays from ``setup``, ms; 0 and infinity if it gives none."""
         return self._min_delay or 0.0, self.max_delay
 
     @property

@@ -18,10 +18,10 @@ class PairPart(Part):
     """Leads the joints of one :class:`~nrp_core.world.scene.acting.PairController`.
 
     Args:
-        controller: whose joints they are.
-        parts: what controls each joint.
-        model: whose joints they are.
-        engine: moves it.
+        controller: the data of the controller.
+        parts: the controller part of each joint.
+        model: the model of the joints.
+        engine: the engine that moves it.
     """
 
     def __init__(

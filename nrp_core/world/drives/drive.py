@@ -93,7 +93,7 @@ class DrivePart(Part):
             what = f"odometry of {model.name}"
             topics.append(TopicInfo(drive.odometry_topic, Odometry, Direction.OUT, drive.rate_hz, what))
         if drive.wheel_speeds_topic is not None:
-            what = f"wheel speeds of {model.name}, m/s: those that are, and those that are commanded"
+            what = f"wheel speeds of {model.name}, m/s: actual and commanded"
             topics.append(
                 TopicInfo(drive.wheel_speeds_topic, WheelSpeeds, Direction.BOTH, drive.rate_hz, what)
             )
@@ -145,9 +145,9 @@ class DrivePart(Part):
         return Odometry(header, self._frame, place, TwistWithCovariance(moving))
 
     def _body_twist(self, speeds: WheelSpeeds) -> Twist:
-        """Return the velocity of a body whose wheels have these speeds; of a drive that has wheels."""
+        """Return the velocity of the body for these wheel speeds; for drives with wheels."""
         raise NotImplementedError
 
     def _wheel_speeds(self) -> WheelSpeeds:
-        """Return the speeds of the wheels of a drive with wheels."""
+        """Return the speeds of the wheels; for drives with wheels."""
         raise NotImplementedError

@@ -1,4 +1,4 @@
-"""Bodies that fly: velocities along and about all axes, held by a force and a torque."""
+"""Flying bodies: velocities along and about all axes, controlled by a force and a torque."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Flight(Drive):
     :class:`~nrp_core.world.drives.wheels.WheelDrive`.
 
     Args:
-        initial: initial velocities along its axes (m/s) and about them (rad/s); with these it does not fall.
+        initial: initial velocities along its axes (m/s) and about them (rad/s); it then does not fall.
     """
 
     tag: ClassVar[str] = "flight"

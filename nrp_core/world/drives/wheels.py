@@ -205,7 +205,7 @@ class WheelDrivePart(DrivePart):
         self._wheels = drive
 
     def _body_twist(self, speeds: WheelSpeeds) -> Twist:
-        """Return the velocity of a body whose wheels have these speeds, those of one side on average."""
+        """Return the velocity of the body for these wheel speeds, averaged over each side."""
         left, right = (
             (speeds.back_left + speeds.front_left) / 2,
             (speeds.back_right + speeds.front_right) / 2,

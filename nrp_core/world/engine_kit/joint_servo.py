@@ -55,7 +55,7 @@ class ExplicitServos:
 
     @property
     def idle(self) -> bool:
-        """Return whether they have no effect."""
+        """Return whether all targets and gains are zero."""
         return not (self._dampers.any() or self._aims.any())
 
     def aim(self, number: int, aim: JointAim) -> None:

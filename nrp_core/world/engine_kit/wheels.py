@@ -13,7 +13,7 @@ from nrp_core.world.scene.mass import turned
 from nrp_core.world.scene.merged_bodies import Body
 
 ROLLING_TIME_CONSTANT_S = 0.05
-"""Time constant of a wheel that carries no load; slow enough that its reaction does not rock the body."""
+"""Time constant of a wheel that carries no load; slow enough not to rock the body by its reaction."""
 DRIVING_TIME_CONSTANT_S = 0.001
 """Time constant of a wheel that moves its share of the robot; friction hardly slows it."""
 
@@ -43,7 +43,7 @@ class ServoedWheel:
 
 
 def servoed_wheel(drive: WheelDrive | Ackermann, wheel: Body, side: float, carried: float) -> ServoedWheel:
-    """Return a wheel's servo; a joint whose axis points right turns the other way round.
+    """Return a wheel's servo; if the joint's axis points right, its sign is reversed.
 
     Args:
         drive: its drive.

@@ -14,13 +14,13 @@ from nrp_core.world.scene.model import Plane, Scene
 _ENDLESS_M: Final = 100.0
 """The smallest width of a scene with an endless floor: about as far as robots go in a few minutes."""
 _TIMES: Final = 10.0
-"""How many times as wide as the things on it an endless floor counts."""
+"""Assumed width of an endless floor, in multiples of the width of the objects on it."""
 
 
 def width_m(scene: Scene) -> float:
     """Return the largest horizontal distance in a scene, m; infinite if a shape cannot be read.
 
-    A floor without an end counts as ten times as wide as what stands on it, and as 100 m at least.
+    An endless floor counts as ten times as wide as the objects on it, and at least 100 m.
     """
     solids = [solid for model in scene.models for solid in solids_of(model)]
     shapes = [solid for solid in solids if not isinstance(solid.geometry, Plane)]

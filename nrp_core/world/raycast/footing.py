@@ -1,7 +1,7 @@
-"""Where a model starts: how deep in the static room, and whether anything is below it.
+"""Checks of a model's initial pose: its overlap with the static room, and whether anything is below it.
 
-Both answers avoid false alarms: static meshes count as ground, but only height maps as something to be
-inside of, because engines treat the inside of other meshes differently.
+Both checks avoid false alarms: static meshes count as ground, but models overlap only with height maps and
+simple solids, because engines treat the inside of other meshes differently.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Heightmap, Model, Plane, Scene
 
 _LEAST_M, _MOST_M = 0.02, 0.05
-"""Limits of the overlap that is tolerated: models settle by as much without being thrown."""
+"""Limits of the tolerated overlap: engines correct it without throwing the model."""
 
 
 @dataclass(frozen=True, slots=True)
 class Overlap:
-    """A collision of a model inside another one of the room, both as ``model/link/collision``."""
+    """A collision shape of a model inside one of the room, both as ``model/link/collision``."""
 
     part: str
     room: str
@@ -30,7 +30,7 @@ class Overlap:
 
 
 def deepest_overlap(model: Model, room: Sequence[Solid]) -> Overlap | None:
-    """Return where a model is deepest inside a room at the start, if that is more than can be tolerated."""
+    """Return the deepest overlap of a model with a room at the start, if it is more than is tolerated."""
     parts = list(solids_of(model))
     if not parts:
         return None
@@ -47,7 +47,7 @@ def deepest_overlap(model: Model, room: Sequence[Solid]) -> Overlap | None:
 
 
 def _tolerated_m(height_m: float, solid: Solid) -> float:
-    """Return the tolerated overlap: less for low models, and in thin solids, where nothing is deep inside."""
+    """Return the tolerated overlap; it is smaller for low models and in thin solids."""
     return max(_LEAST_M, min(_MOST_M, 0.2 * height_m, solid.half_thickness_m / 2))
 
 
@@ -59,9 +59,9 @@ def has_ground(model: Model, scene: Scene) -> bool:
 
 
 def height_above_ground_m(model: Model, scene: Scene) -> float:
-    """Return how far the lowest point of a model is above all shapes of other models below it, m.
+    """Return the height of the lowest point of a model above the shapes of other models below it, m.
 
-    A shape counts as high as the box around it, so that this is never too large; of a slope it is 0.
+    A shape counts as its bounding box, so the result is never too large; above a slope it is 0.
     """
     points = np.vstack([solid.points for solid in solids_of(model)])
     others = (solid for other in scene.models if other.name != model.name for solid in solids_of(other))
@@ -70,7 +70,7 @@ def height_above_ground_m(model: Model, scene: Scene) -> float:
 
 
 def can_fall(model: Model, scene: Scene) -> bool:
-    """Return whether gravity moves a model that has collision shapes, because nothing holds it."""
+    """Return whether a model has collision shapes and is free to fall."""
     held = model.static or any(joint.parent == WORLD for joint in model.joints)
     return scene.gravity[2] < 0 and not held and any(link.collisions for link in model.links)
 

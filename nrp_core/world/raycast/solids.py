@@ -1,4 +1,4 @@
-"""Collision shapes as points in the world: their boxes, and how deep other points are inside them."""
+"""Collision shapes in the world: their points, bounding boxes, and the depth of other points inside them."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ from nrp_core.world.scene.tessellation import triangles_of
 
 _LATTICE = np.array(list(product(np.linspace(-0.5, 0.5, 5), repeat=3)))
 _MAX_POINTS = 300
-"""Vertices of one shape that are looked at."""
+"""Maximum number of vertices of a shape that are checked."""
 _NONE = np.empty((0, 3, 3))
 _CORNERS = 4
-"""Of the grid of a height map, around a point."""
+"""Cells of the grid of a height map that are checked on each side of a point."""
 
 
 @dataclass(frozen=True)
 class Solid:
-    """A collision shape at its place in the world at the start."""
+    """A collision shape at its initial pose in the world."""
 
     name: str
     geometry: Geometry
@@ -134,7 +134,7 @@ class Solid:
 
 
 def solids_of(model: Model) -> Iterator[Solid]:
-    """Yield the collision shapes of a model where they are at the start."""
+    """Yield the collision shapes of a model at their initial poses."""
     for link in model.links:
         for collision in link.collisions:
             name = f"{model.name}/{link.name}/{collision.name}"

@@ -61,7 +61,7 @@ class Pid:
 
 @dataclass(frozen=True, slots=True)
 class JointController:
-    """Lets one joint follow commands (``std_msgs/Float64``).
+    """Makes one joint follow commands (``std_msgs/Float64``).
 
     Args:
         joint: its name.
@@ -85,9 +85,9 @@ class JointController:
 
 @dataclass(frozen=True, slots=True)
 class PairController:
-    """Lets the mean or the difference of two joints follow commands, as of two eyes that look together.
+    """Makes the mean or the difference of two joints follow commands, as for two eyes that move together.
 
-    A command for one of both leaves the other as it is.
+    A command for the mean keeps the difference, and the reverse.
 
     Args:
         name: name of the commanded quantity, such as ``eye_version``, also in joint states.
@@ -106,7 +106,7 @@ class PairController:
     gains: Pid | None = None
 
     def of_joint(self, joint: str) -> JointController:
-        """Return what leads one of its joints."""
+        """Return the controller of one of its joints."""
         return JointController(joint, self.kind, self.topic, self.gains)
 
     def value(self, first: float, second: float) -> float:
@@ -114,19 +114,19 @@ class PairController:
         return (first + second) / 2 if self.of == "mean" else first - second
 
     def apart(self, value: float, first: float, second: float) -> tuple[float, float]:
-        """Return two numbers with another mean or difference and the other of both kept."""
+        """Return two numbers with a new mean and the old difference, or the reverse."""
         if self.of == "mean":
             return value + (first - second) / 2, value - (first - second) / 2
         return (first + second + value) / 2, (first + second - value) / 2
 
     def renamed(self, named: Rename) -> PairController:
-        """Return the controller of a model whose parts have other names."""
+        """Return the same controller for a model whose parts are renamed."""
         return replace(self, name=named(self.name), joints=(named(self.joints[0]), named(self.joints[1])))
 
 
 @dataclass(frozen=True, slots=True)
 class TrajectoryController:
-    """Lets joints follow trajectories (``trajectory_msgs/JointTrajectory``).
+    """Makes joints follow trajectories (``trajectory_msgs/JointTrajectory``).
 
     Args:
         name: the name of the controller or its plugin.

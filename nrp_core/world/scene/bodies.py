@@ -1,8 +1,8 @@
 """Build links from the data of a file, also if its meshes are missing.
 
-Real files arrive without their meshes. A visual then takes the shape of one of the link's collisions, a
-simple one if there is one; where there is none, both take a shape whose size :mod:`.stand_in` finds once the
-whole model is known.
+Many files come without their meshes. A visual then takes the shape of one of the link's collisions,
+preferably a simple one. If the link has no known shape, :mod:`.stand_in` replaces it when the
+whole model is read.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def build_link(
     touched: Sequence[Touched],
     sensors: Iterable[MountedSensor],
 ) -> Link:
-    """Return a link whose missing shapes are filled in, or marked as missing where no other is known."""
+    """Return a link with missing shapes replaced by its others, or marked as missing if it has none."""
     spare = [_substitute(touched)]
     if not any(part.shapes for part in touched):
         touched = [replace(part, shapes=spare) for part in touched[:1]]

@@ -226,7 +226,7 @@ class Model:
         joint_states_topic: the topic of its joint states, None for none.
         controllers: controllers of single joints.
         trajectory_controllers: controllers that make joints follow trajectories.
-        pair_controllers: what lets the mean or difference of two joints follow commands.
+        pair_controllers: controllers of the mean or difference of two joints.
         native: elements of its file for a specific engine, which a scene cannot express.
         warnings: warnings about repairs and unsupported elements of its file.
         source: the file that it was read from; None: it was created in Python.

@@ -46,7 +46,7 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class SceneTopic:
-    """A topic that a file asks for.
+    """A topic that a file declares.
 
     Args:
         name: absolute.

@@ -1,4 +1,4 @@
-"""Values of robots and rooms that are valid, but that no real thing has: most are written in a wrong unit."""
+"""Implausible values of robots and rooms: valid, but far from any real object; most are in the wrong unit."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from nrp_core.world.scene.tessellation import triangles_of
 _TURNS_RAD: Final = 4 * pi
 """Two turns: joints of robots with limits turn less."""
 _DEGREES: Final = 720.0
-"""More than two turns in degrees; larger limits are another way to write that there is none."""
+"""More than two turns in degrees; larger limits mean "unlimited"."""
 _DENSEST: Final = 22_590.0
 """Density of osmium, kg/m^3: CRC Handbook of Chemistry and Physics, the densest of all elements."""
 _LIGHTEST: Final = 0.05
@@ -31,8 +31,8 @@ def implausible(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str | Non
     """Yield each implausible value as a sentence, with the robot that it belongs to.
 
     Args:
-        scene: with the robots.
-        robots: their names; models of the room are not looked at.
+        scene: the scene.
+        robots: names of its robots; other models are not checked.
     """
     x, y, z = scene.gravity
     if z > 0:
@@ -83,7 +83,7 @@ def _of_sizes(model: Model) -> Iterator[str]:
 
 
 def _size(shapes: Iterable[tuple[Pose, Pose, Geometry]]) -> FloatArray | None:
-    """Return the sides of the box around shapes that have an end, m."""
+    """Return the sides of the box around bounded shapes, m."""
     low, high = np.full(3, inf), np.full(3, -inf)
     for link, pose, geometry in shapes:
         if isinstance(geometry, Plane):

@@ -1,9 +1,9 @@
-"""The size of what stands in for a mesh that cannot be had.
+"""Replacement shapes for meshes that are missing.
 
-Of a link that moves it follows from what else is known of it: its other shapes, its inertia where a body of
-that density can be, else the joints that it spans and its mass. Of what never moves nothing is known but
-where it is: the first such model that is named like a ground, in a room without one, becomes a plane, and
-others become boxes that leave room for their neighbours.
+The size of a moving link is estimated from its other shapes; else from its inertia, if the density of a body
+with that inertia is plausible; else from its joints and its mass. For a static model only the place is known:
+the first one named like a ground becomes a plane, if the room has no other ground; the others become boxes
+that do not reach their neighbours.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from nrp_core.world.scene.model import Box, Geometry, Joint, Link, Model, Plane
 from nrp_core.world.scene.tessellation import triangles_of
 
 DENSITIES = 50.0, 20_000.0
-"""Between which a body's mean density is plausible, kg/m^3: of hollow plastic and of metal."""
+"""Limits of a plausible mean density of a body, kg/m^3: hollow plastic and metal."""
 LARGEST_BOX_M = 0.5
-"""Edge of the box in the place of a static thing with nothing around it."""
+"""Edge of the box that replaces a static object with nothing around it."""
 MASSLESS_BOX_M = 0.05
 """Edge of the box of a link without mass or length, such as a sensor."""
 _SMALLEST_M = 1e-3
@@ -34,35 +34,35 @@ _NOTICEABLE_M = 0.01
 _THIN, _THICK = 0.05, 0.5  # of a link, relative to its length
 _GROUND_NAMES = re.compile(r"ground|floor|terrain|plane|world|room|arena|lab|environment|maze", re.IGNORECASE)
 _GROUND_M = 2.0
-"""How wide a shape is at least that things can stand on, as on a ground."""
+"""Minimum width of a shape that counts as ground."""
 
 Measured = tuple[Geometry, Pose]
 
 
 @dataclass(frozen=True, slots=True)
 class Missing(Box):
-    """A shape of which nothing is known yet; in no scene that was read."""
+    """A placeholder for a shape of unknown size; a complete scene contains none."""
 
     size: Vector = (0.0, 0.0, 0.0)
 
 
 def lacks_shape(link: Link) -> bool:
-    """Whether a link has shapes of which nothing is known."""
+    """Whether a link has shapes of unknown size."""
     geometries = [*(each.geometry for each in link.visuals), *(each.geometry for each in link.collisions)]
     return any(isinstance(geometry, Missing) for geometry in geometries)
 
 
 def with_sizes(links: Sequence[Link], joints: Sequence[Joint]) -> tuple[Link, ...]:
-    """Return the links of a model that moves, its missing shapes replaced by boxes."""
+    """Return the links of a movable model with its missing shapes replaced by boxes."""
     return tuple(_filled(link, *_box_of(link, joints)) if lacks_shape(link) else link for link in links)
 
 
 def with_static_shapes(models: Sequence[Model], warn: Callable[..., None]) -> tuple[Model, ...]:
-    """Return models, what never moves among them with shapes in the place of missing ones.
+    """Return models, with the missing shapes of the static ones replaced.
 
     Args:
-        models: of one room.
-        warn: called with a warning about a shape that is replaced.
+        models: all models of a room.
+        warn: called with a warning about each replaced shape.
     """
     lacking = [model for model in models if any(map(lacks_shape, model.links))]
     named = [model for model in lacking if _GROUND_NAMES.search(model.name)]
@@ -79,7 +79,7 @@ def with_static_shapes(models: Sequence[Model], warn: Callable[..., None]) -> tu
     )
 
 
-# -- links that move
+# -- movable links
 
 
 def _box_of(link: Link, joints: Sequence[Joint]) -> Measured:
@@ -94,7 +94,7 @@ def _box_of(link: Link, joints: Sequence[Joint]) -> Measured:
 
 
 def _around(link: Link) -> Measured | None:
-    """Return the box around the shapes of a link that are known, but planes; None where there is none."""
+    """Return the box around the known shapes of a link, except planes; None if it has none."""
     shapes: list[Measured] = [(each.geometry, each.pose) for each in link.collisions]
     shapes += [(each.geometry, each.pose) for each in link.visuals]
     points = [
@@ -119,7 +119,7 @@ def _ends(link: Link, joints: Iterable[Joint]) -> FloatArray:
 
 
 def _reach(link: Link, joints: Iterable[Joint]) -> float:
-    """Return how far the joint of a link is from that of the link that holds it, m: a limit of its size."""
+    """Return the distance between the joint of a link and the joint of its parent, m: a limit of its size."""
     held = {joint.child: joint for joint in joints}
     own = held.get(link.name)
     above = held.get(own.parent) if own is not None else None
@@ -130,7 +130,7 @@ def _reach(link: Link, joints: Iterable[Joint]) -> float:
 
 
 def _spanning(link: Link, ends: FloatArray, reach: float) -> Measured:
-    """Return a box that spans points, as thick as the mass of the link would be of water."""
+    """Return a box that spans points; its thickness gives the mass of the link at the density of water."""
     inertial = link.inertial
     volume = inertial.mass / WATER if inertial is not None else None
     length = float(np.ptp(ends, axis=0).max()) if len(ends) else 0.0
@@ -149,7 +149,7 @@ def _box(low: FloatArray, high: FloatArray, thickness: float) -> Measured:
 
 
 def _filled(link: Link, geometry: Geometry, pose: Pose) -> Link:
-    """Return a link with one shape in the place of each that is missing."""
+    """Return a link with each missing shape replaced by a given one."""
     visuals = (
         replace(each, geometry=geometry, pose=pose) if isinstance(each.geometry, Missing) else each
         for each in link.visuals
@@ -161,11 +161,11 @@ def _filled(link: Link, geometry: Geometry, pose: Pose) -> Link:
     return replace(link, visuals=tuple(visuals), collisions=tuple(collisions))
 
 
-# -- what never moves
+# -- static models
 
 
 def _is_ground(model: Model) -> bool:
-    """Whether things can stand on a model wherever they are."""
+    """Whether a model is ground: static, and wide enough for objects to stand on."""
     return model.static and any(_is_wide(each.geometry) for link in model.links for each in link.collisions)
 
 
@@ -189,12 +189,12 @@ def _static(model: Model, link: Link, models: Sequence[Model], is_ground: bool) 
     if is_ground:
         return _filled(link, Plane(), upright)
     edge = min([LARGEST_BOX_M, *(space / 2 for space in _spaces(model, models) if space >= _NOTICEABLE_M)])
-    lift = edge / 2 if abs(place.position[2]) < edge / 2 else 0.0  # what stands on the ground begins there
+    lift = edge / 2 if abs(place.position[2]) < edge / 2 else 0.0  # the box stands on the ground
     return _filled(link, Box((edge, edge, edge)), upright @ Pose((0.0, 0.0, lift)))
 
 
 def _spaces(model: Model, models: Iterable[Model]) -> Iterator[float]:
-    """Yield how far a model is from others, and from the origin, where robots begin, seen from above, m."""
+    """Yield the horizontal distances of a model from others, and from the origin, where robots start, m."""
     x, y, _ = model.pose.position
     yield dist((x, y), (0.0, 0.0))
     for other in models:

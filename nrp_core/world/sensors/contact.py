@@ -1,4 +1,4 @@
-"""What touches what: contact sensors on links, and all contacts of a world."""
+"""Contacts: sensors on links, and all contacts of a world."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class ContactPart(SensorPart):
 
 
 class ContactsPart(Part):
-    """Serves everything that touches something, as of the last physics step; each pair of shapes once."""
+    """Serves all contacts of the last physics step; each pair of shapes once."""
 
     topics = (TopicInfo(CONTACTS, ContactsState, Direction.OUT, None, "contacts of all models"),)
 

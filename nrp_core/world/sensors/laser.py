@@ -158,7 +158,7 @@ class LaserPart(SensorPart):
 
 
 def _require_sensible(scan: Element, reading: Reading) -> None:
-    """Warn of angles that are not those of a scanner."""
+    """Warn of invalid angles."""
     low, high = scan.number("min_angle", 0.0), scan.number("max_angle", 0.0)
     if high - low > 2 * pi + 0.01:
         message = f"rays from {low:g} to {high:g} rad are more than a turn; angles are in radians"

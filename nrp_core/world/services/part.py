@@ -87,7 +87,7 @@ class Services(Part):
 
 
 def reason_field(response: type) -> str | None:
-    """Return the field in which an answer says why it failed; None where it has no such field.
+    """Return the field of an answer for the reason of a failure; None if it has no such field.
 
     Gazebo's services call it ``status_message``, those of ``std_srvs`` ``message``.
     """

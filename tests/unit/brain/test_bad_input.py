@@ -125,7 +125,7 @@ CASES = {
     "sim.FromListConnector([(0, 1, 1.0, 1.0), (0, 1, 1.0)])":
         "row 1 of the list of synapses is (0, 1, 1.0); all rows have equally many numbers, the first has 4",
     "sim.FromListConnector([('a', 1)])": "row 0 of the list of synapses is ('a', 1)",
-    "sim.FromListConnector([(0, 1, 1.0)])": "of rows of 3 numbers column_names has to say which",
+    "sim.FromListConnector([(0, 1, 1.0)])": "for rows of 3 numbers column_names must name the parameters",
     CELL + "sim.Projection(a, a, sim.ArrayConnector([[True] * 3] * 2), label='p')":
         "projection 'p': array has 2 x 3 values where there are 2 x 2",
     "sim.StaticSynapse(weight='d(')": "StaticSynapse: weight is 'd('. Value should be a string expressing",

@@ -85,7 +85,7 @@ def test_populations_of_two_sizes_that_are_connected_one_to_one_are_reported() -
     sim.Projection(small, large, sim.OneToOneConnector(), sim.StaticSynapse(weight=0.01), label="pairs")
     assert implausible(sim.network()) == [
         "the projection 'pairs' is one to one, but '2 cells' has 2 cells and '5 cells' has 5: "
-        "the rest has no partner"
+        "the remaining cells are not connected"
     ]
 
 

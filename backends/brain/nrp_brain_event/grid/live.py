@@ -69,7 +69,7 @@ def with_runs(grid: Grid, runs: Array) -> Grid:
 
 @jit
 def _begin_anew(cells: Array, rows: IntArray, now: float) -> None:
-    """Bring cells to what they are now, and let their course be planned anew."""
+    """Advance cells to the present time, and schedule their updates again."""
     for k in range(len(rows)):
         cell = cells[rows[k]]
         move(cell, now)

@@ -18,7 +18,7 @@ from nrp_core._support.jit import inlined, jit
 _TINY: Final = 1e-250
 """Much smaller values become zero, because processors are slow with subnormal numbers."""
 _FEW: Final = 16
-"""Neurons up to which it costs more to begin a loop than to go through it."""
+"""Number of neurons up to which starting a loop costs more than its iterations."""
 
 
 @jit
@@ -60,7 +60,7 @@ def update_block(run: Run, state: Array, drive: Array, scratch: Array, a: int, b
 
 @jit
 def _one_by_one(run: Run, state: Array, drive: Array, a: int, b: int) -> int:
-    """Do the same as the loops below for one neuron after the other."""
+    """Compute the same as the loops below, one neuron at a time."""
     n = 0
     for i in range(a, b):
         v, current = state[V, i], drive[i]
@@ -120,7 +120,7 @@ def _linear_exponential(
     v: Array, x0: Array, x1: Array, drive: Array,
     leak: float, gain: float, kept0: float, kept1: float, effect0: float, effect1: float, threshold: float,
 ) -> int:  # fmt: skip
-    """Do in one loop what :func:`_fade` and :func:`_linear` do."""
+    """Compute :func:`_fade` and :func:`_linear` in one loop."""
     n = 0
     for i in range(len(v)):
         new = _advanced(v[i], drive[i], x0[i] * effect0 + x1[i] * effect1, leak, gain)

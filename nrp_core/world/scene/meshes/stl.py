@@ -21,7 +21,7 @@ def parse_stl(data: bytes) -> Triangles:
     """
     start = _HEADER + _COUNT
     count = int.from_bytes(data[_HEADER:start], "little")
-    if len(data) == start + count * _TRIANGLE.itemsize:  # the size tells binary files from text
+    if len(data) == start + count * _TRIANGLE.itemsize:  # the size distinguishes binary files from text
         corners = np.frombuffer(data, _TRIANGLE, count, start)["corners"]
         return corners.astype(np.float64)
     try:

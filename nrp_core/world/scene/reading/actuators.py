@@ -21,7 +21,7 @@ from nrp_core.world.scene.reading.xml import Element
 
 
 class Actuators(NamedTuple):
-    """The drives and controllers that a ``<plugin>`` of a model stands for."""
+    """The drives and controllers that a ``<plugin>`` of a model declares."""
 
     drives: tuple[MountedDrive, ...] = ()
     controllers: tuple[JointController, ...] = ()
@@ -29,7 +29,7 @@ class Actuators(NamedTuple):
     pair_controllers: tuple[PairController, ...] = ()
 
     def with_others(self, others: Actuators) -> Actuators:
-        """Return these and others; of controllers with one topic, the first, which holds what any holds."""
+        """Return these and others; equal controllers of a joint are merged into the first one."""
         return Actuators(
             (*self.drives, *others.drives),
             _once((*self.controllers, *others.controllers)),
@@ -38,7 +38,7 @@ class Actuators(NamedTuple):
         )
 
     def renamed(self, named: Rename) -> Actuators:
-        """Return those of a model whose parts have other names."""
+        """Return the same actuators for a model whose parts are renamed."""
         return Actuators(
             tuple(drive.renamed(named) for drive in self.drives),
             tuple(controller.renamed(named) for controller in self.controllers),
@@ -48,7 +48,7 @@ class Actuators(NamedTuple):
 
 
 def _once(controllers: Sequence[JointController]) -> tuple[JointController, ...]:
-    """Return controllers of which no two have joint, kind and topic in common."""
+    """Return controllers without duplicates, which have the same joint, kind and topic."""
     found: dict[tuple[str, str, str], JointController] = {}
     for each in controllers:
         first = found.setdefault((each.joint, each.kind, each.topic), each)
@@ -74,7 +74,7 @@ CONTROLLERS: Registry[ControllerReader] = Registry("nrp_core.controllers", "read
 
 
 def read_actuators(plugin: Element, model: ModelParts, reading: Reading) -> Actuators | None:
-    """Return the drives and controllers that a ``<plugin>`` stands for; None if it is of another kind."""
+    """Return the drives and controllers that a ``<plugin>`` declares; None if it declares neither."""
     drive = registered(DRIVES, plugin_name(plugin), plugin)
     if drive is not None:
         return Actuators((drive.read_plugin(plugin, model, reading),))

@@ -23,17 +23,17 @@ class Notes:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """All warnings; one that holds for many elements is there once, with the first place."""
+        """All warnings; a warning about many elements is listed once, with the first place."""
         return merged(self._findings)
 
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """Passed to everything that reads a part of a model.
+    """The context of reading a model, passed to all readers of its parts.
 
     Args:
-        resources: finds meshes and included files.
-        notes: takes warnings.
+        resources: the search for meshes and included files.
+        notes: collects warnings.
         robot: name of the whole model; relative topics in its file resolve below it.
         scope: the prefix of the names of parts of a nested model, ``arm::``.
         without: the elements to leave out of files.

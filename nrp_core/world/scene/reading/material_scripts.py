@@ -47,7 +47,7 @@ def script_color(
 
 
 def image_color(name: str, folders: Iterable[Path]) -> Rgba | None:
-    """Return the mean colour of the image of a name; None where no folder has one."""
+    """Return the mean colour of the image with a name; None if it is in none of the folders."""
     image = next((path for folder in folders if (path := folder / name).is_file()), None)
     mean = mean_color(_contents(image, 5 * MAX_BYTES)) if image else None
     return (*mean, 1.0) if mean else None

@@ -1,4 +1,4 @@
-"""Files that a robot or a room refers to: ``model://``, ``package://``, ``file://`` and plain paths.
+"""Find the files that robots and rooms refer to: ``model://``, ``package://``, ``file://`` and plain paths.
 
 They are searched in this order: beside the file that refers to them, in its parent folder, in the folders
 given by the user, in those of the environment variables of Gazebo and ROS, among the standard models that

@@ -1,4 +1,4 @@
-"""NEST's kernel, of which a process has only one: its start and its owner."""
+"""NEST's kernel, one in each process: its start and its owner."""
 
 from __future__ import annotations
 

@@ -43,13 +43,13 @@ class Weights:
             first = int(np.flatnonzero(wrong)[0])
             label, cell = self._network.label_of(int(neurons[first]))
             raise CapabilityError(
-                f"NEST tells receptors by the sign of the weight, so it has no {receptor} synapse with "
+                f"NEST selects receptors by the sign of the weight, so it has no {receptor} synapse with "
                 f"weight {weights[first]:g} on cell {cell} of population '{label}'"
             )
         return values
 
     def of(self, neurons: IntArray, values: FloatArray, receptor: str) -> FloatArray:
-        """Return the weights of which :meth:`onto` makes these."""
+        """Return the weights in PyNN's units, the inverse of :meth:`onto`."""
         weights: FloatArray = values / self._factors[RECEPTORS.index(receptor), neurons]
         return weights
 
@@ -64,6 +64,6 @@ class Weights:
             differ = parameters["tau_syn_E"] != parameters["tau_syn_I"]
             if (differ != self._sign_is_receptor[ids]).any():
                 raise CapabilityError(
-                    f"population '{label}': NEST tells receptors by the sign of the weight, so tau_syn_E and "
-                    "tau_syn_I cannot become different, or equal, while it runs"
+                    f"population '{label}': NEST selects receptors by the sign of the weight, so "
+                    "tau_syn_E and tau_syn_I cannot become different, or equal, while it runs"
                 )

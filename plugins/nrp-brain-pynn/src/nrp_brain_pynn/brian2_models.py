@@ -71,7 +71,7 @@ class Cells(brian2.NeuronGroup):  # type: ignore[misc]
 
 
 class SecondOrderCells(Cells):
-    """Conductances need better than Euler steps, with which a membrane reaches its threshold too soon."""
+    """Conductances need a better method than Euler's: with it membranes reach their threshold too soon."""
 
     method = "rk2"
 

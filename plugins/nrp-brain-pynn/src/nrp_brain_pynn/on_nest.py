@@ -206,7 +206,7 @@ class NestDriver(Driver):
             try:
                 found = np.atleast_1d(np.asarray(nodes.get(names[variable]), dtype=float))
             except KeyError:  # NEST can record it, but not read it
-                raise CapabilityError(f"NEST does not show '{variable}' of population '{label}'") from None
+                raise CapabilityError(f"NEST does not expose '{variable}' of population '{label}'") from None
             values[which] = found[where] * getattr(kind, "scale_factors", {}).get(variable, 1.0)
         return values
 
