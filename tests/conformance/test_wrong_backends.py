@@ -6,9 +6,10 @@ import brains_in_kind
 import brains_in_number
 import brains_in_time
 import pytest
-import worlds
 import worlds_in_body
 import worlds_in_change
+import worlds_in_motion
+import worlds_in_sight
 from nrp_brain_minimal.brain import MinimalBackend
 from small_brain import SmallBackend
 
@@ -18,7 +19,8 @@ from nrp_core.conformance.report import Outcome
 from nrp_core.conformance.run import run_tests
 
 BRAINS = brains_in_time.FOUND_BY | brains_in_kind.FOUND_BY | brains_in_number.FOUND_BY
-WORLDS = worlds.FOUND_BY | worlds_in_change.FOUND_BY | worlds_in_body.FOUND_BY
+_WORLDS = worlds_in_motion, worlds_in_sight, worlds_in_change, worlds_in_body
+WORLDS = {world: tests for module in _WORLDS for world, tests in module.FOUND_BY.items()}
 
 
 def failing(suite: type[BackendTests], backend: type) -> set[str]:

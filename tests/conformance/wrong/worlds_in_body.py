@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 from nrp_world_mujoco.engine import MujocoEngine
+from one_bug import ChangesTheScene, Opens, with_links, with_sensors
 from registry import Found, register
-from worlds import _Changes, _Opens, _with_links, _with_sensors
 
 from nrp_core.world.rigid.motion import BodyPath, BodyVelocity, JointStates, ModelMotion, Touch, Wrench
 from nrp_core.world.rigid.pose import Pose, rotation_by
 from nrp_core.world.scene.model import Capsule, Cylinder, Joint, Link, Scene
 
 FOUND_BY: Found = {}
-found_by = register(FOUND_BY, _Opens, "world")
+found_by = register(FOUND_BY, Opens, "world")
 
 
 def _with_joints(scene: Scene, change: Callable[[Joint], Joint]) -> Scene:
@@ -29,7 +29,7 @@ def _with_shapes(scene: Scene, change: Callable[[Any], Any]) -> Scene:
     def changed(link: Link) -> Link:
         return replace(link, collisions=tuple(map(change, link.collisions)))
 
-    return _with_links(scene, changed)
+    return with_links(scene, changed)
 
 
 def _w_first(pose: Pose) -> Pose:
@@ -41,7 +41,7 @@ def _w_first(pose: Pose) -> Pose:
     "a_sliding_joint_is_held_by_its_friction",
     "a_sliding_body_is_slowed_by_the_friction_of_its_shape",
 )
-class KnowsOneFriction(_Changes):
+class KnowsOneFriction(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         return _with_shapes(scene, lambda shape: replace(shape, friction=1.0))
 
@@ -49,7 +49,7 @@ class KnowsOneFriction(_Changes):
 @found_by(
     "a_shape_ends_where_its_size_and_its_place_say",
 )
-class PutsShapesIntoTheMiddleOfTheirLink(_Changes):
+class PutsShapesIntoTheMiddleOfTheirLink(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         return _with_shapes(
             scene, lambda shape: replace(shape, pose=Pose((0.0, 0.0, 0.0), shape.pose.orientation))
@@ -60,7 +60,7 @@ class PutsShapesIntoTheMiddleOfTheirLink(_Changes):
     "a_shape_ends_exactly_at_its_size",
     "a_shape_ends_where_its_size_and_its_place_say",
 )
-class TakesLengthsForHalfLengths(_Changes):
+class TakesLengthsForHalfLengths(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         def halved(shape: Any) -> Any:
             geometry = shape.geometry
@@ -75,7 +75,7 @@ class TakesLengthsForHalfLengths(_Changes):
     "a_shape_ends_exactly_at_its_size",
     "a_shape_ends_where_its_size_and_its_place_say",
 )
-class CutsTheEndsOffCapsules(_Changes):
+class CutsTheEndsOffCapsules(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         def cut(shape: Any) -> Any:
             geometry = shape.geometry
@@ -90,7 +90,7 @@ class CutsTheEndsOffCapsules(_Changes):
     "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
     "inertia_has_its_principal_axes_where_the_file_puts_them",
 )
-class TurnsEveryBodyAsIfItWereASphere(_Changes):
+class TurnsEveryBodyAsIfItWereASphere(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         def round_(link: Link) -> Link:
             if link.inertial is None:
@@ -98,13 +98,13 @@ class TurnsEveryBodyAsIfItWereASphere(_Changes):
             mean = sum(link.inertial.inertia[:3]) / 3
             return replace(link, inertial=replace(link.inertial, inertia=(mean, mean, mean, 0.0, 0.0, 0.0)))
 
-        return _with_links(scene, round_)
+        return with_links(scene, round_)
 
 
 @found_by(
     "a_joint_is_slowed_by_its_damping",
 )
-class DampsNoJoint(_Changes):
+class DampsNoJoint(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         return _with_joints(scene, lambda joint: replace(joint, damping=0.0))
 
@@ -113,7 +113,7 @@ class DampsNoJoint(_Changes):
     "a_joint_ends_at_its_lower_limit",
     "a_joint_stops_at_its_limit",
 )
-class KnowsUpperLimitsOnly(_Changes):
+class KnowsUpperLimitsOnly(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         return _with_joints(scene, lambda joint: replace(joint, lower=-3.0) if joint.lower > -inf else joint)
 
@@ -122,7 +122,7 @@ class KnowsUpperLimitsOnly(_Changes):
     "a_joint_takes_no_more_effort_than_its_limit",
     "a_servo_takes_no_more_effort_than_the_limit_of_its_joint",
 )
-class KnowsNoLimitOfEffort(_Changes):
+class KnowsNoLimitOfEffort(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         return _with_joints(scene, lambda joint: replace(joint, effort=inf))
 
@@ -130,7 +130,7 @@ class KnowsNoLimitOfEffort(_Changes):
 @found_by(
     "an_axis_is_along_the_frame_of_its_joint",
 )
-class TakesAxesInTheFrameOfTheModel(_Changes):
+class TakesAxesInTheFrameOfTheModel(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         return _with_joints(scene, lambda joint: replace(joint, pose=Pose(joint.pose.position)))
 
@@ -138,9 +138,9 @@ class TakesAxesInTheFrameOfTheModel(_Changes):
 @found_by(
     "a_camera_sees_from_where_it_is_in_its_link",
 )
-class PutsCamerasIntoTheMiddleOfTheirLink(_Changes):
+class PutsCamerasIntoTheMiddleOfTheirLink(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
-        return _with_sensors(
+        return with_sensors(
             scene, lambda camera: replace(camera, pose=Pose((0.0, 0.0, 0.0), camera.pose.orientation))
         )
 
@@ -148,12 +148,12 @@ class PutsCamerasIntoTheMiddleOfTheirLink(_Changes):
 @found_by(
     "a_visual_is_where_and_as_it_lies_in_its_link",
 )
-class DoesNotTurnVisuals(_Changes):
+class DoesNotTurnVisuals(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         def straight(link: Link) -> Link:
             return replace(link, visuals=tuple(replace(v, pose=Pose(v.pose.position)) for v in link.visuals))
 
-        return _with_links(scene, straight)
+        return with_links(scene, straight)
 
 
 @found_by(
@@ -185,7 +185,7 @@ class TellsLinksWithWFirst(MujocoEngine):
 @found_by(
     "a_link_turns_about_axes_of_the_world",
 )
-class TellsTurnsOfLinksAlongTheirOwnAxes(MujocoEngine):
+class ReportsTurnsOfLinksAlongTheirOwnAxes(MujocoEngine):
     def _do_link_motion(self, model: str, link: str) -> ModelMotion:
         motion = super()._do_link_motion(model, link)
         return replace(motion, angular=motion.pose.inverse().rotate(motion.angular))
@@ -258,14 +258,14 @@ class TouchesAtTheOrigin(MujocoEngine):
 @found_by(
     "a_light_link_between_two_joints_lets_its_child_turn_about_both",
 )
-class GivesEveryLinkSomeWeight(_Changes):
+class GivesEveryLinkSomeWeight(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         def heavier(link: Link) -> Link:
             if link.inertial is None or link.inertial.mass > 1e-3:
                 return link
             return replace(link, inertial=replace(link.inertial, mass=0.1, inertia=(1.0,) * 3 + (0.0,) * 3))
 
-        return _with_links(scene, heavier)
+        return with_links(scene, heavier)
 
 
 @found_by(
@@ -273,7 +273,7 @@ class GivesEveryLinkSomeWeight(_Changes):
     "ball_joints_are_refused_where_they_are_not_declared",
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
 )
-class TakesBallJointsForFixedOnes(_Changes):
+class TakesBallJointsForFixedOnes(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         return _with_joints(scene, lambda j: replace(j, kind="fixed") if j.kind == "ball" else j)
 
@@ -293,7 +293,7 @@ class TellsTheTurnRateOfBallJointsAlongTheParent(MujocoEngine):
 @found_by(
     "a_joint_goes_as_far_as_the_one_that_it_follows_says",
 )
-class LetsNoJointFollowAnother(_Changes):
+class LetsNoJointFollowAnother(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         return _with_joints(scene, lambda joint: replace(joint, mimic=None))
 
@@ -301,7 +301,7 @@ class LetsNoJointFollowAnother(_Changes):
 @found_by(
     "a_joint_goes_as_far_as_the_one_that_it_follows_says",
 )
-class LetsJointsFollowFromZero(_Changes):
+class LetsJointsFollowFromZero(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         def from_zero(joint: Joint) -> Joint:
             return joint if joint.mimic is None else replace(joint, mimic=replace(joint.mimic, offset=0.0))
@@ -312,7 +312,7 @@ class LetsJointsFollowFromZero(_Changes):
 @found_by(
     "a_spring_swings_about_where_it_carries_its_load",
 )
-class HasNoSprings(_Changes):
+class HasNoSprings(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         return _with_joints(scene, lambda joint: replace(joint, stiffness=0.0))
 
@@ -320,6 +320,6 @@ class HasNoSprings(_Changes):
 @found_by(
     "a_spring_swings_about_where_it_carries_its_load",
 )
-class LetsSpringsRestAtZero(_Changes):
+class LetsSpringsRestAtZero(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         return _with_joints(scene, lambda joint: replace(joint, rest=0.0))

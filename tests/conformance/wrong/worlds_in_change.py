@@ -7,15 +7,15 @@ from dataclasses import replace
 from typing import Any
 
 from nrp_world_mujoco.engine import MujocoEngine
+from one_bug import Opens
 from registry import Found, register
-from worlds import _Opens
 
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.interface import WorldOptions
 from nrp_core.world.rigid.motion import BodyPath, JointAim, ModelMotion, ReadFrames, Touch, Wrench
 
 FOUND_BY: Found = {}
-found_by = register(FOUND_BY, _Opens, "world")
+found_by = register(FOUND_BY, Opens, "world")
 
 
 @found_by(
@@ -56,7 +56,7 @@ class ShowsThePast(MujocoEngine):
 @found_by(
     "an_imu_measures_gravity_at_rest_and_nothing_in_free_fall",
 )
-class TellsVelocitiesOfLinksWithoutTheTurn(MujocoEngine):
+class ReportsVelocitiesOfLinksWithoutTheTurn(MujocoEngine):
     def _do_link_motion(self, model: str, link: str) -> ModelMotion:
         return replace(super()._do_link_motion(model, link), linear=(0.0, 0.0, 0.0))
 
@@ -120,7 +120,7 @@ class TurnsJointsBackwards(MujocoEngine):
     "a_joint_reaches_its_target_except_for_its_sag_or_refuses",
     "a_push_changes_a_velocity_by_force_times_time_over_mass_or_is_refused",
 )
-class IgnoresJointsSilently(_Opens):
+class IgnoresJointsSilently(Opens):
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
         return replace(super().capabilities(options), joint_control=False)
 

@@ -1,4 +1,4 @@
-"""Worlds with one bug each, and the tests that must find it; all are MuJoCo but for the bug."""
+"""Worlds with one bug each in motion, time and state; all are MuJoCo but for the bug."""
 
 from __future__ import annotations
 
@@ -6,190 +6,16 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from nrp_world_mujoco.backend import MujocoBackend
 from nrp_world_mujoco.engine import MujocoEngine
+from one_bug import ChangesTheScene, Opens, with_links
 from registry import Found, register
 
-from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.engine import Engine
-from nrp_core.world.interface import WorldOptions
-from nrp_core.world.render.cameras import ImageArray
 from nrp_core.world.rigid.motion import BodyVelocity, JointStates, ModelMotion
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.model import Rgba, Scene
-from nrp_core.world.sensors.camera import Camera
-
-
-class _Opens(MujocoBackend):
-    world: type[MujocoEngine] = MujocoEngine
-
-    def engine(self, scene: Scene, *, seed: int, options: WorldOptions) -> Engine:
-        return self.world(scene, seed=seed, capabilities=self.capabilities(options), options=options)  # type: ignore[arg-type]
-
+from nrp_core.world.scene.model import Scene
 
 FOUND_BY: Found = {}
-found_by = register(FOUND_BY, _Opens, "world")
-
-
-class _Changes(_Opens):
-    """Loads another scene than it was given."""
-
-    def engine(self, scene: Scene, *, seed: int, options: WorldOptions) -> Engine:
-        return super().engine(self.changed(scene), seed=seed, options=options)
-
-    def changed(self, scene: Scene) -> Scene:
-        raise NotImplementedError
-
-
-@found_by(
-    "a_camera_sees_from_where_it_is_in_its_link",
-    "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
-    "a_visual_is_where_and_as_it_lies_in_its_link",
-    "every_visual_of_a_link_is_seen",
-    "left_is_left",
-    "turning_left_moves_what_is_ahead_to_the_right",
-)
-class SwapsLeftAndRight(MujocoEngine):
-    def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
-        return super()._do_render(model, link, camera)[:, ::-1].copy()
-
-
-@found_by(
-    "a_camera_sees_from_where_it_is_in_its_link",
-    "a_camera_that_is_tilted_down_sees_what_is_ahead_further_up",
-    "up_is_up",
-)
-class IsUpsideDown(MujocoEngine):
-    def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
-        return super()._do_render(model, link, camera)[::-1].copy()
-
-
-@found_by(
-    "a_camera_looks_along_the_x_axis_of_its_robot",
-    "a_camera_sees_from_where_it_is_in_its_link",
-    "a_camera_that_is_tilted_down_sees_what_is_ahead_further_up",
-    "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
-    "an_image_shows_the_moment_of_its_stamp",
-    "a_new_colour_is_seen_within_one_period",
-    "a_thing_is_as_wide_as_its_distance_and_the_field_of_view_make_it",
-    "a_visual_is_where_and_as_it_lies_in_its_link",
-    "channels_are_red_green_blue",
-    "coming_nearer_makes_things_larger",
-    "each_robot_sees_with_its_own_camera",
-    "edges_are_in_the_pixels_of_a_pinhole",
-    "every_visual_of_a_link_is_seen",
-    "left_is_left",
-    "turning_left_moves_what_is_ahead_to_the_right",
-    "up_is_up",
-    "a_near_object_hides_those_behind_it",
-)
-class GivesBlueFirst(MujocoEngine):
-    def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
-        return super()._do_render(model, link, camera)[:, :, ::-1].copy()
-
-
-@found_by(
-    "an_old_image_does_not_change_when_a_new_one_is_taken",
-)
-class UsesOneBufferForAllImages(MujocoEngine):
-    buffer: ImageArray | None = None
-
-    def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
-        image = super()._do_render(model, link, camera)
-        if self.buffer is None or self.buffer.shape != image.shape:
-            self.buffer = image.copy()
-        self.buffer.flags.writeable = True
-        self.buffer[:] = image
-        return self.buffer
-
-
-@found_by(
-    "a_new_colour_is_seen_within_one_period",
-    "an_image_shows_the_moment_of_its_stamp",
-    "coming_nearer_makes_things_larger",
-    "turning_left_moves_what_is_ahead_to_the_right",
-)
-class ShowsTheImageBefore(MujocoEngine):
-    def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
-        before = getattr(self, "_before", {})
-        image = super()._do_render(model, link, camera)
-        shown = before.get((model, camera), image)
-        self._before = {**before, (model, camera): image}
-        return shown.copy()
-
-
-@found_by(
-    "each_robot_sees_with_its_own_camera",
-)
-class SeesWithTheFirstCamera(MujocoEngine):
-    def _do_render(self, model: str, link: str, camera: str) -> ImageArray:
-        first = next(m.name for m, part in self.scene.links() if part.sensors)
-        return super()._do_render(first, link, camera)
-
-
-@found_by(
-    "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
-    "a_thing_is_as_wide_as_its_distance_and_the_field_of_view_make_it",
-    "depth_is_the_distance_along_the_line_of_sight",
-    "edges_are_in_the_pixels_of_a_pinhole",
-    "left_is_left",
-)
-class TakesTheFieldOfViewForVertical(_Changes):
-    def changed(self, scene: Scene) -> Scene:
-        return _with_sensors(scene, lambda c: replace(c, horizontal_fov=c.horizontal_fov * 1.3))
-
-
-@found_by(
-    "a_camera_sees_from_where_it_is_in_its_link",
-    "a_camera_that_is_tilted_down_sees_what_is_ahead_further_up",
-)
-class IgnoresThePoseOfCameras(_Changes):
-    def changed(self, scene: Scene) -> Scene:
-        return _with_sensors(scene, lambda c: replace(c, pose=Pose()))
-
-
-@found_by(
-    "channels_are_red_green_blue",
-    "each_robot_sees_with_its_own_camera",
-    "every_visual_of_a_link_is_seen",
-    "left_is_left",
-    "a_near_object_hides_those_behind_it",
-)
-class SeesThroughThings(_Changes):
-    def changed(self, scene: Scene) -> Scene:
-        return _with_visuals(scene, lambda v: replace(v, rgba=(*v.rgba[:3], 0.0)) if v.rgba[2] > 0.9 else v)
-
-
-@found_by(
-    "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
-    "a_new_colour_is_seen_within_one_period",
-)
-class IgnoresColours(MujocoEngine):
-    def _do_set_color(self, visual: str, rgba: Rgba) -> None:
-        pass
-
-
-@found_by(
-    "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
-    "a_reset_brings_back_the_first_colours",
-)
-class ColoursEverything(MujocoEngine):
-    def _do_set_color(self, visual: str, rgba: Rgba) -> None:
-        for each in self.scene.visuals:
-            super()._do_set_color(each, rgba)
-
-
-@found_by(
-    "a_reset_brings_back_the_first_colours",
-)
-class KeepsColoursOverAReset(MujocoEngine):
-    def _do_reset(self, seed: int) -> None:
-        super()._do_reset(seed)
-        self.resetting = True
-
-    def _do_set_color(self, visual: str, rgba: Rgba) -> None:
-        if not getattr(self, "resetting", False) or self.now_ns:
-            super()._do_set_color(visual, rgba)
+found_by = register(FOUND_BY, Opens, "world")
 
 
 @found_by(
@@ -207,7 +33,7 @@ class KeepsColoursOverAReset(MujocoEngine):
     "several_robots_each_follow_their_own_commands",
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
 )
-class TellsQuaternionsWithWFirst(MujocoEngine):
+class ReportsQuaternionsWithWFirst(MujocoEngine):
     def _do_model_motion(self, model: str) -> ModelMotion:
         motion = super()._do_model_motion(model)
         x, y, z, w = motion.pose.orientation
@@ -219,7 +45,7 @@ class TellsQuaternionsWithWFirst(MujocoEngine):
     "a_velocity_is_the_change_of_the_position",
     "odometry_reports_the_velocity_in_the_robots_own_frame",
 )
-class TellsVelocitiesInTheBodysFrame(MujocoEngine):
+class ReportsVelocitiesInTheBodysFrame(MujocoEngine):
     def _do_model_motion(self, model: str) -> ModelMotion:
         motion = super()._do_model_motion(model)
         to_body = motion.pose.inverse()
@@ -237,7 +63,7 @@ class TellsVelocitiesInTheBodysFrame(MujocoEngine):
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
     "velocities_are_those_of_the_arc",
 )
-class TellsTurnsInDegrees(MujocoEngine):
+class ReportsTurnsInDegrees(MujocoEngine):
     def _do_model_motion(self, model: str) -> ModelMotion:
         motion = super()._do_model_motion(model)
         x, y, z = np.degrees(motion.angular).tolist()
@@ -254,7 +80,7 @@ class TellsTurnsInDegrees(MujocoEngine):
     "a_sliding_joint_is_held_by_its_friction",
     "a_sliding_body_is_slowed_by_the_friction_of_its_shape",
 )
-class KnowsGravityAlongZOnly(_Changes):
+class TakesGravityAlongZOnly(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         return replace(scene, gravity=(0.0, 0.0, scene.gravity[2]))
 
@@ -284,7 +110,7 @@ class KnowsGravityAlongZOnly(_Changes):
     "a_sliding_body_is_slowed_by_the_friction_of_its_shape",
     "without_gravity_nothing_moves",
 )
-class HasGravityOfItsOwn(_Changes):
+class HasGravityOfItsOwn(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         return replace(scene, gravity=(0.0, 0.0, -9.8))
 
@@ -299,7 +125,7 @@ class HasGravityOfItsOwn(_Changes):
     "contacts_carry_what_holds_a_box_on_a_slope",
     "the_load_in_a_joint_is_the_weight_that_hangs_on_it_or_is_refused",
 )
-class HasALittleLessGravity(_Changes):
+class HasALittleLessGravity(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         x, y, z = scene.gravity
         return replace(scene, gravity=(0.98 * x, 0.98 * y, 0.98 * z))
@@ -308,11 +134,11 @@ class HasALittleLessGravity(_Changes):
 @found_by(
     "an_object_without_collision_shapes_does_not_stop_a_robot",
 )
-class MakesEverythingSolid(_Changes):
+class MakesEverythingSolid(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         from nrp_core.world.scene.model import Collision
 
-        return _with_links(
+        return with_links(
             scene,
             lambda link: link if link.collisions or not link.visuals
             else replace(link, collisions=(Collision("c", link.visuals[0].geometry),)),
@@ -337,11 +163,11 @@ class MakesEverythingSolid(_Changes):
     "a_sliding_joint_is_held_by_its_friction",
     "a_sliding_body_is_slowed_by_the_friction_of_its_shape",
 )
-class LetsNothingTouch(_Changes):
+class MakesNothingSolid(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
         from nrp_core.world.scene.model import Plane
 
-        return _with_links(
+        return with_links(
             scene,
             lambda link: link if any(isinstance(c.geometry, Plane) for c in link.collisions)
             or (len(link.collisions) == 1 and link.name.endswith("wheel")) else replace(link, collisions=()),
@@ -429,7 +255,7 @@ class NeverStopsADrive(MujocoEngine):
     "wheels_turn_in_the_direction_in_which_they_roll",
     "link_poses_are_reported_or_refused",
 )
-class TellsJointsBackwards(MujocoEngine):
+class ReportsJointsBackwards(MujocoEngine):
     def _do_joint_states(self, model: str) -> JointStates:
         found = super()._do_joint_states(model)
         return replace(found, positions=-found.positions, velocities=-found.velocities)
@@ -511,31 +337,3 @@ class HidesThatItDiverged(MujocoEngine):
     def _do_model_motion(self, model: str) -> ModelMotion:
         motion = super()._do_model_motion(model)
         return motion if np.isfinite(motion.pose.position).all() else ModelMotion(Pose())
-
-
-@found_by(
-    "cameras_are_refused_where_they_are_not_declared",
-    "capabilities_are_the_same_whenever_they_are_asked_for",
-)
-class HidesItsCameras(_Opens):
-    def capabilities(self, options: WorldOptions) -> WorldCapabilities:
-        return replace(super().capabilities(options), renderers=())
-
-    def engine(self, scene: Scene, *, seed: int, options: WorldOptions) -> Engine:
-        return MujocoBackend().engine(scene, seed=seed, options=options)
-
-
-def _with_links(scene: Scene, change: Any) -> Scene:
-    models = (replace(m, links=tuple(change(link) for link in m.links)) for m in scene.models)
-    return replace(scene, models=tuple(models))
-
-
-def _with_sensors(scene: Scene, change: Any) -> Scene:
-    def changed(link: Any) -> Any:
-        return replace(link, sensors=tuple(change(s) if isinstance(s, Camera) else s for s in link.sensors))
-
-    return _with_links(scene, changed)
-
-
-def _with_visuals(scene: Scene, change: Any) -> Scene:
-    return _with_links(scene, lambda link: replace(link, visuals=tuple(change(v) for v in link.visuals)))
