@@ -41,8 +41,8 @@ def check_change(network: Network, change: ParameterChange) -> None:
 def _check_target(projection: Projection, post: Population, simulator: Simulator) -> None:
     if post.cell_type in simulator.untiring and projection.size:
         raise CapabilityError(
-            f"projection '{projection.label}': PyNN's {simulator.name} does not support Tsodyks-Markram synapses "
-            f"on cells whose voltage jumps by the weight, such as {post.cell_type} ('{post.label}')"
+            f"projection '{projection.label}': PyNN's {simulator.name} does not support Tsodyks-Markram "
+            f"synapses on cells whose voltage jumps by the weight, such as {post.cell_type} ('{post.label}')"
         )
 
 

@@ -27,7 +27,7 @@ export function MapPanel() {
       {/* biome-ignore lint/a11y/noInteractiveElementToNoninteractiveRole: it acts on keys of its own */}
       <canvas
         ref={map.ref}
-        className="map-canvas"
+        className="panel-canvas"
         tabIndex={0}
         role="application"
         aria-label="The room from above: arrows move it, plus and minus zoom"

@@ -34,7 +34,7 @@ export default function ScenePanel() {
       {/* biome-ignore lint/a11y/noInteractiveElementToNoninteractiveRole: it acts on keys of its own */}
       <canvas
         ref={canvas}
-        className="scene-canvas"
+        className="panel-canvas"
         tabIndex={0}
         role="application"
         aria-label="The scene in three dimensions: arrows orbit, Shift and arrows pan, plus and minus zoom"
