@@ -73,6 +73,7 @@ class Brain(Simulation):
         self._flowing: list[CurrentPort] = []
         self._recorders: list[StateRecorderPort] = []
         self._currents = np.zeros(network.size)
+        self._began_ns = 0  # the time of the run at which the time of the engine is 0
         self._trains = [
             PopulationTrains(population, network.ids_of(label), self._seeds)
             for label, population in network.populations.items()
@@ -153,6 +154,24 @@ class Brain(Simulation):
     # -- changes of the network while it runs; a reset reverts them
 
     @final
+    def start_over(self) -> None:
+        """Return the network to the state right after opening, while time and devices go on.
+
+        Cells, weights and events in transit are reset, and source populations fire as they did from time 0.
+        Devices that drive neurons keep their values and random streams, and the others what they heard.
+        """
+        self.require_ready()
+        with guarded(self, "start over"):
+            self._start_over()
+
+    def _start_over(self) -> None:
+        for train in self._trains:
+            train.reset(self._seeds)
+        self._currents = np.zeros(self.network.size)
+        self._do_reset(self._seed)
+        self._began_ns = self.now_ns
+
+    @final
     def set_parameters(self, neurons: npt.ArrayLike, values: Mapping[str, npt.ArrayLike]) -> None:
         """Change parameters of cells from now on.
 
@@ -196,7 +215,10 @@ class Brain(Simulation):
         own = next((train for train in self._trains if train.label == population), None)
         if own is None:
             raise refusal(self, f"cannot change the spikes of '{population}'")
-        own.set_spike_times(index, arrays, milliseconds(self.now_ns))
+        began_ms = milliseconds(self._began_ns)
+        own.set_spike_times(
+            index, [each - began_ms for each in arrays], milliseconds(self.now_ns - self._began_ns)
+        )
 
     @final
     def read_weights(self, projection: str) -> FloatArray:
@@ -241,17 +263,21 @@ class Brain(Simulation):
     def _advance(self, t_ns: int) -> None:
         if self._grid_of_stops is not None:
             self._grid_of_stops.number_of(t_ns)
+        began_ns = self._began_ns
         since_ms, until_ms = milliseconds(self.now_ns), milliseconds(t_ns)
-        emitted = [train.emitted(since_ms, until_ms) for train in self._trains]
+        own_since_ms, own_until_ms = milliseconds(self.now_ns - began_ns), milliseconds(t_ns - began_ns)
+        emitted = [train.emitted(own_since_ms, own_until_ms) for train in self._trains]
         for ids, times_ms in emitted:
             if len(ids):
                 self._do_fire(ids, times_ms)
         for source in self._sources:
             events = source.events(since_ms, until_ms)
             if len(events):
-                self._do_inject(events)
+                self._do_inject(events.earlier(milliseconds(began_ns), own_since_ms) if began_ns else events)
         self._run_under_currents(t_ns)
         spikes = Spikes.merged([self._do_take_spikes(), *(Spikes(ids, times) for ids, times in emitted)])
+        if began_ns:
+            spikes = spikes.later(milliseconds(began_ns), since_ms, until_ms)
         if len(spikes) and not (isfinite(spikes.times_ms.item(0)) and isfinite(spikes.times_ms.item(-1))):
             raise DivergedError(f"{type(self).__name__} returned a spike time that is not finite", t_ns=t_ns)
         for sink in self._sinks:
@@ -269,7 +295,7 @@ class Brain(Simulation):
             stop_ns = t_ns
             if halts_ms and min(halts_ms) < milliseconds(t_ns):
                 stop_ns = min(t_ns, -(-round(min(halts_ms) * NS_PER_MS) // grid_ns) * grid_ns)
-            self._do_run_until(stop_ns)
+            self._do_run_until(stop_ns - self._began_ns)
             for recorder in self._recorders:
                 if recorder.is_due(now_ms, milliseconds(stop_ns)):
                     self._sample(recorder, stop_ns)
@@ -296,6 +322,7 @@ class Brain(Simulation):
         for sink in self._sinks:
             sink.reset()
         self._currents = np.zeros(self.network.size)
+        self._began_ns = 0
         self._do_reset(self._seed)
         for sink in self._sinks:
             if isinstance(sink, StateRecorderPort):
@@ -304,16 +331,17 @@ class Brain(Simulation):
     def _save(self) -> object:
         self._require_snapshot()
         devices = [device.save() for device in self._devices()]
-        return self._seed, self._currents, self._device_names(), devices, self._do_save()
+        return self._seed, self._currents, self._device_names(), devices, self._do_save(), self._began_ns
 
     def _load(self, saved: Any) -> None:
         self._require_snapshot()
-        seed, currents, names, devices, state = saved
+        seed, currents, names, devices, state, *began = saved  # version 0.1 did not start over
         here = [""] * len(self._trains) + self._device_names()
         then = [""] * len(self._trains) + names
         if sorted(then) != sorted(here):
             raise SnapshotError(f"the snapshot has other devices than the brain: {names}")
         self._seed, self._currents = seed, currents
+        self._began_ns = began[0] if began else 0
         states: dict[str, list[Any]] = {}
         for name, state_of in zip(then, devices, strict=True):
             states.setdefault(name, []).append(state_of)

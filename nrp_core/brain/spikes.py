@@ -66,6 +66,11 @@ class Spikes:
         first, last = np.searchsorted(self.times_ms, [since_ms, until_ms], side="right")
         return Spikes(self.neurons[first:last], self.times_ms[first:last])
 
+    def later(self, by_ms: float, since_ms: float, until_ms: float) -> Spikes:
+        """Return the spikes some time later; rounding moves none out of ``since_ms < t <= until_ms``."""
+        times_ms = np.clip(self.times_ms + by_ms, np.nextafter(since_ms, np.inf), until_ms)
+        return Spikes(self.neurons, times_ms)
+
 
 @dataclass(slots=True)
 class SynapticEvents:
@@ -85,3 +90,8 @@ class SynapticEvents:
 
     def __len__(self) -> int:
         return len(self.neurons)
+
+    def earlier(self, by_ms: float, since_ms: float) -> SynapticEvents:
+        """Return the events some time earlier; rounding moves none before ``since_ms``."""
+        times_ms = np.maximum(self.times_ms - by_ms, since_ms)
+        return SynapticEvents(self.neurons, times_ms, self.weights, self.receptor)

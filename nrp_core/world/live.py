@@ -162,17 +162,33 @@ class LiveScene(Changeable):
     # -- back to the start
 
     @change
-    def return_home(self) -> None:
-        """Put every model and its joints to their initial poses, at rest; time and commands stay."""
+    def return_home(self, models: Iterable[str] | None = None) -> None:
+        """Put models and their joints to their initial poses, at rest; time and commands stay.
+
+        Args:
+            models: their names; by default all models.
+        """
         homes = {model.name: model.pose for model in self._opened.models}
+        chosen = None if models is None else {self.scene.model(name).name for name in models}
         for model in self.scene.models:
+            if chosen is not None and model.name not in chosen:
+                continue
             pose = homes.get(model.name, model.pose)
             if not model.static:
                 self.place(model.name, ModelMotion(pose))
-                names = self.engine.joint_states(model.name).names
-                self.engine.set_joints(model.name, dict.fromkeys(names, 0.0))
+                if self.engine.capabilities.dynamics:  # else joints stay where they are
+                    names = self.engine.joint_states(model.name).names
+                    self.engine.set_joints(model.name, dict.fromkeys(names, 0.0))
             elif model.pose != pose:
                 self.place(model.name, ModelMotion(pose))
+
+    @change
+    def repaint(self, models: Iterable[str]) -> None:
+        """Give models the colours with which they were opened."""
+        for name in models:
+            for part in self.parts.of(self.scene.model(name).name):
+                if isinstance(part.unwrapped, ColorPart):
+                    part.reset()
 
     @change
     def start_over(self) -> None:

@@ -189,9 +189,13 @@ class World(Simulation):
         """Set gravity, m/s^2; see :meth:`.LiveScene.set_gravity`."""
         self.live.set_gravity(gravity)
 
-    def return_home(self) -> None:
-        """Put every model and its joints to their initial poses; see :meth:`.LiveScene.return_home`."""
-        self.live.return_home()
+    def return_home(self, models: Iterable[str] | None = None) -> None:
+        """Put models and their joints to their initial poses; see :meth:`.LiveScene.return_home`."""
+        self.live.return_home(models)
+
+    def repaint(self, models: Iterable[str]) -> None:
+        """Give models the colours with which they were opened."""
+        self.live.repaint(models)
 
     def start_over(self) -> None:
         """Reset everything but the time to the state of the opening; see :meth:`.LiveScene.start_over`."""

@@ -22,7 +22,7 @@ def commands_of(run: Run) -> Commands:
         failed = {failure.function: str(failure) for failure in run.loop.failures}
         return [_shown(function, failed.get(function.name)) for function in run.loop.functions]
 
-    return {"publish": run.publish, "functions": change}
+    return {"publish": run.publish, "functions": change, "reset": run.reset}
 
 
 def _shown(function: TransferFunction, failure: str | None) -> dict[str, Any]:

@@ -28,7 +28,15 @@ from nrp_core.cle import ClosedLoop, pacing_of
 from nrp_core.clock import from_seconds, seconds
 from nrp_core.dsl.functions.csv_recorder import write_csv
 from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.errors import CapabilityError, NrpError, SimulationError, SnapshotError, TimestepError
+from nrp_core.errors import (
+    CapabilityError,
+    ExperimentError,
+    NrpError,
+    SimulationError,
+    SnapshotError,
+    TimestepError,
+    did_you_mean,
+)
 from nrp_core.experiment.events.values import to_message
 from nrp_core.experiment.making.maker import load_functions, maker_of
 from nrp_core.experiment.making.prepare import Plan, ProgressCallback, no_progress, prepare
@@ -47,6 +55,9 @@ from nrp_core.findings.problems import is_complete
 from nrp_core.world.world import World
 
 Observer = Callable[["Run"], None]
+
+PARTS = ("brain", "robot", "world")
+"""The parts of a run that can be reset alone."""
 
 
 class Participant(ABC):
@@ -80,6 +91,7 @@ class Run(Closing):
         on_close: called before the engines are released.
         on_change: called with the added and removed functions when transfer functions have changed.
         on_activate: called with name and state when a transfer function has been let run or not.
+        on_reset: called with the part when a part of the run has been reset alone.
         found: the findings before the run, or those of the snapshot from which it continues.
         reporters: return findings about the run besides its own, such as those of a recorder.
 
@@ -108,6 +120,7 @@ class Run(Closing):
         self.on_close: list[Callable[[], None]] = []
         self.on_change: list[Callable[[Sequence[TransferFunction | Path], Sequence[str]], None]] = []
         self.on_activate: list[Callable[[str, bool], None]] = []
+        self.on_reset: list[Callable[[str], None]] = []
         self.parameters = plan.parameters
         self._planned = plan.warnings
         with ExitStack() as opened:
@@ -259,6 +272,38 @@ class Run(Closing):
                 observer(name, active)
 
         self.loop.between_steps(make)
+
+    def reset(self, part: str) -> None:
+        """Reset one part before the next step while time goes on; any thread may.
+
+        Args:
+            part: ``brain``: the network, as :meth:`.Brain.start_over` does; ``robot``: the robots return to
+                where they began, at rest; ``world``: so does all else, in the colours that it had.
+
+        Raises:
+            ExperimentError: this cannot be reset alone.
+            CapabilityError: the engine cannot put bodies elsewhere.
+        """
+        if part not in PARTS:
+            one_of = f"{', '.join(PARTS)}{did_you_mean(part, PARTS)}"
+            raise ExperimentError(f"'{part}' cannot be reset alone, only one of {one_of}")
+
+        def make() -> None:
+            self._reset_part(part)
+            for observer in self.on_reset:
+                observer(part)
+
+        self.loop.between_steps(make)
+
+    def _reset_part(self, part: str) -> None:
+        if part == "brain":
+            self.brain.start_over()
+            return
+        robots = self.experiment.world.robots
+        models = [each.name for each in self.world.scene.models if (each.name in robots) is (part == "robot")]
+        self.world.return_home(models)
+        if part == "world":
+            self.world.repaint(models)
 
     # -- what happens at each step
 

@@ -18,7 +18,7 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, Findings, Level
 from nrp_core.world.messages.nrp_msgs import Called
 
-CHANGE, ACTIVATE, LOST = "change", "activate", "lost"
+CHANGE, ACTIVATE, RESET, LOST = "change", "activate", "reset", "lost"
 """Calls to the run itself, and those that cannot be repeated; all others are calls to its world."""
 
 Note = Callable[[str, bytes], None]
@@ -37,6 +37,7 @@ class CallNoter(Closing):
         self._run, self._note, self._warnings = run, note, warnings
         run.on_change.append(self._note_functions)
         run.on_activate.append(self._note_activation)
+        run.on_reset.append(self._note_reset)
         run.on_step.append(self._see_devices)
         run.loop.hooks.before_step.append(self._note_devices)
         self._see_devices(run)
@@ -46,6 +47,7 @@ class CallNoter(Closing):
         """Stop recording."""
         self._run.on_change.remove(self._note_functions)
         self._run.on_activate.remove(self._note_activation)
+        self._run.on_reset.remove(self._note_reset)
         self._run.on_step.remove(self._see_devices)
         self._run.loop.hooks.before_step.remove(self._note_devices)
         self._run.world.remove_watcher(self._note_world)
@@ -60,6 +62,10 @@ class CallNoter(Closing):
 
     def _note_activation(self, name: str, active: bool) -> None:
         self._keep(ACTIVATE, (name, active))
+
+    def _note_reset(self, part: str) -> None:
+        if part == "brain":  # the others are calls to the world
+            self._keep(RESET, (part,))
 
     def _note_world(self, name: str, arguments: Sequence[object], named: Mapping[str, object]) -> None:
         if not self._run.loop.is_stepping:  # calls within a step are repeated by the step
@@ -124,6 +130,8 @@ def repeat(run: Run, called: Called, folder: Path) -> None:
         elif called.name == ACTIVATE:
             if _has(run, arguments[0]):
                 run.activate(*arguments)
+        elif called.name == RESET:
+            run.reset(*arguments)
         else:
             values, named = arguments
             getattr(run.world, called.name)(*values, **named)

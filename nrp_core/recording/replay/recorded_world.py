@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from nrp_core.clock import from_seconds
 from nrp_core.errors import CapabilityError, TopicError
 from nrp_core.experiment.making.prepare import Plan, Side
@@ -20,7 +22,7 @@ from nrp_core.world.interface import WorldBackend, WorldOptions
 from nrp_core.world.messages.sensor_msgs import CompressedImage, Image
 from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.part import Part, PartInPlace
-from nrp_core.world.rigid.motion import BodyPath, BodyVelocity, JointAim, ModelMotion, Wrench
+from nrp_core.world.rigid.motion import BodyPath, BodyVelocity, JointAim, JointStates, ModelMotion, Wrench
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Model, Rgba, Scene
 from nrp_core.world.topics import TopicInfo
@@ -101,6 +103,10 @@ class RecordedEngine(Engine):
 
     def _do_set_joints(self, model: str, positions: Mapping[str, float]) -> None:
         """Return the recorded joint states."""
+
+    def _do_joint_states(self, model: str) -> JointStates:
+        """Return no joint, because models have no state here."""
+        return JointStates((), *np.empty((3, 0)))
 
     def _do_model_motion(self, model: str) -> ModelMotion:
         recorded = self._playback.latest.get(MODEL_STATES)

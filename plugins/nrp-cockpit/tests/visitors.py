@@ -8,7 +8,7 @@ import threading
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any, NamedTuple
 
 from nrp_cockpit.session.controls import services_of
@@ -24,7 +24,9 @@ from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 
 SMALL = "world.options.image_scale=0.25"
-PATIENCE_S = 60.0
+PATIENCE_S = 180.0
+"""Wall time for an answer, s: a first step may have to compile the kernels of a brain, on a busy machine."""
+_LOOK_S = 0.2
 _DATA = struct.Struct("<BIQ")
 _ANSWER = struct.Struct("<BIII")
 _TICK = struct.Struct("<BQ")
@@ -71,11 +73,12 @@ class Visitor:
         self.until(lambda: self.services)
 
     def until(self, done: Callable[[], Any], patience_s: float = PATIENCE_S) -> Any:
-        """Receive until something is so, and return it."""
+        """Receive until something is so, and return it; what is looked at may change without a message."""
         end_s = time.monotonic() + patience_s
         while not (found := done()):
             assert time.monotonic() < end_s, "it did not happen in time"
-            self._receive(end_s - time.monotonic())
+            with suppress(TimeoutError):
+                self._receive(min(_LOOK_S, end_s - time.monotonic()))
         return found
 
     def listen(self, wall_s: float) -> None:

@@ -1,4 +1,4 @@
-"""What people do to bodies: push them, put them elsewhere, put them back."""
+"""What people do to bodies: push them, put them elsewhere."""
 
 from __future__ import annotations
 
@@ -12,21 +12,16 @@ from nrp_core.world.messages.geometry_msgs import Vector3, Wrench
 from nrp_core.world.rigid.motion import ModelMotion
 from nrp_core.world.rigid.pose import Pose
 
-RESETS = ("robot", "world")
-
 
 class Bodies:
     """The bodies of a run.
 
     Args:
-        run: the run, at its beginning: where the robots are now is where they are put back to.
+        run: the run.
     """
 
     def __init__(self, run: Run) -> None:
         self._run = run
-        world = run.world
-        robots = [name for name in run.experiment.world.robots if world.capabilities.poses]
-        self._starts = {name: world.model_motion(name).pose for name in robots if _has(run, name)}
 
     def push(self, body: str, force_n: Sequence[float], duration_s: float) -> None:
         """Apply a force, N, to the first link of a body for a time."""
@@ -46,26 +41,8 @@ class Bodies:
         a, b, c, d = _numbers(orientation, 4, "an orientation, x, y, z and w")
         self._run.world.place(body, ModelMotion(Pose((x, y, z), (a, b, c, d))))
 
-    def reset(self, what: str) -> None:
-        """Put robots, or all models, back to where they began; the time goes on.
-
-        Raises:
-            ExperimentError: this cannot be reset alone.
-        """
-        if what == "robot":
-            for name, pose in self._starts.items():
-                self._run.world.place(name, ModelMotion(pose))
-        elif what == "world":
-            self._run.world.return_home()
-        else:
-            raise ExperimentError(f"'{what}' cannot be reset alone; what can: {', '.join(RESETS)}, all")
-
 
 def _numbers(given: Sequence[float], count: int, what: str) -> tuple[float, ...]:
     if len(given) != count or not all(map(isfinite, given)):
         raise ExperimentError(f"{what} is {count} finite numbers, not {list(given)}")
     return tuple(given)
-
-
-def _has(run: Run, name: str) -> bool:
-    return any(model.name == name for model in run.world.scene.models)

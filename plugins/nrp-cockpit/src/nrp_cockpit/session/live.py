@@ -160,9 +160,9 @@ class LiveSession(Session):
         return {"id": moment.id, "t_s": seconds(moment.t_ns)}
 
     def reset(self, what: str = "all") -> None:
-        """Reset everything to time 0, or the robots or the world while time goes on."""
+        """Reset everything to time 0, or one part while time goes on."""
         if what != "all":
-            self.bodies.reset(what)
+            self.run.reset(what)
             self.steered()
             return
         self._end_recording_of_the_past()
