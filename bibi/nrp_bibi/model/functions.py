@@ -118,7 +118,7 @@ class Bibi(Node):
         ext_robot_controller: a script that a legacy experiment starts beside the robot.
     """
 
-    timestep: int | None = child(POSITIVE, None)
+    timestep: int | None = child(POSITIVE, None, unit="ms")
     brain_model: BrainModel | None = child(BrainModel, None)
     body_model: tuple[BodyModel, ...] = children(BodyModel)
     mode: str | None = child(WORD, None)

@@ -55,6 +55,7 @@ class Feature:
         least: the minimum number.
         aliases: other names in XML, each with the type that it implies, or an empty text.
         bare: whether it may also be the plain text of its owner.
+        unit: of a number, for people.
     """
 
     field: str
@@ -65,6 +66,7 @@ class Feature:
     least: int
     aliases: Mapping[str, str]
     bare: bool
+    unit: str = ""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -89,9 +91,9 @@ class Node:
         cls.abstract = abstract or cls.__dict__.get("abstract", False)
 
 
-def attribute(of: Value, default: Any = dataclasses.MISSING, name: str = "") -> Any:
+def attribute(of: Value, default: Any = dataclasses.MISSING, name: str = "", unit: str = "") -> Any:
     """Declare a value that is written as an attribute; without a default it is required."""
-    return _declared("attribute", of, name=name, default=default)
+    return _declared("attribute", of, name=name, default=default, unit=unit)
 
 
 def child(
@@ -101,9 +103,10 @@ def child(
     name: str = "",
     aliases: Mapping[str, str] | None = None,
     bare: bool = False,
+    unit: str = "",
 ) -> Any:
     """Declare one element; without a default it is required."""
-    return _declared("element", of, name=name, default=default, aliases=aliases, bare=bare)
+    return _declared("element", of, name=name, default=default, aliases=aliases, bare=bare, unit=unit)
 
 
 def children(
@@ -129,9 +132,10 @@ def _declared(
     many: bool = False,
     least: int = 1,
     bare: bool = False,
+    unit: str = "",
 ) -> Any:
     least = least if default is dataclasses.MISSING else 0
-    feature = Feature("", name, of, place, many, least, aliases or {}, bare)
+    feature = Feature("", name, of, place, many, least, aliases or {}, bare, unit)
     return field(default=default, metadata={_FEATURE: feature})
 
 

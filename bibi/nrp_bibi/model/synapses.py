@@ -13,8 +13,8 @@ class NeuronConnector(Node, abstract=True):
     """Weights (uS or nA, depending on the target) and delays (ms); its name is for references."""
 
     name: str = attribute(WORD, "default")
-    weights: float | None = attribute(NUMBER, None)
-    delays: float | None = attribute(NUMBER, None)
+    weights: float | None = attribute(NUMBER, None, unit="uS or nA")
+    delays: float | None = attribute(NUMBER, None, unit="ms")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,8 +46,8 @@ class TsodyksMarkramMechanism(SynapseDynamics):
     """Short-term plasticity: utilisation and two time constants in ms."""
 
     u: float = attribute(NUMBER)
-    tau_rec: float = attribute(NUMBER, name="tau_rec")
-    tau_facil: float = attribute(NUMBER, name="tau_facil")
+    tau_rec: float = attribute(NUMBER, name="tau_rec", unit="ms")
+    tau_facil: float = attribute(NUMBER, name="tau_facil", unit="ms")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

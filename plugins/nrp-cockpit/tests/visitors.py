@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, NamedTuple
 
+from nrp_cockpit.designer.services import with_designer
 from nrp_cockpit.session.controls import services_of
 from nrp_cockpit.session.live import LiveSession
 from nrp_cockpit.wire.guard import Guard
@@ -203,7 +204,7 @@ def cockpit(*overrides: str, experiment: str = "braitenberg_husky") -> Iterator[
     guard, hub = Guard(), Hub()
     with Run(load_experiment(experiment, [SMALL, *overrides])) as run:
         session = LiveSession(run, hub)
-        hub.services = services_of(session)
+        hub.services = with_designer(services_of(session), session)
         server = Server(hub, guard=guard)
         owner = threading.Thread(target=session.serve)
         owner.start()

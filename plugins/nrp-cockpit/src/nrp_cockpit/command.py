@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-import webbrowser
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -59,35 +57,18 @@ def cockpit(
 
     The first line on standard output is the address of the page. Ctrl-C ends the run.
     """
-    from nrp_cockpit.wire.guard import LOOPBACK, Guard
-    from nrp_cockpit.wire.hub import Hub
-    from nrp_cockpit.wire.server import Server
+    from nrp_cockpit.serving import Serving
 
     settings = overrides_of(overrides, brain=brain, world=world, models=models, seed=seed)
-    hosts = LOOPBACK if host in ("127.0.0.1", "localhost", "::1") else ()
-    guard, hub = Guard(hosts, tuple(origin or ())), Hub()
-    with ExitStack() as stack:
-        if is_recording(experiment):
-            if brain or world or overrides or seed is not None:
-                raise ExperimentError("a recording is played as it was made: no option changes it")
-            session = open_recording(experiment, hub)
-        else:
-            session = stack.enter_context(open_run(experiment, settings, hub))
-        server = Server(hub, host=host, port=port, guard=guard)
-        stack.callback(server.close)
-        where = "127.0.0.1" if host in ("0.0.0.0", "localhost") else f"[{host}]" if ":" in host else host
-        address = f"http://{where}:{server.port}/?token="
-        typer.echo(f"{address}{guard.token}")
-        typer.echo(f"to watch only: {address}{guard.watch_token}", err=True)
-        sys.stdout.flush()
-        if browser:
-            webbrowser.open(f"{address}{guard.token}")
-        if play:
-            session.play()
-        try:
-            session.serve()
-        except KeyboardInterrupt:
-            session.close()
+
+    def opened(hub: Hub, stack: ExitStack) -> Session:
+        if not is_recording(experiment):
+            return stack.enter_context(open_run(experiment, settings, hub))
+        if brain or world or overrides or seed is not None:
+            raise ExperimentError("a recording is played as it was made: no option changes it")
+        return open_recording(experiment, hub)
+
+    Serving(host, port, tuple(origin or ()), browser=browser, play=play).serve(opened)
 
 
 def is_recording(path: str) -> bool:
@@ -108,8 +89,16 @@ def open_recording(path: str, hub: Hub) -> Session:
 
 
 @contextmanager
-def open_run(experiment: str, settings: list[str], hub: Hub) -> Iterator[Session]:
-    """Give a session with a run of an experiment, and offer its services."""
+def open_run(experiment: str, settings: list[str], hub: Hub, design: Path | None = None) -> Iterator[Session]:
+    """Give a session with a run of an experiment, and offer its services.
+
+    Args:
+        experiment: as people name it.
+        settings: ``dotted.key=value``.
+        hub: of the clients.
+        design: the model that the designer begins with; None: one of the experiment.
+    """
+    from nrp_cockpit.designer.services import with_designer
     from nrp_cockpit.session.controls import services_of
     from nrp_cockpit.session.live import LiveSession
     from nrp_core.cli.progress import display
@@ -121,5 +110,5 @@ def open_run(experiment: str, settings: list[str], hub: Hub) -> Iterator[Session
             shown.begin_task("reading the experiment")
             run = stack.enter_context(Run(load_experiment(experiment, settings), shown.begin_task))
         session = LiveSession(run, hub)
-        hub.services = services_of(session)
+        hub.services = with_designer(services_of(session), session, design)
         yield session

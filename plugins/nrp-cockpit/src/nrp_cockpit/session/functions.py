@@ -61,13 +61,28 @@ class Functions:
         self._spent_ns = dict(self._run.loop.account.function_ns)
         self._costs.clear()
 
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The names of the files."""
+        return tuple(self._files)
+
+    def include(self, path: Path, instead_of: Path | None = None) -> None:
+        """Add a file, which need not exist before it is applied.
+
+        Args:
+            path: the file.
+            instead_of: one that it replaces: what only this one has ends with the next change.
+        """
+        self._files.pop(str(instead_of), None)
+        self._files.setdefault(str(path), path)
+
     def data(self) -> dict[str, Any]:
         """Return the functions and their files."""
         functions = []
         for function in self._run.loop.functions:
             shown = function_data(function, self._run, self._costs[function.name])
             functions.append(self.drafts.in_place(shown))
-        return {"functions": functions, "files": [self._file_data(name) for name in self._files]}
+        return {"functions": functions, "files": [self._file_data(name) for name in self._there()]}
 
     def close(self) -> None:
         """Remove the drafts."""
@@ -101,8 +116,9 @@ class Functions:
 
     def revert(self) -> None:
         """Let the run go on with its files as they are on disk."""
-        self._change(self._run.experiment)
-        self._running = self._on_disk()
+        on_disk = self._on_disk()
+        self._change({name: self._files[name] for name in on_disk})
+        self._running = on_disk
 
     def save(self, files: Mapping[str, str]) -> None:
         """Write texts to the files of the experiment.
@@ -135,9 +151,15 @@ class Functions:
         on_disk = self._on_disk()
         new = {name: text for name, text in texts.items() if text != on_disk.get(name)}
         paths = (
-            self.drafts.write(path, new[name]) if name in new else path for name, path in self._files.items()
+            self.drafts.write(path, new[name]) if name in new else path
+            for name, path in self._files.items()
+            if name in texts or path.exists()
         )
         return self._run.experiment.model_copy(update={"transfer_functions": tuple(paths)})
+
+    def _there(self) -> list[str]:
+        """Return the names of the files that run, or could."""
+        return [name for name, path in self._files.items() if name in self._running or path.exists()]
 
     def _require(self, names: Iterable[str]) -> None:
         for name in names:
@@ -149,22 +171,19 @@ class Functions:
         found = [each for each in _findings(experiment) if each.level is Level.ERROR]
         if not found:
             try:
-                self._change(experiment)
+                self._change(
+                    {self.drafts.in_place(str(path)): path for path in experiment.transfer_functions}
+                )
             except InvalidExperimentError as error:
                 found = list(error.findings)
             except ExperimentError as error:
                 found = [Finding.of(error, Code.NRP210)]
         return found
 
-    def _change(self, experiment: Experiment) -> None:
-        """Exchange the functions of all files for those of an experiment in one transaction."""
-        given = experiment.function_parameters
-        new = {
-            str(original): load_functions(path, given)
-            for original, path in zip(
-                self._run.experiment.transfer_functions, experiment.transfer_functions, strict=True
-            )
-        }
+    def _change(self, files: Mapping[str, Path]) -> None:
+        """Exchange the functions of all files for those of files or their drafts in one transaction."""
+        given = self._run.experiment.function_parameters
+        new = {name: load_functions(path, given) for name, path in files.items()}
         names = {function.name for functions in new.values() for function in functions}
         there = {function.name for function in self._run.loop.functions}
         gone = [

@@ -1,0 +1,68 @@
+"""Serve a session to browsers until it ends."""
+
+from __future__ import annotations
+
+import sys
+import webbrowser
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+
+import typer
+
+from nrp_cockpit.session.session import Session
+from nrp_cockpit.wire.guard import LOOPBACK, Guard
+from nrp_cockpit.wire.hub import Hub
+from nrp_cockpit.wire.server import Server
+
+
+@dataclass(frozen=True, slots=True)
+class Serving:
+    """Where and how a session is served.
+
+    Args:
+        host: the address to listen on.
+        port: the port; 0: any free one.
+        origins: of other pages that may connect.
+        browser: whether a browser is opened.
+        play: whether the session goes on at once.
+        view: the view of the page that is shown first; empty: the usual one.
+    """
+
+    host: str = "127.0.0.1"
+    port: int = 0
+    origins: tuple[str, ...] = ()
+    browser: bool = True
+    play: bool = False
+    view: str = ""
+
+    def serve(self, opened: Callable[[Hub, ExitStack], Session]) -> None:
+        """Open a session, print the address of its page, and serve it until Ctrl-C.
+
+        Args:
+            opened: makes the session of a hub and offers its services.
+        """
+        hosts = LOOPBACK if self.host in ("127.0.0.1", "localhost", "::1") else ()
+        guard, hub = Guard(hosts, self.origins), Hub()
+        with ExitStack() as stack:
+            session = opened(hub, stack)
+            server = Server(hub, host=self.host, port=self.port, guard=guard)
+            stack.callback(server.close)
+            address = f"http://{self._shown_host()}:{server.port}/?token="
+            view = f"#/{self.view}" if self.view else ""
+            typer.echo(f"{address}{guard.token}{view}")
+            typer.echo(f"to watch only: {address}{guard.watch_token}{view}", err=True)
+            sys.stdout.flush()
+            if self.browser:
+                webbrowser.open(f"{address}{guard.token}{view}")
+            if self.play:
+                session.play()
+            try:
+                session.serve()
+            except KeyboardInterrupt:
+                session.close()
+
+    def _shown_host(self) -> str:
+        if self.host in ("0.0.0.0", "localhost"):
+            return "127.0.0.1"
+        return f"[{self.host}]" if ":" in self.host else self.host

@@ -1,0 +1,231 @@
+"""People draw with commands: each is exact, has a way back, and is refused with a reason."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from drawing import HUSKY, ROOT, Drawing
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+from nrp_bibi import bibi_text, parse_bibi, read_bibi
+from nrp_bibi.model.channels import DeviceType
+from nrp_cockpit.designer.checking import model_findings
+from nrp_cockpit.designer.connecting import Connecting
+from nrp_cockpit.designer.document import Document
+from nrp_cockpit.designer.edit import Edit
+from nrp_cockpit.designer.graph import Graph
+from nrp_cockpit.designer.layout import read_layout
+from nrp_cockpit.designer.metamodel import metamodel_data
+from nrp_cockpit.designer.tree import walk
+
+from nrp_core.errors import ExperimentError
+
+PAPER = ROOT / "experiments/nrp_experiments/braitenberg_husky"
+
+
+def test_the_first_listing_of_the_paper_is_drawn_with_commands(drawing: Drawing) -> None:
+    function = drawing.function("Neuron2Robot", "linear_twist")
+    drawing.wired("population:actors", function, "left_wheel_neuron")
+    drawing.wired("population:actors", function, "right_wheel_neuron")
+    both = "left_wheel_neuron.voltage, right_wheel_neuron.voltage"
+    drawing.local(function, "linear", f"geometry_msgs.msg.Vector3(20 * min({both}), 0, 0)")
+    turn = "100 * (right_wheel_neuron.voltage - left_wheel_neuron.voltage)"
+    drawing.local(function, "angular", f"geometry_msgs.msg.Vector3(0, 0, {turn})")
+    returned = drawing.wired("topic:/husky/cmd_vel", function)
+    text = "geometry_msgs.msg.Twist(linear=linear, angular=angular)"
+    drawing.do("write", path=returned, field="body", text=text)
+    assert drawing.model == read_bibi(PAPER / "listing1.bibi")
+
+
+def test_the_second_listing_of_the_paper_is_drawn_with_commands(drawing: Drawing) -> None:
+    function = drawing.function("Robot2Neuron", "eye_sensor_transmit")
+    drawing.wired(function, "topic:/husky/camera")
+    drawing.local(function, "image_results", "nrp.tf_lib.detect_red(camera.value)")
+    for name, cells in (("red_left_eye", "0, 2"), ("red_right_eye", "1 3"), ("green_blue_eye", "4")):
+        device = drawing.wired("population:sensors", function, name)
+        if len(cells) > 1:
+            drawing.do("become", path=f"{device}/neurons", type="List")
+        field = "element" if len(cells) > 1 else "index"
+        drawing.do("set", path=f"{device}/neurons", field=field, text=cells)
+        share = name.replace("_eye", "").replace("red_left", "leftred").replace("red_right", "rightred")
+        text = f"1000.0 * image_results.{share.replace('_', '')}"
+        drawing.do("write", path=device, field="body", text=text)
+    assert drawing.model == read_bibi(PAPER / "listing2.bibi")
+
+
+@st.composite
+def _command(draw: st.DrawFn, model: object) -> tuple[str, dict[str, object]]:
+    """A command that somebody could give, sensible or not."""
+    paths = [path for path, _ in walk(model)]  # type: ignore[arg-type]
+    classes = metamodel_data()["classes"]
+    fields = sorted({feature["field"] for one in classes.values() for feature in one["features"]})
+    ends = [*(box["id"] for box in Graph(model, HUSKY).boxes), *paths]  # type: ignore[arg-type]
+    path, field = draw(st.sampled_from(paths)), draw(st.sampled_from(fields))
+    kind = draw(st.none() | st.sampled_from(sorted(classes)))
+    text = draw(
+        st.sampled_from(["", "a", "3", "-1.5", "0, 2", "/a/b", "Poisson", "true", "camera.value + 1"])
+    )
+    command = draw(st.sampled_from(["add", "add", "add", "set", "become", "write", "remove", "move", "copy",
+                                    "connect", "connect", "connect"]))  # fmt: skip
+    return command, {
+        "add": {"path": path, "field": field, "type": kind},
+        "set": {"path": path, "field": field, "text": text},
+        "become": {"path": path, "type": kind or "Add"},
+        "write": {"path": path, "field": field, "text": text},
+        "remove": {"path": path}, "move": {"path": path, "to": 0}, "copy": {"path": path},
+        "connect": {"source": draw(st.sampled_from(ends)), "target": draw(st.sampled_from(ends))},
+    }[command]  # fmt: skip
+
+
+@given(data=st.data())
+@settings(max_examples=15, deadline=None, phases=[Phase.generate], suppress_health_check=list(HealthCheck))
+def test_any_commands_leave_a_model_that_is_written_and_every_step_goes_back(
+    data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    document = Document(tmp_path_factory.mktemp("drawn") / "new.bibi", HUSKY)
+    for kind in ("Robot2Neuron", "Neuron2Robot", "Neuron2Monitor"):
+        document.do("add", path="", field="transfer_function", type=kind)
+    states = [document.model]
+    for _ in range(12):
+        command, arguments = data.draw(_command(document.model))
+        try:
+            document.do(command, **arguments)
+            states.append(document.model)
+        except ExperimentError:
+            assert document.model is states[-1], "what is refused changes nothing"
+        assert parse_bibi(bibi_text(document.model)) == document.model
+        model_findings(document.model, document.path)
+    for model in states[-2::-1]:
+        document.undo()
+        assert document.model is model
+    for model in states[1:]:
+        document.redo()
+        assert document.model is model
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "reason"),
+    [
+        ("topic:/husky/odom", "transfer_function/2", "a monitor shows a device on neurons; /husky/odom is a"),
+        ("topic:/husky/odom", "population:actors", "need a transfer function between them"),
+        ("topic:/husky/odom", "topic:/husky/camera", "two topics need a transfer function"),
+        ("population:actors", "population:sensors", "the brain connects its own"),
+        ("topic:/husky/camera", "transfer_function/0", "is connected to /husky/camera already"),
+        ("topic:/husky/cmd_vel", "transfer_function/0/topic/0", "is a command: nobody sends it"),
+        ("topic:/husky/odom", "transfer_function/1/return_value", "nothing can be published there"),
+        ("topic:/husky/odom", "transfer_function/0/device/0", "'eye' is a device on neurons"),
+        ("population:actors", "transfer_function/0/topic/0", "'camera' is a topic; actors are neurons"),
+        ("population:actors", "transfer_function/3", "its code says what it is connected to"),
+        ("transfer_function/0", "transfer_function/1", "exchange values over topics or neurons"),
+        ("transfer_function/0/topic/0", "transfer_function/1/return_value", "only inside its function"),
+    ],
+)
+def test_what_does_not_fit_is_refused_with_its_reason(
+    drawing: Drawing, source: str, target: str, reason: str
+) -> None:
+    first = drawing.function("Robot2Neuron", "eyes")
+    second = drawing.function("Neuron2Robot", "wheels")
+    drawing.function("Neuron2Monitor", "shown")
+    drawing.do("add", path="", field="transfer_function", type="PythonTransferFunction")
+    drawing.wired("topic:/husky/camera", first)
+    drawing.wired("population:sensors", first, "eye")
+    drawing.wired("topic:/husky/cmd_vel", second)
+    before = drawing.model
+    with pytest.raises(ExperimentError, match=reason):
+        drawing.wired(source, target)
+    assert drawing.model is before
+    found = Connecting(Edit(before, HUSKY)).refusals(source, [target])
+    assert reason in str(found[target]), "a page says it before somebody lets go"
+
+
+def test_what_is_wired_is_what_the_ends_say(drawing: Drawing) -> None:
+    function = drawing.function("Robot2Neuron", "eyes")
+    camera = drawing.wired("topic:/husky/camera", function)
+    eye = drawing.wired("population:sensors[0]", function, "eye")
+    drawing.wired("population:actors", eye)
+    drawing.wired(camera, eye)
+    (row_of_topic, row) = next(box for box in Graph(drawing.model, HUSKY).boxes if box["id"] == function)[
+        "rows"
+    ]
+    assert (row_of_topic["is_written"], row["is_written"]) == (False, True)
+    assert (row["neurons"], row["text"], row["type"]) == ("actors[0]", "rate = camera.value", "Poisson")
+    drawing.wired("topic:/screen/color", camera)
+    assert drawing.model.transfer_function[0].topic[0].topic == "/screen/color"  # type: ignore[attr-defined]
+
+
+def test_a_new_name_is_written_wherever_the_old_one_was_meant(drawing: Drawing) -> None:
+    function = drawing.function("Neuron2Robot", "wheels")
+    device = drawing.wired("population:actors", function, "left")
+    drawing.local(function, "speed", "2 * left.voltage")
+    drawing.do("set", path=device, field="name", text="right")
+    assert 'name="right" property="voltage"' in bibi_text(drawing.model)
+    copy = drawing.do("copy", path=device)
+    assert [one.name for one in drawing.model.transfer_function[0].device] == ["right", "right_2"]  # type: ignore[attr-defined]
+    drawing.do("move", path=copy, to=0)
+    assert [one.name for one in drawing.model.transfer_function[0].device] == ["right_2", "right"]  # type: ignore[attr-defined]
+
+
+def test_a_finding_stands_at_its_box_and_its_part(drawing: Drawing) -> None:
+    function = drawing.function("Neuron2Robot", "wheels")
+    drawing.function("Robot2Neuron", "eyes")
+    device = drawing.wired("population:actors", function, "left")
+    drawing.local(function, "speed", "left.voltage")
+    drawing.do("remove", path=device)
+    (found,) = model_findings(drawing.model, drawing.document.path)
+    assert (found["box"], found["path"]) == (function, f"{function}/local/0/body")
+    assert "no channel and no earlier local has the name 'left'" in found["summary"]
+    drawing.document.undo()
+    drawing.do("set", path="transfer_function/1", field="name", text="wheels")
+    (found,) = model_findings(drawing.model, drawing.document.path)
+    assert "'wheels' is used twice" in found["summary"]
+
+
+@pytest.mark.parametrize(
+    ("field", "text", "reason"),
+    [
+        ("name", "1st", "'name' cannot be '1st'; it must be a name of letters"),
+        ("name", "", "'name' is needed"),
+        ("type", "Poison", "one of ACSource"),
+    ],
+)
+def test_a_value_that_cannot_be_is_refused(drawing: Drawing, field: str, text: str, reason: str) -> None:
+    device = drawing.wired("population:actors", drawing.function("Neuron2Robot", "wheels"))
+    with pytest.raises(ExperimentError, match=reason):
+        drawing.do("set", path=device, field=field, text=text)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("lft.voltage", "no channel and no local of this function is 'lft.voltage'; did you mean 'left'?"),
+        ("left.voltage **", "this is not an expression"),
+        ("left.voltage ** 2", "more than blocks can say"),
+        ("", "'body' needs an expression"),
+    ],
+)
+def test_an_expression_that_cannot_be_is_refused(drawing: Drawing, text: str, reason: str) -> None:
+    function = drawing.function("Neuron2Robot", "wheels")
+    drawing.wired("population:actors", function, "left")
+    with pytest.raises(ExperimentError, match=reason.replace("?", r"\?").replace("*", r"\*")):
+        drawing.local(function, "speed", text)
+
+
+def test_every_kind_of_device_says_whether_it_drives_neurons() -> None:
+    devices = metamodel_data()["devices"]
+    assert {kind.value for kind in DeviceType} == set(devices)
+    assert {name for name, one in devices.items() if one["drives"]} == {
+        "ACSource", "DCSource", "FixedFrequency", "NCSource", "Poisson",
+    }  # fmt: skip
+    assert (devices["Poisson"]["unit"], devices["LeakyIntegratorAlpha"]["unit"]) == ("Hz", "mV")
+
+
+def test_boxes_stay_where_they_were_put_and_that_is_kept_beside_the_file(tmp_path: Path) -> None:
+    document = Document(tmp_path / "new.bibi", HUSKY)
+    document.place("topic:/husky/camera", 12.4, 30.0)
+    document.save()
+    assert read_layout(document.path) == {"topic:/husky/camera": (12, 30)}
+    assert Document(document.path, HUSKY).state.moved == document.state.moved
+    document.arrange()
+    document.save()
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["new.bibi"]

@@ -1,0 +1,59 @@
+"""A visitor draws beside a real run, and lets it run with what was drawn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from visitors import RefusedError, cockpit
+
+
+def test_what_is_drawn_runs_from_the_beginning_and_every_page_sees_it(tmp_path: Path) -> None:
+    with (
+        cockpit("transfer_functions=[]") as here,
+        here.visit() as artist,
+        here.visit(steers=False) as watcher,
+    ):
+        classes = artist.call("designer/describe")["classes"]
+        assert "Neuron2Robot" in classes["TransferFunction"]["choices"]
+        watcher.subscribe("/cockpit/designer")
+        artist.subscribe("/cockpit/designer")
+        artist.call("designer/open", file=str(tmp_path / "drawn.bibi"))
+        with pytest.raises(RefusedError, match="there is nothing to run yet"):
+            artist.call("designer/run")
+
+        def do(command: str, **arguments: object) -> str:
+            made = artist.call("designer/do", command=command, arguments=arguments)["selected"]
+            return str(made)
+
+        function = do("add", path="", field="transfer_function", type="Neuron2Robot")
+        command = do("connect", source="topic:/husky/cmd_vel", target=function)
+        twist = "geometry_msgs.msg.Twist(angular=geometry_msgs.msg.Vector3(0, 0, 1))"
+        do("write", path=command, field="body", text=twist)
+        with pytest.raises(RefusedError, match="you may watch this run, not steer it"):
+            watcher.call("designer/undo")
+        shown = artist.until(lambda: watcher.last("designer"))
+        assert {box["name"] for box in shown["boxes"]} >= {"sensors", "/husky/camera", "/screens/left/color"}
+        findings = artist.call("designer/check")["findings"]
+        assert [one for one in findings if one["weight"] == "error"] == []
+        refusals = artist.call("designer/fits", source="topic:/husky/odom")["refusals"]
+        assert refusals[function] is None
+        assert "need a transfer function between them" in refusals["population:sensors"]
+        assert artist.call("designer/run")["applied"] is True
+        artist.subscribe("/cockpit/status", "/cockpit/functions")
+        artist.until(lambda: (artist.last("status") or {"t_s": 0})["t_s"] > 0.5)
+        artist.call("pause")
+        assert here.run.world.model_motion("husky").angular[2] > 0.5
+        assert [one["name"] for one in artist.last("functions")["functions"]] == ["to_robot"]
+
+
+def test_a_text_with_a_mistake_changes_nothing_and_names_its_line(tmp_path: Path) -> None:
+    with cockpit("transfer_functions=[]") as here, here.visit() as artist:
+        artist.call("designer/open", file=str(tmp_path / "drawn.bibi"))
+        found = artist.call("designer/write", language="xml", text="<bibi>\n<bodyModl/>\n</bibi>")
+        assert found["line"] == 2
+        assert "did you mean 'bodyModel'" in found["error"]
+        python = "@nrp.Neuron2Robot(Topic('/a', std_msgs.msg.Float64))\ndef f(t):\n    return 1.0 * t\n"
+        assert artist.call("designer/write", language="python", text=python)["error"] is None
+        artist.call("designer/save")
+        assert 'name="f"' in (tmp_path / "drawn.bibi").read_text()
