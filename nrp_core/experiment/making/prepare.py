@@ -31,6 +31,7 @@ from nrp_core.experiment.model.tree import Key
 from nrp_core.findings import Code, Finding, Findings, Level, has_errors
 from nrp_core.registry import Registry
 from nrp_core.world.backends import worlds
+from nrp_core.world.drives.plausible import implausible_drives
 from nrp_core.world.interface import WorldBackend
 from nrp_core.world.scene import plausible as scene_plausibility
 from nrp_core.world.scene.model import Model, Scene
@@ -254,8 +255,16 @@ class Examination:
         for robot, sentence in scene_plausibility.implausible(self.scene, self._experiment.world.robots):
             keys = ("world", "scene") if robot is None else ("world", "robots", robot)
             self.collector.add(Code.NRP298, sentence, *keys, level=Level.WARNING)
+        for robot, sentence in self._wrong_drives(self.scene):
+            self.collector.add(Code.NRP298, sentence, "world", "robots", robot, level=Level.WARNING)
         for name, code, message in wrong_starts(self.scene, self._experiment.world.robots):
             self.collector.add(code, message, "world", "robots", name, level=Level.WARNING)
+
+    def _wrong_drives(self, scene: Scene) -> Iterator[tuple[str, str]]:
+        step_s = seconds(self._experiment.timestep)
+        for model in scene.models:
+            if model.name in self._experiment.world.robots:
+                yield from ((model.name, sentence) for sentence in implausible_drives(model, step_s))
 
     def _check_event_names(self) -> None:
         events = self._experiment.events

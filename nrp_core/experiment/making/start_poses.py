@@ -1,15 +1,16 @@
-"""Robots that start where no robot can: inside the room, high above it, or with nothing below them."""
+"""Robots that start where no robot can: inside the room or each other, high up, with nothing below them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from itertools import combinations
 from typing import Final
 
 from nrp_core.findings import Code
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.drives.flight import Flight
 from nrp_core.world.raycast.footing import can_fall, deepest_overlap, has_ground, height_above_ground_m
-from nrp_core.world.raycast.solids import room_of
+from nrp_core.world.raycast.solids import room_of, solids_of
 from nrp_core.world.scene.model import Model, Scene
 
 _HIGH_M: Final = 3.0
@@ -32,6 +33,7 @@ def wrong_starts(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str, Cod
         robots: their names.
     """
     room, names = room_of(scene), set(robots)
+    yield from _inside_each_other([model for model in scene.models if model.name in names])
     for model in scene.models:
         if model.name not in names or not can_fall(model, scene):
             continue
@@ -44,6 +46,20 @@ def wrong_starts(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str, Cod
             yield model.name, Code.NRP291, message
         elif not any(isinstance(drive, Flight) for drive in model.drives):
             yield from _wrong_heights(model, scene)
+
+
+def _inside_each_other(models: list[Model]) -> Iterator[tuple[str, Code, str]]:
+    """Yield each robot that starts inside another one, but not at its origin: every check reports that."""
+    for other, model in combinations(models, 2):
+        overlap = None
+        if other.pose.position != model.pose.position:
+            overlap = deepest_overlap(model, list(solids_of(other)))
+        if overlap is not None:
+            message = (
+                f"the robot '{model.name}' starts inside the robot '{other.name}': '{overlap.part}' is "
+                f"{overlap.depth_m:.2f} m deep in '{overlap.room}'"
+            )
+            yield model.name, Code.NRP291, message
 
 
 def _wrong_heights(model: Model, scene: Scene) -> Iterator[tuple[str, Code, str]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from math import inf, isfinite, pi
+from math import hypot, inf, isfinite, pi
 from typing import Final
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import SceneError
 from nrp_core.world.rigid.matrices import matrix_of
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.model import Box, Geometry, Model, Plane, Scene
 from nrp_core.world.scene.tessellation import triangles_of
 
@@ -23,6 +23,10 @@ _DENSEST: Final = 22_590.0
 """Density of osmium, kg/m^3: CRC Handbook of Chemistry and Physics, the densest of all elements."""
 _LIGHTEST: Final = 0.05
 """A density below that of hydrogen at room temperature, 0.08 kg/m^3 (the same source)."""
+_STRONGEST: Final = 25.0
+"""Gravity of Jupiter at one bar, 24.79 m/s^2: NASA Planetary Fact Sheet, the strongest of all planets."""
+_SENSOR_TIMES: Final = 10.0
+"""How many times a robot's size a sensor is away from its link if its place is in millimetres."""
 _TIMES: Final = 100.0
 """How many times a robot's visuals are larger than its collision shapes if they are in millimetres."""
 
@@ -34,14 +38,28 @@ def implausible(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str | Non
         scene: the scene.
         robots: names of its robots; other models are not checked.
     """
-    x, y, z = scene.gravity
-    if z > 0:
-        yield None, f"gravity is {x:g} {y:g} {z:g} m/s^2: it points upward"
+    yield from ((None, sentence) for sentence in _of_gravity(scene.gravity))
     names = set(robots)
     for model in scene.models:
         if model.name in names:
-            for sentence in (*_of_joints(model), *_of_sizes(model)):
+            for sentence in (*_of_rest(model), *_of_joints(model), *_of_sizes(model)):
                 yield model.name, sentence
+
+
+def _of_gravity(gravity: Vector) -> Iterator[str]:
+    x, y, z = gravity
+    owner = f"gravity is {x:g} {y:g} {z:g} m/s^2"
+    if z > 0:
+        yield f"{owner}: it points upward"
+    elif hypot(x, y) > -z:
+        yield f"{owner}: it points to the side"
+    if hypot(x, y, z) > _STRONGEST:
+        yield f"{owner}, more than on Jupiter"
+
+
+def _of_rest(model: Model) -> Iterator[str]:
+    if model.static:
+        yield f"the robot '{model.name}' is static: nothing moves it, and its file gives it no drive"
 
 
 def _of_joints(model: Model) -> Iterator[str]:
@@ -73,6 +91,7 @@ def _of_sizes(model: Model) -> Iterator[str]:
         )
     mass = sum(link.inertial.mass for link in model.links if link.inertial is not None)
     around = touched if shown is None else np.maximum(touched, shown)
+    yield from _of_sensors(model, float(np.linalg.norm(around)))
     density = mass / float(around.prod())
     if density > _DENSEST or 0 < density < _LIGHTEST:
         than = "more than osmium" if density > _DENSEST else "less than hydrogen"
@@ -80,6 +99,18 @@ def _of_sizes(model: Model) -> Iterator[str]:
             f"'{model.name}' weighs {mass:.3g} kg in a box of {' x '.join(f'{one:.2g}' for one in around)} m "
             f"around it: {density:.2g} kg/m^3, {than}; is its mass meant in g?"
         )
+
+
+def _of_sensors(model: Model, size_m: float) -> Iterator[str]:
+    for link in model.links:
+        for sensor in link.sensors:
+            pose = getattr(sensor, "pose", None)
+            away_m = 0.0 if pose is None else hypot(*pose.position)
+            if away_m > _SENSOR_TIMES * size_m:
+                yield (
+                    f"the sensor '{sensor.name}' of '{model.name}' is {away_m:.3g} m from its link, and the "
+                    f"robot {size_m:.3g} m large; is its pose meant in mm?"
+                )
 
 
 def _size(shapes: Iterable[tuple[Pose, Pose, Geometry]]) -> FloatArray | None:

@@ -145,7 +145,8 @@ class CameraPart(SensorPart):
 
 def _size(name: str, image: Element, reading: Reading) -> tuple[int, int]:
     if image.word("format") not in _COLOR_FORMATS:
-        reading.notes.warn(image, Code.NRP262, f"camera images are RGB, not {image.word('format')}")
+        message = f"the image format '{image.word('format')}' is not simulated: images are R8G8B8"
+        reading.notes.warn(image, Code.NRP262, message)
     width, height = image.positive("width", 320), image.positive("height", 240)
     if width != int(width) or height != int(height):
         raise image.error(f"an image must have a whole number of pixels, not {width:g} x {height:g}")

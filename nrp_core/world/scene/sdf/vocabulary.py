@@ -8,7 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from difflib import get_close_matches
+from math import pi
+from typing import Final
 
+from nrp_core.errors import SceneError
 from nrp_core.findings import Code
 from nrp_core.world.scene.reading.context import Notes
 from nrp_core.world.scene.reading.xml import Element
@@ -21,6 +24,7 @@ _CHILDREN = {
     "enable_wind",
     "include": "uri name pose static placement_frame plugin namespace",
     "frame": "pose",
+    "wind": "linear_velocity",
     "link": "gravity enable_wind self_collide kinematic must_be_base_link velocity_decay frame pose inertial "
     "collision visual sensor projector audio_sink audio_source battery light particle_emitter plugin",
     "inertial": "mass inertia pose frame density auto_inertia_params fluid_added_mass",
@@ -75,6 +79,7 @@ _NOT_SIMULATED: dict[tuple[str, str], tuple[str, ...]] = {
     ("world", "joint"): (),
     ("world", "population"): (),
     ("world", "road"): (),
+    ("wind", "linear_velocity"): ("", "0 0 0"),
     ("model", "gripper"): (),
     ("model", "enable_wind"): ("0", "false"),
     ("link", "audio_source"): (),
@@ -95,14 +100,35 @@ _NOT_SIMULATED: dict[tuple[str, str], tuple[str, ...]] = {
 }
 
 
+_TURNS_RAD: Final = 4 * pi
+"""Two turns: a pose needs half of one."""
+
+
 def check_vocabulary(element: Element, notes: Notes) -> None:
     """Warn, once for each kind, of elements that are unknown or have no effect here."""
     known = _KNOWN.get(element.tag)
     for child in element.children:
         if known is not None and ":" not in child.tag:
             _check(element, child, known, notes)
+        if child.tag == "pose":
+            _check_angles(child, notes)
         if child.tag not in _OPAQUE:
             check_vocabulary(child, notes)
+
+
+def _check_angles(pose: Element, notes: Notes) -> None:
+    if pose.is_set("degrees") or pose.attributes.get("rotation_format", "euler_rpy") != "euler_rpy":
+        return
+    try:
+        widest = max(map(abs, pose.numbers(6)[3:]))
+    except SceneError:  # empty, or refused where it is read
+        return
+    if widest > _TURNS_RAD:
+        message = (
+            f"the <pose> {pose.text} has an angle of {widest:g} rad, more than two turns; "
+            'is it meant in degrees? <pose degrees="true"> reads it so'
+        )
+        notes.warn(pose, Code.NRP298, message, subject=pose.text)
 
 
 def _check(parent: Element, child: Element, known: Collection[str], notes: Notes) -> None:

@@ -1,0 +1,107 @@
+"""Drives with wheels that are valid, but that do not fit the robot that they move."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import dist
+from typing import Final, Protocol, runtime_checkable
+
+import numpy as np
+
+from nrp_core.world.rigid.matrices import matrix_of
+from nrp_core.world.scene.acting import MountedDrive
+from nrp_core.world.scene.model import Cylinder, Joint, Model, Sphere
+
+_WHEEL_TIMES: Final = 1.5
+"""How much larger a wheel may be than its shape; a radius in place of a diameter is off by 2."""
+_TRACK_TIMES: Final = 3.0
+"""How much larger the track may be than the distance of the wheels: wheels that skid need up to twice."""
+_UPRIGHT: Final = 0.7
+"""The cosine of 45 degrees."""
+
+
+@runtime_checkable
+class _Wheeled(Protocol):
+    name: str
+    left: tuple[str, ...]
+    right: tuple[str, ...]
+    separation: float
+    wheel_diameter: float
+
+
+def implausible_drives(model: Model, timestep_s: float) -> Iterator[str]:
+    """Yield a sentence for each value of a drive that does not fit the robot or the loop.
+
+    Args:
+        model: a robot at its start pose.
+        timestep_s: how often the loop can command it.
+    """
+    for drive in model.drives:
+        owner = f"the drive '{drive.name}' of '{model.name}'"
+        yield from _too_short(owner, drive, timestep_s)
+        if isinstance(drive, _Wheeled):
+            yield from _of_wheels(owner, drive, model)
+
+
+def _too_short(owner: str, drive: MountedDrive, timestep_s: float) -> Iterator[str]:
+    timeout_s = getattr(drive, "timeout", None)
+    if timeout_s is not None and timeout_s < timestep_s:
+        yield (
+            f"{owner} stops {timeout_s:g} s after a command, and the loop commands it only "
+            f"every {timestep_s:g} s"
+        )
+
+
+def _of_wheels(owner: str, drive: _Wheeled, model: Model) -> Iterator[str]:
+    up = matrix_of(model.pose)[2, 2]
+    if up < _UPRIGHT:
+        tilt_deg = np.degrees(np.arccos(np.clip(up, -1.0, 1.0)))
+        yield f"'{model.name}' starts tilted by {tilt_deg:.0f} degrees: it does not stand on its wheels"
+    for name in sorted(set(drive.left) & set(drive.right)):
+        yield f"{owner} has the joint '{name}' on both sides"
+    joints = {joint.name: joint for joint in model.joints}
+    wheels = [joints[name] for name in (*drive.left, *drive.right) if name in joints]
+    yield from _of_shapes(owner, drive, wheels, model)
+    for joint in wheels:
+        if joint.kind == "fixed":
+            yield f"{owner} has a wheel that cannot turn: the joint '{joint.name}' is fixed"
+        elif abs(_axis(joint)[2]) > _UPRIGHT:
+            yield f"{owner} has a wheel that cannot roll: the joint '{joint.name}' turns about the vertical"
+    across = [_axis(joint)[1] for joint in wheels if joint.kind != "fixed"]
+    if len({axis > 0 for axis in across if abs(axis) > _UPRIGHT}) > 1:
+        yield f"{owner} has wheels with opposite axes: equal speeds turn them against each other"
+    yield from _of_track(owner, drive, joints)
+
+
+def _of_shapes(owner: str, drive: _Wheeled, wheels: list[Joint], model: Model) -> Iterator[str]:
+    sizes_m: dict[str, float] = {}
+    for joint in wheels:
+        shapes = [one.geometry for one in model.link(joint.child).collisions]
+        round_ones = [2 * shape.radius for shape in shapes if isinstance(shape, Cylinder | Sphere)]
+        sizes_m |= {joint.child: max(round_ones)} if round_ones else {}
+    for wheel, size_m in sizes_m.items():
+        if not 1 / _WHEEL_TIMES <= drive.wheel_diameter / size_m <= _WHEEL_TIMES:
+            yield (
+                f"{owner} has wheels of {drive.wheel_diameter:.3g} m diameter, and "
+                f"'{wheel}' is {size_m:.3g} m across"
+            )
+            return
+
+
+def _of_track(owner: str, drive: _Wheeled, joints: dict[str, Joint]) -> Iterator[str]:
+    pairs = [(joints[one], joints[two]) for one, two in zip(drive.left, drive.right, strict=False)]
+    between = [dist(left.pose.position, right.pose.position) for left, right in pairs]
+    if (
+        between
+        and min(between) > 0
+        and not 1 / _TRACK_TIMES <= drive.separation / min(between) <= _TRACK_TIMES
+    ):
+        yield (
+            f"{owner} has a wheel separation of {drive.separation:.3g} m, and its wheels are "
+            f"{min(between):.3g} m apart"
+        )
+
+
+def _axis(joint: Joint) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """Return the axis of a joint in the frame of its model."""
+    return np.asarray(matrix_of(joint.pose)[:, :3] @ np.array(joint.axis))

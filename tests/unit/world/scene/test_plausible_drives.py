@@ -1,0 +1,108 @@
+"""Wheels, sensors and poses that are valid, but that do not fit the robot, are reported."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import nrp_experiments.braitenberg_husky
+import pytest
+
+from nrp_core import Model, Pose, Scene, read_model, read_scene
+from nrp_core.findings import Code
+from nrp_core.world.drives.plausible import implausible_drives
+from nrp_core.world.scene.plausible import implausible
+
+_SHIPPED = Path(nrp_experiments.braitenberg_husky.__path__[0])
+_AXIS = "<axis><xyz>0 1 0</xyz></axis>"
+
+
+def _husky(folder: Path, old: str = "", new: str = "") -> Model:
+    text = (_SHIPPED / "husky.sdf").read_text("utf-8")
+    assert old in text
+    path = folder / "husky.sdf"
+    path.write_text(text.replace(old, new, 1), "utf-8")
+    return read_model(path)
+
+
+def _sentences(model: Model, timestep_s: float = 0.02) -> list[str]:
+    found = [str(warning) for warning in model.warnings]
+    found += [sentence for _, sentence in implausible(Scene((model,)), [model.name])]
+    return found + list(implausible_drives(model, timestep_s))
+
+
+def test_the_husky_that_ships_fits_its_drive(tmp_path: Path) -> None:
+    assert _sentences(_husky(tmp_path)) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (
+            "<wheelDiameter>0.3555",
+            "<wheelDiameter>0.17775",
+            "has wheels of 0.178 m diameter, and 'back_left_w",
+        ),
+        (
+            "<wheelSeparation>0.5709",
+            "<wheelSeparation>570.9",
+            "wheel separation of 571 m, and its wheels are 0.571",
+        ),
+        (_AXIS, "<axis><xyz>0 0 1</xyz></axis>", "the joint 'back_left_joint' turns about the vertical"),
+        (_AXIS, "<axis><xyz>0 -1 0</xyz></axis>", "has wheels with opposite axes"),
+        ('back_left_joint" type="continuous"', 'back_left_joint" type="fixed"', "'back_left_joint' is fixed"),
+        ("<backLeftJoint>back_left", "<backLeftJoint>back_right", "'back_right_joint' on both sides"),
+        ("<commandTimeout>0.1<", "<commandTimeout>0.001<", "stops 0.001 s after a command"),
+        (
+            "wheelSeparation>0.5709</wheelSep",
+            "wheelSeperation>0.5709</wheelSep",
+            "did you mean <wheelSeparation>",
+        ),
+        ("<pose>0 0 0.132 0 0 0<", "<pose>0 0 132 0 0 0<", "the sensor 'camera' of 'husky' is 132 m from"),
+        (
+            "<pose>-0.16 0 0.23 0 0 0<",
+            "<pose>-0.16 0 0.23 0 0 90<",
+            "an angle of 90 rad, more than two turns",
+        ),
+        ("<format>R8G8B8<", "<format>RGB<", "the image format 'RGB' is not simulated: images are R8G8B8"),
+        ("<pose>0 0 0.143 0 0 0<", "<static>true</static><pose>0 0 0.143 0 0 0<", "'husky' is static"),
+    ],
+)
+def test_what_does_not_fit_is_reported_once(tmp_path: Path, old: str, new: str, words: str) -> None:
+    if "wheelSeperation" in new:
+        old, new = f"<{old}aration>", f"<{new.replace('</wheelSep', '</wheelSeper')}ation>"
+    (sentence,) = _sentences(_husky(tmp_path, old, new))
+    assert words in sentence
+
+
+@pytest.mark.parametrize(
+    ("roll_rad", "found"), [(3.14159, ["180 degrees"]), (1.5708, ["90 degrees"]), (0.5, [])]
+)
+def test_a_robot_that_does_not_start_on_its_wheels_is_reported(
+    tmp_path: Path, roll_rad: float, found: list[str]
+) -> None:
+    model = replace(_husky(tmp_path), pose=Pose.from_rpy((0.0, 0.0, 1.0), roll_rad, 0.0, 0.0))
+    assert [words in sentence for words, sentence in zip(found, _sentences(model), strict=True)] == [
+        True
+    ] * len(found)
+
+
+@pytest.mark.parametrize(
+    ("gravity", "words"),
+    [
+        ((0.0, 0.0, -98.0), "gravity is 0 0 -98 m/s^2, more than on Jupiter"),
+        ((0.0, -9.8, 0.0), "gravity is 0 -9.8 0 m/s^2: it points to the side"),
+    ],
+)
+def test_gravity_of_no_planet_is_reported(gravity: tuple[float, float, float], words: str) -> None:
+    assert [sentence for _, sentence in implausible(Scene((), gravity=gravity), [])] == [words]
+
+
+@pytest.mark.parametrize(("wind", "found"), [("5 0 0", 1), ("0 0 0", 0)])
+def test_wind_that_is_not_simulated_is_reported(tmp_path: Path, wind: str, found: int) -> None:
+    path = tmp_path / "room.sdf"
+    path.write_text(
+        '<sdf version="1.9"><world name="w">'
+        f"<wind><linear_velocity>{wind}</linear_velocity></wind></world></sdf>"
+    )
+    assert [warning.code for warning in read_scene(path).warnings] == [Code.NRP263] * found
