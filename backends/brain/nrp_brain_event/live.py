@@ -7,7 +7,7 @@ import numpy as np
 from nrp_brain_event.cell_types import TIME_CONSTANTS
 from nrp_brain_event.cells import with_parameters
 from nrp_brain_event.kernels import begin_anew
-from nrp_brain_event.records import JUMP, CellParameters, Engine
+from nrp_brain_event.records import FROZEN, JUMP, CellParameters, Engine
 from nrp_brain_event.spike_timing import bring_up_to
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
@@ -25,8 +25,11 @@ def change_parameters(engine: Engine, network: Network, change: ParameterChange)
     rows = engine.row_of[first_id + change.index]
     changed = with_parameters(engine.cells[rows], network.populations[change.label], change.values, first_id)
     begin_anew(engine, rows)
+    frozen = rows[engine.cells["synapse"][rows] == FROZEN]
+    input_mv = engine.cells["x"][frozen] * engine.cells["resistance"][frozen, None]
     for name in CellParameters.dtype().names or ():
         engine.cells[name][rows] = changed[name]
+    engine.cells["x"][frozen] = input_mv / engine.cells["resistance"][frozen, None]
     if change.values.keys() & TIME_CONSTANTS.keys() and len(engine.short_term):
         _follow_time_constants(engine)
 

@@ -6,6 +6,7 @@ from nrp_brain_event.linear import is_linear, linear_voltage, plan_search
 from nrp_brain_event.records import (
     ADAPTIVE_EXPONENTIAL,
     FIRE,
+    FROZEN,
     HODGKIN_HUXLEY,
     IZHIKEVICH,
     JUMP,
@@ -56,6 +57,8 @@ def fire(cell: Cell) -> None:
         cell.path[0, 0] = cell.v_reset
         if cell.membrane == ADAPTIVE_EXPONENTIAL:
             cell.path[1, 0] += cell.b
+        elif cell.synapse == FROZEN:
+            cell.x[0] = cell.x[1] = 0.0
     cell.free_at = cell.t + cell.tau_refrac
     cell.on_wake, cell.wake = START, cell.t
 
@@ -63,10 +66,13 @@ def fire(cell: Cell) -> None:
 @inlined
 def receive(cell: Cell, inhibitory: int, weight: float) -> None:
     """Deliver a spike now."""
-    if cell.synapse != JUMP:
+    if cell.synapse < JUMP:
         arrive(cell, inhibitory, weight)
-    elif cell.free_at - cell.t <= SIMULTANEOUS:  # else the voltage is clamped
-        cell.path[0, 0] += weight
+    elif cell.free_at - cell.t <= SIMULTANEOUS:  # else the voltage is clamped, or everything is frozen
+        if cell.synapse == JUMP:
+            cell.path[0, 0] += weight
+        else:
+            cell.x[inhibitory] += weight / cell.resistance
 
 
 @inlined

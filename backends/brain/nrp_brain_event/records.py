@@ -31,6 +31,8 @@ HODGKIN_HUXLEY: Final = 4
 EXPONENTIAL: Final = 0
 ALPHA: Final = 1
 JUMP: Final = 2
+FROZEN: Final = 3
+"""As ``EXPONENTIAL``, with weights in mV; reset by spikes, and deaf in the refractory period."""
 
 # Reasons for a scheduled update of a neuron.
 START: Final = 0

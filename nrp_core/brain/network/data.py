@@ -2,8 +2,8 @@
 
 Every backend receives the same network; connectivity and random parameters were drawn once,
 when it was built. Names and units are PyNN's: ms, mV, nF, nA, uS; weights in uS for
-conductance-based and nA for current-based targets (mV for IF_curr_delta and Izhikevich), negative on the
-inhibitory receptor of current-based targets.
+conductance-based and nA for current-based targets (mV for IF_curr_delta, IF_curr_exp_frozen and
+Izhikevich), negative on the inhibitory receptor of current-based targets.
 
 Neurons are addressed by *global ids*: the populations are numbered one after another in definition order.
 """

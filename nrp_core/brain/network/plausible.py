@@ -13,6 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.data import Network, Population, Projection
 
 
@@ -41,6 +42,8 @@ _REST_V: Final = (-0.1, -0.02)
 """Resting potentials of neurons, V; a model in volts has one of these where millivolts are expected."""
 _HIGHEST_MV: Final = 1_000.0
 _DELAY: Final = Plausible(0.0, 1_000.0, "ms", "s", "us")
+_IN_MV: Final = frozenset(cell.name for cell in CELLS.values() if cell.weight_unit == "mV")
+"""Cells with weights that are voltages, not currents."""
 _LARGEST_EFFECT: Final = 1_000.0
 """Limits of one spike: the voltage that its current causes, mV, or its conductance in units of the leak."""
 
@@ -117,7 +120,7 @@ def _of_synapses(projection: Projection, post: Population) -> Iterator[str]:
 
 def _leak_us(cells: Population) -> float | None:
     """Return the smallest leak conductance of cells, uS (nF/ms); None if they have none."""
-    if not {"cm", "tau_m"} <= cells.parameters.keys() or "delta" in cells.cell_type:
+    if not {"cm", "tau_m"} <= cells.parameters.keys() or cells.cell_type in _IN_MV:
         return None
     return float((cells.parameters["cm"] / cells.parameters["tau_m"]).min())
 

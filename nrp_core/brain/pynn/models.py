@@ -8,8 +8,9 @@ import difflib
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NoReturn
 
-from pyNN.standardmodels import ModelNotAvailable, build_translations, cells, synapses
+from pyNN.standardmodels import ModelNotAvailable, StandardCellType, build_translations, cells, synapses
 
+from nrp_core.brain.network.cells.cell_type import CellType
 from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.brain.pynn.arguments import require_arguments, require_names, require_values
@@ -24,7 +25,24 @@ def untranslated(names: Iterable[str]) -> dict[str, Any]:
 
 def cell_types() -> dict[str, type]:
     """Return every supported cell type."""
-    return {name: _cell_type(getattr(cells, name)) for name in CELLS}
+    return {
+        name: _cell_type(getattr(cells, name, None) or _beyond_pynn(cell)) for name, cell in CELLS.items()
+    }
+
+
+def _beyond_pynn(cell: CellType) -> type:
+    """Return the base class of a cell that PyNN does not have, like those of its standard cells."""
+    known = {**cell.parameters, **cell.state}
+    body = {
+        "default_parameters": {name: parameter.default for name, parameter in cell.parameters.items()},
+        "default_initial_values": {name: variable.default for name, variable in cell.state.items()},
+        "units": {name: parameter.unit for name, parameter in known.items()},
+        "recordable": ["spikes", *cell.state],
+        "receptor_types": ("excitatory", "inhibitory"),
+        "conductance_based": "_cond_" in cell.name,
+        "injectable": True,
+    }
+    return type(cell.name, (StandardCellType,), {"__doc__": cell.summary, **body})
 
 
 def _cell_type(base: Any) -> type:

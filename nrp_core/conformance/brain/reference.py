@@ -175,6 +175,21 @@ class _Cell:
         return exc * (self.p["e_rev_E"] - y[0]) + inh * (self.p["e_rev_I"] - y[0])
 
 
+class _Frozen(_Cell):
+    """Shiu et al. (2024), Nature 634:210: input in mV, nothing moves or arrives in the refractory period."""
+
+    def receive(self, arrival: Arrival, *, refractory: bool) -> None:
+        if not refractory:
+            super().receive(arrival, refractory=False)
+
+    def reset(self) -> None:
+        super().reset()
+        self.y[1:] = [0.0] * 4
+
+    def _synaptic_current(self, y: State) -> float:
+        return super()._synaptic_current(y) * self.p["cm"] / self.p["tau_m"]
+
+
 class _AdaptiveExponential(_Cell):
     """Brette & Gerstner (2005), J Neurophysiol 94:3637."""
 
@@ -218,6 +233,8 @@ def _cell(sample: Sample, p: Mapping[str, float], current_na: float) -> _Cell:
         return _Izhikevich(sample, p, [v, initial["u"]], _izhikevich(p, current))
     if sample.cell_type == "HH_cond_exp":
         return _HodgkinHuxley(sample, p, [v, *_settled_gates(v - p["v_offset"])], _hodgkin_huxley(p, current))
+    if sample.cell_type == "IF_curr_exp_frozen":
+        return _Frozen(sample, p, [v], _leaky(p, current))
     if sample.cell_type.startswith("EIF"):
         return _AdaptiveExponential(sample, p, [v, initial["w"]], _adaptive(p, current))
     return _Cell(sample, p, [v], _leaky(p, current))

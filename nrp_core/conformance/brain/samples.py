@@ -64,6 +64,7 @@ SAMPLES = {
         Sample("IF_curr_exp", _CURRENTS),
         Sample("IF_curr_alpha", _CURRENTS, strong=3.0, weak=0.05),
         Sample("IF_curr_delta", _LEAKY, strong=20.0, weak=2.0),
+        Sample("IF_curr_exp_frozen", _CURRENTS, strong=300.0, weak=4.0),
         Sample("EIF_cond_alpha_isfa_ista", _ADAPTIVE, 1.0, 0.1, 0.001),
         Sample("EIF_cond_exp_isfa_ista", _ADAPTIVE, 1.0, 0.2, 0.002),
         Sample("Izhikevich", {"d": 8.0}, 0.01, 60.0, 1.0),

@@ -46,6 +46,8 @@ class Run(Record):
     kind: int
     alpha: int
     """Whether synapses are alpha-shaped."""
+    frozen: int
+    """Whether spikes reset the synapses, which are in mV and deaf in the refractory period."""
     refractory: int
     """Steps."""
     v_rest: float

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_brain_event.grid.records import CONDUCTANCE, CURRENT, CURVED, JUMP, N_STATE, Run, S, V, X
-from nrp_brain_event.records import ALPHA, LINEAR, Array
+from nrp_brain_event.records import ALPHA, FROZEN, LINEAR, Array
 from nrp_brain_event.records import CONDUCTANCE as CONDUCTANCE_MEMBRANE
 from nrp_brain_event.records import JUMP as JUMP_SYNAPSE
 from nrp_core._support.arrays import FloatArray, IntArray
@@ -78,6 +78,9 @@ def _derive(run: Any, cell: Any, h: float) -> None:
     run["v_rest"] = cell["v_rest"]
     run["reset"], run["threshold"] = cell["v_reset"] - cell["v_rest"], cell["v_thresh"] - cell["v_rest"]
     run["refractory"] = np.ceil(cell["tau_refrac"] / h - 1e-6)
+    run["frozen"] = cell["synapse"] == FROZEN
+    if run["frozen"]:  # as in Brian2, the step in which the period ends counts
+        run["refractory"] = max(run["refractory"] - 1, 0)
     run["reversal"] = cell["e_rev_E"] - cell["v_rest"], cell["e_rev_I"] - cell["v_rest"]
     run["kept"] = np.exp(-h / cell["tau_syn"])
     run["grown"] = e * h / cell["tau_syn"]
@@ -89,8 +92,9 @@ def _derive(run: Any, cell: Any, h: float) -> None:
     run["gain"] = -np.expm1(-h / cell["tau_m"]) * cell["tau_m"] / cell["cm"]
     for k, tau in enumerate(cell["tau_syn"].tolist()):
         leak, kept, gap = float(run["leak"]), float(run["kept"][k]), 1.0 / tau - 1.0 / float(cell["tau_m"])
-        run["x_effect"][k] = driven(h, leak, kept, gap, 1.0, 0.0) / cell["cm"]
-        run["s_effect"][k] = driven(h, leak, kept, gap, 0.0, e / tau) / cell["cm"]
+        unit = float(cell["tau_m"] if run["frozen"] else cell["cm"])
+        run["x_effect"][k] = driven(h, leak, kept, gap, 1.0, 0.0) / unit
+        run["s_effect"][k] = driven(h, leak, kept, gap, 0.0, e / tau) / unit
 
 
 def _derive_moments(run: Any, cell: Any, h: float) -> None:

@@ -6,7 +6,7 @@ from math import nan
 from typing import Final
 
 from nrp_brain_event.grid.membranes import update_block
-from nrp_brain_event.grid.records import BLOCK, GridClock, Run, V
+from nrp_brain_event.grid.records import BLOCK, GridClock, Run, V, X
 from nrp_brain_event.records import Array
 from nrp_core._support.jit import jit
 
@@ -21,7 +21,10 @@ def update_run(
     """Advance a run and add the rows that fire to ``fired``."""
     v = state[V]
     while run.n_waiting > 0 and release[queue[run.first + run.head]] == step:
-        v[queue[run.first + run.head]] = run.reset
+        row = queue[run.first + run.head]
+        v[row] = run.reset
+        if run.frozen:  # what has arrived since the spike is lost
+            state[X, row] = state[X + 1, row] = 0.0
         run.n_waiting -= 1
         run.head = run.head + 1 if run.first + run.head + 1 < run.last else 0
     for a in range(run.first, run.last, BLOCK):
@@ -48,7 +51,7 @@ def _n_above(v: Array, threshold: float) -> int:
 @jit
 def _reset(run: Run, v: Array, queue: Array, release: Array, row: int, step: int) -> None:
     """Reset a neuron that has fired; the voltage of a refractory one is NaN until the period ends."""
-    if run.refractory == 0:
+    if run.refractory == 0 and not run.frozen:
         v[row] = run.reset
         return
     v[row] = nan

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from pyNN.standardmodels import cells as standard
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.files.hdf5 import array
 from nrp_core.brain.files.sonata.items import SonataItems
 from nrp_core.brain.files.sonata.models import LEAK_NS, CellModel, Parameter, model_of
+from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.data import Population
 from nrp_core.errors import CapabilityError, NetworkError
 
@@ -100,10 +100,11 @@ def _models(items: SonataItems) -> Iterator[tuple[CellModel, IntArray]]:
 def _population(
     label: str, model: CellModel, items: SonataItems, chosen: IntArray, trains: Sequence[FloatArray]
 ) -> Population:
-    base = getattr(standard, model.cell_type)
-    defaults = {k: v for k, v in base.default_parameters.items() if k != "spike_times"}
-    parameters = {name: _values(name, model, items, chosen, default) for name, default in defaults.items()}
-    initial = {name: np.full(len(chosen), value) for name, value in base.default_initial_values.items()}
+    cell = CELLS[model.cell_type]
+    parameters = {
+        name: _values(name, model, items, chosen, known.default) for name, known in cell.parameters.items()
+    }
+    initial = {name: np.full(len(chosen), known.default) for name, known in cell.state.items()}
     if model.rests:
         initial["v"] = parameters["v_rest"].copy()
     for name, source in model.initial.items():

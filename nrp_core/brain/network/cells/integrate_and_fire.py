@@ -46,6 +46,15 @@ CURR_DELTA: Final = CellType(
     _VOLTAGE,
     weight_unit="mV",
 )
+CURR_EXP_FROZEN: Final = CellType(
+    "IF_curr_exp_frozen",
+    "Leaky integrate-and-fire whose exponential synaptic input is reset by a spike and, like the voltage, "
+    "frozen in the refractory period, when arriving spikes are lost (Shiu et al. 2024, Nature 634:210); a "
+    "weight is the voltage to which its input would lead if it stayed.",
+    {**_MEMBRANE, **synaptic_times(5.0, 5.0)},
+    _VOLTAGE,
+    weight_unit="mV",
+)
 COND_EXP: Final = CellType(
     "IF_cond_exp",
     "Leaky integrate-and-fire with exponentially decaying synaptic conductances.",

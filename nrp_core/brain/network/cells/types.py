@@ -20,6 +20,7 @@ CELLS: Final[Mapping[str, CellType]] = {
         integrate_and_fire.CURR_EXP,
         integrate_and_fire.CURR_ALPHA,
         integrate_and_fire.CURR_DELTA,
+        integrate_and_fire.CURR_EXP_FROZEN,
         integrate_and_fire.COND_EXP,
         integrate_and_fire.COND_ALPHA,
         izhikevich.IZHIKEVICH,
