@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
-from math import isfinite
+from math import isfinite, prod
 from typing import Any, ClassVar, final
 
 import numpy as np
@@ -25,7 +25,7 @@ from nrp_core.brain.devices.currents import CurrentPort
 from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
 from nrp_core.brain.devices.source_cells import PopulationTrains
 from nrp_core.brain.devices.sources import SourcePort, SourceSpec
-from nrp_core.brain.devices.state_recorder import StateRecorderPort
+from nrp_core.brain.devices.state_recorder import StateRecorderPort, Trace, divided, run_halting
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.network.synapses.stdp import STDP
@@ -113,7 +113,7 @@ class Brain(Simulation):
         port = spec.open(self._selected(neurons), self.network.size, name)
         port.receive(Spikes(), milliseconds(self.now_ns))
         if isinstance(port, StateRecorderPort):
-            port.take(milliseconds(self.now_ns), self.read_state(port.variable, port.neurons))
+            self._sample(port, self.read_state(port.variable, port.neurons))
         self._sinks.append(port)
         self._devices_changed()
         return port
@@ -284,25 +284,32 @@ class Brain(Simulation):
             sink.receive(spikes, until_ms)
 
     def _run_under_currents(self, t_ns: int) -> None:
-        """Run to ``t_ns``, halting on the brain's grid where a current changes or state is recorded."""
+        """Run to ``t_ns``, halting on the brain's grid where a current changes; record state on the way."""
         grid_ns = self.capabilities.resolution_ns or 1
         at_ns = self.now_ns
         while at_ns < t_ns:
             now_ms = milliseconds(at_ns)
             self._update_currents(now_ms)
             halts_ms = [source.next_change_ms(now_ms) for source in self._flowing]
-            halts_ms += [recorder.next_sample_ms(now_ms) for recorder in self._recorders]
             stop_ns = t_ns
             if halts_ms and min(halts_ms) < milliseconds(t_ns):
                 stop_ns = min(t_ns, -(-round(min(halts_ms) * NS_PER_MS) // grid_ns) * grid_ns)
-            self._do_run_until(stop_ns - self._began_ns)
-            for recorder in self._recorders:
-                if recorder.is_due(now_ms, milliseconds(stop_ns)):
-                    self._sample(recorder, stop_ns)
+            self._run_recording(at_ns, stop_ns, grid_ns)
             at_ns = stop_ns
 
-    def _sample(self, recorder: StateRecorderPort, at_ns: int) -> None:
-        recorder.take(milliseconds(at_ns), self._do_read_state(recorder.variable, recorder.neurons))
+    def _run_recording(self, since_ns: int, until_ns: int, grid_ns: int) -> None:
+        began_ns = self._began_ns
+        if not self._recorders:
+            self._do_run_until(until_ns - began_ns)
+            return
+        traces = [recorder.due(since_ns, until_ns, grid_ns) for recorder in self._recorders]
+        samples = np.empty(sum(prod(trace.shape) for trace in traces))
+        self._do_run_recording(until_ns - began_ns, [trace.earlier(began_ns) for trace in traces], samples)
+        for recorder, trace, values in zip(self._recorders, traces, divided(samples, traces), strict=True):
+            recorder.take(trace.times_ns, values)
+
+    def _sample(self, recorder: StateRecorderPort, values: FloatArray) -> None:
+        recorder.take(np.array([self.now_ns]), values[np.newaxis])
 
     def _update_currents(self, now_ms: float) -> None:
         if not self._flowing and not np.count_nonzero(self._currents):
@@ -326,7 +333,7 @@ class Brain(Simulation):
         self._do_reset(self._seed)
         for sink in self._sinks:
             if isinstance(sink, StateRecorderPort):
-                self._sample(sink, 0)
+                self._sample(sink, self._do_read_state(sink.variable, sink.neurons))
 
     def _save(self) -> object:
         self._require_snapshot()
@@ -418,6 +425,13 @@ class Brain(Simulation):
     def _emits(self, population: Population) -> bool:
         """Whether the simulator itself emits the spikes of a source population; else the core does."""
         return False
+
+    def _do_run_recording(self, t_ns: int, traces: Sequence[Trace], samples: FloatArray) -> None:
+        """Simulate to ``t_ns`` and store the samples of traces, one trace after another.
+
+        By default it halts at each sample.
+        """
+        run_halting(t_ns, traces, samples, self._do_run_until, self._do_read_state)
 
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
         """Return a declared state variable of cells, none of which are source cells."""

@@ -13,9 +13,11 @@ from pyNN import recording
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort
+from nrp_core.brain.devices.state_recorder import StateRecorder, StateRecorderPort
 from nrp_core.brain.interface import Brain
-from nrp_core.clock import from_milliseconds, milliseconds
+from nrp_core.clock import NS_PER_MS, from_milliseconds, milliseconds
 from nrp_core.errors import NetworkError
+from nrp_core.pynn.trains import SpikeTrains
 
 if TYPE_CHECKING:
     from nrp_core.brain.pynn.simulator import Simulator
@@ -24,40 +26,28 @@ SPIKES = recording.Variable(name="spikes", location=None, label=None)
 
 
 class Recorder(recording.Recorder):
-    """PyNN's recorder over a brain: spikes from a device, state variables sampled at intervals."""
+    """PyNN's recorder over a brain: devices record spikes, and state variables at intervals."""
 
     _simulator: Simulator
 
     def __init__(self, population: Any, file: Any = None) -> None:
         super().__init__(population, file)
         self._ports: list[SpikeRecorderPort] = []
-        self._rows: dict[str, list[tuple[IntArray, FloatArray]]] = {}
+        self._traces: list[StateRecorderPort] = []
         self._begin_ns = 0
 
     # -- called by the running simulation
 
-    @property
-    def rhythm_ns(self) -> tuple[int, int] | None:
-        """Time of the first sample and sampling interval; None if nothing is sampled."""
-        sampled = self.recorded.keys() - {SPIKES}
-        return (self._begin_ns, from_milliseconds(self.sampling_interval)) if sampled else None
-
     def start(self, brain: Brain) -> None:
         """Connect to a brain that was just opened."""
-        self._ports = []
-        self._listen(self.recorded.get(SPIKES, ()))
-
-    def sample(self, brain: Brain) -> None:
-        """Sample the state variables now."""
-        for variable in self.recorded.keys() - {SPIKES}:
-            ids = np.array(sorted(self.recorded[variable]), dtype=np.int64)
-            self._rows.setdefault(variable.name, []).append((ids, brain.read_state(variable.name, ids)))
+        self._ports, self._traces = [], []
+        self._listen_to_all()
 
     def restart(self) -> None:
         """Discard the recorded data: the simulation is back at time 0."""
-        self._rows, self._begin_ns = {}, 0
+        self._begin_ns = 0
         if self._simulator.state.brain is None:
-            self._ports = []
+            self._ports, self._traces = [], []
 
     def get(self, *arguments: Any, **options: Any) -> Any:
         """Return the recorded data as a block of Neo.
@@ -82,60 +72,88 @@ class Recorder(recording.Recorder):
     def _record(self, variable: Any, new_ids: Iterable[Any], sampling_interval: float | None = None) -> None:
         if sampling_interval is not None:
             self.sampling_interval = sampling_interval
-        if variable == SPIKES:
-            self._listen(new_ids)
+        self._listen(variable, new_ids)
 
-    def _listen(self, ids: Iterable[Any]) -> None:
+    def _listen_to_all(self) -> None:
+        for variable, ids in self.recorded.items():
+            self._listen(variable, ids)
+
+    def _listen(self, variable: Any, ids: Iterable[Any]) -> None:
         brain = self._simulator.state.brain
         chosen = np.array(sorted(ids), dtype=np.int64)
-        if brain is not None and len(chosen):
-            name = f"recorder/{self.population.label}/{len(self._ports)}"
+        if brain is None or not len(chosen):
+            return
+        name = f"recorder/{self.population.label}/{len(self._ports) + len(self._traces)}"
+        if variable == SPIKES:
             self._ports.append(brain.add_sink(SpikeRecorder(), chosen, name=name))
+        else:
+            begin_ms, dt_ms = milliseconds(self._begin_ns), float(self.sampling_interval)
+            spec = StateRecorder(variable.name, dt_ms, begin=begin_ms)
+            self._traces.append(brain.add_sink(spec, chosen, name=name))
 
     def _spikes(self) -> tuple[IntArray, FloatArray]:
         parts = [port.spikes() for port in self._ports]
         neurons = np.concatenate([np.empty(0, np.int64), *(part.neurons for part in parts)])
         return neurons, np.concatenate([np.empty(0), *(part.times_ms for part in parts)])
 
-    def _get_spiketimes(self, ids: Iterable[Any], clear: bool = False) -> dict[int, FloatArray]:
+    def _get_current_segment(self, *arguments: Any, **options: Any) -> Any:
+        segment = super()._get_current_segment(*arguments, **options)
+        if len(segment.spiketrains):
+            segment.spiketrains = SpikeTrains(segment.spiketrains)
+        return segment
+
+    def _get_spiketimes(self, ids: Iterable[Any], clear: bool = False) -> tuple[IntArray, FloatArray]:
         neurons, times = self._spikes()
+        wanted = np.array([int(cell) for cell in ids], dtype=np.int64)
+        chosen = np.isin(neurons, wanted)
+        neurons, times = neurons[chosen], times[chosen]
         order = np.lexsort((times, neurons))
-        neurons, times = neurons[order], times[order]
-        cells = [int(cell) for cell in ids]
-        first, last = (np.searchsorted(neurons, cells, side=side) for side in ("left", "right"))
-        return {cell: times[i:j] for cell, i, j in zip(cells, first, last, strict=True)}
+        return neurons[order], times[order]
 
     def _local_count(self, variable: Any, filter_ids: Any = None) -> dict[int, int]:
-        trains = self._get_spiketimes(self.filter_recorded(SPIKES, filter_ids))
-        return {cell: len(times) for cell, times in trains.items()}
+        cells = sorted(self.filter_recorded(SPIKES, filter_ids))
+        owners, _ = self._get_spiketimes(cells)
+        first, last = (
+            np.searchsorted(owners, np.array(cells, dtype=np.int64), side=s) for s in ("left", "right")
+        )
+        return dict(zip(map(int, cells), (last - first).tolist(), strict=True))
 
     def _get_all_signals(
         self, variable: Any, ids: Iterable[Any], clear: bool = False
     ) -> tuple[FloatArray, None]:
         wanted = np.array(list(ids), dtype=np.int64)
-        rows = self._rows.get(variable.name, [])
+        interval_ns = from_milliseconds(self.sampling_interval)
         lasted_ns = from_milliseconds(self._simulator.state.t) - self._begin_ns
-        expected = lasted_ns // from_milliseconds(self.sampling_interval) + 1
-        signals = np.full((max(expected, len(rows)), len(wanted)), np.nan)
-        for row, (sampled, values) in zip(signals[-len(rows) :], rows, strict=bool(rows)):
-            known = np.isin(wanted, sampled)
-            row[known] = values[np.searchsorted(sampled, wanted[known])]
+        signals = np.full((lasted_ns // interval_ns + 1, len(wanted)), np.nan)
+        for port in self._traces:
+            if port.variable == variable.name:
+                self._add(port, signals, wanted, interval_ns)
         return signals, None
+
+    def _add(self, port: StateRecorderPort, signals: FloatArray, wanted: IntArray, interval_ns: int) -> None:
+        """Copy the samples of a device to the columns of its cells."""
+        columns = np.flatnonzero(np.isin(wanted, port.neurons))
+        own = np.searchsorted(port.neurons, wanted[columns])
+        every = len(columns) == len(wanted) == len(port.neurons)
+        for times_ms, values in port.parts():
+            since_ns = np.rint(times_ms * NS_PER_MS).astype(np.int64) - self._begin_ns
+            regular = since_ns % interval_ns == 0  # a device begins with a sample at any time
+            rows = since_ns[regular] // interval_ns
+            if every and regular.all() and (np.diff(rows) == 1).all():
+                signals[rows[0] : rows[-1] + 1] = values
+            else:
+                signals[np.ix_(rows, columns)] = values[np.ix_(np.flatnonzero(regular), own)]
 
     def _clear_simulator(self) -> None:
         self._stop_listening()
-        self._listen(self.recorded.get(SPIKES, ()))
-        state = self._simulator.state
-        self._rows, self._begin_ns = {}, from_milliseconds(state.t)
-        if state.running and state.brain is not None:  # in PyNN the next recording starts now
-            self.sample(state.brain)
+        self._begin_ns = from_milliseconds(self._simulator.state.t)  # in PyNN the next recording starts now
+        self._listen_to_all()
 
     def _reset(self) -> None:
         self._stop_listening()
-        self._rows = {}
 
     def _stop_listening(self) -> None:
         brain = self._simulator.state.brain
-        for port in self._ports if brain is not None else ():
+        for port in (*self._ports, *self._traces) if brain is not None else ():
             brain.remove(port)
-        self._ports = []
+        self._ports, self._traces = [], []

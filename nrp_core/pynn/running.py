@@ -145,18 +145,18 @@ class RunningState(State):
                 device.restart()
 
     def run_until(self, t_ms: float) -> None:
-        """Run the network to ``t_ms``; sample the recorded variables and set currents on the way."""
+        """Run the network to ``t_ms``; set currents on the way."""
         if not isfinite(t_ms):
             raise NetworkError(f"run: the time must be finite, not {t_ms:g} ms")
         if self.brain is None and self.t > 0:
             raise LifecycleError("run: end() has released the network; call setup() to start again")
         brain = self.brain or self._open()
         until_ns = from_milliseconds(t_ms)
-        self._arrive(brain, sampling=not self.running)
+        self._update_currents(brain.now_ns)
         self.running = True
-        for stop_ns in self._stops(brain.now_ns, until_ns):
-            brain.run_until(int(stop_ns))
-            self._arrive(brain, sampling=True)
+        for stop_ns in self._stops(brain.now_ns, until_ns).tolist():
+            brain.run_until(stop_ns)
+            self._update_currents(stop_ns)
         self.t = t_ms
 
     def _open(self) -> Brain:
@@ -178,18 +178,11 @@ class RunningState(State):
         return self.brain
 
     def _stops(self, since_ns: int, until_ns: int) -> IntArray:
-        """Return the times of samples and current changes, the last of them ``until_ns``."""
+        """Return the times at which currents change, and ``until_ns``."""
         stops = [current.waveform.changes_ns(since_ns, until_ns) for current in self._currents]
-        for begin_ns, interval_ns in {recorder.rhythm_ns for recorder in self.recorders} - {None}:
-            first_ns = since_ns + interval_ns - (since_ns - begin_ns) % interval_ns
-            stops.append(np.arange(first_ns, until_ns + 1, interval_ns))
         last = [until_ns] if until_ns > since_ns else []
         return np.unique(np.concatenate([np.array(last, dtype=np.int64), *stops]))
 
-    def _arrive(self, brain: Brain, sampling: bool) -> None:
-        for recorder in self.recorders:
-            begin_ns, interval_ns = recorder.rhythm_ns or (0, 0)
-            if sampling and interval_ns and (brain.now_ns - begin_ns) % interval_ns == 0:
-                recorder.sample(brain)
+    def _update_currents(self, now_ns: int) -> None:
         for current in self._currents:
-            current.update(brain.now_ns)
+            current.update(now_ns)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from math import inf, nextafter
 from typing import Any, Final
@@ -16,14 +17,17 @@ from nrp_brain_event.kernels import READABLE, emit, inject, read, run, set_curre
 from nrp_brain_event.live import change_parameters, change_weights, weights_now
 from nrp_brain_event.options import EventOptions
 from nrp_brain_event.records import DIVERGED, FULL, Engine
+from nrp_brain_event.traces import planned, run_reading
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
+from nrp_core.brain.devices.state_recorder import Trace
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
-from nrp_core.clock import milliseconds
+from nrp_core.clock import NS_PER_MS, milliseconds
 
-_PATIENCE_MS: Final = 20.0
+_PATIENCE_NS: Final = 20_000_000
+_PATIENCE_MS: Final = milliseconds(_PATIENCE_NS)
 
 
 class EventBrain(Brain):
@@ -48,6 +52,20 @@ class EventBrain(Brain):
             while (status := run(self._places, stop_ms, nextafter(stop_ms, inf))) == FULL:
                 self._take(enlarged(self._engine))
             if status == DIVERGED:
+                raise diverged(self.network, int(self._engine.clock["failed"][0]), t_ns)
+
+    def _do_run_recording(self, t_ns: int, traces: Sequence[Trace], samples: FloatArray) -> None:
+        for trace in traces:
+            require_variable(self.network, trace.variable, trace.neurons)
+        now_ns = round(float(self._engine.clock["now"][0]) * NS_PER_MS)
+        plan = planned(traces, now_ns, t_ns, _PATIENCE_NS)
+        while (done := int(plan.done[0])) < len(plan.stops):
+            until_ms = plan.stops[done] + _PATIENCE_MS
+            last = max(done + 1, int(np.searchsorted(plan.stops, until_ms)))
+            status = run_reading(self._places, *plan, last, samples)
+            if status == FULL:
+                self._take(enlarged(self._engine))
+            elif status == DIVERGED:
                 raise diverged(self.network, int(self._engine.clock["failed"][0]), t_ns)
 
     def _do_take_spikes(self) -> Spikes:

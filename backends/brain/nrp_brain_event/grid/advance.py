@@ -13,6 +13,7 @@ from nrp_brain_event.grid.curved import DIVERGED as CELL_DIVERGED
 from nrp_brain_event.grid.curved import FIRED, set_cell_current, update_cell
 from nrp_brain_event.grid.delivery import deliver, keep_in_mind, send, send_all, transmitted
 from nrp_brain_event.grid.noise import add_noise, hear_noise
+from nrp_brain_event.grid.probes import take_samples
 from nrp_brain_event.grid.records import CURVED, JUMP, Grid, GridClock, Run, X
 from nrp_brain_event.grid.spiking import update_run
 from nrp_brain_event.handles import opened
@@ -68,6 +69,7 @@ def run(places: Array, sources: Array, inputs: Array, weights: Array, until: int
             return DIVERGED
         _emit(clock, grid, step, n_early)
         clock.step = step
+        take_samples(grid, step)
     return DONE
 
 

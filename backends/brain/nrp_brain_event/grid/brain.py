@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, Final
 
@@ -15,6 +16,7 @@ from nrp_brain_event.grid.live import change_cells, offsets_of
 from nrp_brain_event.grid.loader import build_grid, changing, labels_from
 from nrp_brain_event.grid.parts import Held, Threads, advance
 from nrp_brain_event.grid.poisson import drawable
+from nrp_brain_event.grid.probes import load_probes, no_probes
 from nrp_brain_event.grid.readout import is_lost, lost_row, read
 from nrp_brain_event.grid.records import Grid
 from nrp_brain_event.grid.runs import input_lines
@@ -24,6 +26,7 @@ from nrp_brain_event.options import EventOptions
 from nrp_brain_event.records import DIVERGED, Array
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
+from nrp_core.brain.devices.state_recorder import Trace
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.grid import Grid as TimeGrid
@@ -92,6 +95,14 @@ class GridBrain(Brain):
         self._drop_used()
         if is_lost(self._held.places):
             raise diverged(self.network, int(self._grid.ids[lost_row(self._grid)]), t_ns)
+
+    def _do_run_recording(self, t_ns: int, traces: Sequence[Trace], samples: FloatArray) -> None:
+        for trace in traces:
+            require_variable(self.network, trace.variable, trace.neurons)
+        probes = load_probes(self._grid, traces, samples, self._row_of, self._times)
+        self._take(handle(self._grid._replace(**probes)))
+        self._do_run_until(t_ns)
+        self._take(handle(self._grid._replace(**no_probes())))
 
     def _take(self, held: Held) -> None:
         """Continue with a grid."""

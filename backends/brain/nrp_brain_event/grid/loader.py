@@ -10,6 +10,7 @@ import numpy as np
 from nrp_brain_event.cells import load_cells
 from nrp_brain_event.engine import chain_free, doubled
 from nrp_brain_event.grid.poisson import load_noise
+from nrp_brain_event.grid.probes import no_probes
 from nrp_brain_event.grid.records import BLOCK, CHANGING, CURVED, Grid, GridClock, Memory, Pool
 from nrp_brain_event.grid.runs import load_runs, load_state
 from nrp_brain_event.grid.tables import load_tables, targets_of_plastic
@@ -67,6 +68,7 @@ def build_grid(
         outbox=np.empty((2, 0), np.int64),
         spikes=np.empty((2, 0), np.int64),
         **load_noise(network, cells, row_of, times, drawn),
+        **no_probes(),
     )
     return enlarged(grid), cells, row_of
 

@@ -135,6 +135,7 @@ def _part(grid: Grid, share: Share) -> Grid:
     noise["first"], noise["last"] = share.noise_first, share.noise_last
     part = grid._replace(
         runs=grid.runs[runs], noise=noise, fired=grid.fired[share.first : share.last],
+        probes=grid.probes.copy(),
         segment_start=share.segment_start, segment_length=share.segment_length,
     )  # fmt: skip
     if share.first == 0:
@@ -185,5 +186,5 @@ def _joined(grid: Grid, parts: list[Grid]) -> Grid:
     first.clock["n_spikes"] = n
     return grid._replace(
         slots=first.slots, entry_segment=first.entry_segment, entry_after=first.entry_after,
-        outbox=first.outbox, spikes=first.spikes,
+        outbox=first.outbox, spikes=first.spikes, probes=first.probes,
     )  # fmt: skip

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from math import isfinite
+from math import isfinite, isnan
+from typing import Final
 
 import numpy as np
 
-from nrp_brain_event.grid.records import Grid, V, X
+from nrp_brain_event.grid.records import Grid, Probe, V, X
 from nrp_brain_event.handles import opened
 from nrp_brain_event.kernels import READABLE
 from nrp_brain_event.neuron import voltage_at
-from nrp_brain_event.records import Array
+from nrp_brain_event.records import Array, Cell, constant
 from nrp_brain_event.runge_kutta import state_at
 from nrp_brain_event.synapses import remaining_at
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core._support.jit import jit
+from nrp_core._support.jit import inlined, jit
+
+_LAST_OF_CURVED: Final = constant(2)
+"""Index in ``READABLE`` of the last state variable of curved neurons; those of synapses follow."""
 
 
 def read(grid: Grid, rows: IntArray, variable: str) -> FloatArray:
@@ -26,8 +30,13 @@ def read(grid: Grid, rows: IntArray, variable: str) -> FloatArray:
     else:
         values = grid.state[X + (variable == "gsyn_inh"), rows]
     now = float(grid.clock["step"][0] * grid.clock["h"][0])
-    _read_cells(grid.cells, grid.cell_rows[rows], READABLE.index(variable), now, values)
+    _read_cells(grid.cells, grid.cell_rows[rows], reading_of(variable), now, values)
     return values
+
+
+def reading_of(variable: str) -> int:
+    """Return the number of a state variable in compiled code."""
+    return READABLE.index(variable)
 
 
 def lost_row(grid: Grid) -> int:
@@ -55,10 +64,34 @@ def is_lost(places: Array) -> bool:
 def _read_cells(cells: Array, indices: IntArray, variable: int, now: float, out: FloatArray) -> None:
     for k in range(len(indices)):
         if indices[k] >= 0:
-            cell = cells[indices[k]]
-            if variable == 0:
-                out[k] = voltage_at(cell, now)
-            elif variable <= 2:
-                out[k] = state_at(cell, 1, now)
-            else:
-                out[k] = remaining_at(cell, variable - 3, now - cell.t)
+            out[k] = _read_cell(cells[indices[k]], variable, now)
+
+
+@inlined
+def _read_cell(cell: Cell, variable: int, now: float) -> float:
+    if variable == 0:
+        return voltage_at(cell, now)
+    if variable <= _LAST_OF_CURVED:
+        return state_at(cell, 1, now)
+    return remaining_at(cell, variable - 1 - _LAST_OF_CURVED, now - cell.t)
+
+
+@jit
+def sampled(grid: Grid, probe: Probe, step: int) -> None:
+    """Store what :func:`read` returns at a step, for the rows of this part."""
+    first, last, now = grid.runs[0].first, grid.runs[-1].last, step * grid.clock[0].h
+    out = probe.sample + probe.taken * probe.n_rows
+    inhibitory = probe.variable == _LAST_OF_CURVED + 2
+    for k in range(probe.n_rows):
+        row = grid.probe_rows[probe.row + k]
+        if not first <= row < last:
+            continue
+        if grid.cell_rows[row] >= 0:
+            value = _read_cell(grid.cells[grid.cell_rows[row]], probe.variable, now)
+        elif probe.variable > 0:
+            value = grid.state[X + inhibitory, row]
+        elif isnan(grid.state[V, row]):
+            value = grid.probe_rest[1, probe.row + k]
+        else:
+            value = grid.probe_rest[0, probe.row + k] + grid.state[V, row]
+        grid.samples[out + k] = value

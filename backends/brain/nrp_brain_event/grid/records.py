@@ -135,6 +135,22 @@ class Noise(Record):
     """Whether the spikes are recorded."""
 
 
+class Probe(Record):
+    """A state variable that is recorded while the grid runs; see :mod:`nrp_brain_event.grid.probes`."""
+
+    variable: int
+    """Index in ``READABLE``."""
+    step: int
+    n_steps: int
+    taken: int
+    """First of its steps in ``probe_steps``, their number, and how many of them have passed."""
+    row: int
+    n_rows: int
+    """First of its rows in ``probe_rows``, and their number."""
+    sample: int
+    """First of its samples in ``samples``: all rows at the first step, then at the next."""
+
+
 class GridClock(Record):
     """The position of the grid in time."""
 
@@ -191,6 +207,10 @@ class Grid(NamedTuple):
         noise_lines, noise_ids: index into the flattened state on which each Poisson cell acts (unsigned, so
             that it is not checked for a sign), and its global id.
         noise_guides, noise_bounds: see :mod:`nrp_brain_event.grid.noise`.
+        probes: ``Probe``.
+        probe_steps, probe_rows: steps and rows of the samples of each probe.
+        probe_rest: voltages of these rows at rest and, as reported, while refractory; mV, shape ``(2, n)``.
+        samples: the samples, filled while the grid runs.
     """
 
     clock: Annotated[Array, GridClock]
@@ -232,6 +252,11 @@ class Grid(NamedTuple):
     noise_ids: Annotated[Array, np.int32]
     noise_guides: Annotated[Array, np.int32, 2]
     noise_bounds: Annotated[Array, np.uint64, 2]
+    probes: Annotated[Array, Probe]
+    probe_steps: Annotated[Array, np.int64]
+    probe_rows: Annotated[Array, np.int64]
+    probe_rest: Annotated[Array, np.float64, 2]
+    samples: Annotated[Array, np.float64]
 
 
 CHANGING: Final = (

@@ -1,0 +1,56 @@
+"""State variables that are recorded while the grid runs, inside compiled code."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from nrp_brain_event.grid.readout import reading_of, sampled
+from nrp_brain_event.grid.records import Grid, Probe
+from nrp_brain_event.records import Array
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.jit import inlined
+from nrp_core.brain.devices.state_recorder import Trace
+from nrp_core.brain.network.grid import Grid as TimeGrid
+
+_NONE = {
+    "probes": np.empty(0, Probe.dtype()), "probe_steps": np.empty(0, np.int64),
+    "probe_rows": np.empty(0, np.int64), "probe_rest": np.empty((2, 0)), "samples": np.empty(0),
+}  # fmt: skip
+
+
+def no_probes() -> dict[str, Array]:
+    """Return the arrays of a grid that records nothing."""
+    return dict(_NONE)
+
+
+def load_probes(
+    grid: Grid, traces: Sequence[Trace], samples: FloatArray, row_of: IntArray, times: TimeGrid
+) -> dict[str, Array]:
+    """Return the arrays of a grid that stores the samples of traces, one trace after another."""
+    probes = np.zeros(len(traces), Probe.dtype())
+    probes["variable"] = [reading_of(trace.variable) for trace in traces]
+    shapes = np.array([trace.shape for trace in traces])
+    probes["n_steps"], probes["n_rows"] = shapes.T
+    for name, sizes in (("step", shapes[:, 0]), ("row", shapes[:, 1]), ("sample", shapes.prod(axis=1))):
+        probes[name] = np.cumsum(sizes) - sizes
+    rows = row_of[np.concatenate([trace.neurons for trace in traces])]
+    runs = grid.runs[np.searchsorted(grid.runs["first"], rows, "right") - 1]
+    return {
+        "probes": probes,
+        "probe_steps": np.concatenate([trace.times_ns for trace in traces]) // times.step_ns,
+        "probe_rows": rows,
+        "probe_rest": np.stack([runs["v_rest"], runs["v_rest"] + runs["reset"]]),
+        "samples": samples,
+    }
+
+
+@inlined
+def take_samples(grid: Grid, step: int) -> None:
+    """Take the samples that are due at a step, of the rows of this part."""
+    for k in range(len(grid.probes)):
+        probe = grid.probes[k]
+        if probe.taken < probe.n_steps and grid.probe_steps[probe.step + probe.taken] == step:
+            sampled(grid, probe, step)
+            probe.taken += 1
