@@ -12,6 +12,7 @@ from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
 from nrp_core.findings import Findings
 from nrp_core.world.drives.planar import planar_drives
+from nrp_core.world.engine_kit.firm_servo import firm_joints
 from nrp_core.world.engine_kit.joint_servo import servoed_joints
 from nrp_core.world.engine_kit.servo import PlanarServo, servo_of
 from nrp_core.world.engine_kit.simulated import simulated_bodies
@@ -27,6 +28,7 @@ from nrp_world_mujoco.shapes import Shapes, placed, scalar_first
 
 FAR_AWAY = 1e9
 HARD = [0.999, 0.999, 0.001, 0.5, 2.0]  # impedance of stiff constraints: friction of joints, couplings
+FIRMEST = [0.9999, 0.9999, 0.001, 0.5, 2.0]  # of joints that no load moves off their paths
 SMALLEST = 1e-12  # MuJoCo refuses an empty range
 TYPES = {"prismatic": mujoco.mjtJoint.mjJNT_SLIDE, "ball": mujoco.mjtJoint.mjJNT_BALL}
 AHEAD, ASIDE = [1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0]
@@ -45,6 +47,7 @@ class Built:
         visuals: the geom of each visual, by its path.
         cameras: ids of the cameras.
         servos: ids of the actuators of servoed joints, by model and joint.
+        firm: the joints among them that follow with any load.
         owners: model and body of each geom.
         warnings: elements for MuJoCo that are not used.
     """
@@ -56,6 +59,7 @@ class Built:
     visuals: Mapping[str, int]
     cameras: Mapping[CameraPath, int]
     servos: Mapping[tuple[str, str], int]
+    firm: Mapping[tuple[str, str], Joint]
     owners: Sequence[BodyPath]
     warnings: Findings
 
@@ -118,6 +122,7 @@ class _Builder:
         self._visuals: dict[str, Any] = {}
         self._cameras: dict[CameraPath, Any] = {}
         self._servos: dict[tuple[str, str], Any] = {}
+        self._firm: dict[tuple[str, str], Joint] = {}
         self._owners: list[tuple[BodyPath, Any]] = []
         self._collisions: dict[str, list[Any]] = {}
         self._native = NativeElements(spec)
@@ -134,6 +139,7 @@ class _Builder:
             {path: element.id for path, element in self._visuals.items()},
             {path: element.id for path, element in self._cameras.items()},
             {path: element.id for path, element in self._servos.items()},
+            self._firm,
             [path for path, _ in sorted(self._owners, key=lambda pair: pair[1].id)],
             self._native.warnings,
         )
@@ -159,6 +165,9 @@ class _Builder:
             if name in joints:
                 limit = next(joint.effort for joint in model.joints if joint.name == name)
                 self._servos[model.name, name] = self._add_joint_servo(joints[name], limit)
+        for name, joint in firm_joints(model, bodies).items():
+            joints[name].solimp_friction = FIRMEST
+            self._firm[model.name, name] = joint
         self._native.apply(model, joints, self._collisions)
 
     def _add_joint(self, element: Any, model: str, joint: Joint) -> Any:

@@ -10,6 +10,7 @@ import numpy as np
 from nrp_core.world.rigid.motion import BodyPath, JointAim, Touch, Wrench
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_mujoco.build import Built
+from nrp_world_mujoco.firm import FirmJoints
 from nrp_world_mujoco.library import mujoco
 
 
@@ -20,16 +21,24 @@ class Control:
         built: the scene.
         data: MuJoCo's state.
         step_s: the physics step.
+
+    Attributes:
+        firm: the joints that follow with any load.
     """
 
     def __init__(self, built: Built, data: Any, step_s: float) -> None:
         self._built, self._model, self._data, self._step_s = built, built.model, data, step_s
         self._force = np.empty(6)
+        self.firm = FirmJoints(built, data, step_s)
         self.release()
 
     def aim(self, model: str, joint: str, aim: JointAim) -> None:
         """Set the target of a joint's servo."""
         actuator = self._built.servos[model, joint]
+        if (model, joint) in self._built.firm:
+            self.firm.aim((model, joint), aim)
+            if aim.firm is not None:
+                aim = JointAim()
         # MuJoCo integrates velocities implicitly: with this damping the stiffness also acts at the step's end
         damping = aim.damping + aim.stiffness * self._step_s
         self._model.actuator_biasprm[actuator, :3] = 0.0, -aim.stiffness, -damping

@@ -18,7 +18,7 @@ from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf
 from nrp_core.world.render.cameras import Cameras
 from nrp_core.world.render.optics import optics_of
-from nrp_core.world.rigid.motion import BodyPath, ReadFrames
+from nrp_core.world.rigid.motion import BodyPath, JointStates, ReadFrames
 from nrp_core.world.rigid.pose import Pose, Quaternion
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Scene
@@ -100,8 +100,17 @@ class MujocoEngine(JointedEngine):
         base = Floating(self._model, self._data, ident)
         return Drive(self._data, servo, base, actuators, seconds(self.capabilities.step_ns))
 
+    def _do_joint_states(self, model: str) -> JointStates:
+        states = super()._do_joint_states(model)
+        self._control.firm.add_efforts(model, states)
+        return states
+
     def _do_advance(self, steps: int) -> None:
-        mujoco.mj_step(self._model, self._data, steps)
+        if self._control.firm.active:
+            for _ in range(steps):
+                self._control.firm.step()
+        else:
+            mujoco.mj_step(self._model, self._data, steps)
         self._stale = True
         if self._warned.tobytes() != self._calm:
             self._report_warnings()
@@ -162,16 +171,18 @@ class MujocoEngine(JointedEngine):
 
     def _do_save(self) -> object:
         mujoco.mj_getState(self._model, self._data, self._buffer, mujoco.mjtState.mjSTATE_INTEGRATION)
-        return self._buffer.tobytes(), self._data.qfrc_actuator.tobytes()
+        return self._buffer.tobytes(), self._data.qfrc_actuator.tobytes(), self._control.firm.save()
 
     def _do_restore(self, saved: Any) -> None:
-        state, efforts = saved
+        state, efforts, firm = saved
         self._buffer[:] = np.frombuffer(state)
         mujoco.mj_setState(self._model, self._data, self._buffer, mujoco.mjtState.mjSTATE_INTEGRATION)
         self._data.qfrc_actuator[:] = np.frombuffer(efforts)
         self._continue()
+        self._control.firm.restore(firm)
 
     def _moved(self, model: str) -> None:
+        self._control.firm.forget(model)
         self._continue(model)
 
     def _continue(self, model: str | None = None) -> None:

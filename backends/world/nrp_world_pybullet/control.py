@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core.world.engine_kit.firm_servo import firm_joints
 from nrp_core.world.engine_kit.joint_servo import ExplicitServos, servoed_joints
 from nrp_core.world.rigid.motion import BodyPath, JointAim, Touch, Wrench
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Model, Scene
 from nrp_world_pybullet.build import Built, Place
+from nrp_world_pybullet.firm import FirmJoints
 from nrp_world_pybullet.inertia import Inertia
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import Moving
@@ -114,6 +116,8 @@ class Control:
     def __init__(self, built: Built, scene: Scene, client: int, step_s: float) -> None:
         self._built, self._client, self._step_s = built, client, step_s
         self._trees = [tree for model in scene.models for tree in self._trees_of(model)]
+        self._firm = [firm for model in scene.models for firm in self._firm_of(model)]
+        self._firm_by_path = {path: firm for firm in self._firm for path in firm.numbers}
         self._numbers = {path: (tree, n) for tree in self._trees for n, path in enumerate(tree.paths)}
         self._efforts: dict[JointPath, float] = {}
         self._wrenches: dict[BodyPath, Wrench] = {}
@@ -132,19 +136,37 @@ class Control:
             if multibody in servoed or tree.strongly_damped or tree.sprung:
                 yield tree
 
+    def _firm_of(self, model: Model) -> Iterator[FirmJoints]:
+        """Yield the firm joints of each multi-body of a model."""
+        places = self._built.joints[model.name]
+        found = firm_joints(model, [body for body, _ in self._built.bodies[model.name]])
+        for multibody in sorted({places[name].multibody for name in found}):
+            own = {name: joint for name, joint in found.items() if places[name].multibody == multibody}
+            joints = {(model.name, name): (joint, places[name]) for name, joint in own.items()}
+            yield FirmJoints(joints, self._client, self._step_s)
+
     @property
     def active(self) -> bool:
         """Whether forces must be set before each step."""
-        return bool(self._efforts or self._wrenches or any(not tree.idle for tree in self._trees))
+        pushed = self._efforts or self._wrenches or any(firm.active for firm in self._firm)
+        return bool(pushed or any(not tree.idle for tree in self._trees))
 
     @property
     def applied(self) -> Mapping[JointPath, float]:
         """The efforts of the last step."""
-        return self._applied
+        efforts = dict(self._applied)
+        for path, effort in (each for firm in self._firm for each in firm.efforts()):
+            efforts[path] = efforts.get(path, 0.0) + effort
+        return efforts
 
     def aim(self, model: str, joint: str, aim: JointAim) -> None:
         """Set the target of a joint's servo."""
-        tree, number = self._numbers[model, joint]
+        path = model, joint
+        if path in self._firm_by_path:
+            self._firm_by_path[path].aim(path, aim)
+            if aim.firm is not None:
+                aim = JointAim()
+        tree, number = self._numbers[path]
         tree.servos.aim(number, aim)
 
     def set_effort(self, model: str, joint: str, effort: float) -> None:
@@ -173,6 +195,9 @@ class Control:
         for path, effort in self._applied.items():
             model, joint = path
             self._drive(joints[model][joint], effort + braking.get(path, 0.0))
+        for firm in self._firm:
+            if firm.active:
+                firm.push()
         for (model, index), wrench in self._wrenches.items():
             self._pull(*self._built.bodies[model][index], wrench)
 
@@ -207,20 +232,26 @@ class Control:
 
     def save(self) -> object:
         """Return the state that is kept between steps."""
-        return [tree.servos.save() for tree in self._trees], dict(self._applied)
+        firm = [each.save() for each in self._firm]
+        return [tree.servos.save() for tree in self._trees], firm, dict(self._applied)
 
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`."""
-        servos, applied = saved
+        servos, firm, applied = saved
         self._applied = dict(applied)
         for tree, kept in zip(self._trees, servos, strict=True):
             tree.servos.restore(kept)
+        for each, paths in zip(self._firm, firm, strict=True):
+            each.restore(paths)
 
     def forget(self, model: str) -> None:
         """Forget the last motion of a model's joints, because they were moved from outside."""
         for tree in self._trees:
             if tree.paths[0][0] == model:
                 tree.servos.forget()
+        for (owner, _), firm in self._firm_by_path.items():
+            if owner == model:
+                firm.forget()
 
     def joint_wrench(self, body: Body, place: Place) -> Wrench:
         """Return the wrench of a body on its parent in the last step, at the body's origin.

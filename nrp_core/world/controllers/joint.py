@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from nrp_core.clock import seconds
@@ -24,10 +24,15 @@ _ANGULAR = {"position": "rad", "velocity": "rad/s", "effort": "N m"}
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """The target of a controller: a position, velocity or effort, and the rate of change of a position."""
+    """The target of a controller: a position, velocity or effort.
+
+    ``rate`` is the rate of change of a position. ``smooth``: it is approached smoothly; otherwise it is a
+    point of a path, for the end of the next step.
+    """
 
     value: float
     rate: float = 0.0
+    smooth: bool = True
 
 
 def unit_of(model: Model, joint: str, kind: str) -> str:
@@ -169,14 +174,16 @@ class _Law:
     def bounded(self, target: Target) -> Target:
         """Return a command within the limits of the joint."""
         value = min(max(target.value, self._lower), self._upper)
-        return target if value == target.value else Target(value)
+        return target if value == target.value else replace(target, value=value, rate=0.0)
 
     def aim(self, target: Target, integral: float) -> JointAim:
         """Return the target of the servo."""
         gains, value = self.gains, target.value
+        firm = target.smooth if self.controller.is_firm else None
         if self.controller.kind == "position":
             effort = integral + self._braking * target.rate
-            return JointAim(gains.p, gains.d, position=value, velocity=target.rate, effort=effort)
+            return JointAim(gains.p, gains.d, value, target.rate, effort, firm)
         if self.controller.kind == "velocity":
-            return JointAim(damping=gains.p, velocity=value, effort=integral + self._braking * value)
+            effort = integral + self._braking * value
+            return JointAim(damping=gains.p, velocity=value, effort=effort, firm=firm)
         return JointAim(effort=value)

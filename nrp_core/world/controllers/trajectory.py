@@ -154,7 +154,7 @@ class TrajectoryPart(Part):
         for joint, path in self._paths.items():
             aim = path.at(end_ns)
             if aim is not None:
-                target = Target(aim.position, aim.velocity or 0.0)
+                target = Target(aim.position, aim.velocity or 0.0, smooth=False)
                 self._parts[joint].lead(self._controller.command_topic, target, now_ns)
         moves = any(not path.is_over(now_ns) for path in self._paths.values())
         self.deadline_ns = end_ns if moves else None

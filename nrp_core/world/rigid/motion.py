@@ -63,6 +63,15 @@ class JointAim:
 
     Its effort is ``stiffness * (position - q) + damping * (velocity - dq/dt) + effort``, taken at the end of
     each physics step (backward Euler, so that any gains are stable) and bounded by the joint's limit.
+
+    Args:
+        stiffness, damping: N m/rad (N/m), N m s/rad (N s/m).
+        position, velocity: the target, rad (m), rad/s (m/s).
+        effort: an additional effort, N m (N).
+        firm: None: the effort is as above. Otherwise the joint follows with any load within its limits of
+            effort and velocity, to the position if there is a stiffness, else to the velocity; the gains are
+            for engines without such servos. True: the target is approached smoothly. False: it is a point of
+            a path, for the end of the next step.
     """
 
     stiffness: float = 0.0
@@ -70,6 +79,7 @@ class JointAim:
     position: float = 0.0
     velocity: float = 0.0
     effort: float = 0.0
+    firm: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)

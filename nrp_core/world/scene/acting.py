@@ -67,8 +67,8 @@ class JointController:
         joint: its name.
         kind: the commanded quantity: a position (rad, m), a velocity or an effort (N m, N).
         topic: the absolute topic of commands.
-        gains: gains of the error in position or in velocity, not used for efforts; None: computed such that
-            the joint follows within some hundredths of a second with any load.
+        gains: gains of the error in position or in velocity, not used for efforts; None: the joint follows
+            within some hundredths of a second with any load within its limits of effort and velocity.
         initial: the target before the first command; None: the joint is free.
     """
 
@@ -77,6 +77,11 @@ class JointController:
     topic: str
     gains: Pid | None = Pid()
     initial: float | None = None
+
+    @property
+    def is_firm(self) -> bool:
+        """Whether the joint follows with any load within its limits."""
+        return self.gains is None and self.kind != "effort"
 
     def renamed(self, named: Rename) -> JointController:
         """Return the same controller for a model whose parts are renamed."""

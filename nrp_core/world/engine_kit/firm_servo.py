@@ -1,0 +1,156 @@
+"""Servos that reach their targets with any load that the limits of their joints allow.
+
+Joints whose files give no gains have them. A target is approached along a path, which is the same in every
+engine. In each step a joint gets the velocity that takes it back to this path. An engine makes this velocity
+a constraint with a bounded force, and solves it together with contacts. So no load, neither gravity nor a
+robot on its wheels, moves the joint off its path, unless it exceeds the joint's limit of effort.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import dist, exp, inf
+from typing import Any
+
+import numpy as np
+
+from nrp_core._support.arrays import BoolArray, FloatArray
+from nrp_core.world.rigid.motion import JointAim
+from nrp_core.world.scene.joint_inertia import STIFF_TIME_CONSTANT_S
+from nrp_core.world.scene.merged_bodies import Body
+from nrp_core.world.scene.model import Joint, Model
+
+RETURN_S = 0.005
+"""Time constant with which a joint that was pushed off its path returns to it, s."""
+STRENGTH = 10.0
+"""How many times the model's weight a joint without a limit of effort can hold."""
+GRAVITY = 9.81
+_ARRIVED = 1e-9
+"""Distance (rad, m) and speed at which a path ends."""
+FREE, VELOCITY, POSITION = 0, 1, 2
+
+
+def firm_joints(model: Model, bodies: Sequence[Body]) -> Mapping[str, Joint]:
+    """Return the joints of a model with a controller without gains.
+
+    Those without a limit of effort get one, so that they do not crush what is in their way: the effort that
+    holds :data:`STRENGTH` times the whole model at the distance of its farthest body.
+
+    Args:
+        model: the model.
+        bodies: its bodies.
+    """
+    led = [leader.of_joint(joint) for leader in model.leaders for joint in leader.joints]
+    names = {each.joint for each in (*model.controllers, *led) if each.is_firm}
+    masses = [(body.inertial.mass, body.in_model @ body.inertial.pose) for body in bodies if body.inertial]
+    weight = STRENGTH * GRAVITY * sum(mass for mass, _ in masses)
+    joints = {}
+    for joint in model.joints:
+        if joint.name in names and joint.coordinates:
+            lever = max((dist(pose.position, joint.pose.position) for _, pose in masses), default=0.0)
+            largest = weight if joint.kind == "prismatic" else weight * lever
+            joints[joint.name] = replace(joint, effort=largest) if joint.effort == inf and largest else joint
+    return joints
+
+
+class FirmServos:
+    """The paths of all firm joints of a scene, computed together.
+
+    Args:
+        joints: the joints.
+        step_s: the physics step.
+
+    Attributes:
+        kinds: for each joint ``FREE``, ``VELOCITY`` or ``POSITION``.
+        positions, speeds: position and velocity of each path at the end of the next step.
+    """
+
+    def __init__(self, joints: Sequence[Joint], step_s: float) -> None:
+        count = len(joints)
+        self._step_s = step_s
+        self._limits = np.array([joint.velocity for joint in joints])
+        self.kinds = np.zeros(count, dtype=int)
+        self._targets, self._rates, self._smooth = np.zeros(count), np.zeros(count), np.zeros(count, bool)
+        self._fresh = np.zeros(count, bool)
+        self.positions, self.speeds = np.zeros(count), np.zeros(count)
+        self.moving = False
+
+    @property
+    def active(self) -> bool:
+        """Whether any joint is led."""
+        return bool(self.kinds.any())
+
+    def aim(self, number: int, aim: JointAim) -> None:
+        """Set the target of a joint, or release it."""
+        kind = FREE if aim.firm is None else POSITION if aim.stiffness else VELOCITY
+        target = aim.position if kind == POSITION else aim.velocity
+        before = (self.kinds[number], self._targets[number], self._rates[number])
+        self._fresh[number] |= kind != before[0]
+        self.kinds[number], self._targets[number] = kind, target
+        self._rates[number] = aim.velocity if kind == POSITION else 0.0
+        self._smooth[number] = bool(aim.firm)
+        self.moving |= kind != FREE and (kind, target, self._rates[number]) != before
+
+    def forget(self, numbers: Sequence[int]) -> None:
+        """Let paths begin anew where their joints are, because these were moved from outside."""
+        self._fresh[numbers] = self.kinds[numbers] != FREE
+        self.moving |= bool(self._fresh.any())
+
+    def step(self, positions: FloatArray, velocities: FloatArray) -> None:
+        """Advance all paths by a step.
+
+        Args:
+            positions: positions of the joints now, where new paths begin, shape ``(n,)``.
+            velocities: their velocities, shape ``(n,)``.
+        """
+        dt, decay = self._step_s, exp(-self._step_s / STIFF_TIME_CONSTANT_S)
+        x = np.where(self._fresh, positions, self.positions)
+        v = np.where(self._fresh, velocities, self.speeds)
+        self._fresh[:] = False
+        leads = self.kinds == POSITION
+        # a critically damped path, exactly; one that is given at the end of each step; a velocity
+        gap = x - self._targets
+        slope = v + gap / STIFF_TIME_CONSTANT_S
+        ahead = self._targets + (gap + slope * dt) * decay
+        rate = (v - slope * dt / STIFF_TIME_CONSTANT_S) * decay
+        ahead = np.where(self._smooth, ahead, self._targets)
+        rate = np.where(self._smooth, rate, self._rates)
+        turning = self._targets + (v - self._targets) * decay
+        fastest = self._limits * dt
+        away = (ahead - x).clip(-fastest, fastest)
+        slowed = leads & (away != ahead - x)
+        self.positions = np.where(leads, np.where(slowed, x + away, ahead), positions)
+        rate = np.where(slowed, away / dt, rate)
+        self.speeds = np.where(leads, rate, turning).clip(-self._limits, self._limits)
+        self._arrive(leads)
+
+    def _arrive(self, leads: BoolArray) -> None:
+        """End the paths that have come to their targets."""
+        rests = abs(self.speeds - np.where(leads, self._rates, self._targets)) < _ARRIVED
+        near = abs(self.positions - self._targets) < _ARRIVED
+        there = rests & (~leads | (near & (self._rates == 0)))
+        self.positions = np.where(there & leads, self._targets, self.positions)
+        self.speeds = np.where(there, np.where(leads, 0.0, self._targets), self.speeds)
+        self.moving = bool((~there & (self.kinds != FREE)).any())
+
+    def velocities(self, positions: FloatArray) -> FloatArray:
+        """Return the velocities at the end of the next step, from the positions at its start.
+
+        This is ``speed + (position of the path - position) / RETURN_S``, by backward Euler.
+        """
+        back = (self.positions - positions + RETURN_S * self.speeds) / (RETURN_S + self._step_s)
+        wanted: FloatArray = np.where(self.kinds == POSITION, back, self.speeds)
+        return wanted.clip(-self._limits, self._limits)
+
+    def save(self) -> object:
+        """Return the state that is kept between steps."""
+        targets = self.kinds, self._targets, self._rates, self._smooth
+        paths = self._fresh, self.positions, self.speeds
+        return *(each.copy() for each in (*targets, *paths)), self.moving
+
+    def restore(self, saved: Any) -> None:
+        """Restore a state from :meth:`save`."""
+        *every, self.moving = saved
+        self.kinds, self._targets, self._rates, self._smooth, *paths = (each.copy() for each in every)
+        self._fresh, self.positions, self.speeds = paths
