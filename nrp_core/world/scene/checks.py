@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from nrp_core.errors import SceneError, did_you_mean
 
@@ -33,6 +33,21 @@ def require(name: str, valid: Iterable[str], owner: str) -> None:
     """
     if name not in valid:
         raise SceneError(f"{owner} '{name}', which does not exist{did_you_mean(name, valid)}")
+
+
+def rigid_groups(names: Iterable[str], fixed: Iterable[tuple[str, ...]]) -> Mapping[str, set[str]]:
+    """Return for each name the names that are fixed to it, itself included.
+
+    Args:
+        names: the names.
+        fixed: pairs of names that are fixed to each other; those of other names are ignored.
+    """
+    rigid = {name: {name} for name in names}
+    for one, other in fixed:
+        if one in rigid and other in rigid:
+            joined = rigid[one] | rigid[other]
+            rigid |= dict.fromkeys(joined, joined)
+    return rigid
 
 
 def check_tree(joints: Iterable[tuple[str, str, str]], owner: str) -> None:

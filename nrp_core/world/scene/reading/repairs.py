@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from nrp_core.findings import Code
-from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.checks import WORLD, rigid_groups
 from nrp_core.world.scene.inertia import like_shape, repaired
 from nrp_core.world.scene.model import Inertial, Joint, Link
 from nrp_core.world.scene.reading.context import Notes
@@ -16,6 +16,9 @@ MAX_FRICTION = 10.0
 DEFAULT_FRICTION = 1.0
 LEAST_MASS = 1e-12
 """Minimum mass of a link, kg: smaller ones are mistakes, and engines cannot compute with them."""
+
+MASSLESS = "massless"
+"""The attribute of a link whose mass is, by its file, that of the links fixed to it."""
 
 # a ball of 1 kg and 5 cm radius, for a link of which only the mass is known
 _BALL = Inertial(1.0, inertia=(0.001, 0.001, 0.001, 0.0, 0.0, 0.0))
@@ -92,11 +95,8 @@ def with_default_masses(
 
     A link that is fixed to one with a mass needs none of its own.
     """
-    rigid = {name: {name} for name in (*(link.name for link in links), WORLD)}
-    for joint in joints:
-        if joint.kind == "fixed":
-            joined = rigid[joint.parent] | rigid[joint.child]
-            rigid |= dict.fromkeys(joined, joined)
+    fixed = [(joint.parent, joint.child) for joint in joints if joint.kind == "fixed"]
+    rigid = rigid_groups([*(link.name for link in links), WORLD], fixed)
     settled = {WORLD, *(link.name for link in links if link.inertial)}
     result = []
     for link in links:

@@ -13,7 +13,12 @@ from nrp_core.world.scene.meshes.convert import Form
 from nrp_core.world.scene.model import Inertial, Link
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.geometry import is_empty, read_geometry
-from nrp_core.world.scene.reading.repairs import DEFAULT_FRICTION, usable_friction, usable_inertial
+from nrp_core.world.scene.reading.repairs import (
+    DEFAULT_FRICTION,
+    MASSLESS,
+    usable_friction,
+    usable_inertial,
+)
 from nrp_core.world.scene.reading.sensors import Mount, link_sensors
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.appearance import read_look
@@ -86,6 +91,8 @@ def _inertial(
         for part, collision in touched
         for shape in part.collisions()
     )
+    if MASSLESS in link.attributes:
+        return None
     if element is None:
         return usable_inertial(None, of_shapes, name, link, reading.notes)
     if element.is_set("auto"):

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
-from nrp_core.world.scene.checks import MODEL, WORLD
+from nrp_core.world.scene.checks import MODEL, WORLD, rigid_groups
 from nrp_core.world.scene.reading.context import Notes
+from nrp_core.world.scene.reading.repairs import MASSLESS
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.urdf.elements import for_engine, from_attributes, new, numbers, pose
 from nrp_core.world.scene.urdf.gazebo import apply_block
@@ -33,12 +34,14 @@ class _Robot:
         links: names of its links.
         held_by: the joint that holds each link.
         materials: the materials that visuals refer to by name.
+        carried: the links without mass that are fixed to one with mass.
         notes: receives warnings.
     """
 
     links: Collection[str]
     held_by: Mapping[str, Element]
     materials: Mapping[str, Element]
+    carried: Collection[str]
     notes: Notes
 
     @classmethod
@@ -46,7 +49,7 @@ class _Robot:
         links = {link.attribute("name") for link in robot.all("link")}
         held_by = {joint.require("child").attribute("link"): joint for joint in robot.all("joint")}
         materials = {material.attribute("name"): material for material in robot.all("material")}
-        return cls(links, held_by, materials, notes)
+        return cls(links, held_by, materials, set(_carried(robot)), notes)
 
     def joint_name(self, joint: Element) -> str:
         """Return the name of a joint in SDF, where it must differ from those of links."""
@@ -129,11 +132,31 @@ def _name_joints(element: Element, robot: _Robot) -> None:
 # -- links
 
 
+def _carried(robot: Element) -> Iterator[str]:
+    """Yield the links without mass that are fixed to one with mass, which in URDF is the whole mass."""
+    heavy = {link.attribute("name") for link in robot.all("link") if _has_mass(link)}
+    fixed = [
+        tuple(joint.require(end).attribute("link") for end in ("parent", "child"))
+        for joint in robot.all("joint")
+        if joint.attribute("type") == "fixed"
+    ]
+    names = [link.attribute("name") for link in robot.all("link")]
+    groups = rigid_groups(names, [ends for ends in fixed if WORLD not in ends])
+    return (name for name in names if name not in heavy and groups[name] & heavy)
+
+
+def _has_mass(link: Element) -> bool:
+    mass = link.section("inertial").find("mass")
+    return mass is not None and mass.parse_numbers(mass.attribute("value"), 1) != (0.0,)
+
+
 def _link(link: Element, robot: _Robot) -> Element:
     name = link.attribute("name")
     result = new("link", link, *_place(robot.held_by.get(name), robot), name=name)
     inertial = link.find("inertial")
-    if inertial is not None:
+    if name in robot.carried:
+        result.attributes[MASSLESS] = "true"
+    elif inertial is not None:
         result.children.append(_inertial(inertial))
     for tag in ("visual", "collision"):
         for number, shaped in enumerate(link.all(tag)):

@@ -351,3 +351,19 @@ def test_a_link_that_no_joint_holds_is_warned_of(urdf: UrdfReader) -> None:
     read = urdf(f'<link name="base">{MASS}</link><link name="lost">{MASS}</link>')
     (warning,) = read.warnings
     assert "no joint holds 'lost': it moves freely, like 'base'" in str(warning)
+
+
+def test_the_mass_of_a_link_without_one_is_that_of_the_links_fixed_to_it(urdf: UrdfReader) -> None:
+    shape = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
+    nothing = '<inertial><mass value="0"/><inertia ixx="0" iyy="0" izz="0"/></inertial>'
+    links = (
+        f'<link name="base">{shape}</link><link name="plate">{nothing}{shape}</link>'
+        f'<link name="inertia">{MASS}</link><link name="wheel">{shape}</link>'
+    )
+    fixed = "".join(
+        f'<joint name="{one}_{other}" type="fixed"><parent link="{one}"/><child link="{other}"/></joint>'
+        for one, other in (("base", "plate"), ("plate", "inertia"))
+    )
+    turns = '<joint name="w" type="continuous"><parent link="base"/><child link="wheel"/></joint>'
+    masses = {link.name: link.inertial and link.inertial.mass for link in urdf(links + fixed + turns).links}
+    assert masses == {"base": None, "plate": None, "inertia": 1.0, "wheel": 1000.0}
