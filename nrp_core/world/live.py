@@ -18,6 +18,7 @@ from nrp_core.world.parts import Parts, parts_of
 from nrp_core.world.rigid.motion import ModelMotion
 from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.scene.model import Light, Model, Rgba, Scene
+from nrp_core.world.scene.starts import start_positions
 from nrp_core.world.switchboard import Switchboard
 from nrp_core.world.visuals import ColorPart
 
@@ -178,7 +179,8 @@ class LiveScene(Changeable):
                 self.place(model.name, ModelMotion(pose))
                 if self.engine.capabilities.dynamics:  # else joints stay where they are
                     names = self.engine.joint_states(model.name).names
-                    self.engine.set_joints(model.name, dict.fromkeys(names, 0.0))
+                    homes_of_joints = dict.fromkeys(names, 0.0) | dict(start_positions(model))
+                    self.engine.set_joints(model.name, homes_of_joints)
             elif model.pose != pose:
                 self.place(model.name, ModelMotion(pose))
 

@@ -122,6 +122,7 @@ class MujocoEngine(JointedEngine):
     def _do_reset(self, seed: int) -> None:
         mujoco.mj_resetData(self._model, self._data)
         self._control.release()
+        self._put_at_start(self.scene)
         self._continue()
 
     def _do_frames(self, paths: Sequence[BodyPath]) -> ReadFrames:

@@ -22,6 +22,7 @@ from nrp_core.world.rigid.motion import (
 from nrp_core.world.rigid.pose import Pose, Quaternion, rotation_by
 from nrp_core.world.scene.merged_bodies import Body, body_of
 from nrp_core.world.scene.model import Link, Model, Scene
+from nrp_core.world.scene.starts import start_positions
 
 MotionOf = Callable[[], ModelMotion]
 """Reads pose and velocity of an object."""
@@ -126,6 +127,16 @@ class JointedEngine(Engine):
         """Find the readers of the motions of models; those of links are found on demand."""
         self._motions = {model.name: self._motion_of(model, None) for model in scene.models}
         self._links: dict[tuple[str, str], MotionOf] = {}
+        self._put_at_start(scene)
+
+    def _put_at_start(self, scene: Scene) -> None:
+        """Put the joints where they start; engines begin with all joints at 0."""
+        for model in scene.models:
+            starts = {} if model.static else start_positions(model)
+            for name, position in starts.items():
+                self._do_put_joint(self._built.joints[model.name][name], position)
+            if starts:
+                self._moved(model.name)
 
     def _warm_up(self) -> None:
         """Render an image with each camera, because the first one is slow."""

@@ -7,6 +7,9 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 
+LATER: Mapping[str, object] = {"later": True}
+"""Metadata of a field that was added later: at its default it is left out, so that earlier digests hold."""
+
 
 def digest_of(value: object) -> str:
     """Return the digest of data; fields that are excluded from comparisons are excluded here."""
@@ -16,7 +19,12 @@ def digest_of(value: object) -> str:
 def _text(value: object) -> str:
     """Return data as text: fields by name, after the ``tag`` of their class if it has one."""
     if is_dataclass(value) and not isinstance(value, type):
-        entries = {field.name: getattr(value, field.name) for field in fields(value) if field.compare}
+        entries = {
+            field.name: getattr(value, field.name)
+            for field in fields(value)
+            if field.compare
+            and not ("later" in field.metadata and getattr(value, field.name) == field.default)
+        }
         return getattr(value, "tag", "") + _text(entries)
     if isinstance(value, Mapping):
         return "{" + ",".join(f"{key}:{_text(value[key])}" for key in sorted(value)) + "}"

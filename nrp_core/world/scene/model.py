@@ -18,7 +18,7 @@ from nrp_core.findings import Finding
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.acting import JointController, MountedDrive, PairController, TrajectoryController
 from nrp_core.world.scene.checks import WORLD, check_tree, check_unique, require
-from nrp_core.world.scene.digest import digest_of
+from nrp_core.world.scene.digest import LATER, digest_of
 from nrp_core.world.scene.finish import Finish as Finish
 from nrp_core.world.scene.origin import Native, Source
 from nrp_core.world.scene.sensing import MountedSensor
@@ -228,6 +228,7 @@ class Model:
         trajectory_controllers: controllers that make joints follow trajectories.
         pair_controllers: controllers of the mean or difference of two joints.
         native: elements of its file for a specific engine, which a scene cannot express.
+        starts: positions of joints at the start; others start at 0, or at the limit nearest to it.
         warnings: warnings about repairs and unsupported elements of its file.
         source: the file that it was read from; None: it was created in Python.
     """
@@ -243,6 +244,7 @@ class Model:
     trajectory_controllers: tuple[TrajectoryController, ...] = ()
     pair_controllers: tuple[PairController, ...] = ()
     native: tuple[Native, ...] = ()
+    starts: tuple[tuple[str, float], ...] = field(default=(), metadata=LATER)
     warnings: tuple[Finding, ...] = field(default=(), compare=False, repr=False)
     source: Source | None = field(default=None, compare=False, repr=False)
 

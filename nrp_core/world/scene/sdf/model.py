@@ -29,6 +29,7 @@ from nrp_core.world.scene.sdf.joints import WITHOUT_ONE_WAY, read_joints, with_l
 from nrp_core.world.scene.sdf.links import read_link
 from nrp_core.world.scene.sdf.placed import Placed, read_placed
 from nrp_core.world.scene.stand_in import with_sizes
+from nrp_core.world.scene.starts import outside, start_positions
 from nrp_core.world.topics import resolve_name
 
 _JOINT_STATE_PLUGINS = ("gazebo_ros_joint_state_publisher", "JointStatePublisher")
@@ -202,6 +203,10 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
         model.check()
     except SceneError as error:
         raise element.error(error.message) from None
+    if beyond := outside(model):
+        told = ", ".join(f"'{joint.name}' at {start_positions(model)[joint.name]:g}" for joint in beyond)
+        message = f"the limits of these joints exclude 0, so they start at the nearest limit: {told}"
+        reading.notes.warn(element, Code.NRP264, message, subject=name)
     massive = with_default_masses(links, joints, element, reading.notes)
     return replace(model, links=with_sizes(massive, joints))
 

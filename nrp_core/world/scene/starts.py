@@ -1,0 +1,39 @@
+"""Where joints start: at 0, or at the limit nearest to it where their limits exclude 0."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from nrp_core.world.scene.model import Joint, Model
+
+
+def start_positions(model: Model) -> Mapping[str, float]:
+    """Return the start positions (rad, m) of the joints of a model that do not start at 0.
+
+    A joint that follows one of them starts where it follows it.
+    """
+    given = dict(model.starts)
+    starts: dict[str, float] = {}
+    followers: list[Joint] = []
+    for joint in model.joints:
+        if not joint.takes_commands:
+            continue
+        if joint.mimic is not None and joint.name not in given:
+            followers.append(joint)
+        starts[joint.name] = given.get(joint.name, _within(joint, 0.0))
+    for joint in followers:
+        assert joint.mimic is not None
+        if leader := starts.get(joint.mimic.leader, 0.0):
+            starts[joint.name] = _within(joint, joint.mimic.multiplier * leader + joint.mimic.offset)
+    return {name: start for name, start in starts.items() if start}
+
+
+def outside(model: Model) -> list[Joint]:
+    """Return the joints whose limits exclude 0 and that are not told where to start."""
+    told = dict(model.starts)
+    free = [joint for joint in model.joints if joint.takes_commands and joint.mimic is None]
+    return [joint for joint in free if joint.name not in told and _within(joint, 0.0)]
+
+
+def _within(joint: Joint, position: float) -> float:
+    return min(max(position, joint.lower), joint.upper)
