@@ -396,6 +396,12 @@ class Run(Closing):
 
     # -- the end
 
+    @property
+    def spikes(self) -> dict[str, int]:
+        """The number of spikes so far, by population and view."""
+        spikes: dict[str, int] = self._counter.of(self.brain.network)
+        return spikes
+
     def result(self) -> Result:
         """Return what came of it so far."""
         times, where = self._watch.events.times, self._watch.where
@@ -423,7 +429,7 @@ class Run(Closing):
             time_share=self.loop.account.shares(),
             final_pose={name: pose_data(where.pose(name)) for name in self._robots()},
             trajectory_digest=self._digest.hexdigest(),
-            spikes=self._counter.of(self.brain.network),
+            spikes=self.spikes,
             events={name: seconds(times[name]) if name in times else None for name in self.experiment.events},
             failures=[failure_data(failure) for failure in self.loop.failures],
         )

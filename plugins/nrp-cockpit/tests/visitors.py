@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from nrp_cockpit.designer.services import with_designer
 from nrp_cockpit.session.controls import services_of
 from nrp_cockpit.session.live import LiveSession
+from nrp_cockpit.session.opening import Opening, with_opening
 from nrp_cockpit.wire.guard import Guard
 from nrp_cockpit.wire.hub import Hub
 from nrp_cockpit.wire.server import Server
@@ -188,11 +189,15 @@ class Cockpit:
 
     @contextmanager
     def visit(
-        self, *, steers: bool = True, protocols: tuple[str, ...] = ("foxglove.websocket.v1",)
+        self,
+        *,
+        steers: bool = True,
+        protocols: tuple[str, ...] = ("foxglove.websocket.v1",),
+        run: str = "",
     ) -> Iterator[Visitor]:
-        """Let somebody in."""
+        """Let somebody in; ``run="beside"``: to the second run."""
         token = self.guard.token if steers else self.guard.watch_token
-        address = f"ws://127.0.0.1:{self.server.port}/?token={token}"
+        address = f"ws://127.0.0.1:{self.server.port}/?token={token}&run={run}"
         names = [Subprotocol(name) for name in protocols]
         with connect(address, subprotocols=names, max_size=None, proxy=None, close_timeout=0.5) as connection:
             yield Visitor(connection)
@@ -204,7 +209,8 @@ def cockpit(*overrides: str, experiment: str = "braitenberg_husky") -> Iterator[
     guard, hub = Guard(), Hub()
     with Run(load_experiment(experiment, [SMALL, *overrides])) as run:
         session = LiveSession(run, hub)
-        hub.services = with_designer(services_of(session), session)
+        opening = Opening(session, lambda more: load_experiment(experiment, [SMALL, *overrides, *more]))
+        hub.services = with_designer(with_opening(services_of(session), opening), session)
         server = Server(hub, guard=guard)
         owner = threading.Thread(target=session.serve)
         owner.start()

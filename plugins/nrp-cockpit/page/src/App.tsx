@@ -11,9 +11,12 @@ import "./shell/shell.css";
 
 const FunctionsView = lazy(() => import("./functions/FunctionsView"));
 
+const CompareView = lazy(() => import("./compare/CompareView"));
+
 const views: Record<View, () => ReactNode> = {
   cockpit: () => <CockpitView />,
   functions: () => <FunctionsView />,
+  compare: () => <CompareView />,
 };
 
 /** The whole page: rail, toolbar, the open view, status bar. */

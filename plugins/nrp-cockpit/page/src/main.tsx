@@ -1,6 +1,8 @@
-import { StrictMode } from "react";
+import { lazy, StrictMode, Suspense } from "react";
 import { createRoot } from "react-dom/client";
 import { App } from "./App";
+import { followComparison } from "./compare/comparison";
+import { isEmbedded } from "./compare/embedded";
 import { followRun } from "./state/run";
 import { followView } from "./state/view";
 import "./ui/tokens.css";
@@ -9,13 +11,23 @@ import "./ui/controls.css";
 import "./ui/panel.css";
 import { wire } from "./wire";
 
+const EmbeddedView = lazy(() => import("./compare/EmbeddedView"));
+
 const root = document.getElementById("root");
 if (!root) throw new Error("index.html has no element 'root'");
 followView();
 followRun();
+followComparison();
 wire.open();
+const inside = isEmbedded(window.location);
 createRoot(root).render(
   <StrictMode>
-    <App />
+    {inside ? (
+      <Suspense fallback={null}>
+        <EmbeddedView />
+      </Suspense>
+    ) : (
+      <App />
+    )}
   </StrictMode>,
 );

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -44,7 +44,7 @@ def cockpit(
     seed: Seed = None,
     port: Annotated[int, typer.Option(min=0, max=65535, help="The port; 0 takes any free one.")] = 0,
     host: Annotated[
-        str, typer.Option(help="The address to listen on; others than this machine's own need the token too.")
+        str, typer.Option(help="The address to listen on: 0.0.0.0 lets other machines in, with the token.")
     ] = "127.0.0.1",
     origin: Annotated[
         list[str] | None,
@@ -52,6 +52,12 @@ def cockpit(
     ] = None,
     browser: Annotated[bool, typer.Option(help="Open the page in a browser.")] = True,
     play: Annotated[bool, typer.Option("--play", help="Do not wait for somebody to press Play.")] = False,
+    compare: Annotated[
+        str | None,
+        typer.Option(
+            metavar="brain=NAME,world=NAME", help="Run the same on other engines beside it, in step."
+        ),
+    ] = None,
 ) -> None:
     """See a run in the browser, steer it, and go back in time; or play a recording there.
 
@@ -63,12 +69,27 @@ def cockpit(
 
     def opened(hub: Hub, stack: ExitStack) -> Session:
         if not is_recording(experiment):
-            return stack.enter_context(open_run(experiment, settings, hub))
-        if brain or world or overrides or seed is not None:
+            return stack.enter_context(open_run(experiment, settings, hub, other=compared(compare)))
+        if brain or world or overrides or compare or seed is not None:
             raise ExperimentError("a recording is played as it was made: no option changes it")
         return open_recording(experiment, hub)
 
     Serving(host, port, tuple(origin or ()), browser=browser, play=play).serve(opened)
+
+
+def compared(given: str | None) -> dict[str, str]:
+    """Return the other engines that ``--compare`` names, by their side.
+
+    Raises:
+        ExperimentError: it does not name a brain or a world.
+    """
+    parts = [part.partition("=") for part in given.split(",")] if given is not None else []
+    for side, _, name in parts:
+        if side not in ("brain", "world") or not name:
+            raise ExperimentError(
+                f"--compare takes brain=NAME, world=NAME or both with a comma, not '{given}'"
+            )
+    return {side: name for side, _, name in parts}
 
 
 def is_recording(path: str) -> bool:
@@ -89,7 +110,13 @@ def open_recording(path: str, hub: Hub) -> Session:
 
 
 @contextmanager
-def open_run(experiment: str, settings: list[str], hub: Hub, design: Path | None = None) -> Iterator[Session]:
+def open_run(
+    experiment: str,
+    settings: list[str],
+    hub: Hub,
+    design: Path | None = None,
+    other: Mapping[str, str] | None = None,
+) -> Iterator[Session]:
     """Give a session with a run of an experiment, and offer its services.
 
     Args:
@@ -97,10 +124,12 @@ def open_run(experiment: str, settings: list[str], hub: Hub, design: Path | None
         settings: ``dotted.key=value``.
         hub: of the clients.
         design: the model that the designer begins with; None: one of the experiment.
+        other: the backends of a second run beside it, by their side.
     """
     from nrp_cockpit.designer.services import with_designer
     from nrp_cockpit.session.controls import services_of
     from nrp_cockpit.session.live import LiveSession
+    from nrp_cockpit.session.opening import Opening, with_opening
     from nrp_core.cli.progress import display
     from nrp_core.experiment.reading.find import load_experiment
     from nrp_core.experiment.running.run import Run
@@ -109,6 +138,11 @@ def open_run(experiment: str, settings: list[str], hub: Hub, design: Path | None
         with display() as shown:
             shown.begin_task("reading the experiment")
             run = stack.enter_context(Run(load_experiment(experiment, settings), shown.begin_task))
-        session = LiveSession(run, hub)
-        hub.services = with_designer(services_of(session), session, design)
+            session = LiveSession(run, hub)
+            opening = Opening(session, lambda more: load_experiment(experiment, [*settings, *more]))
+            services = with_opening(services_of(session), opening)
+            hub.services = with_designer(services, session, design)
+            if other:
+                shown.begin_task("opening the other engines")
+                opening.compare(**other)
         yield session

@@ -1,9 +1,10 @@
 import { type Selection, select, useSelection } from "../state/selection";
 import { IconButton } from "../ui/Button";
-import { Empty, Panel } from "../ui/Panel";
+import { Panel } from "../ui/Panel";
 import { BodyView } from "./BodyView";
 import { NeuronView, PopulationView, ProjectionView } from "./BrainViews";
 import { FunctionView } from "./FunctionView";
+import { Outline } from "./Outline";
 import "./inspector.css";
 
 /** What is selected: its values, and what may be done with it. */
@@ -21,8 +22,17 @@ export function InspectorPanel() {
   );
   return (
     <Panel title="Selected" tools={clear} className="inspector scroll">
-      {selected ? <Selected selected={selected} /> : <Empty>Click a body, a cell or a projection.</Empty>}
+      {selected ? <Selected selected={selected} /> : <Nothing />}
     </Panel>
+  );
+}
+
+function Nothing() {
+  return (
+    <>
+      <p className="inspector-empty mut f12">Click a body, a cell or a projection, or choose one here.</p>
+      <Outline />
+    </>
   );
 }
 

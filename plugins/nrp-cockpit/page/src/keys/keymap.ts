@@ -1,4 +1,4 @@
-import { playOrPause, step, stepBack, takeSnapshot, toggleRecording } from "../state/commands";
+import { branch, playOrPause, step, stepBack, takeSnapshot, toggleRecording } from "../state/commands";
 import { select } from "../state/selection";
 import { openView, setFull, setHelp, useView, VIEWS } from "../state/view";
 import { focusNextPanel, fullSizeOfFocused } from "./panels";
@@ -29,6 +29,11 @@ const openNumbered = ({ key }: KeyboardEvent) => {
   if (view) openView(view);
 };
 
+const branchHere = () => {
+  openView("compare");
+  void branch({ t_s: null });
+};
+
 const leave = () => (useView.getState().full ? setFull(null) : select(null));
 
 /** Every key of the page: what acts on it, and what the help says. */
@@ -38,8 +43,9 @@ export const keymap: readonly KeyEntry[] = [
   entry("Run", ".", ".", "Step", () => void step()),
   entry("Run", "Shift+R", "Shift R", "Reset menu", () => press('[data-key="reset"]')),
   entry("Run", "s", "S", "Take a snapshot", () => void takeSnapshot()),
+  entry("Run", "b", "B", "Branch: a second future beside this one", branchHere),
   entry("Run", "r", "R", "Start or stop recording", toggleRecording),
-  entry("View", ["1", "2"], "1, 2", "Open a view", openNumbered),
+  entry("View", ["1", "2", "3"], "1, 2, 3", "Open a view", openNumbered),
   entry("View", "?", "?", "This map", () => setHelp(true)),
   entry("Panels", "F6", "F6, Shift F6", "Next panel, panel before", () => focusNextPanel(1)),
   entry("Panels", "Shift+F6", "arrows", "Move inside a panel", () => focusNextPanel(-1)),

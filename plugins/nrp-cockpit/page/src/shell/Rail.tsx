@@ -4,6 +4,7 @@ import { Icon } from "../ui/Icon";
 const names: Record<View, string> = {
   cockpit: "Cockpit",
   functions: "Functions",
+  compare: "Compare",
 };
 
 /** The views at the left edge; theme and help at its foot. */

@@ -27,6 +27,9 @@ export const seek = (t_s: number) => command("seek", { t_s });
 export const takeSnapshot = () => command("snapshot");
 export const restore = (id: string) => command("restore", { id });
 export const record = (folder: string | null) => command("record", { folder });
+export const branch = (from: { t_s: number | null } | { id: string }) => command("branch", from);
+export const compare = (brain: string | null, world: string | null) => command("compare", { brain, world });
+export const part = () => command("part");
 export const publish = (topic: string, value: object) => command("publish", { topic, value });
 export const push = (body: string, force_n: Vector, duration_s: number) =>
   command("push", { body, force_n, duration_s });

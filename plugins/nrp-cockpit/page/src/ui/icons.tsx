@@ -83,6 +83,13 @@ export const paths = {
     </>
   ),
   snapshot: <path d="M4 2.500h8v11L8 10.500l-4 3z" />,
+  branch: (
+    <>
+      <path d="M4.500 2.500v11M4.500 10c0-4 7-2 7-5.500" />
+      <circle cx="11.500" cy="3.500" r="1.500" />
+    </>
+  ),
+  compare: <path d="M2.500 3h4.500v10H2.500zM9 3h4.500v10H9z" />,
   clock: (
     <>
       <circle cx="8" cy="8" r="6" />

@@ -13,11 +13,15 @@ interface Listener {
 
 const WAITS_S = [1, 2, 3, 5];
 
-/** The socket's address: beside the page, with the page's own token. */
+/** The socket's address: beside the page, with the page's own token and the run that it shows. */
 export function addressOf(page: Location): string {
   const url = new URL("ws", page.href.replace(/[?#].*/, ""));
   url.protocol = page.protocol === "https:" ? "wss:" : "ws:";
-  url.search = new URLSearchParams({ token: new URLSearchParams(page.search).get("token") ?? "" }).toString();
+  const given = new URLSearchParams(page.search);
+  url.search = new URLSearchParams({
+    token: given.get("token") ?? "",
+    run: given.get("run") ?? "",
+  }).toString();
   return url.href;
 }
 

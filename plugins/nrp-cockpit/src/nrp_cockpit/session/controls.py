@@ -23,7 +23,8 @@ LAYOUT = ".cockpit.json"
 
 
 def services_of(session: LiveSession) -> Services:
-    """Return the services of a run."""
+    """Return the services of a run; one beside another goes with the time of that."""
+    lead = getattr(session, "lead", session)
     commands = commands_of(session.run)
     functions, bodies = session.functions, session.bodies
     path = session.run.experiment.source.place.path
@@ -40,12 +41,12 @@ def services_of(session: LiveSession) -> Services:
         return asked(session, call)
 
     def restore(id: str) -> None:  # noqa: A002  the name that the page gives it
-        session.restore(id)
+        lead.restore(id)
 
     steering: dict[str, Service] = {
-        **going(session),
-        "snapshot": asked(session, session.snapshot),
-        "restore": asked(session, restore, "going back to the snapshot"),
+        **going(lead),
+        "snapshot": asked(lead, lead.snapshot),
+        "restore": asked(lead, restore, "going back to the snapshot"),
         "record": asked(session, session.record),
         "publish": validated(commands["publish"]),
         "push": steered(bodies.push),
@@ -65,7 +66,7 @@ def services_of(session: LiveSession) -> Services:
 
 
 _REFUSED = (
-    "snapshot", "restore", "record", "publish", "push", "place",
+    "snapshot", "restore", "record", "branch", "compare", "part", "publish", "push", "place",
     "functions/apply", "functions/revert", "functions/save", "functions/activate",
 )  # fmt: skip
 """What changes a run, and not a recording."""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from nrp_cockpit.session.mounts import mounts_data
+from nrp_core import brains, worlds
 from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Population, Projection
@@ -36,6 +37,7 @@ def run_data(run: Run) -> dict[str, Any]:
         "duration_s": seconds(experiment.duration),
         "timestep_s": seconds(experiment.timestep),
         "source": "live",
+        "backends": {"brain": sorted(brains().names()), "world": sorted(worlds().names())},
         "capabilities": _capabilities(run),
         "topics": [topic_data(topic) for topic in world.topics.values() if topic.response is None],
         "robots": list(experiment.world.robots),

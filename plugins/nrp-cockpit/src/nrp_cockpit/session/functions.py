@@ -56,6 +56,11 @@ class Functions:
                 self._spent_ns[name] = spent_ns
                 self._costs[name].add((spent_ns - before) / 1e6)
 
+    @property
+    def texts(self) -> dict[str, str]:
+        """The texts from which the run goes on, by the names of their files."""
+        return dict(self._running)
+
     def begin_again(self) -> None:
         """Forget what functions took: the run is at another time."""
         self._spent_ns = dict(self._run.loop.account.function_ns)

@@ -9,11 +9,14 @@ from typing import Any
 
 from nrp_cockpit.hearing.hearing import Hearing
 from nrp_cockpit.session.bodies import Bodies
+from nrp_cockpit.session.companion import Companion
 from nrp_cockpit.session.functions import Functions
 from nrp_cockpit.session.live_reports import LiveReports
 from nrp_cockpit.session.past import ALONE_NS, WATCHED_NS, Past
+from nrp_cockpit.session.requests import Requests
 from nrp_cockpit.session.session import Mode, Session
 from nrp_cockpit.wire.hub import Hub
+from nrp_core._support.stopwatch import work
 from nrp_core.cle.pacing import AsFastAsPossible, Paced
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError, LifecycleError, NrpError
@@ -30,11 +33,17 @@ class LiveSession(Session):
     Args:
         run: an open run, between two steps.
         hub: of the clients.
+        requests: of the session that owns the thread; by default it is this one.
+
+    Attributes:
+        beside: another run that goes with it, if there is one.
     """
 
-    def __init__(self, run: Run, hub: Hub) -> None:
-        super().__init__(hub)
+    def __init__(self, run: Run, hub: Hub, requests: Requests | None = None) -> None:
+        super().__init__(hub, requests)
         self.run = run
+        self.beside: Companion | None = None
+        self._jumping = False
         self._going_since: float | None = None
         self._gone_s = 0.0
         self._recording: RecordingFolder | None = None
@@ -86,6 +95,8 @@ class LiveSession(Session):
     def _go_from_here(self) -> None:
         """Forget what came later: the run may go another way."""
         self.past.forget_after(self.now_ns)
+        if self.beside is not None:
+            self.beside.go_from_here()
 
     def _advance(self) -> None:
         """Run until the end, or until somebody asks for something."""
@@ -95,6 +106,8 @@ class LiveSession(Session):
     def _idle(self) -> None:
         self.hearing.take()
         self.reports.idle()
+        if self.beside is not None:
+            self.beside.idle()
 
     def _guarded(self, go: Callable[[], Any]) -> None:
         self._going_since = time.monotonic()
@@ -111,6 +124,10 @@ class LiveSession(Session):
         self.hearing.take()
         self.functions.after_step(loop)
         self.past.after_step(WATCHED_NS if self.hub.viewers else ALONE_NS)
+        if self.beside is not None and not self._jumping:
+            began_ns = work.now_ns()
+            self.beside.follow()
+            loop.account.total_ns -= work.now_ns() - began_ns  # it is not a part of this run
         self.reports.after_step()
         if self._wanted or self.mode is Mode.PAUSED:
             loop.stop()
@@ -143,7 +160,11 @@ class LiveSession(Session):
             live_again()
             self._run_through(until_ns)
 
-        self._guarded(lambda: self._unpaced(go))
+        self._jumping = True  # who goes along follows in one go
+        try:
+            self._guarded(lambda: self._unpaced(go))
+        finally:
+            self._jumping = False
         self._jumped()
 
     def restore(self, name: str) -> None:
@@ -181,7 +202,7 @@ class LiveSession(Session):
 
     def _run_through(self, until_ns: int) -> None:
         """Run to a time, whoever asks for something meanwhile."""
-        while self.now_ns < until_ns and not self._requests.is_closed:
+        while self.now_ns < until_ns and not self.requests.is_closed:
             self.run.step()
 
     def _unpaced(self, go: Callable[[], Any]) -> None:
@@ -192,6 +213,10 @@ class LiveSession(Session):
         finally:
             self.run.loop.pacing = pacing
 
+    def _unpaced_always(self) -> None:
+        """Run as fast as it can, whatever the pace is."""
+        self.run.loop.pacing = AsFastAsPossible()
+
     def _jumped(self) -> None:
         """Tell everybody that the time is another one."""
         if self.run.error is None:
@@ -199,6 +224,8 @@ class LiveSession(Session):
         self.functions.begin_again()
         self.hearing.begin_again()
         self.hearing.take()
+        if self.beside is not None:
+            self.beside.go_along()
         self.reports.all()
 
     # -- recording
@@ -228,6 +255,9 @@ class LiveSession(Session):
             self._end_recording("interrupted")
 
     def _end(self) -> None:
+        if self.beside is not None:
+            beside, self.beside = self.beside, None
+            beside.end()
         try:
             self._end_recording("finished" if self.mode is Mode.FINISHED else "interrupted")
         finally:

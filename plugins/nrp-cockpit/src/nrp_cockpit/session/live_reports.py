@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from nrp_cockpit.hearing.hearing import Hearing
+from nrp_cockpit.session.companion import Companion
 from nrp_cockpit.session.described import run_data
 from nrp_cockpit.session.findings import finding_data, timeline_data
 from nrp_cockpit.session.functions import Functions
@@ -22,6 +23,7 @@ class LiveReported(Reported, Protocol):
     past: Past
     functions: Functions
     recording_path: Path | None
+    beside: Companion | None
 
     @property
     def wall_s(self) -> float: ...
@@ -37,7 +39,12 @@ class LiveReports(Reports):
     def __init__(self, session: LiveReported) -> None:
         super().__init__(session)
         self._session = session
+        session.hub.offer_json("/cockpit/comparison")
         self._result = session.run.result()
+
+    def _slow(self) -> None:
+        super()._slow()
+        self._say("comparison", {} if self._session.beside is None else self._session.beside.data())
 
     def _experiment_data(self) -> dict[str, Any]:
         return run_data(self._session.run)

@@ -34,8 +34,10 @@ class Session(ABC):
 
     Args:
         hub: of the clients.
+        requests: of the session that owns the thread; by default it is this one.
 
     Attributes:
+        requests: what people wait for.
         mode: what it does now.
         doing: in words, while it is busy.
         pace: simulated seconds a wall second at most; None: as fast as it can.
@@ -44,12 +46,12 @@ class Session(ABC):
 
     reports: Reports
 
-    def __init__(self, hub: Hub) -> None:
+    def __init__(self, hub: Hub, requests: Requests | None = None) -> None:
         self.hub = hub
         self.mode, self.doing = Mode.PAUSED, ""
         self.pace: float | None = 1.0
         self._until_ns = 0
-        self._requests = Requests()
+        self.requests = Requests() if requests is None else requests
 
     @property
     def state(self) -> str:
@@ -73,7 +75,7 @@ class Session(ABC):
 
     def serve(self) -> None:
         """Go on and answer until :meth:`close` or Ctrl-C; in the thread that owns the session."""
-        requests = self._requests
+        requests = self.requests
         try:
             self.reports.all()
             while not requests.is_closed:
@@ -92,7 +94,7 @@ class Session(ABC):
 
     def close(self) -> None:
         """End :meth:`serve` after the current step; any thread may call this."""
-        self._requests.close()
+        self.requests.close()
 
     def ask(self, call: Callable[[], Any], doing: str = "") -> Any:
         """Let the thread of the session make a call between two steps; return its result or raise its error.
@@ -113,7 +115,7 @@ class Session(ABC):
                     self.mode = before
                 self.reports.status()
 
-        return self._requests.ask(busy if doing else call)
+        return self.requests.ask(busy if doing else call)
 
     # -- going on
 
@@ -178,11 +180,11 @@ class Session(ABC):
     @property
     def _wanted(self) -> bool:
         """Whether somebody waits for an answer, or for the end."""
-        return self._requests.wanted
+        return self.requests.wanted
 
     def _rest(self, wall_s: float) -> None:
         """Wait, at most until somebody asks for something."""
-        self._requests.wait(wall_s)
+        self.requests.wait(wall_s)
 
     @abstractmethod
     def _go_from_here(self) -> None:

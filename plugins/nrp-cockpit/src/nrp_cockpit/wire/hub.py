@@ -60,6 +60,7 @@ class Hub:
         heard: the topics that at least one client hears; the same object until it changes.
         playback: where the session is.
         joined: how often clients began to hear each topic.
+        beside: the hub of a second run on the same server, if there is one.
     """
 
     def __init__(self) -> None:
@@ -69,6 +70,7 @@ class Hub:
         self.joined: Counter[str] = Counter()
         self.listeners: dict[Listener, None] = {}
         self.playback = Playback()
+        self.beside: Hub | None = None
         self._counts: Counter[str] = Counter()
         self._last: dict[str, Sent] = {}
         self._waiting: list[tuple[Sent, bool]] = []
@@ -136,6 +138,12 @@ class Hub:
     def attach(self, loop: asyncio.AbstractEventLoop | None) -> None:
         """Set the loop of the server's thread; None: the server has ended."""
         self._loop = loop
+
+    def open_beside(self) -> Hub:
+        """Return a new hub for a second run on the same server."""
+        self.beside = Hub()
+        self.beside.attach(self._loop)
+        return self.beside
 
     def enter(self, listener: Listener) -> None:
         """Add a client."""

@@ -102,7 +102,11 @@ class Server:
     async def _serve(self, connection: ServerConnection) -> None:
         assert connection.request is not None
         may_steer = self._guard.may_steer(_token(connection.request))
-        await Client(connection, self._hub, may_steer=may_steer).serve(self._session_id)
+        hub = self._hub.beside if _of(connection.request, "run") == "beside" else self._hub
+        if hub is None:
+            await connection.close(1013, "there is no second run")
+            return
+        await Client(connection, hub, may_steer=may_steer).serve(self._session_id)
 
 
 def _listening(host: str, port: int) -> socket.socket:
@@ -114,7 +118,11 @@ def _listening(host: str, port: int) -> socket.socket:
 
 
 def _token(request: Request) -> str:
-    return str(parse_qs(request.path.partition("?")[2]).get("token", [""])[0])
+    return _of(request, "token")
+
+
+def _of(request: Request, name: str) -> str:
+    return str(parse_qs(request.path.partition("?")[2]).get(name, [""])[0])
 
 
 def _chosen(_connection: ServerConnection, offered: object) -> Subprotocol | None:

@@ -1,0 +1,117 @@
+import { useId, useState } from "react";
+import { branch, compare } from "../state/commands";
+import { useBlocked, useMissing, useRun } from "../state/run";
+import { Button } from "../ui/Button";
+
+/** What the view offers while there is one run: another future, or other engines. */
+export function Begin() {
+  return (
+    <div className="compare-begin">
+      <NewBranch />
+      <OtherEngines />
+    </div>
+  );
+}
+
+function NewBranch() {
+  const blocked = useBlocked();
+  const missing = useMissing("snapshot");
+  const t_s = useRun((run) => run.status?.t_s ?? 0);
+  const snapshots = useRun((run) => run.timeline?.snapshots);
+  return (
+    <section className="panel" aria-label="Branch">
+      <div className="panel-head">
+        <h2>Another future</h2>
+      </div>
+      <div className="panel-body compare-card">
+        <p>
+          A second run goes on from this moment, in step with the first. Change something in one of them, and
+          see what becomes of it.
+        </p>
+        <p className="mut">Go to a time in the past first, and the branch begins there.</p>
+        <Button
+          kind="primary"
+          icon="branch"
+          disabled={blocked ?? missing}
+          onClick={() => void branch({ t_s: null })}
+        >
+          Branch at {t_s.toFixed(2)} s
+        </Button>
+        {snapshots?.map(({ id, t_s: taken_s }) => (
+          <Button
+            key={id}
+            small
+            icon="snapshot"
+            disabled={blocked ?? missing}
+            onClick={() => void branch({ id })}
+          >
+            Branch at the snapshot of {taken_s.toFixed(2)} s
+          </Button>
+        ))}
+      </div>
+    </section>
+  );
+}
+
+function OtherEngines() {
+  const blocked = useBlocked();
+  const experiment = useRun((run) => run.experiment);
+  const [brain, setBrain] = useState("");
+  const [world, setWorld] = useState("");
+  if (!experiment) return null;
+  const same =
+    (brain || experiment.brain) === experiment.brain && (world || experiment.world) === experiment.world;
+  return (
+    <section className="panel" aria-label="Comparison">
+      <div className="panel-head">
+        <h2>Other engines</h2>
+      </div>
+      <div className="panel-body compare-card">
+        <p>The same experiment begins again on two pairs of engines, in step, with the same seed.</p>
+        <div className="compare-choices">
+          <Choice
+            label="Brain"
+            of={experiment.backends.brain}
+            value={brain || experiment.brain}
+            onChange={setBrain}
+          />
+          <Choice
+            label="World"
+            of={experiment.backends.world}
+            value={world || experiment.world}
+            onChange={setWorld}
+          />
+        </div>
+        <Button
+          kind="primary"
+          icon="compare"
+          disabled={blocked ?? (same ? "Choose another brain or another world." : undefined)}
+          onClick={() => void compare(brain || null, world || null)}
+        >
+          Compare from 0 s
+        </Button>
+      </div>
+    </section>
+  );
+}
+
+interface ChoiceProps {
+  label: string;
+  of: readonly string[];
+  value: string;
+  onChange: (value: string) => void;
+}
+
+function Choice({ label, of, value, onChange }: ChoiceProps) {
+  const id = useId();
+  return (
+    <div className="field">
+      <label htmlFor={id}>{label}</label>
+      <select id={id} className="input" value={value} onChange={(event) => onChange(event.target.value)}>
+        {of.map((name) => (
+          <option key={name}>{name}</option>
+        ))}
+      </select>
+    </div>
+  );
+}

@@ -1,0 +1,27 @@
+import { expect, it } from "vitest";
+import type { Body, Population, Projection } from "../state/types";
+import { bodiesOf, populationsOf } from "./everything";
+
+const body = (name: string, fixed: boolean) => ({ name, static: fixed }) as Body;
+
+it("lists the bodies that move before those that stand", () => {
+  const found = bodiesOf({ bodies: [body("room", true), body("husky", false), body("screen", true)] });
+  expect(found.map(({ name, note }) => [name, note])).toEqual([
+    ["husky", "moves"],
+    ["room", "fixed"],
+    ["screen", "fixed"],
+  ]);
+});
+
+it("lists under each population the projections that leave it", () => {
+  const populations = [
+    { label: "eyes", size: 5 },
+    { label: "wheels", size: 2 },
+  ] as Population[];
+  const projections = [{ id: "p1", pre: "eyes", post: "wheels", excites: false }] as Projection[];
+  const [eyes, wheels] = populationsOf({ populations, projections });
+  expect(eyes?.parts?.map(({ name, to }) => [name, to])).toEqual([
+    ["⊣ wheels", { kind: "projection", id: "p1" }],
+  ]);
+  expect(wheels?.parts).toEqual([]);
+});

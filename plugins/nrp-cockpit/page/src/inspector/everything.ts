@@ -1,0 +1,40 @@
+import type { Selection } from "../state/selection";
+import type { Experiment } from "../state/types";
+
+/** A line of the outline, and those below it. */
+export interface Branch {
+  name: string;
+  note?: string;
+  to: Selection;
+  parts?: Branch[];
+}
+
+/** The bodies; those that move come first. */
+export function bodiesOf({ bodies }: Pick<Experiment, "bodies">): Branch[] {
+  return [...bodies]
+    .sort((a, b) => Number(a.static) - Number(b.static))
+    .map(({ name, static: fixed }) => ({
+      name,
+      note: fixed ? "fixed" : "moves",
+      to: { kind: "body", name },
+    }));
+}
+
+/** The populations, each with the projections that leave it. */
+export function populationsOf({
+  populations,
+  projections,
+}: Pick<Experiment, "populations" | "projections">): Branch[] {
+  return populations.map(({ label, size }) => ({
+    name: label,
+    note: `${size}`,
+    to: { kind: "population", label },
+    parts: projections
+      .filter(({ pre }) => pre === label)
+      .map(({ id, post, excites }) => ({
+        name: `${excites ? "→" : "⊣"} ${post}`,
+        note: excites ? "excites" : "inhibits",
+        to: { kind: "projection", id },
+      })),
+  }));
+}

@@ -1,0 +1,79 @@
+"""A second run beside the one of a session, in step with it: another future, or another pair of engines."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nrp_cockpit.session.difference import Difference
+from nrp_cockpit.session.live import LiveSession
+from nrp_cockpit.session.session import Mode
+from nrp_cockpit.wire.hub import Hub
+from nrp_core.clock import seconds
+from nrp_core.errors import CapabilityError
+from nrp_core.experiment.running.run import Run
+
+
+class Beside(LiveSession):
+    """A run that goes wherever the time of another one goes; all else is its own.
+
+    Args:
+        run: an open run, at the time from which it goes along.
+        hub: of its clients.
+        lead: the session that it goes with; it owns the thread.
+        label: what the page calls it.
+        lead_label: what the page calls the other one.
+
+    Attributes:
+        difference: between the two.
+    """
+
+    def __init__(self, run: Run, hub: Hub, lead: LiveSession, label: str, lead_label: str) -> None:
+        self.lead, self.label, self.lead_label = lead, label, lead_label
+        super().__init__(run, hub, lead.requests)
+        self.difference = Difference(lead.run, run)
+        self._since_ns = run.loop.now_ns
+        self._unpaced_always()
+        self.difference.look()
+
+    @property
+    def state(self) -> str:
+        """What the lead does, but for an error of its own."""
+        return str(Mode.FAILED if self.mode is Mode.FAILED else self.lead.mode)
+
+    def follow(self) -> None:
+        """Run to where the lead is, after a step of it."""
+        until_ns = self.lead.now_ns
+        if self.mode is not Mode.FAILED and self.now_ns < until_ns:
+            self.mode = Mode.RUNNING
+            self._guarded(lambda: self._run_through(until_ns))
+        if self.now_ns == until_ns:
+            self.difference.look()
+
+    def go_from_here(self) -> None:
+        """Forget what came later: the lead goes on from here."""
+        self.past.forget_after(self.now_ns)
+
+    def go_along(self) -> None:
+        """Go to where the lead has gone, but not to before its own beginning."""
+        t_ns = max(self.lead.now_ns, self._since_ns)
+        if t_ns != self.now_ns or self.mode is Mode.FAILED:
+            try:
+                self.seek(seconds(t_ns))
+            except CapabilityError:  # it keeps no snapshots
+                self.reset()
+                self._guarded(lambda: self._run_through(t_ns))
+        self.difference.cut(t_ns)
+        self.reports.all()
+
+    def idle(self) -> None:
+        """Do what is due while nothing goes on."""
+        self._idle()
+
+    def end(self) -> None:
+        """End it, and release its engines."""
+        self._end()
+        self.run.close()
+
+    def data(self) -> dict[str, Any]:
+        """Return how the two differ, and what they are called."""
+        return {"labels": [self.lead_label, self.label], **self.difference.data()}

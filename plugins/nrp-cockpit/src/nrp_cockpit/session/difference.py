@@ -1,0 +1,98 @@
+"""How two runs that go in step differ: where their robots are, what happened, and when that began."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from itertools import chain
+from math import dist
+from typing import Any
+
+from nrp_core.clock import seconds
+from nrp_core.comparison.divergence import NOISE
+from nrp_core.experiment.running.result import Result
+from nrp_core.experiment.running.run import Run
+
+MOST_POINTS = 600
+"""Of the distance over time; when there are more, every second one goes."""
+
+
+class Difference:
+    """Looks at two runs after each step that both have taken.
+
+    Args:
+        one: the run that leads.
+        other: the run that goes with it.
+
+    Attributes:
+        since_ns: the time from which they are compared.
+    """
+
+    def __init__(self, one: Run, other: Run) -> None:
+        self._one, self._other = one, other
+        self.since_ns = other.loop.now_ns
+        self._distances: list[tuple[int, float]] = []
+        self._every = 1
+        self._steps = 0
+        self._first: dict[str, int] = {}
+
+    def look(self) -> None:
+        """Compare them now."""
+        now_ns = self._one.loop.now_ns
+        distance_m = self.distance_m
+        if distance_m > NOISE:
+            self._first.setdefault("trajectory", now_ns)
+        if self._one.spikes != self._other.spikes:
+            self._first.setdefault("spikes", now_ns)
+        if self._steps % self._every == 0:
+            self._distances.append((now_ns, distance_m))
+        self._steps += 1
+        if len(self._distances) > MOST_POINTS:
+            self._distances, self._every = self._distances[::2], self._every * 2
+
+    def cut(self, t_ns: int) -> None:
+        """Forget what came after a time."""
+        self._distances = [each for each in self._distances if each[0] <= t_ns]
+        self._first = {name: first_ns for name, first_ns in self._first.items() if first_ns <= t_ns}
+
+    @property
+    def distance_m(self) -> float:
+        """The largest distance between a robot in one run and the same in the other, m."""
+        there = {model.name for model in self._other.world.scene.models}
+        robots = [
+            name
+            for name in self._one.experiment.world.robots
+            if name in there and any(model.name == name for model in self._one.world.scene.models)
+        ]
+        return max(
+            (dist(*(run.world.model_motion(name).pose.position for run in self._runs)) for name in robots),
+            default=0.0,
+        )
+
+    def data(self) -> dict[str, Any]:
+        """Return it as the page shows it."""
+        one, other = (run.result() for run in self._runs)
+        return {
+            "since_s": seconds(self.since_ns),
+            "distance_m": self.distance_m,
+            "distances": [[seconds(t_ns), distance_m] for t_ns, distance_m in self._distances],
+            "first": [
+                {"what": name, "t_s": seconds(t_ns)}
+                for name, t_ns in sorted(self._first.items(), key=lambda each: each[1])
+            ],
+            "events": _beside(one.events, other.events),
+            "criteria": _beside(_passed(one), _passed(other)),
+            "spikes": _beside(one.spikes, other.spikes),
+        }
+
+    @property
+    def _runs(self) -> tuple[Run, Run]:
+        return self._one, self._other
+
+
+def _passed(result: Result) -> Mapping[str, bool | None]:
+    return {name: outcome.passed for name, outcome in result.criteria.items()}
+
+
+def _beside(one: Mapping[str, Any], other: Mapping[str, Any]) -> list[dict[str, Any]]:
+    names: Iterable[str] = dict.fromkeys(chain(one, other))
+    return [{"name": name, "one": one.get(name), "other": other.get(name)} for name in names]

@@ -1,0 +1,144 @@
+"""Opens a second run beside that of a session, and closes it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from nrp_cockpit.session.beside import Beside
+from nrp_cockpit.session.controls import asked, prefixed, services_of
+from nrp_cockpit.session.live import LiveSession
+from nrp_cockpit.wire.hub import Service, Services
+from nrp_core.clock import seconds
+from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.running.run import Run
+
+Read = Callable[[Sequence[str]], Experiment]
+"""Reads the experiment of a session anew, with further overrides."""
+
+
+class Opening:
+    """Opens and closes the second run of a session. All methods belong to the thread of the session.
+
+    Args:
+        session: the session.
+        read: reads its experiment anew.
+
+    Attributes:
+        session: the session.
+    """
+
+    def __init__(self, session: LiveSession, read: Read) -> None:
+        self.session, self._read = session, read
+
+    def branch(self, t_s: float | None = None, id: str | None = None) -> None:  # noqa: A002
+        """Open a second future of the run.
+
+        Args:
+            t_s: the time from which both go on; by default now.
+            id: the snapshot from which both go on.
+
+        Raises:
+            CapabilityError: the run cannot be saved.
+            LifecycleError: there is a second run already, or the run has failed.
+        """
+        session = self.session
+        self._require_alone()
+        if id is not None:
+            session.restore(id)
+        elif t_s is not None:
+            session.seek(t_s)
+        snapshot, texts = session.run.snapshot(), session.functions.texts
+        label = f"Branch of {seconds(session.now_ns):.2f} s"
+        beside = self._open(session.run.experiment, label, "The run", snapshot, texts)
+        beside.reports.all()
+        session.reports.all()
+
+    def compare(self, brain: str | None = None, world: str | None = None) -> None:
+        """Begin again, with the same experiment on other engines beside it.
+
+        Args:
+            brain: the name of its brain backend; by default that of the run.
+            world: the name of its world backend, likewise.
+
+        Raises:
+            ExperimentError: a backend is not installed, or neither is given.
+        """
+        self._require_alone()
+        given = {"brain": brain, "world": world}
+        overrides = [f"{side}.backend={name}" for side, name in given.items() if name]
+        if not overrides:
+            raise ExperimentError("a comparison needs another brain or another world")
+        other = self._read(overrides)
+        beside = self._open(other, _pair(other), _pair(self.session.run.experiment))
+        self.session.reset()
+        beside.reports.all()
+
+    def part(self) -> None:
+        """Close the second run; the first goes on alone.
+
+        Raises:
+            LifecycleError: there is none.
+        """
+        session = self.session
+        if session.beside is None:
+            raise LifecycleError("there is no second run")
+        beside, session.beside, session.hub.beside = session.beside, None, None
+        beside.end()
+        session.reports.all()
+
+    def _require_alone(self) -> None:
+        if self.session.beside is not None:
+            raise LifecycleError("there is a second run already: close it first")
+        if self.session.run.error is not None:
+            raise LifecycleError("the run has failed: step back or reset")
+
+    def _open(
+        self,
+        experiment: Experiment,
+        label: str,
+        lead_label: str,
+        snapshot: bytes | None = None,
+        texts: dict[str, str] | None = None,
+    ) -> Beside:
+        session, run = self.session, Run(experiment)
+        try:
+            if snapshot is not None:
+                _take_over(run, session.run, snapshot)
+            hub = session.hub.open_beside()
+            beside = Beside(run, hub, session, label, lead_label)
+            hub.services = services_of(beside)
+            if snapshot is not None and texts != beside.functions.texts:
+                found = beside.functions.apply(texts or {})
+                if not found["applied"]:
+                    raise CapabilityError("the edited functions of the run cannot be taken over")
+                run.restore(snapshot)
+                beside.past.mark()
+        except BaseException:
+            session.hub.beside = None
+            run.close()
+            raise
+        session.beside = beside
+        return beside
+
+
+def _take_over(run: Run, lead: Run, snapshot: bytes) -> None:
+    """Bring a run to the state of another one of the same experiment."""
+    there = {function.name for function in lead.loop.functions}
+    run.loop.change(remove=[one.name for one in run.loop.functions if one.name not in there])
+    run.restore(snapshot)
+
+
+def _pair(experiment: Experiment) -> str:
+    return f"{experiment.brain.backend} + {experiment.world.backend}"
+
+
+def with_opening(services: Services, opening: Opening) -> Services:
+    """Return the services of a run and those that open a second one beside it."""
+    session = opening.session
+    more: dict[str, Service] = {
+        "branch": asked(session, opening.branch, "opening a branch"),
+        "compare": asked(session, opening.compare, "opening the other engines"),
+        "part": asked(session, opening.part, "closing the second run"),
+    }
+    return Services({**services.steering, **prefixed(more, {}).steering}, services.watching)

@@ -1,0 +1,51 @@
+"""Two runs beside each other in one page, in step: another future, and other engines."""
+
+from __future__ import annotations
+
+from browsing import HUSKY, Cockpits, Watched, time_s, wait_until
+from playwright.sync_api import FrameLocator, Page, expect
+
+EVENT = ("-s", "events.left_red.at=0.2 s")
+
+
+def frame(page: Page, title: str) -> FrameLocator:
+    return page.frame_locator(f"iframe[title='{title}']")
+
+
+def test_a_branch_is_changed_and_the_difference_is_shown(cockpits: Cockpits, watched: Watched):
+    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY, *EVENT))
+    page.get_by_role("slider", name="Simulated time").press("PageUp")
+    expect(page.get_by_role("timer")).to_contain_text("1.00 s", timeout=30_000)
+    page.keyboard.press("b")
+    verdict = page.get_by_role("region", name="Difference").get_by_role("status")
+    expect(verdict).to_contain_text("The same since 1.00 s", timeout=60_000)
+    for title in ("The run", "Branch of 1.00 s"):
+        expect(frame(page, title).get_by_role("region", name="Scene")).to_be_visible(timeout=60_000)
+    page.get_by_role("button", name="Step", exact=True).click()
+    expect(page.get_by_role("timer")).to_contain_text("1.02 s", timeout=30_000)
+    expect(verdict).to_contain_text("The same since 1.00 s")
+    selected = frame(page, "Branch of 1.00 s").get_by_role("region", name="Selected")
+    selected.get_by_role("button", name="husky", exact=True).click()
+    selected.get_by_role("textbox", name="x (m)").fill("1.5")
+    selected.get_by_role("button", name="Place", exact=True).click()
+    page.get_by_role("button", name="Step", exact=True).click()
+    expect(verdict).to_contain_text("The robot's path differs first, at 1.04 s", timeout=60_000)
+    page.get_by_role("button", name="Close the second run").click()
+    expect(page.get_by_role("region", name="Comparison")).to_be_visible()
+
+
+def test_another_pair_of_engines_is_chosen_in_the_page_and_goes_in_step(cockpits: Cockpits, watched: Watched):
+    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY, *EVENT))
+    page.get_by_role("link", name="Compare", exact=True).click()
+    choice = page.get_by_role("region", name="Comparison")
+    choice.get_by_label("World").select_option("pybullet")
+    choice.get_by_role("button", name="Compare from 0 s").click()
+    expect(page.get_by_title("event + pybullet")).to_be_visible(timeout=60_000)
+    page.get_by_role("button", name="Step", exact=True).click()
+    table = page.get_by_role("region", name="Difference").get_by_role("table").filter(has_text="Events")
+    expect(table.get_by_role("columnheader", name="event + mujoco")).to_be_visible()
+    page.get_by_role("button", name="Play").click()
+    wait_until(page, 0.6)
+    page.get_by_role("button", name="Pause").click()
+    assert time_s(page) >= 0.6
+    expect(table.get_by_role("row", name="left_red")).to_contain_text("0.20 s")

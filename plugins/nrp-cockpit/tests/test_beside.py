@@ -1,0 +1,149 @@
+"""A second run goes in step with the first: another future of it, or the same on other engines."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Iterator
+
+import pytest
+from states import plain
+from visitors import Cockpit, RefusedError, Visitor, cockpit
+
+from nrp_core.experiment.running.run import Run
+
+BREAKS = """
+
+@nrp.MapRobotSubscriber("states", Topic("/gazebo/model_states", gazebo_msgs.msg.ModelStates))
+@nrp.Robot2Neuron()
+def divides(t, states):
+    1 / len(states.value.name[99:])
+"""
+
+
+@pytest.fixture(scope="module")
+def opened() -> Iterator[Cockpit]:
+    with cockpit("world.backend=mujoco", "brain.backend=event", "events.left_red.at=0.1 s") as opened:
+        yield opened
+
+
+@pytest.fixture
+def visitor(opened: Cockpit) -> Iterator[Visitor]:
+    """Somebody who steers a run that is at 0.6 s."""
+    with opened.visit() as visitor:
+        visitor.subscribe("/cockpit/status", "/cockpit/comparison")
+        visitor.call("reset", what="all")
+        visitor.call("pace", factor=None)
+        visitor.call("step", n=30)
+        yield visitor
+        if opened.session.beside is not None:
+            visitor.call("part")
+
+
+def runs(opened: Cockpit) -> tuple[Run, Run]:
+    assert opened.session.beside is not None
+    return opened.run, opened.session.beside.run  # type: ignore[attr-defined]
+
+
+def states(opened: Cockpit) -> tuple[object, object]:
+    """Return all that the loops, brains and worlds of both keep."""
+
+    def state(run: Run) -> object:
+        sides, loop, own = pickle.loads(run.snapshot())
+        return plain((sides, loop, own[:2]))
+
+    one, other = opened.session.ask(lambda: tuple(state(run) for run in runs(opened)))
+    return one, other
+
+
+def test_a_branch_in_which_nothing_changes_is_the_same_to_the_last_bit(
+    opened: Cockpit, visitor: Visitor
+) -> None:
+    visitor.call("branch")
+    visitor.call("step", n=25)
+    one, other = states(opened)
+    assert one == other
+    shown = visitor.until(lambda: visitor.last("comparison"))
+    visitor.until(lambda: visitor.last("comparison")["distances"][-1][0] == pytest.approx(1.1))
+    shown = visitor.last("comparison")
+    assert (shown["labels"], shown["since_s"]) == (["The run", "Branch of 0.60 s"], 0.6)
+    assert (shown["first"], shown["distance_m"]) == ([], 0)
+    assert all(each["one"] == each["other"] for each in shown["spikes"])
+
+
+def test_a_change_in_a_branch_of_the_past_leaves_the_run_as_it_was(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("step", n=20)
+    expected = opened.session.ask(opened.run.result).trajectory_digest
+    visitor.call("branch", t_s=0.5)
+    with opened.visit(run="beside") as there:
+        there.call("place", body="husky", position=[0, 1, 0.2], orientation=[0, 0, 0, 1])
+    visitor.call("step", n=25)
+    assert opened.session.ask(opened.run.result).trajectory_digest == expected
+    visitor.until(lambda: (visitor.last("comparison") or {}).get("distance_m", 0) > 0.5)
+    first = {each["what"]: each["t_s"] for each in visitor.last("comparison")["first"]}
+    assert first["trajectory"] == pytest.approx(0.52)
+
+
+def test_both_go_back_together_and_forward_again(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("branch")
+    with opened.visit(run="beside") as there:
+        there.call("publish", topic="/right_vr_screen/body/screen_glass/color", value="red")
+        visitor.call("step", n=60)
+        before = states(opened)
+        there.call("seek", t_s=0.9)  # whoever looks at the branch moves both
+    assert [run.now_s for run in runs(opened)] == [0.9, 0.9]
+    visitor.call("seek", t_s=0.2)
+    assert [run.now_s for run in runs(opened)] == [0.2, 0.6]  # the branch begins at 0.6 s
+    visitor.call("seek", t_s=1.8)
+    assert states(opened) == before
+
+
+def test_edited_functions_are_those_of_the_branch_too(opened: Cockpit, visitor: Visitor) -> None:
+    path, source = next(iter(opened.session.functions.texts.items()))
+    assert visitor.call("functions/apply", files={path: source + "\n# edited\n"})["applied"]
+    visitor.call("branch")
+    assert opened.session.beside.functions.texts[path].endswith("# edited\n")  # type: ignore[union-attr]
+    visitor.call("step", n=5)
+    one, other = states(opened)
+    assert one == other
+    visitor.call("functions/revert")
+
+
+def test_a_comparison_begins_at_zero_on_the_other_engines(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("compare", brain="spinnaker", world="pybullet")
+    visitor.call("step", n=20)
+    one, other = runs(opened)
+    assert (one.now_s, other.now_s) == (0.4, 0.4)
+    assert (other.brain.capabilities, other.world.capabilities) != (
+        one.brain.capabilities,
+        one.world.capabilities,
+    )
+    shown = visitor.until(lambda: visitor.last("comparison"))
+    assert shown["labels"] == ["event + mujoco", "spinnaker + pybullet"]
+    visitor.call("reset", what="all")
+    assert (one.now_s, other.now_s) == (0.0, 0.0)
+
+
+def test_a_branch_that_fails_leaves_the_run_going(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("branch")
+    beside = opened.session.beside
+    with opened.visit(run="beside") as there:
+        path, source = next(iter(opened.session.functions.texts.items()))
+        broken = source + BREAKS
+        assert there.call("functions/apply", files={path: broken})["applied"]
+    visitor.call("step", n=5)
+    assert (opened.run.now_s, opened.session.mode) == (pytest.approx(0.7), "paused")
+    assert beside.mode == "failed"  # type: ignore[union-attr]
+
+
+def test_what_cannot_be_is_refused_in_a_sentence(opened: Cockpit, visitor: Visitor) -> None:
+    for call, said in (
+        (lambda: visitor.call("part"), "there is no second run"),
+        (lambda: visitor.call("compare"), "needs another brain or another world"),
+        (lambda: visitor.call("compare", brain="evnt"), "evnt"),
+        (lambda: visitor.call("branch", id="s999"), "there is no snapshot 's999'"),
+    ):
+        with pytest.raises(RefusedError, match=said):
+            call()
+    visitor.call("branch")
+    with pytest.raises(RefusedError, match="there is a second run already"):
+        visitor.call("branch")
