@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -125,8 +126,22 @@ def _inspect_scene(file: Path, image: Path | None, models: list[Path], *, as_jso
         return
     for line in outline(scene, file.name).lines():
         typer.echo(line)
+    for line in _open_joints(scene, file):
+        typer.echo(line)
     for warning in scene.warnings:
         complain(str(warning), label="warning", color="yellow")
+
+
+def _open_joints(scene: Scene, file: Path) -> Iterator[str]:
+    """Yield what gives commands to joints of a robot that has none for them."""
+    from nrp_core.world.fitting import section_for, without_commands
+
+    moving = [model for model in scene.models if not model.static]
+    count = len(without_commands(moving[0])) if len(moving) == 1 else 0
+    if count:
+        joints = "1 joint takes" if count == 1 else f"{count} joints take"
+        yield f"{joints} no commands. To command joints, write in the section 'world' of an experiment:"
+        yield from (f"  {line}" for line in section_for(moving[0], str(file)))
 
 
 def _as_data(scene: Scene) -> dict[str, Any]:
@@ -135,11 +150,20 @@ def _as_data(scene: Scene) -> dict[str, Any]:
 
     return {
         "gravity": scene.gravity,
-        "models": [{**to_jsonable(model), "topics": _topics(model)} for model in scene.models],
+        "models": [
+            {**to_jsonable(model), "topics": _topics(model), "without_commands": _names(model)}
+            for model in scene.models
+        ],
         "lights": scene.lights,
         "warnings": [warning.to_dict() for warning in scene.warnings],
         "digest": scene.digest,
     }
+
+
+def _names(model: Model) -> list[str]:
+    from nrp_core.world.fitting import without_commands
+
+    return [joint.name for joint in without_commands(model)]
 
 
 def _topics(model: Model) -> list[dict[str, str]]:

@@ -22,6 +22,7 @@ from nrp_core.experiment.model.experiment import Build, Experiment, PartMaker
 from nrp_core.findings import Code, Level
 from nrp_core.parameters import FUNCTIONS, read_parameters
 from nrp_core.registry import Registry
+from nrp_core.world.fitting import fitted
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.reading.left_out import read_without
 from nrp_core.world.scene.sdf import read_model, read_scene
@@ -61,11 +62,13 @@ class Maker(PartMaker):
             SceneError: it cannot be read.
         """
         section, models = experiment.world.robots[name], experiment.models
-        read = partial(read_model, section.model, name=name, pose=section.start, search_path=models)
+        read = partial(
+            read_model, section.model, name=name, pose=section.start, search_path=models, args=section.args
+        )
         if experiment.strict:
-            return read()
+            return fitted(read(), section.fitting)
         model, left_out = read_without(lambda without: read(without=without))
-        return replace(model, warnings=(*model.warnings, *left_out))
+        return fitted(replace(model, warnings=(*model.warnings, *left_out)), section.fitting)
 
     def network(self, experiment: Experiment, build: Build = build_here) -> Network:
         brain = experiment.brain

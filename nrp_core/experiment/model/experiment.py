@@ -36,7 +36,9 @@ from nrp_core.experiment.model.tree import Key, Place, Tree
 from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
 from nrp_core.paths import ExistingFile, ExistingFolder
 from nrp_core.quantities import AngleRad, DurationNs, LengthM, time_ns
+from nrp_core.world.fitting import Fitting, JointControl
 from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.acting import Pid
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.world import World
 
@@ -149,13 +151,53 @@ class BrainSection(BackendSection):
     """Values of the parameters that the script declares with ``sim.parameter``."""
 
 
+class ControlSection(Section):
+    """How joints are commanded."""
+
+    mode: Literal["position", "velocity", "effort", "trajectory"] = "position"
+    """The commanded quantity; joints with ``trajectory`` go along trajectories together."""
+    p: float | None = Field(default=None, ge=0)
+    """Effort for each unit of error; without gains a joint follows with any load within its limits."""
+    i: float = Field(default=0.0, ge=0)
+    """Effort for each unit of the error's integral."""
+    d: float = Field(default=0.0, ge=0)
+    """Effort for each unit of the error's rate."""
+
+    @model_validator(mode="after")
+    def _gains_together(self) -> ControlSection:
+        if self.p is None and self.model_fields_set & {"i", "d"}:
+            raise ValueError("'i' and 'd' need 'p'; without gains the joint follows with any load")
+        if self.mode == "effort" and self.p is not None:
+            raise ValueError("an effort is applied as it is commanded, so it has no gains")
+        return self
+
+    @property
+    def control(self) -> JointControl:
+        """The same for a scene."""
+        return JointControl(self.mode, None if self.p is None else Pid(self.p, self.i, self.d))
+
+
 class RobotSection(Section):
     """One robot."""
 
     model: ExistingFile
-    """Its body: an SDF file."""
+    """Its body: a file in SDF, URDF, xacro or another format that is read."""
     pose: PoseList | None = None
     """Where it starts: x, y, z, roll, pitch, yaw; by default the pose in its file."""
+    args: dict[str, str | int | float | bool] = Field(default_factory=dict)
+    """Arguments of a xacro file."""
+    fixed: bool | None = None
+    """Whether its base is fixed to the world; by default as in its file."""
+    joints: dict[str, AngleRad | LengthM] = Field(default_factory=dict)
+    """Positions of joints at the start; by default 0, or the limit nearest to it."""
+    control: dict[str, ControlSection] = Field(default_factory=dict)
+    """How joints are commanded, by regular expressions for their names: ``".*": {mode: position}``."""
+
+    @property
+    def fitting(self) -> Fitting:
+        """What is added to its file."""
+        control = tuple((pattern, section.control) for pattern, section in self.control.items())
+        return Fitting(self.fixed, tuple(self.joints.items()), control)
 
     @property
     def start(self) -> Pose | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from nrp_core.findings import Code, Finding, Level, merged
@@ -37,6 +38,7 @@ class Reading:
         robot: name of the whole model; relative topics in its file resolve below it.
         scope: the prefix of the names of parts of a nested model, ``arm::``.
         without: the elements to leave out of files.
+        args: arguments of a xacro file.
         lenient: whether a missing included file is left out with a warning instead of an error.
     """
 
@@ -45,6 +47,7 @@ class Reading:
     robot: str = ""
     scope: str = ""
     without: Places = field(default_factory=dict)
+    args: Mapping[str, object] = field(default_factory=dict)
     lenient: bool = False
 
     def within(self, prefix: str) -> Reading:

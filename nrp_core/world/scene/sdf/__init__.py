@@ -7,7 +7,7 @@ revolute joint without limits is continuous.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -35,6 +35,7 @@ def read_model(
     pose: Pose | None = None,
     search_path: Iterable[Path | str] = (),
     without: Places = MappingProxyType({}),
+    args: Mapping[str, object] = MappingProxyType({}),
 ) -> Model:
     """Read a file that holds one model.
 
@@ -45,11 +46,12 @@ def read_model(
         pose: its pose in the world; by default the pose in the file.
         search_path: folders in which ``model://`` and relative paths are searched.
         without: the elements to leave out; see :mod:`nrp_core.world.scene.reading.left_out`.
+        args: arguments of a xacro file; others have their defaults.
 
     Raises:
         SceneError: the file cannot be used; the message names file and line.
     """
-    reading = Reading(Resources(search_path), Notes(), without=without)
+    reading = Reading(Resources(search_path), Notes(), without=without, args=args)
     source = Source.open(Path(path), reading)
     holder = source.root.find("world") or source.root
     models = read_placed(holder, source, reading, "model")

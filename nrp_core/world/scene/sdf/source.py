@@ -49,7 +49,9 @@ class Source:
         leave_out(root, reading.without)
         if root.tag == "robot":
             if is_xacro(root):
-                root = expanded(path, partial(reading.resources.package, user=path))
+                root = expanded(path, partial(reading.resources.package, user=path), reading.args)
+            elif reading.args and not trail:
+                raise root.error("this is not a xacro file, so it has no arguments")
             root = to_sdf(root, reading.notes)
         if root.tag not in ("sdf", "gazebo"):
             root = read_added(root, reading.notes) or root

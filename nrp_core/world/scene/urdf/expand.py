@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stderr
 from io import StringIO
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from nrp_core._support.xml_text import strict_xml
-from nrp_core.errors import SceneError
+from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.scene.reading.xml import Element, parse_xml, read_xml, without_lines
 
 _SUBSTITUTION = ("$(", "${")
@@ -25,17 +26,20 @@ def is_xacro(robot: Element) -> bool:
     )
 
 
-def expanded(path: Path, package: Callable[[str], Path]) -> Element:
-    """Return the expanded ``<robot>`` of a xacro file, with the defaults of its arguments.
+def expanded(
+    path: Path, package: Callable[[str], Path], args: Mapping[str, object] = MappingProxyType({})
+) -> Element:
+    """Return the expanded ``<robot>`` of a xacro file.
 
     Lines are unknown after the expansion: all elements are in line 1.
 
     Args:
         path: the file.
         package: returns the folder of a package, for ``$(find ...)``.
+        args: values of its arguments; others have their defaults.
 
     Raises:
-        SceneError: xacro is not installed, or cannot expand the file.
+        SceneError: xacro is not installed, or cannot expand the file, or the file declares no such argument.
     """
     try:
         import xacro
@@ -47,22 +51,39 @@ def expanded(path: Path, package: Callable[[str], Path]) -> Element:
         )
         raise SceneError(message, path=path) from None
 
+    declared: set[str] = set()
     try:
         with (
             _finding(substitution_args, lambda name: str(package(name))),
-            _checking(xacro),
+            _checking(xacro, declared),
             redirect_stderr(StringIO()),
         ):
-            text = xacro.process_file(str(path)).toxml(encoding="utf-8")
+            given = {name: _as_text(value) for name, value in args.items()}
+            text = xacro.process_file(str(path), mappings=given).toxml(encoding="utf-8")
     except (Exception, SystemExit) as error:  # noqa: BLE001  whatever Python in the file does
         reason = " ".join(str(error).split()) or type(error).__name__
         raise SceneError(f"xacro cannot expand this file: {reason}", path=path) from None
+    for name in args:
+        if name not in declared:
+            raise SceneError(f"this file has no argument '{name}'{did_you_mean(name, declared)}", path=path)
     return without_lines(parse_xml(text, path))
 
 
+def _as_text(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _arguments(element: Element) -> Iterator[str]:
+    """Yield the arguments that a file declares."""
+    if element.tag == "xacro:arg":
+        yield element.attribute("name")
+    for child in element.children:
+        yield from _arguments(child)
+
+
 @contextmanager
-def _checking(xacro: Any) -> Iterator[None]:
-    """Check every file with our parser first, included files as well.
+def _checking(xacro: Any, declared: set[str]) -> Iterator[None]:
+    """Check every file with our parser first, included files as well, and collect the arguments.
 
     Our parser refuses document types, and accepts comments that xacro's parser refuses.
     """
@@ -70,7 +91,7 @@ def _checking(xacro: Any) -> Iterator[None]:
 
     def parse(inp: Any, filename: str | None = None) -> Any:
         if inp is None and filename is not None:
-            read_xml(Path(filename))
+            declared.update(_arguments(read_xml(Path(filename))))
             inp = strict_xml(Path(filename).read_bytes())
         return own(inp, filename)
 

@@ -1,0 +1,175 @@
+"""What an experiment adds to a robot: how it stands, and how its joints are commanded."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.world.controllers.joint_plugins import TOPICS
+from nrp_core.world.scene.acting import JointController, Pid, TrajectoryController
+from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.model import Joint, Model
+from nrp_core.world.topics import resolve_name
+
+TRAJECTORY = "joint_trajectory_controller"
+"""The name of the controller that makes joints follow trajectories."""
+_HELD = "held_by_the_world"
+
+
+@dataclass(frozen=True, slots=True)
+class JointControl:
+    """How joints are commanded.
+
+    Args:
+        mode: the commanded quantity; joints with trajectories go along them together.
+        gains: of each joint; None: it follows with any load within its limits.
+    """
+
+    mode: Literal["position", "velocity", "effort", "trajectory"] = "position"
+    gains: Pid | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Fitting:
+    """What is added to a robot.
+
+    Args:
+        fixed: whether its base is fixed to the world; None: as in its file.
+        starts: positions of joints at the start, rad or m.
+        control: how joints are commanded, by regular expressions that match whole names of joints. These
+            replace controllers of the same joints and quantities in the file.
+    """
+
+    fixed: bool | None = None
+    starts: tuple[tuple[str, float], ...] = ()
+    control: tuple[tuple[str, JointControl], ...] = ()
+
+
+def commandable(model: Model) -> list[Joint]:
+    """Return the joints of a model that could be commanded."""
+    return [joint for joint in model.joints if joint.takes_commands and joint.mimic is None]
+
+
+def without_commands(model: Model) -> list[Joint]:
+    """Return the joints of a model that could be commanded, but that nothing in its file commands."""
+    led = {joint for each in (*model.leaders, *model.drives) for joint in each.joints}
+    led |= {controller.joint for controller in model.controllers}
+    return [joint for joint in commandable(model) if joint.name not in led]
+
+
+def fitted(model: Model, fitting: Fitting) -> Model:
+    """Return a robot with what an experiment adds to it.
+
+    Raises:
+        SceneError: a joint does not exist, cannot be commanded or cannot start where it is told to, or a
+            pattern matches no joint.
+    """
+    if fitting == Fitting():
+        return model
+    if model.static:
+        raise SceneError(f"the robot '{model.name}' never moves (<static>), so nothing can be fitted to it")
+    model = _held(model, fitting.fixed)
+    model = replace(model, starts=tuple(_start(model, *start) for start in fitting.starts))
+    told: dict[tuple[str, str], JointControl] = {}
+    for pattern, control in fitting.control:
+        for joint in _chosen(model, pattern):
+            if (joint, control.mode) in told:
+                raise SceneError(f"two patterns give the joint '{joint}' of '{model.name}' a {control.mode}")
+            told[joint, control.mode] = control
+    single = [_controller(model, joint, each) for (joint, mode), each in told.items() if mode != "trajectory"]
+    led = {joint: each for (joint, mode), each in told.items() if mode == "trajectory"}
+    kept = [each for each in model.controllers if (each.joint, each.kind) not in told]
+    leaders = model.trajectory_controllers
+    if led:
+        leaders = (*(each for each in leaders if not led.keys() & {*each.joints}), _leader(model, led))
+    result = replace(model, controllers=(*kept, *single), trajectory_controllers=leaders)
+    if result.joint_states_topic is None and commandable(result):
+        result = replace(result, joint_states_topic=resolve_name("joint_states", model.name))
+    result.check()
+    return result
+
+
+def _held(model: Model, fixed: bool | None) -> Model:
+    """Return a robot whose base is fixed to the world, or free of it."""
+    holding = [joint for joint in model.joints if joint.parent == WORLD and joint.kind == "fixed"]
+    if fixed and not any(joint.parent == WORLD for joint in model.joints):
+        base = model.links[0]
+        held = Joint(_HELD, "fixed", WORLD, base.name, base.pose)
+        return replace(model, joints=(*model.joints, held))
+    if fixed is False and holding:
+        return replace(model, joints=tuple(joint for joint in model.joints if joint not in holding))
+    return model
+
+
+def _start(model: Model, name: str, position: float) -> tuple[str, float]:
+    joints = {joint.name: joint for joint in model.joints if joint.takes_commands}
+    if name not in joints:
+        raise SceneError(f"'{model.name}' has no joint '{name}' that moves{did_you_mean(name, joints)}")
+    lower, upper = joints[name].lower, joints[name].upper
+    if not lower <= position <= upper:
+        limits = f"{lower:g} to {upper:g}"
+        raise SceneError(
+            f"the joint '{name}' of '{model.name}' cannot start at {position:g}: its limits are {limits}"
+        )
+    return name, position
+
+
+def _chosen(model: Model, pattern: str) -> list[str]:
+    """Return the joints that a pattern matches."""
+    try:
+        matches = re.compile(pattern).fullmatch
+    except re.error as error:
+        raise SceneError(f"'{pattern}' is not a regular expression for joints: {error}") from None
+    names = [joint.name for joint in commandable(model)]
+    chosen = [name for name in names if matches(name)]
+    if not chosen:
+        hint = did_you_mean(pattern, names) if names else "; no joint of it can be commanded"
+        raise SceneError(f"no joint of '{model.name}' that can be commanded matches '{pattern}'{hint}")
+    return chosen
+
+
+def _controller(model: Model, joint: str, control: JointControl) -> JointController:
+    assert control.mode != "trajectory"
+    topic = resolve_name(f"{joint}/{TOPICS[control.mode]}".replace("::", "/"), model.name)
+    gains = Pid() if control.mode == "effort" else control.gains
+    return JointController(joint, control.mode, topic, gains)
+
+
+def _leader(model: Model, led: Mapping[str, JointControl]) -> TrajectoryController:
+    command, state = (resolve_name(f"{TRAJECTORY}/{end}", model.name) for end in ("command", "state"))
+    gains = tuple((joint, control.gains) for joint, control in led.items() if control.gains is not None)
+    return TrajectoryController(TRAJECTORY, command, tuple(led), gains, state_topic=state)
+
+
+def section_for(model: Model, file: str) -> Iterator[str]:
+    """Yield the lines of an experiment file that give a robot's joints commands.
+
+    Args:
+        model: the robot.
+        file: its file, as the experiment names it.
+    """
+    open_joints = without_commands(model)
+    yield from ("robots:", f"  {_identifier(model.name)}:", f"    model: {file}", "    control:")
+    everything = {joint.name for joint in open_joints} == {joint.name for joint in commandable(model)}
+    if everything and len({joint.kind == "continuous" for joint in open_joints}) == 1:
+        yield f'      ".*": {{mode: {_mode(open_joints[0])}}}'
+        return
+    for joint in open_joints:
+        yield f"      {_key(joint.name)}: {{mode: {_mode(joint)}}}"
+
+
+def _mode(joint: Joint) -> str:
+    return "velocity" if joint.kind == "continuous" else "position"
+
+
+def _key(name: str) -> str:
+    return name if name.isidentifier() else f"'{re.escape(name)}'"
+
+
+def _identifier(name: str) -> str:
+    """Return a name as that of a robot in an experiment."""
+    plain = re.sub(r"\W", "_", name)
+    return plain if plain.isidentifier() else f"robot_{plain}"

@@ -1,0 +1,31 @@
+"""Robots whose file leaves the control of their joints open, in both engines."""
+
+from __future__ import annotations
+
+import pytest
+from jointed import axis, command, joint, limit, link
+
+from nrp_core.world.fitting import Fitting, JointControl, fitted
+
+ARM = (
+    link("base", at=(0, 0, 1))
+    + link("bob", com=(0.2, 0, 0), at=(0, 0, 1))
+    + joint("revolute", axis("0 1 0", limit(0.2, 2.0)), parent="base")
+    + link("wheel", at=(0.4, 0, 1))
+    + joint("continuous", axis("1 0 0"), name="spin", parent="bob", child="wheel")
+)
+
+
+def test_a_robot_without_controllers_is_held_starts_and_obeys_as_the_experiment_says(
+    open_world, read, advance
+):
+    control = (("j", JointControl("position")), ("spin", JointControl("velocity")))
+    world = open_world(fitted(read(ARM), Fitting(True, (("j", 0.5),), control)))
+    assert world.joint_states("robot").positions.tolist() == pytest.approx([0.5, 0.0])
+    command(world, "j", "pos", 1.2)
+    command(world, "spin", "vel", 3.0)
+    advance(world, 0.6)
+    states = world.joint_states("robot")
+    assert states.positions[0] == pytest.approx(1.2, abs=1e-3)
+    assert states.velocities[1] == pytest.approx(3.0, rel=0.01)
+    assert world.engine.link_motion("robot", "base").pose.position == pytest.approx((0, 0, 1), abs=1e-9)
