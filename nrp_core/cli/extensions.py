@@ -76,7 +76,8 @@ def _owner(provider: Provider) -> str:
 
 def core_function(name: str) -> Callable[..., None]:
     """Import a command of the core and return its function."""
-    found: Callable[..., None] = getattr(import_module(f"nrp_core.cli.commands.{name}"), name)
+    function = name.replace("-", "_")
+    found: Callable[..., None] = getattr(import_module(f"nrp_core.cli.commands.{function}"), function)
     return found
 
 

@@ -1,4 +1,4 @@
-"""The commands, one module each: a function of the same name.
+"""The commands, one module each: a function of the same name, with underscores for hyphens.
 
 To add one, add its module and its name below.
 """
@@ -17,6 +17,7 @@ COMMANDS = (
     "plot",
     "video",
     "export",
+    "import-connectome",
     "recover",
     "new",
     "backends",

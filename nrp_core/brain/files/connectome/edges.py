@@ -1,0 +1,87 @@
+"""Tables of edges: source, target, number of synapses, sign."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.files.connectome.neurons import whole_numbers
+from nrp_core.brain.files.connectome.signs import sign_of
+from nrp_core.brain.files.connectome.tables import chosen_column, column_names, read_rows
+from nrp_core.errors import NetworkError
+
+PRE: Final = ("pre", "Presynaptic_ID", "pre_root_id", "pre_pt_root_id", "body_pre", "source")
+POST: Final = ("post", "Postsynaptic_ID", "post_root_id", "post_pt_root_id", "body_post", "target")
+WEIGHT: Final = ("Excitatory x Connectivity", "weight", "syn_count", "synapses", "Connectivity")
+TRANSMITTER: Final = ("nt_type",)
+"""Columns in the order of preference: plain, of Shiu's tables of FlyWire, FlyWire's own, MaleCNS's."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Some edges: ids of both cells and signed number of synapses, shape ``(n,)``."""
+
+    pre: IntArray
+    post: IntArray
+    weight: FloatArray
+
+
+def read_edges(path: Path) -> Iterator[Part]:
+    """Yield the edges of a table, some at a time.
+
+    Raises:
+        NetworkError: a column is missing or a value invalid; the message names both.
+    """
+    names = column_names(path)
+    pre = chosen_column(path, "the source of an edge", PRE, names)
+    post = chosen_column(path, "the target of an edge", POST, names)
+    weight = chosen_column(path, "the number of synapses", WEIGHT, names)
+    transmitter = next((name for name in TRANSMITTER if name in names), None)
+    used = [pre, post, weight, *([transmitter] if transmitter else [])]
+    for rows in read_rows(path, used):
+        values = _weights(path, weight, rows[weight])
+        if transmitter:
+            values = _unsigned(path, weight, values) * _signs(path, transmitter, rows[transmitter])
+        yield Part(whole_numbers(path, pre, rows[pre]), whole_numbers(path, post, rows[post]), values)
+
+
+def _weights(path: Path, column: str, values: Any) -> FloatArray:
+    import pyarrow.types as kinds
+
+    if not (kinds.is_integer(values.type) or kinds.is_floating(values.type)):
+        raise NetworkError(f"the column '{column}' holds {values.type} values, not numbers", path=path)
+    numbers: FloatArray = values.to_numpy(zero_copy_only=False).astype(float)
+    if not np.isfinite(numbers).all():
+        first = int(np.argmin(np.isfinite(numbers)))
+        raise NetworkError(
+            f"the column '{column}' holds {numbers[first]}, not a number of synapses", path=path
+        )
+    return numbers
+
+
+def _unsigned(path: Path, column: str, values: FloatArray) -> FloatArray:
+    if (values < 0.0).any():
+        raise NetworkError(
+            f"the column '{column}' holds {values.min():g}, and the transmitters say the signs already",
+            path=path,
+        )
+    return values
+
+
+def _signs(path: Path, column: str, values: Any) -> FloatArray:
+    coded = values.dictionary_encode() if not hasattr(values, "dictionary") else values
+    known = [sign_of(text) for text in coded.dictionary.to_pylist()]
+    for text, sign in zip(coded.dictionary.to_pylist(), known, strict=True):
+        if sign == 0:
+            raise NetworkError(
+                f"the column '{column}' holds '{text}', a transmitter of unknown sign", path=path
+            )
+    if coded.null_count:
+        raise NetworkError(f"the column '{column}' lacks {coded.null_count} transmitters", path=path)
+    signs: FloatArray = np.array(known, float)[coded.indices.to_numpy(zero_copy_only=False)]
+    return signs

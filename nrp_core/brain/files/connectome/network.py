@@ -1,0 +1,166 @@
+"""A connectome as a network of the cells of Shiu et al. (2024), with groups of neurons by name."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
+from nrp_core.brain.files.connectome.edges import Part, read_edges
+from nrp_core.brain.files.connectome.neurons import Neurons, read_neurons
+from nrp_core.brain.files.connectome.tables import checksum
+from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.errors import NetworkError, did_you_mean
+
+LABEL: Final = "brain"
+CELL: Final = "IF_curr_exp_frozen"
+_PUBLISHED: Final = {"v_rest": -52.0, "v_reset": -52.0, "v_thresh": -45.0, "tau_refrac": 2.2, "cm": 0.02}
+"""Shiu et al. (2024); the capacitance, which they do not need, makes 1 pA lead to 1 mV."""
+_KNOWN: Final = {
+    "efeb23fb99098e9c390f6869969b2a121a2ee92c833cfc45ecb2c1d8e1af0347": "FlyWire v783, Shiu et al. (2024)"
+}
+"""Published tables by their SHA-256."""
+MOST_GROUPS: Final = 2000
+_NONE: Final = np.empty(0, np.int32), np.empty(0, np.int32), np.empty(0, np.float32)
+_BY: Final = ("transmitter", "class", "side", "type", "name")
+
+
+@dataclass(frozen=True)
+class Connectome:
+    """A network and how it was made.
+
+    Args:
+        network: the network.
+        sources: SHA-256 of each table, and the name of published ones.
+        left_out: edges whose ends are not both in the table of neurons.
+        unsigned: edges that are excitatory because nothing tells their sign.
+    """
+
+    network: Network
+    sources: dict[str, str] = field(default_factory=dict)
+    left_out: int = 0
+    unsigned: int = 0
+
+
+def read_connectome(
+    edges: Path, neurons: Path | None = None, *, groups: tuple[str, ...] = (), unit_mv: float = 0.275,
+    delay_ms: float = 1.8,
+) -> Connectome:  # fmt: skip
+    """Read a connectome.
+
+    Args:
+        edges: the table of edges.
+        neurons: the table of neurons; without one, the neurons are those with edges, by id.
+        groups: patterns such as ``MN9*`` of the groups to name; all of them if there are none.
+        unit_mv: weight of one synapse.
+        delay_ms: delay of all synapses.
+
+    Raises:
+        NetworkError: a table cannot be used; the message says why.
+    """
+    known = read_neurons(neurons) if neurons else Neurons(_ids_of(edges), {})
+    order = np.argsort(known.ids, kind="stable")
+    kept, left_out, unsigned = [_NONE], 0, 0
+    for part in read_edges(edges):
+        pre, post, weight = _placed(part, known.ids, order)
+        left_out += len(part.pre) - len(pre)
+        kept.append((pre.astype(np.int32), post.astype(np.int32), (weight * unit_mv).astype(np.float32)))
+    pre, post, weight = (np.concatenate(column) for column in zip(*kept, strict=True))
+    if not len(pre):
+        raise NetworkError(f"no edge of {left_out} joins two of the {len(known.ids)} neurons", path=edges)
+    del kept
+    signs = known.signs
+    if signs.any() and not (weight < 0.0).any():  # the edges themselves have no signs
+        unsigned = int((signs[pre] == 0).sum())
+        weight[signs[pre] < 0] *= -1.0
+    network = Network(
+        {LABEL: _population(known)},
+        tuple(
+            _projections(
+                pre.astype(np.int32, copy=False), post.astype(np.int32, copy=False), weight, delay_ms
+            )
+        ),
+        _groups(known, groups, neurons or edges),
+    )
+    return Connectome(network, _sources(edges, neurons), left_out, unsigned)
+
+
+def _ids_of(path: Path) -> IntArray:
+    ids = np.empty(0, np.int64)
+    for part in read_edges(path):
+        ids = np.unique(np.concatenate([ids, part.pre, part.post]))
+    return ids
+
+
+def _placed(part: Part, ids: IntArray, order: IntArray) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return places of the source and target, and weight, of the edges between known neurons."""
+    ranked = ids[order]
+    places = []
+    inside = np.ones(len(part.pre), bool)
+    for end in (part.pre, part.post):
+        place = np.minimum(np.searchsorted(ranked, end), max(len(ids) - 1, 0))
+        inside &= ranked[place] == end if len(ids) else False
+        places.append(place)
+    return order[places[0][inside]], order[places[1][inside]], part.weight[inside]
+
+
+def _population(known: Neurons) -> Population:
+    size, cell = len(known.ids), CELLS[CELL]
+    values = {name: _PUBLISHED.get(name, parameter.default) for name, parameter in cell.parameters.items()}
+    parameters = {name: np.full(size, value) for name, value in values.items()}
+    return Population(LABEL, size, CELL, parameters, {"v": parameters["v_rest"]}, (), known.positions)
+
+
+def _projections(
+    pre: IndexArray, post: IndexArray, weight: FloatArray, delay_ms: float
+) -> Iterator[Projection]:
+    by_source = np.argsort(pre, kind="stable")
+    for receptor, mine in (("excitatory", weight > 0), ("inhibitory", weight < 0)):
+        chosen = by_source[mine[by_source]]
+        if len(chosen):
+            yield Projection(
+                receptor, LABEL, LABEL, receptor, pre[chosen], post[chosen], weight[chosen].astype(float),
+                np.broadcast_to(delay_ms, len(chosen)),
+            )  # fmt: skip
+
+
+def _groups(known: Neurons, patterns: tuple[str, ...], path: Path) -> dict[str, IntArray]:
+    """Return the groups of neurons that match a pattern: by transmitter, class, side, type and name.
+
+    A type or name with a side gives three groups: MN9, MN9_left, MN9_right.
+    """
+    found: dict[str, list[int]] = {}
+    sides = known.texts.get("side", [""] * len(known.ids))
+    for what in _BY:
+        for index, text in enumerate(known.texts.get(what, ())):
+            if text:
+                name = re.sub(r"\W+", "_", text).strip("_")
+                name = f"_{name}" if name[:1].isdigit() else name
+                found.setdefault(name, []).append(index)
+                if sides[index] and what not in ("side", "name"):
+                    found.setdefault(f"{name}_{sides[index]}", []).append(index)
+    chosen = {name for name in found if not patterns or any(fnmatchcase(name, one) for one in patterns)}
+    for pattern in patterns:
+        if not any(fnmatchcase(name, pattern) for name in found):
+            raise NetworkError(f"no group is called '{pattern}'{did_you_mean(pattern, found)}", path=path)
+    if len(chosen) > MOST_GROUPS:
+        raise NetworkError(
+            f"the table names {len(chosen)} groups, more than {MOST_GROUPS}; choose some: --group 'MN9*'",
+            path=path,
+        )
+    return {name: np.unique(found[name]) for name in sorted(chosen)}
+
+
+def _sources(*paths: Path | None) -> dict[str, str]:
+    sums = {path: checksum(path) for path in paths if path}
+    return {
+        str(path): f"{sha256} ({_KNOWN.get(sha256, 'not a table that is known here')})"
+        for path, sha256 in sums.items()
+    }

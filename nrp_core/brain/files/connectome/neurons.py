@@ -1,0 +1,104 @@
+"""Tables of neurons: ids, names, types, sides, transmitters, positions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.files.connectome.signs import sign_of
+from nrp_core.brain.files.connectome.tables import chosen_column, column_names, read_rows
+from nrp_core.errors import NetworkError
+
+IDS: Final = ("id", "root_id", "bodyId", "body", "Unnamed: 0", "")
+"""Names of the column of ids: plain, FlyWire's, MaleCNS's, and that of a table with an index."""
+_TEXTS: Final = {
+    "name": ("name", "instance", "label"),
+    "type": ("type", "primary_type", "cell_type"),
+    "side": ("side", "somaSide", "soma_side"),
+    "transmitter": ("nt_type", "consensus_nt", "predicted_nt", "top_nt", "neurotransmitter"),
+    "class": ("super_class", "superclass", "class"),
+}
+_POSITION: Final = ("x", "y", "z")
+_SIDES: Final = {"l": "left", "r": "right", "m": "center", "c": "center"}
+
+
+@dataclass(frozen=True)
+class Neurons:
+    """Neurons of a connectome.
+
+    Args:
+        ids: shape ``(n,)``, unique.
+        texts: ``name``, ``type``, ``side``, ``transmitter``, ``class`` of each as far as known; empty texts.
+        positions: in the unit of the table, shape ``(n, 3)``, or None.
+    """
+
+    ids: IntArray
+    texts: dict[str, list[str]]
+    positions: FloatArray | None = None
+
+    @property
+    def signs(self) -> IntArray:
+        """1 or -1 by the transmitter of each neuron; 0 where it is unknown."""
+        known = self.texts.get("transmitter")
+        return np.zeros(len(self.ids), int) if known is None else np.array([sign_of(text) for text in known])
+
+
+def read_neurons(path: Path) -> Neurons:
+    """Read a table of neurons.
+
+    Raises:
+        NetworkError: it has no ids, or one twice; or as for
+            :func:`~nrp_core.brain.files.connectome.tables.read_rows`.
+    """
+    names = column_names(path)
+    id_column = chosen_column(path, "the id of a neuron", IDS, names)
+    used = {what: next((one for one in known if one in names), None) for what, known in _TEXTS.items()}
+    columns = {what: column for what, column in used.items() if column is not None}
+    place = [name for name in _POSITION if name in names]
+    places = place if len(place) == len(_POSITION) else []
+    ids: list[IntArray] = []
+    texts: dict[str, list[str]] = {what: [] for what in columns}
+    positions: list[FloatArray] = []
+    for rows in read_rows(path, [*dict.fromkeys([id_column, *columns.values(), *places])]):
+        ids.append(whole_numbers(path, id_column, rows[id_column]))
+        for what, column in columns.items():
+            texts[what] += ["" if text is None else str(text) for text in rows[column].to_pylist()]
+        if places:
+            positions.append(np.stack([_numbers(rows[name]) for name in places], axis=1))
+    every = np.concatenate([np.empty(0, np.int64), *ids])
+    order = np.sort(every)
+    twice = order[1:][order[1:] == order[:-1]]
+    if twice.size:
+        raise NetworkError(f"the neuron {twice[0]} is in the column '{id_column}' twice", path=path)
+    if "side" in texts:
+        texts["side"] = [_SIDES.get(side.lower(), side) for side in texts["side"]]
+    return Neurons(every, texts, np.concatenate(positions) if positions else None)
+
+
+def whole_numbers(path: Path, column: str, values: Any) -> IntArray:
+    """Return a column of ids.
+
+    Raises:
+        NetworkError: a value is missing, or not a whole number (a float has lost digits of a long id).
+    """
+    import pyarrow.types as kinds
+
+    if not kinds.is_integer(values.type):
+        raise NetworkError(
+            f"the column '{column}' holds {values.type} values; ids are whole numbers, since a float loses "
+            "their last digits",
+            path=path,
+        )
+    if values.null_count:
+        raise NetworkError(f"the column '{column}' lacks {values.null_count} ids", path=path)
+    numbers: IntArray = values.to_numpy(zero_copy_only=False).astype(np.int64)
+    return numbers
+
+
+def _numbers(values: Any) -> FloatArray:
+    numbers: FloatArray = np.nan_to_num(values.to_numpy(zero_copy_only=False).astype(float))
+    return numbers

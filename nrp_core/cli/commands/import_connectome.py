@@ -1,0 +1,70 @@
+"""``nrp import-connectome``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from nrp_core.cli.failure import complain
+from nrp_core.cli.options import Json
+from nrp_core.cli.output import document
+
+
+def import_connectome(
+    edges: Annotated[
+        Path, typer.Argument(metavar="EDGES", help="The table of edges: .csv, .feather or .parquet.")
+    ],
+    neurons: Annotated[
+        Path | None,
+        typer.Option("--neurons", "-n", metavar="TABLE", help="A table of neurons: ids, types, sides, ..."),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="The file to write; by default EDGES.nrpnet, here."
+        ),
+    ] = None,
+    group: Annotated[
+        list[str] | None,
+        typer.Option("--group", "-g", metavar="PATTERN", help="Name these groups only, e.g. 'MN9*'."),
+    ] = None,
+    unit_mv: Annotated[float, typer.Option(min=0.0, help="The weight of one synapse, mV.")] = 0.275,
+    delay_ms: Annotated[float, typer.Option(min=0.0, help="The delay of all synapses, ms.")] = 1.8,
+    json: Json = False,
+) -> None:
+    """Make a network file of a connectome, with the cells of the whole fly brain."""
+    from nrp_core.brain.files.connectome.network import read_connectome
+    from nrp_core.brain.files.network_file import SUFFIX, save_network
+
+    made = read_connectome(edges, neurons, groups=tuple(group or ()), unit_mv=unit_mv, delay_ms=delay_ms)
+    target = output or Path(f"{edges.stem}{SUFFIX}")
+    save_network(made.network, target)
+    sizes = {projection.label: projection.size for projection in made.network.projections}
+    if json:
+        facts = {"neurons": made.network.size, "edges": sizes, "groups": len(made.network.views)}
+        document(
+            {
+                "file": target,
+                **facts,
+                "left_out": made.left_out,
+                "unsigned": made.unsigned,
+                "sources": made.sources,
+            }
+        )
+        return
+    if made.left_out:
+        complain(
+            f"{made.left_out} edges are left out: one end is not in the table of neurons",
+            label="warning", color="yellow",
+        )  # fmt: skip
+    if made.unsigned:
+        complain(
+            f"{made.unsigned} edges are taken as excitatory: their neuron has no transmitter of known sign",
+            label="warning", color="yellow",
+        )  # fmt: skip
+    counts = ", ".join(f"{n} {label} edges" for label, n in sizes.items())
+    typer.echo(f"{target}: {made.network.size} neurons, {counts}, {len(made.network.views)} groups")
+    for path, sha256 in made.sources.items():
+        typer.echo(f"{path}: sha256 {sha256}")

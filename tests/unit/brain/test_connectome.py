@@ -1,0 +1,133 @@
+"""Tables of connectomes become networks: each edge once, its sign and its names."""
+
+from pathlib import Path
+
+import pyarrow as pa
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pyarrow import csv, feather, parquet
+
+from nrp_core.brain.files.connectome.network import read_connectome
+from nrp_core.brain.network.data import Network
+from nrp_core.errors import NetworkError
+
+ROOT = 720575940600000000
+"""An id of FlyWire is longer than a float can hold."""
+WRITERS = {".csv": csv.write_csv, ".feather": feather.write_feather, ".parquet": parquet.write_table}
+
+
+def write(path: Path, **columns: object) -> Path:
+    WRITERS[path.suffix](pa.table(columns), str(path))
+    return path
+
+
+def edges_of(network: Network) -> set[tuple[int, int, float]]:
+    return {
+        (int(pre), int(post), round(float(weight), 4))
+        for one in network.projections
+        for pre, post, weight in zip(one.pre_index, one.post_index, one.weight, strict=True)
+    }
+
+
+@pytest.mark.parametrize("suffix", WRITERS)
+@settings(max_examples=10, deadline=None)
+@given(
+    rows=st.lists(
+        st.tuples(st.integers(0, 9), st.integers(0, 9), st.integers(-40, 40)), min_size=1, max_size=30
+    )
+)
+def test_each_edge_arrives_once_with_its_sign(
+    rows: list[tuple[int, int, int]], suffix: str, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    rows = [row for row in {row[:2]: row for row in rows}.values() if row[2]] or [(0, 1, 1)]
+    pre, post, weight = (list(column) for column in zip(*rows, strict=True))
+    folder = tmp_path_factory.mktemp("table")
+    path = write(
+        folder / f"edges{suffix}", pre=[ROOT + i for i in pre], post=[ROOT + i for i in post], weight=weight
+    )
+    made = read_connectome(path, unit_mv=0.5)
+    place = {one: k for k, one in enumerate(sorted({*pre, *post}))}
+    assert edges_of(made.network) == {(place[a], place[b], 0.5 * w) for a, b, w in rows}
+    assert made.left_out == 0
+
+
+def test_a_table_of_neurons_gives_order_groups_and_signs(tmp_path: Path) -> None:
+    """In the columns of MaleCNS; edges to fragments, which are in no table of neurons, are left out."""
+    neurons = write(
+        tmp_path / "neurons.feather",
+        bodyId=[30, 10, 20], type=["MN9", "GRN", "MN9"], somaSide=["L", "R", "R"],
+        consensus_nt=["glutamate", "acetylcholine", None], x=[1.0, 2.0, 3.0], y=[0.0] * 3, z=[0.0] * 3,
+    )  # fmt: skip
+    edges = write(
+        tmp_path / "edges.feather", body_pre=[30, 10, 20, 99], body_post=[10, 20, 30, 10], weight=[3, 4, 5, 6]
+    )
+    made = read_connectome(edges, neurons)
+    assert edges_of(made.network) == {(0, 1, -0.825), (1, 2, 1.1), (2, 0, 1.375)}
+    assert (made.left_out, made.unsigned) == (1, 1)
+    views = {name: ids.tolist() for name, ids in made.network.views.items()}
+    assert views["MN9"] == [0, 2]
+    assert (views["MN9_left"], views["MN9_right"], views["glutamate"]) == ([0], [2], [0])
+    assert made.network.populations["brain"].positions_um is not None
+    assert read_connectome(edges, neurons, groups=("GRN*",)).network.views.keys() == {"GRN", "GRN_right"}
+
+
+def test_flywires_tables_have_signs_of_their_own(tmp_path: Path) -> None:
+    codex = {"pre_root_id": [ROOT, ROOT + 1], "post_root_id": [ROOT + 1, ROOT]}
+    path = write(
+        tmp_path / "codex.csv", **codex, neuropil=["A", "B"], syn_count=[2, 4], nt_type=["GABA", "ACH"]
+    )
+    assert edges_of(read_connectome(path).network) == {(0, 1, -0.55), (1, 0, 1.1)}
+    index = {"Presynaptic_Index": [0, 1], "Postsynaptic_Index": [1, 0], "Connectivity": [2, 4]}
+    shiu = {"Presynaptic_ID": [ROOT, ROOT + 1], "Postsynaptic_ID": [ROOT + 1, ROOT], "Excitatory": [-1, 1]}
+    path = write(tmp_path / "shiu.parquet", **shiu, **index, **{"Excitatory x Connectivity": [-2, 4]})
+    assert edges_of(read_connectome(path).network) == {(0, 1, -0.55), (1, 0, 1.1)}
+
+
+@pytest.mark.parametrize(
+    ("columns", "message"),
+    [
+        (
+            {"prae": [1], "post": [2], "weight": [1]},
+            r"no column for the source of an edge: .*did you mean 'prae'",
+        ),
+        (
+            {"pre": [1.5], "post": [2], "weight": [1]},
+            "the column 'pre' holds double values; ids are whole numbers",
+        ),
+        ({"pre": [1, None], "post": [2, 3], "weight": [1, 1]}, "the column 'pre' lacks 1 ids"),
+        (
+            {"pre": [1], "post": [2], "weight": ["many"]},
+            "the column 'weight' holds string values, not numbers",
+        ),
+        ({"pre": [1], "post": [2], "weight": [float("nan")]}, "'weight' holds nan, not a number of synapses"),
+        (
+            {"pre": [1], "post": [2], "weight": [1], "nt_type": ["ABBA"]},
+            "'ABBA', a transmitter of unknown sign",
+        ),
+    ],
+)
+def test_each_wrong_table_is_one_error_with_the_file_and_the_column(
+    columns: dict[str, list[object]], message: str, tmp_path: Path
+) -> None:
+    path = write(tmp_path / "wrong.parquet", **columns)
+    with pytest.raises(NetworkError, match=message) as raised:
+        read_connectome(path)
+    assert "wrong.parquet" in str(raised.value)
+
+
+def test_a_neuron_that_is_there_twice_and_a_file_that_is_none_are_errors(tmp_path: Path) -> None:
+    edges = write(tmp_path / "edges.csv", pre=[1], post=[2], weight=[1])
+    twice = write(tmp_path / "neurons.csv", id=[1, 2, 1])
+    with pytest.raises(NetworkError, match="the neuron 1 is in the column 'id' twice"):
+        read_connectome(edges, twice)
+    (tmp_path / "text.parquet").write_text("not a table")
+    for name, message in (
+        ("text.parquet", "cannot be read"),
+        ("none.csv", "no such file"),
+        ("a.txt", "not a table"),
+    ):
+        with pytest.raises(NetworkError, match=message):
+            read_connectome(tmp_path / name)
+    with pytest.raises(NetworkError, match=r"no group is called 'MN8'"):
+        read_connectome(edges, write(tmp_path / "more.csv", id=[1, 2], type=["MN9", "MN9"]), groups=("MN8",))

@@ -1,0 +1,36 @@
+"""``nrp import-connectome`` as it is used."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from nrp_core.brain.files.network_file import read_network
+
+
+def test_the_command_writes_a_network_file_and_reports_checksums(
+    tmp_path: Path, nrp: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("edges.csv").write_text("pre,post,weight\n1,2,3\n2,1,-1\n2,7,5\n")
+    Path("neurons.csv").write_text("id,type\n1,MN9\n2,GRN\n")
+    done = nrp("import-connectome", "edges.csv", "--neurons", "neurons.csv", "-o", "brain.nrpnet")
+    assert done.code == 0, done.err
+    assert "2 neurons, 1 excitatory edges, 1 inhibitory edges, 2 groups" in done.out
+    assert done.out.count("sha256") == 2
+    assert "1 edges are left out: one end is not in the table of neurons" in done.err
+    network = read_network("brain.nrpnet")
+    assert network.populations["brain"].cell_type == "IF_curr_exp_frozen"
+    weights = [float(one.weight[0]) for one in network.projections]
+    assert weights == pytest.approx([0.825, -0.275], rel=1e-6)
+    assert network.views["MN9"].tolist() == [0]
+
+
+def test_a_wrong_table_is_one_error(tmp_path: Path, nrp: Callable[..., Any]) -> None:
+    path = tmp_path / "edges.csv"
+    path.write_text("from,post,weight\n1,2,3\n")
+    done = nrp("import-connectome", path)
+    assert done.code != 0
+    assert "no column for the source of an edge" in done.err
+    assert str(path) in done.err
