@@ -177,7 +177,7 @@ class Lines(Display):
     def _show_count(self, task: str, done: int, total: int, last: str) -> None:
         if monotonic() >= self._next_s or done == total:
             self._next_s = monotonic() + self.interval_s
-            self._write(f"{task}: {done} of {total}")
+            self._write(f"{task}: {done} of {total}" + (f" ({last})" if last else ""))
 
     def _write(self, line: str) -> None:
         sys.stderr.write(f"{line}\n")

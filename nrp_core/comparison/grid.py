@@ -23,6 +23,9 @@ from nrp_core.recording.folder.recording_folder import named_files
 from nrp_core.registry import Registry
 from nrp_core.world.backends import worlds
 
+_DEFAULTED = ("options", "parameters", "function_parameters")
+"""Mappings whose keys need not be written: they have defaults, and are checked where they are used."""
+
 
 @dataclass(frozen=True, slots=True)
 class GridCell:
@@ -85,7 +88,7 @@ class RunGrid:
         """
         own = load_experiment(experiment, overrides)
         for key in varied or ():
-            _require_there(own, key)
+            require_there(own, key)
         fixed = {text.partition("=")[0].strip() for text in overrides}
         its_own = {key: values for key, values in own.comparison.vary.items() if key not in fixed}
         return cls(
@@ -127,26 +130,36 @@ class RunGrid:
 
     @cached_property
     def _digest(self) -> str:
-        """A digest of the files that the experiment names."""
-        digest = hashlib.blake2b(digest_size=16)
-        for path in sorted({*named_files(load_experiment(self.experiment, self.overrides))}):
-            if path.is_file():
-                digest.update(path.name.encode() + path.read_bytes())
-        return digest.hexdigest()
+        return digest_of_files(load_experiment(self.experiment, self.overrides))
 
     def _sides(self) -> list[tuple[Registry[object], tuple[str, ...]]]:
         return [(brains(), self.brains), (worlds(), self.worlds)]  # type: ignore[list-item]
 
 
-def _require_there(experiment: Experiment, key: str) -> None:
+def digest_of_files(experiment: Experiment) -> str:
+    """Return a digest of the files that an experiment was read from and of those that it names."""
+    digest = hashlib.blake2b(digest_size=16)
+    for path in sorted({*named_files(experiment)}):
+        if path.is_file():
+            digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
+def require_there(experiment: Experiment, key: str) -> None:
     """Refuse a key below a name that the experiment does not have: it would create something new.
 
     Options that the experiment leaves at their defaults may be varied.
+
+    Raises:
+        ExperimentError: the key leads to something that does not exist.
     """
     value: Any = experiment
-    for name in key.split("."):
+    names = key.split(".")
+    for above, name in zip(["", *names], names, strict=False):
         if isinstance(value, Mapping):
-            is_of_named = all(isinstance(one, BaseModel) for one in value.values())
+            is_of_named = (
+                all(isinstance(one, BaseModel) for one in value.values()) and above not in _DEFAULTED
+            )
             if is_of_named and name not in value:
                 raise ExperimentError(f"there is no '{name}' to vary '{key}' of{did_you_mean(name, value)}")
             value = value.get(name)

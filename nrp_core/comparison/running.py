@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import signal
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import active_children, get_context, parent_process
 from pathlib import Path
-from threading import Thread
 
+from nrp_core._support.worker_pool import WorkerDiedError, WorkerPool
 from nrp_core.comparison.grid import GridCell, RunGrid
 from nrp_core.comparison.signals import RunSignals
 from nrp_core.errors import ExperimentError, RecordingError, SimulationError
@@ -94,40 +89,19 @@ def _run_all(grid: RunGrid, folders: dict[GridCell, Path], workers: int) -> Iter
             record(grid, cell, folder)
             yield cell
         return
-    # engines have threads and libraries of their own, which do not survive a fork
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_follow_parent)
-    try:
-        futures = {pool.submit(record, grid, cell, folder): cell for cell, folder in folders.items()}
-        for future in as_completed(futures):
-            _require_done(future, futures[future])
-            yield futures[future]
-    except BaseException:
-        for worker in active_children():  # unfinished runs would be repeated anyway
-            worker.terminate()
-        raise
-    finally:
-        pool.shutdown(cancel_futures=True)
+    with WorkerPool(workers) as pool:
+        for outcome in pool.perform(_record, ((grid, cell, folder) for cell, folder in folders.items())):
+            _, cell, _ = outcome.task
+            if isinstance(outcome.error, WorkerDiedError):
+                message = f"a process was killed, or an engine crashed in it, at {cell} ({outcome.error})"
+                raise SimulationError(f"{message}; the finished runs are kept", t_ns=0) from outcome.error
+            if outcome.error is not None:
+                raise outcome.error
+            yield cell
 
 
-def _follow_parent() -> None:
-    """Ignore Ctrl-C, which a terminal sends to all processes, and end with the parent process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = parent_process()
-    assert parent is not None
-
-    def end() -> None:
-        parent.join()
-        os._exit(1)
-
-    Thread(target=end, daemon=True).start()
-
-
-def _require_done(future: Future[None], cell: GridCell) -> None:
-    try:
-        future.result()
-    except BrokenProcessPool as error:
-        message = f"a process was killed, or an engine crashed in it, at {cell} or a run beside it"
-        raise SimulationError(f"{message}; the finished runs are kept", t_ns=0) from error
+def _record(task: tuple[RunGrid, GridCell, Path]) -> None:
+    record(*task)
 
 
 def is_whole(folder: Path) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.clock import seconds
+from nrp_core.errors import LifecycleError
 from nrp_core.recording.export.numbers import Numbers, Series, groups_of
 from nrp_core.recording.layout import Role
 from nrp_core.recording.reading.recording import Recording
@@ -20,17 +21,31 @@ class RunSignals:
     """One recorded run, or a part of it.
 
     Args:
-        recording: its recording.
+        recording: its recording; of a run without one, what ``run.json`` would hold: it has a result and
+            settings, but no signals.
         window_s: start and end, s; by default all of the recording.
 
     Attributes:
         run: the contents of ``run.json``.
     """
 
-    def __init__(self, recording: Recording, window_s: tuple[float, float] | None = None) -> None:
-        self.recording = recording
-        self.run: dict[str, Any] = recording.run
+    def __init__(
+        self, recording: Recording | dict[str, Any], window_s: tuple[float, float] | None = None
+    ) -> None:
+        self._recording = recording
+        self.run: dict[str, Any] = recording if isinstance(recording, dict) else recording.run
         self._window_s = window_s
+
+    @property
+    def recording(self) -> Recording:
+        """The recording.
+
+        Raises:
+            LifecycleError: the run was not recorded.
+        """
+        if isinstance(self._recording, dict):
+            raise LifecycleError("the run was not recorded, so it has a result, but no signals")
+        return self._recording
 
     def between(self, begin_s: float, end_s: float) -> RunSignals:
         """Return a part of the run; its result remains that of the whole run."""

@@ -158,7 +158,7 @@ class BatchPublication:
 
     def __init__(self, batch: WorldBatch, publications: Sequence[Publication]) -> None:
         self._batch, self._publications = batch, publications
-        self._layout = _layout_of(self.topic.type())
+        self._layout = layout_of(self.topic.type())
 
     @property
     def topic(self) -> TopicInfo:
@@ -191,25 +191,25 @@ class BatchPublication:
         return [self._layout.made_of(iter(row)) for row in rows.tolist()]
 
 
-class _Layout(NamedTuple):
+class Layout(NamedTuple):
     """The number of floats in a message, and a function that builds the message from them."""
 
     numbers: int
     made_of: Callable[[Iterator[float]], Any]
 
 
-def _layout_of(example: Any) -> _Layout | None:
+def layout_of(example: Any) -> Layout | None:
     """Return the layout of a message class; None if it holds anything but floats."""
     if isinstance(example, float):
-        return _Layout(1, next)
+        return Layout(1, next)
     if not is_dataclass(example) or isinstance(example, type):
         return None
-    kind, parts = type(example), [_layout_of(getattr(example, field.name)) for field in fields(example)]
+    kind, parts = type(example), [layout_of(getattr(example, field.name)) for field in fields(example)]
     known = [part for part in parts if part is not None]
     makers = [part.made_of for part in known]
     if len(known) < len(parts):
         return None
-    return _Layout(sum(part.numbers for part in known), lambda row: kind(*[make(row) for make in makers]))
+    return Layout(sum(part.numbers for part in known), lambda row: kind(*[make(row) for make in makers]))
 
 
 def _threads_for(worlds: Sequence[World]) -> int:

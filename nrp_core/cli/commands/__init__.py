@@ -14,6 +14,7 @@ COMMANDS = (
     "inspect",
     "replay",
     "diff",
+    "sweep",
     "plot",
     "video",
     "export",

@@ -71,6 +71,7 @@ class Metric(ABC):
         unit: unit of its values.
         is_finding: whether it is part of the experiment's finding, not a detail of how it came about.
         margin: the default margin.
+        needs_recording: whether it needs more of a run than its result and its settings.
     """
 
     name: ClassVar[str]
@@ -78,6 +79,7 @@ class Metric(ABC):
     unit: ClassVar[str] = ""
     is_finding: ClassVar[bool] = False
     margin: ClassVar[Margin] = Margin()
+    needs_recording: ClassVar[bool] = True
 
     def resolution(self, run: RunSignals) -> float:
         """Return the smallest difference that the metric can resolve, in its unit; no margin is smaller."""

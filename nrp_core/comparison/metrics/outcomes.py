@@ -14,6 +14,7 @@ class CriteriaMet(ScalarMetric):
     name, title = "criteria", "Criteria met"
     is_finding = is_share = True
     margin = Margin(at_most=0.25)
+    needs_recording = False
 
     def values(self, run: RunSignals) -> Mapping[str, float | None]:
         outcomes = run.result.get("criteria") or {}
@@ -31,6 +32,7 @@ class TimeToEvent(ScalarMetric):
 
     name, title, unit = "time_to_event", "Time to event", "s"
     is_finding = True
+    needs_recording = False
 
     def values(self, run: RunSignals) -> Mapping[str, float | None]:
         settings, outcomes = run.settings, run.result.get("criteria") or {}

@@ -157,6 +157,24 @@ def network_of(experiment: Experiment, collector: Collector, build: Build | None
     return None
 
 
+def network_for(experiment: Experiment, build: Build | None = None) -> Network:
+    """Return the network of an experiment alone.
+
+    Args:
+        experiment: the experiment.
+        build: makes the network; see :func:`network_of`.
+
+    Raises:
+        InvalidExperimentError: it cannot be made.
+    """
+    collector = Collector(experiment.source)
+    given, _ = with_parameters(experiment, collector)
+    network = network_of(given, collector, build)
+    collector.raise_errors()
+    assert network is not None
+    return network
+
+
 def _built_in_time(experiment: Experiment, make: Callable[[], Network]) -> Network:
     """Make a network in this process, within the time limit of the experiment.
 

@@ -21,6 +21,7 @@ def schema_findings(
     tree: Tree,
     above: Sequence[Key] = (),
     code: Code | None = None,
+    what: str = "an experiment",
 ) -> list[Finding]:
     """Turn the errors of a validation into findings.
 
@@ -30,11 +31,12 @@ def schema_findings(
         tree: the whole file.
         above: the keys under which the validated data stands.
         code: of every finding, where none of those for a schema is meant.
+        what: the whole file, in messages.
     """
     schema = model.model_json_schema()
     found: dict[tuple[Key, ...], Finding] = {}
     for detail in error.errors():
-        finding, keys = _finding(detail, schema, tree, above)
+        finding, keys = _finding(detail, schema, tree, above, what)
         if keys in found:  # every member of a union complains
             finding = replace(found[keys], message=f"{found[keys].message}, or {reason(detail)}")
         found[keys] = finding
@@ -42,19 +44,19 @@ def schema_findings(
 
 
 def _finding(
-    detail: ErrorDetails, schema: dict[str, Any], tree: Tree, above: Sequence[Key]
+    detail: ErrorDetails, schema: dict[str, Any], tree: Tree, above: Sequence[Key], whole: str
 ) -> tuple[Finding, tuple[Key, ...]]:
     """Return a finding and what it is about; two about the same thing are one."""
     reached, keys = tree.nearest([*above, *detail["loc"]])
     last, what = detail["loc"][-1] if detail["loc"] else "", _dotted(keys)
     if detail["type"] == "extra_forbidden":
-        section = f"'{_dotted(keys[:-1])}'" if len(keys) > 1 else "an experiment"
+        section = f"'{_dotted(keys[:-1])}'" if len(keys) > 1 else whole
         hint = did_you_mean(str(last), keys_at(schema, detail["loc"][:-1]))
         message = f"{section} has no key '{last}'{hint}"
         return (reached.key_place or reached.place).finding(Code.NRP201, message), keys
     if detail["type"] == "missing":
         thing = f"value {last + 1}" if isinstance(last, int) else f"the key '{last}'"
-        section = f"'{what}'" if what else "an experiment"
+        section = f"'{what}'" if what else whole
         return reached.place.finding(Code.NRP203, f"{section} needs {thing}"), (*keys, last)
     cause = detail.get("ctx", {}).get("error")
     code = Code.NRP204 if isinstance(cause, MissingFileError) else Code.NRP202

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -134,6 +134,15 @@ class Tree:
             children[index] = children[index].overridden(rest, over)
             return replace(self, value=children)
         raise over.place.error(f"'{key}' leads nowhere: {self.value!r} stands there")
+
+
+def tree_of(data: Any) -> Tree:
+    """Return plain data as a tree without places; numbers may be NumPy's."""
+    if isinstance(data, Mapping):
+        return Tree({str(key): tree_of(value) for key, value in data.items()})
+    if isinstance(data, (list, tuple)):
+        return Tree([tree_of(value) for value in data])
+    return Tree(data.item() if hasattr(data, "item") else data)
 
 
 def _index(key: str, length: int, place: Place) -> int:

@@ -37,9 +37,10 @@ from nrp_core.errors import (
     TimestepError,
     did_you_mean,
 )
+from nrp_core.experiment.events.criteria import Verdict
 from nrp_core.experiment.events.values import to_message
 from nrp_core.experiment.making.maker import load_functions, maker_of
-from nrp_core.experiment.making.prepare import Plan, ProgressCallback, no_progress, prepare
+from nrp_core.experiment.making.prepare import Plan, ProgressCallback, network_for, no_progress, prepare
 from nrp_core.experiment.making.watch import Watch, declare_missing_topics, declare_own
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Build, Experiment
@@ -122,6 +123,7 @@ class Run(Closing):
         self.on_activate: list[Callable[[str, bool], None]] = []
         self.on_reset: list[Callable[[str], None]] = []
         self.parameters = plan.parameters
+        self._build = build
         self._planned = plan.warnings
         with ExitStack() as opened:
             progress(f"opening the world ({experiment.world.backend})")
@@ -380,6 +382,21 @@ class Run(Closing):
             message = f"the snapshot cannot be read: {type(error).__name__}: {error}"
             raise SnapshotError(message) from error
 
+    def start_over(self, seed: int) -> None:
+        """Return to time 0 with another seed, as a new run with that seed; the engines stay open.
+
+        Raises:
+            CapabilityError: the seed changes the network, or takes part in what cannot start over, such as a
+                state machine. A new run is needed; this one is as it was.
+        """
+        if isinstance(self.experiment.maker, Participant):
+            raise CapabilityError("the state machines of an experiment cannot start over")
+        experiment = self.experiment.model_copy(update={"seed": seed})
+        if network_for(experiment, self._build).digest != self.brain.network.digest:
+            raise CapabilityError(f"seed {seed} gives another network")
+        self.loop.reset(seed=seed)
+        self.continue_as(experiment)  # its functions are new, for files may keep values of their own
+
     def continue_as(self, experiment: Experiment) -> None:
         """Go on with the transfer functions of another experiment, which is else the same.
 
@@ -433,6 +450,10 @@ class Run(Closing):
             events={name: seconds(times[name]) if name in times else None for name in self.experiment.events},
             failures=[failure_data(failure) for failure in self.loop.failures],
         )
+
+    def outcomes(self) -> dict[str, Verdict]:
+        """Return what came of each criterion so far."""
+        return self._watch.outcomes()
 
     def write_csv(self, folder: Path | None = None) -> list[Path]:
         """Write what CSV recorders have so far, and return the files.

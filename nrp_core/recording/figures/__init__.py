@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 SUFFIXES = (".png", ".svg", ".pdf")
 
 # equal recordings give equal files
-_UNDATED: dict[str, dict[str, str | None]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+UNDATED: dict[str, dict[str, str | None]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 
 
 def require_matplotlib() -> None:
@@ -93,4 +93,4 @@ def plot(recording: Recording, path: Path, what: What = What.RUN, options: PlotO
         else:
             figure = draw_part(what.value, story, recording, options)
         with writing(path):
-            figure.savefig(path, metadata=_UNDATED.get(path.suffix.lower()))
+            figure.savefig(path, metadata=UNDATED.get(path.suffix.lower()))

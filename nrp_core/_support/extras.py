@@ -1,0 +1,22 @@
+"""Packages that only some commands need."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+from nrp_core.errors import BackendLoadError
+
+
+def require_extra(module: str, extra: str, what: str) -> None:
+    """Refuse to go on without a package that an extra installs.
+
+    Args:
+        module: the name under which it is imported.
+        extra: the extra of this distribution.
+        what: the thing that needs it, for the message.
+
+    Raises:
+        BackendLoadError: it is not installed; the message has the command that installs it.
+    """
+    if find_spec(module) is None:
+        raise BackendLoadError(f"{what} needs {module}", remedy=f"pip install 'nrp-core[{extra}]'")

@@ -1,0 +1,121 @@
+"""Perform tasks in several processes of this machine.
+
+A process that dies is replaced, and only the task that it was at is concerned. Processes are started anew
+rather than forked, because engines have threads and libraries that do not survive a fork; they do not import
+the script that started them.
+"""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from typing import Any, Generic, TypeVar
+
+T = TypeVar("T")
+R = TypeVar("R")
+_STANDARD_ERROR = 2
+
+
+class WorkerDiedError(Exception):
+    """A process ended while it was at a task: it was killed, or an engine crashed in it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome(Generic[T, R]):
+    """What came of a task.
+
+    Args:
+        task: the task.
+        value: what its function returned.
+        error: what it raised, or a :class:`WorkerDiedError`.
+    """
+
+    task: T
+    value: R | None
+    error: BaseException | None = None
+
+
+class WorkerPool:
+    """Processes that perform tasks; they are ended with the block.
+
+    Args:
+        size: their number; each is started when there is a task for it.
+    """
+
+    def __init__(self, size: int) -> None:
+        self._size = size
+        self._idle: list[_Worker] = []
+        self._busy: dict[_Worker, Any] = {}
+
+    def perform(self, function: Callable[[T], R], tasks: Iterable[T]) -> Iterator[Outcome[T, R]]:
+        """Perform tasks and yield what came of each, in the order in which they end.
+
+        Args:
+            function: at the top level of a module that can be imported.
+            tasks: are taken when a process is free for them, so that they may depend on earlier outcomes.
+        """
+        waiting = iter(tasks)
+        while True:
+            while len(self._busy) < self._size and (given := next(waiting, self)) is not self:
+                self._give(function, given)
+            if not self._busy:
+                return
+            for connection in wait([worker.connection for worker in self._busy]):
+                worker = next(one for one in self._busy if one.connection is connection)
+                yield self._outcome(worker, self._busy.pop(worker))
+
+    def _give(self, function: Any, task: Any) -> None:
+        worker = self._idle.pop() if self._idle else _Worker()
+        try:
+            worker.connection.send((function, task))
+        except OSError:  # it died while it was idle
+            worker.end()
+            worker = _Worker()
+            worker.connection.send((function, task))
+        self._busy[worker] = task
+
+    def _outcome(self, worker: _Worker, task: Any) -> Outcome[Any, Any]:
+        try:
+            value, error = worker.connection.recv()
+        except (EOFError, OSError):
+            return Outcome(task, None, WorkerDiedError(worker.end()))
+        self._idle.append(worker)
+        return Outcome(task, value, error)
+
+    def pids(self) -> list[int]:
+        """Return the operating system's numbers of the processes."""
+        return [worker.process.pid for worker in (*self._idle, *self._busy)]
+
+    def __enter__(self) -> WorkerPool:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for worker in (*self._idle, *self._busy):  # unfinished tasks would be repeated anyway
+            worker.end()
+        self._idle.clear()
+        self._busy.clear()
+
+
+class _Worker:
+    """One process and the socket to it; its output goes to standard error."""
+
+    def __init__(self) -> None:
+        ours, theirs = socket.socketpair()
+        with theirs:
+            command = [sys.executable, "-m", "nrp_core._support.worker", str(theirs.fileno())]
+            self.process = subprocess.Popen(
+                command, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, stdout=_STANDARD_ERROR
+            )
+        self.connection: Connection[Any, Any] = Connection(ours.detach())
+        self.connection.send(sys.path)
+
+    def end(self) -> str:
+        """End the process, and return how it had ended."""
+        self.connection.close()
+        self.process.kill()
+        code = self.process.wait()
+        return f"signal {-code}" if code < 0 else f"exit code {code}"

@@ -1,0 +1,201 @@
+"""``nrp sweep``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from nrp_core.cli.failure import NO
+from nrp_core.cli.options import Json, require_folder_of
+from nrp_core.cli.output import document
+
+if TYPE_CHECKING:
+    from nrp_core.sweep.executors.interface import Executor
+    from nrp_core.sweep.plan import Plan
+    from nrp_core.sweep.running import SweepRun
+
+SHOW = "show"
+_JOBS = 16
+
+
+def sweep(
+    target: Annotated[
+        str, typer.Argument(metavar="FILE|show", help="The file of a sweep; or 'show' for its results.")
+    ],
+    folder: Annotated[
+        Path | None, typer.Argument(metavar="DIR", help="The folder to show, after 'show'.")
+    ] = None,
+    on: Annotated[
+        str,
+        typer.Option(
+            metavar="local|dask|slurm|tcp://HOST:PORT", envvar="NRP_ON", help="Where the runs are performed."
+        ),
+    ] = "local",
+    workers: Annotated[
+        int | None, typer.Option(metavar="N", envvar="NRP_WORKERS", min=1, help="Number of runs at once.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            envvar="NRP_OUT",
+            file_okay=False,
+            help="The folder of the results; by default NAME.sweep.",
+        ),
+    ] = None,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY=VALUE|N..M", help="Make only runs with a value, or some by number; repeatable."
+        ),
+    ] = None,
+    retry_failed: Annotated[
+        bool, typer.Option("--retry-failed", envvar="NRP_RETRY_FAILED", help="Make runs that failed again.")
+    ] = False,
+    record: Annotated[
+        bool, typer.Option("--record", help="Keep a recording of every run, images as hashes.")
+    ] = False,
+    plan: Annotated[bool, typer.Option("--plan", help="Check the sweep and say what it would do.")] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="Make any number of runs.")] = False,
+    emit: Annotated[
+        str | None,
+        typer.Option(
+            metavar="slurm|snakemake", help="Write jobs for the tools of a centre; run nothing here."
+        ),
+    ] = None,
+    measure: Annotated[
+        str | None, typer.Option(metavar="METRIC.PART", help="The measure of figures; by default the first.")
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", dir_okay=False, help="Draw a figure into a .png, .svg or .pdf file."),
+    ] = None,
+    kind: Annotated[
+        str | None,
+        typer.Option(metavar="curve|heat|parallel", help="The kind of figure; by default by what varies."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Run an experiment many times with settings that vary; stop at any time and start again to resume.
+
+    Ctrl-C keeps all finished runs. The exit code is 1 if a run failed.
+    """
+    if target == SHOW:
+        if folder is None:
+            raise typer.BadParameter("give the folder of the results: nrp sweep show DIR", param_hint="DIR")
+        _show(folder, measure, plot, kind, as_json=json)
+        return
+    if folder is not None:
+        raise typer.BadParameter("a folder stands after 'show' only; results go to --out", param_hint="DIR")
+    require_folder_of(plot, "--plot")
+    made = _opened(Path(target), out, only or [], retry_failed=retry_failed, record=record, confirmed=yes)
+    if emit is not None:
+        _emit(made, emit, workers)
+        return
+    failed = _make(made, on, workers, is_plan=plan)
+    _show(made.folder, measure, plot, kind, as_json=json, may_be_empty=plan)
+    raise typer.Exit(NO if failed else 0)
+
+
+def _opened(
+    file: Path, out: Path | None, only: list[str], *, retry_failed: bool, record: bool, confirmed: bool
+) -> SweepRun:
+    from nrp_core.sweep.plan import Plan
+    from nrp_core.sweep.reading import read_sweep
+    from nrp_core.sweep.running import Choice, SweepRun
+
+    described, source = read_sweep(file)
+    plan = Plan.of(described, source, confirmed=confirmed)
+    made = SweepRun(plan, out or Path(f"{file.stem}.sweep"), Choice(tuple(only), retry_failed, record))
+    _say(_headline(plan, made))
+    return made
+
+
+def _headline(plan: Plan, made: SweepRun) -> str:
+    from nrp_core.sweep.axes import Choices, Span
+
+    def size(axis: object) -> str:
+        return str(len(axis) or "any") if isinstance(axis, (Choices, Span)) else "drawn"
+
+    varied = " x ".join(f"{key} ({size(axis)})" for key, axis in plan.sweep.vary.items())
+    total, pending = len(plan), len(made.pending)
+    left = "" if pending == total else f", {pending} to do"
+    design = f"{plan.sweep.design} of {varied or 'nothing'}"
+    return f"{plan.name}: {total} runs{left}; {design}; results in {made.folder}"
+
+
+def _make(made: SweepRun, on: str, workers: int | None, *, is_plan: bool) -> int:
+    """Make the runs and return the number of those that failed.
+
+    Where no run has ended yet, the first one is made alone, to say how long all will take.
+    """
+    from nrp_core.cli.progress import display
+    from nrp_core.sweep.executors.interface import executor
+    from nrp_core.sweep.running import Progress
+
+    failed = 0
+    with executor(on, made.folder, workers) as where, display() as shown:
+
+        def tell(progress: Progress) -> None:
+            nonlocal failed
+            failed = progress.failed
+            shown.count("runs", progress.done, progress.total, str(progress))
+
+        if made.pending and made.expected_s(where) is None:
+            shown.begin_task("making the first run, to know how long one takes")
+            made.run(where, tell, made.pending[:1])
+        if made.pending:
+            _say(_expectation(made, where))
+        if not is_plan:
+            made.run(where, tell)
+    return failed
+
+
+def _expectation(made: SweepRun, where: Executor) -> str:
+    from nrp_core.sweep.running import duration_text
+
+    pending, expected_s = len(made.pending), made.expected_s(where)
+    at_once = min(where.size, pending)
+    degree = "about" if len(made.records) > 1 else "at most about"  # the first run may compile code
+    about = "unknown" if expected_s is None else f"{degree} {duration_text(expected_s)}"
+    return f"expected time: {about} for {pending} runs, {at_once} at once"
+
+
+def _emit(made: SweepRun, kind: str, jobs: int | None) -> None:
+    from nrp_core.sweep.emit import emit
+
+    file, command = emit(kind, made.folder, made.pending, jobs or _JOBS)
+    typer.echo(f"{len(made.pending)} runs written to {file}")
+    typer.echo(f"run them with: {command}")
+    typer.echo("then repeat the same nrp sweep without --emit: it collects the results")
+
+
+def _show(
+    folder: Path, measure: str | None, plot: Path | None, kind: str | None, *, as_json: bool,
+    may_be_empty: bool = False,
+) -> None:  # fmt: skip
+    from nrp_core.sweep.report import report, report_data
+    from nrp_core.sweep.summary import read_table
+
+    table = read_table(folder)
+    if may_be_empty and not table.rows:
+        return
+    if plot is not None:
+        from nrp_core.sweep.figures import draw
+
+        draw(table, plot, measure, kind)
+    if as_json:
+        document(report_data(table, folder, plot))
+        return
+    from rich.console import Console
+
+    report(table, Console(highlight=False))
+    typer.echo(f"all runs: {folder / 'results.csv'}")
+    if plot is not None:
+        typer.echo(f"figure: {plot}")
+
+
+def _say(line: str) -> None:
+    typer.echo(line, err=True)

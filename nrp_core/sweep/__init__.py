@@ -1,0 +1,26 @@
+"""Many runs of one experiment whose settings vary, on one machine or on many.
+
+::
+
+    file ──axes, design──> plan ──tasks──> executor ──records──> journal ──> table ──> summary, figures
+
+Every run is independent of the others, so its row of the table is the same wherever and whenever it ran.
+"""
+
+from nrp_core._support.lazy import lazily
+
+TYPE_CHECKING = False  # known to type checkers; typing itself takes 5 ms to import
+if TYPE_CHECKING:
+    from nrp_core.sweep.executors.interface import Executor as Executor
+    from nrp_core.sweep.python import sweep as sweep
+    from nrp_core.sweep.record import Record as Record
+    from nrp_core.sweep.record import Task as Task
+else:
+    __getattr__, __dir__, __all__ = lazily(
+        __name__,
+        {
+            "nrp_core.sweep.executors.interface": "Executor",
+            "nrp_core.sweep.python": "sweep",
+            "nrp_core.sweep.record": "Record Task",
+        },
+    )

@@ -1,0 +1,53 @@
+"""Write a sweep as files that the tools of a computing centre run; ``nrp sweep`` then collects the rows."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from nrp_core._support.writing import writing
+from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.sweep.chunk import write_chunks
+from nrp_core.sweep.executors.slurm import script_of
+from nrp_core.sweep.record import Task
+
+KINDS = ("slurm", "snakemake")
+_SNAKEFILE = """rule all:
+    input: expand("journal.{{job}}.jsonl", job=range({first}, {last} + 1))
+
+rule runs:
+    input: "jobs/{{job}}.jsonl"
+    output: "journal.{{job}}.jsonl"
+    shell: "{python} -m nrp_core.sweep.chunk {{input}} {{output}}"
+"""
+
+
+def emit(kind: str, folder: Path, tasks: Sequence[Task], jobs: int) -> tuple[Path, str]:
+    """Write the runs as jobs.
+
+    Args:
+        kind: one of :data:`KINDS`.
+        folder: the folder of the sweep.
+        tasks: the runs.
+        jobs: number of jobs.
+
+    Returns:
+        the file to run, and the command that runs it.
+
+    Raises:
+        ExperimentError: there is no such kind, nothing is left to run, or the disk refuses.
+    """
+    if kind not in KINDS:
+        raise ExperimentError(f"a sweep cannot be written for '{kind}'{did_you_mean(kind, KINDS)}")
+    if not tasks:
+        raise ExperimentError("all runs are done: there is nothing to write", path=folder)
+    chunks = write_chunks(folder, tasks, jobs)
+    first = int(chunks[0][0].stem)
+    if kind == "slurm":
+        script = script_of(folder, first, len(chunks), len(chunks))
+        return script, f"sbatch {script}"
+    path = folder / "Snakefile"
+    with writing(path):
+        path.write_text(_SNAKEFILE.format(first=first, last=first + len(chunks) - 1, python=sys.executable))
+    return path, f"snakemake --cores all --directory {folder}"

@@ -1,0 +1,102 @@
+"""Runs as jobs of SLURM: an array of jobs, each performing a part of them one after the other."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from time import sleep
+
+from nrp_core._support.writing import writing
+from nrp_core.errors import BackendLoadError
+from nrp_core.sweep.chunk import JOBS, write_chunks
+from nrp_core.sweep.executors.interface import ATTEMPTS, Executor
+from nrp_core.sweep.journal import records_in
+from nrp_core.sweep.record import Record, Task
+
+SCRIPT = """#!/bin/sh
+#SBATCH --job-name=nrp-sweep
+#SBATCH --ntasks=1
+#SBATCH --cpus-per-task=1
+#SBATCH --array={first}-{last}{limit}
+#SBATCH --output={folder}/jobs/%a.log
+exec {python} -m nrp_core.sweep.chunk {folder}/jobs/$SLURM_ARRAY_TASK_ID.jsonl \\
+    {folder}/journal.$SLURM_ARRAY_TASK_ID.jsonl
+"""
+_CHUNKS = 4
+"""Jobs for each worker, so that one that ends early can be given more."""
+_WORKERS = 16
+_LOOK_S = 0.5
+
+
+class SlurmExecutor(Executor):
+    """Submits arrays of jobs and reads their journals; options of a site come from ``SBATCH_*`` variables."""
+
+    def __enter__(self) -> SlurmExecutor:
+        if shutil.which("sbatch") is None:
+            raise BackendLoadError("there is no sbatch here: the executor slurm needs SLURM's commands")
+        _command("squeue", "--noheader", "--me")
+        return self
+
+    @property
+    def size(self) -> int:
+        return self.workers or _WORKERS
+
+    def perform(self, tasks: Sequence[Task]) -> Iterator[Record]:
+        waiting = {task.id: task for task in tasks}
+        while waiting:
+            for record in self._array(list(waiting.values())):
+                if waiting.pop(record.id, None) is not None:
+                    yield record
+            for task in list(waiting.values()):  # its job was killed, or did not begin
+                if task.attempt < ATTEMPTS:
+                    waiting[task.id] = task.again()
+                else:
+                    yield Record.died(waiting.pop(task.id), f"see {self.folder / JOBS}/*.log")
+
+    def _array(self, tasks: list[Task]) -> Iterator[Record]:
+        """Submit jobs for tasks, and yield their records until all the jobs have ended."""
+        chunks = write_chunks(self.folder, tasks, self.size * _CHUNKS)
+        first = int(chunks[0][0].stem)
+        script = script_of(self.folder, first, len(chunks), self.size)
+        job = _command("sbatch", "--parsable", str(script)).strip().partition(";")[0]
+        seen: dict[Path, int] = {journal: 0 for _, journal in chunks}
+        try:
+            while True:
+                ended = not _command("squeue", "--noheader", "--jobs", job, may_fail=True).strip()
+                for journal, count in seen.items():
+                    records = list(records_in(journal)) if journal.exists() else []
+                    yield from records[count:]
+                    seen[journal] = len(records)
+                if ended:
+                    return
+                sleep(_LOOK_S)
+        except BaseException:
+            _command("scancel", job, may_fail=True)
+            raise
+
+
+def script_of(folder: Path, first: int, jobs: int, at_once: int) -> Path:
+    """Write the script of an array of jobs into the folder of a sweep, and return it."""
+    path = folder / JOBS / f"{first}.sh"
+    limit = f"%{at_once}" if at_once < jobs else ""
+    text = SCRIPT.format(
+        first=first, last=first + jobs - 1, limit=limit, folder=folder.resolve(), python=sys.executable
+    )
+    with writing(path):
+        path.write_text(text, "utf-8")
+    return path
+
+
+def _command(*command: str, may_fail: bool = False) -> str:
+    """Return the output of a command of SLURM.
+
+    Raises:
+        BackendLoadError: it fails; the message has its own.
+    """
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode and not may_fail:
+        raise BackendLoadError(f"{command[0]} of SLURM fails: {done.stderr.strip() or done.stdout.strip()}")
+    return done.stdout if not done.returncode else ""

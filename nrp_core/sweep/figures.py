@@ -1,0 +1,201 @@
+"""Figures of a sweep: a curve with its spread over the seeds, a heat map, or parallel coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from nrp_core._support.writing import writing
+from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.recording.figures import UNDATED, check_target
+from nrp_core.recording.figures.style import FAINT, colour, style
+from nrp_core.sweep.summary import Group, SweepTable, short_key
+
+_SIZE = (7.2, 4.6)
+_MOST_LINES = 7  # colours that can be told apart
+_AXES_OF_MAP = 2
+_MOST_CELLS_WITH_NUMBERS = 150
+_COLOURS = "viridis"
+
+
+def draw(table: SweepTable, path: Path, measure: str | None = None, kind: str | None = None) -> None:
+    """Draw a sweep into a file.
+
+    Args:
+        table: the sweep.
+        path: the suffix chooses between PNG, SVG and PDF.
+        measure: what is shown; by default the first measure.
+        kind: ``curve``, ``heat`` or ``parallel``; by default by the number of settings that vary.
+
+    Raises:
+        ExperimentError: there is no such measure or kind, or too little varies for it; or the disk refuses.
+    """
+    check_target(path)
+    name = table.measure(measure)
+    kind = kind or _usual(table)
+    if kind not in _KINDS:
+        raise ExperimentError(f"there is no figure '{kind}'{did_you_mean(kind, _KINDS)}")
+    with style():
+        figure = Figure(_SIZE, layout="constrained")
+        axes = figure.subplots()
+        _KINDS[kind](figure, axes, table, name)
+        seeds = max((len(group.rows) for group in table.groups), default=0)
+        axes.set_title(f"{table.name}: {name}" + (f", {seeds} runs each" if seeds > 1 else ""))
+        with writing(path):
+            figure.savefig(path, dpi=150, metadata=UNDATED.get(path.suffix.lower()))
+
+
+def _usual(table: SweepTable) -> str:
+    varying = len(table.keys)
+    if varying == _AXES_OF_MAP and all(_is_number(table, key) for key in table.keys):
+        return "heat"
+    return "curve" if varying <= _AXES_OF_MAP else "parallel"
+
+
+def _curve(_: Figure, axes: Axes, table: SweepTable, name: str) -> None:
+    """Draw the mean over a setting, a band of one standard deviation, and a line for each other value."""
+    _require_keys(table, 1, "a curve")
+    numeric = [key for key in table.keys if _is_number(table, key)]
+    key = (numeric or list(table.keys))[0]
+    lines: dict[str, list[Group]] = {}
+    for group in table.groups:
+        others = ", ".join(f"{short_key(k, table.keys)} {v}" for k, v in group.values.items() if k != key)
+        lines.setdefault(others, []).append(group)
+    ticks, kind = _ticks(table, key), "o-" if key in numeric else "o"
+    for number, (label, groups) in enumerate(list(lines.items())[:_MOST_LINES]):
+        groups = sorted(groups, key=lambda group: ticks[str(group.values[key])])
+        x = np.array([ticks[str(group.values[key])] for group in groups])
+        mean = np.array([group.mean(name) for group in groups])
+        spread = np.array([group.spread(name) for group in groups])
+        axes.fill_between(x, mean - spread, mean + spread, color=colour(number), alpha=0.15, linewidth=0)
+        axes.plot(x, mean, kind, color=colour(number), markersize=4, linewidth=1.4, label=label)
+        for at, group in zip(x, groups, strict=True):
+            values = group.numbers(name)
+            axes.plot([at] * len(values), values, ".", color=colour(number), alpha=0.35, markersize=3)
+    _label(axes, table, key)
+    axes.set_ylabel(name)
+    axes.grid(axis="y")
+    if len(lines) > 1:
+        more = f"\nand {len(lines) - _MOST_LINES} more, not drawn" if len(lines) > _MOST_LINES else ""
+        axes.legend(title=more or None)
+
+
+def _heat(figure: Figure, axes: Axes, table: SweepTable, name: str) -> None:
+    """Draw the mean over two settings, the mean over all others."""
+    _require_keys(table, _AXES_OF_MAP, "a heat map")
+    across, up = table.keys[:_AXES_OF_MAP]
+    columns, lines = _ticks(table, across), _ticks(table, up)
+    x, y = (
+        {text: n for n, text in enumerate(sorted(ticks, key=ticks.__getitem__))} for ticks in (columns, lines)
+    )
+    values: list[list[list[float]]] = [[[] for _ in x] for _ in y]
+    for group in table.groups:
+        values[y[str(group.values[up])]][x[str(group.values[across])]] += group.numbers(name)
+    means = np.array([[np.mean(cell) if cell else np.nan for cell in line] for line in values])
+    image = axes.imshow(means, origin="lower", aspect="auto", cmap=_COLOURS)
+    figure.colorbar(image, ax=axes, label=name).outline.set_visible(False)
+    if means.size <= _MOST_CELLS_WITH_NUMBERS:
+        for (row, column), value in np.ndenumerate(means):
+            dark = np.isfinite(value) and (value - np.nanmin(means)) < 0.6 * np.ptp(means[np.isfinite(means)])
+            text = f"{value:.3g}" if np.isfinite(value) else "-"
+            axes.text(
+                column, row, text, ha="center", va="center", color="white" if dark else "black", fontsize=7
+            )
+    axes.set_xticks(range(len(x)), list(x))
+    axes.set_yticks(range(len(y)), list(y))
+    axes.set_xlabel(short_key(across, table.keys))
+    axes.set_ylabel(short_key(up, table.keys))
+    axes.spines[:].set_visible(False)
+
+
+def _parallel(figure: Figure, axes: Axes, table: SweepTable, name: str) -> None:
+    """Draw a line for each combination over all settings, coloured by the measure, which is the last axis."""
+    _require_keys(table, 1, "parallel coordinates")
+    groups = [group for group in table.groups if group.numbers(name)]
+    if not groups:
+        raise ExperimentError(f"no run has a value of '{name}'")
+    shares = [_shares(table, key, groups) for key in table.keys]
+    means = np.array([group.mean(name) for group in groups])
+    scale = Normalize(float(means.min()), float(means.max()) if np.ptp(means) else float(means.min()) + 1)
+    shares.append(np.asarray(scale(means)))
+    places = np.arange(len(shares))
+    segments = [np.column_stack([places, line]) for line in np.column_stack(shares)]
+    order = np.argsort(means)  # the largest on top
+    lines = LineCollection(
+        [segments[n] for n in order], array=means[order], cmap=_COLOURS, norm=scale, alpha=0.6, linewidths=1.0
+    )
+    axes.add_collection(lines)
+    for place, key in enumerate(table.keys):
+        axes.axvline(place, color=FAINT, linewidth=0.8)
+        low, high = _ends(table, key)
+        axes.annotate(high, (place, 1.0), (0, 3), textcoords="offset points", ha="center", fontsize=7)
+        axes.annotate(low, (place, 0.0), (0, -9), textcoords="offset points", ha="center", fontsize=7)
+    axes.set(xlim=(-0.1, len(shares) - 0.9), ylim=(-0.08, 1.1), yticks=[])
+    axes.set_xticks(places, [*(short_key(key, table.keys) for key in table.keys), name])
+    axes.spines[:].set_visible(False)
+    figure.colorbar(lines, ax=axes, label=name).outline.set_visible(False)
+
+
+_KINDS: dict[str, Callable[[Figure, Axes, SweepTable, str], None]] = {
+    "curve": _curve, "heat": _heat, "parallel": _parallel,
+}  # fmt: skip
+
+
+def _require_keys(table: SweepTable, number: int, what: str) -> None:
+    if len(table.keys) < number:
+        raise ExperimentError(
+            f"{what} needs {number} settings that vary, besides the seed; here are {len(table.keys)}"
+        )
+
+
+def _number(value: Any) -> float | None:
+    """Return a value as a number, also one with a unit."""
+    if isinstance(value, bool):
+        return None
+    try:
+        return float(str(value).split()[0])
+    except (ValueError, IndexError):
+        return None
+
+
+def _values(table: SweepTable, key: str) -> dict[str, Any]:
+    return {str(group.values[key]): group.values[key] for group in table.groups}
+
+
+def _is_number(table: SweepTable, key: str) -> bool:
+    return all(
+        _number(value) is not None and len(str(value).split()) <= 2 for value in _values(table, key).values()
+    )
+
+
+def _ticks(table: SweepTable, key: str) -> dict[str, float]:
+    """Return the places of the values of a setting on an axis: numbers where they are, others one by one."""
+    values = _values(table, key)
+    if _is_number(table, key):
+        return {text: float(_number(value) or 0.0) for text, value in values.items()}
+    return {text: float(place) for place, text in enumerate(values)}
+
+
+def _shares(table: SweepTable, key: str, groups: list[Group]) -> Any:
+    ticks = _ticks(table, key)
+    low, high = min(ticks.values()), max(ticks.values())
+    return np.array([(ticks[str(group.values[key])] - low) / ((high - low) or 1.0) for group in groups])
+
+
+def _ends(table: SweepTable, key: str) -> tuple[str, str]:
+    ticks = _ticks(table, key)
+    return min(ticks, key=ticks.__getitem__), max(ticks, key=ticks.__getitem__)
+
+
+def _label(axes: Axes, table: SweepTable, key: str) -> None:
+    axes.set_xlabel(short_key(key, table.keys))
+    if not _is_number(table, key):
+        ticks = _ticks(table, key)
+        axes.set_xticks(list(ticks.values()), list(ticks))

@@ -1,0 +1,100 @@
+"""The records of a sweep, one line of JSON each, written the moment a run ends.
+
+Several processes may add to one folder, each to a file of its own. A line that a kill or a full disk cut is
+dropped; every line before it is on the disk.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from nrp_core._support.writing import writing
+from nrp_core.errors import ExperimentError
+from nrp_core.sweep.record import Record
+
+JOURNAL = "journal.jsonl"
+JOURNALS = "journal*.jsonl"
+"""Jobs of a cluster write journals of their own."""
+
+
+class Journal:
+    """A file that records are added to, by one process at a time.
+
+    Raises:
+        ExperimentError: another process adds to it, or the disk refuses.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        with writing(path):
+            self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        try:
+            fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            os.close(self._descriptor)
+            raise ExperimentError("another process works on this sweep", path=path) from error
+        self._drop_cut_line()
+
+    def add(self, record: Record) -> None:
+        """Add a record and wait until it is on the disk.
+
+        Raises:
+            ExperimentError: the disk refuses; what was written before is kept.
+        """
+        with writing(self._path):
+            data = record.to_line().encode()
+            while data:
+                data = data[os.write(self._descriptor, data) :]
+            os.fsync(self._descriptor)
+
+    def close(self) -> None:
+        """Let other processes add to it."""
+        os.close(self._descriptor)
+
+    def _drop_cut_line(self) -> None:
+        """End the file with its last whole line, and continue there."""
+        data = self._path.read_bytes()
+        with writing(self._path):
+            os.ftruncate(self._descriptor, data.rfind(b"\n") + 1)
+            os.lseek(self._descriptor, 0, os.SEEK_END)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def read_records(folder: Path) -> dict[str, Record]:
+    """Return the records of a folder by their ids; of several for one run, the last one without an error.
+
+    Raises:
+        ExperimentError: a line is not a record.
+    """
+    found: dict[str, Record] = {}
+    for path in sorted(folder.glob(JOURNALS)):
+        for record in records_in(path):
+            if record.id not in found or not record.failed or found[record.id].failed:
+                found[record.id] = record
+    return found
+
+
+def records_in(path: Path) -> Iterator[Record]:
+    """Yield the records of one journal; a line that was cut is not one.
+
+    Raises:
+        ExperimentError: a line is not a record.
+    """
+    *lines, _cut = path.read_text("utf-8").split("\n")
+    for number, line in enumerate(lines, 1):
+        try:
+            yield Record.from_line(line)
+        except (ValueError, TypeError, KeyError) as error:
+            raise ExperimentError("this line is not a record of a run", path=path, line=number) from error

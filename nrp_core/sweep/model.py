@@ -1,0 +1,121 @@
+"""The file of a sweep as typed data; its keys are documented here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import Field, PlainValidator, WithJsonSchema, field_validator, model_validator
+
+from nrp_core.errors import did_you_mean
+from nrp_core.experiment.model.ranges import Range
+from nrp_core.experiment.model.section import Section
+from nrp_core.quantities import DurationNs
+from nrp_core.sweep.axes import Axis, Span, axis_of
+
+SEED = "seed"
+GRID = "grid"
+SAMPLED = ("random", "sobol", "latin")
+_PARTS = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Design:
+    """Which combinations of values are run.
+
+    Args:
+        kind: ``grid`` or one of :data:`SAMPLED`.
+        points: number of combinations of a sampled design; each is run with every seed.
+    """
+
+    kind: str = GRID
+    points: int = 0
+
+    def __str__(self) -> str:
+        return self.kind if self.kind == GRID else f"{self.kind} {self.points}"
+
+
+def _design(value: object) -> Design:
+    if isinstance(value, Design):
+        return value
+    if value == GRID:
+        return Design()
+    if isinstance(value, Mapping) and len(value) == 1:
+        ((kind, points),) = value.items()
+        if kind not in SAMPLED:
+            raise ValueError(f"there is no design '{kind}'{did_you_mean(str(kind), (GRID, *SAMPLED))}")
+        if isinstance(points, int) and not isinstance(points, bool) and points > 0:
+            return Design(str(kind), points)
+    raise ValueError(f"a design is grid, {{random: 200}}, {{sobol: 256}} or {{latin: 100}}, not {value!r}")
+
+
+AxisField = Annotated[
+    Axis,
+    PlainValidator(axis_of),
+    WithJsonSchema({
+        "type": ["array", "object", "string"],
+        "examples": [[0.25, 1], {"from": 0.5, "to": 2, "steps": 7}, "4..8 s"],
+    }),
+]  # fmt: skip
+DesignField = Annotated[
+    Design,
+    PlainValidator(_design),
+    WithJsonSchema({"type": ["string", "object"], "examples": [GRID, {"sobol": 256}]}),
+]
+
+
+def _text(value: object) -> str:
+    """Return a text as it is: one from a file knows its folder."""
+    if not isinstance(value, str):
+        raise ValueError(f"the name of an experiment is a text, not {value!r}")
+    return value
+
+
+ExperimentField = Annotated[str, PlainValidator(_text), WithJsonSchema({"type": "string"})]
+
+
+class SweepFile(Section):
+    """An experiment, what varies, and what is measured."""
+
+    experiment: ExperimentField
+    """A shipped experiment, or a file or folder, relative to this file."""
+    settings: dict[str, Any] = Field(default_factory=dict)
+    """Settings of every run, by their dotted keys."""
+    vary: dict[str, AxisField] = Field(default_factory=dict)
+    """What varies, by its dotted key."""
+    design: DesignField = Design()
+    """Which combinations of the values are run."""
+    measure: tuple[str, ...] = ("criteria", "time_to_event")
+    """Metrics, as of ``nrp diff``, that are a number for each run."""
+    until: DurationNs | None = None
+    """Simulated time at which every run stops; by default the duration of the experiment."""
+
+    @field_validator("settings")
+    @classmethod
+    def _plain(cls, settings: dict[str, Any]) -> dict[str, Any]:
+        for key, value in settings.items():
+            if isinstance(value, Mapping) or value is None:
+                raise ValueError(f"a setting is one value under its dotted key, as '{key}.name: 1'")
+        return settings
+
+    @model_validator(mode="after")
+    def _consistent(self) -> SweepFile:
+        for key, axis in self.vary.items():
+            if key in self.settings:
+                raise ValueError(f"'{key}' is given under 'settings' and under 'vary'")
+            needs_steps = self.design.kind == GRID or key == SEED
+            if isinstance(axis, Span) and needs_steps and not len(axis):
+                raise ValueError(
+                    f"vary.{key}: a grid of numbers needs 'steps', as {{from: 0.5, to: 2, steps: 7}}"
+                )
+        if isinstance(self.vary.get(SEED), Range):
+            raise ValueError("vary.seed: seeds are not drawn; write {from: 1, to: 10}, or a list")
+        if self.design.kind != GRID and not self.sampled:
+            raise ValueError(f"design: nothing varies that {self.design.kind} could sample")
+        return self
+
+    @property
+    def sampled(self) -> list[str]:
+        """The keys whose values a design combines: all but the seed and what is drawn with it."""
+        return [key for key, axis in self.vary.items() if key != SEED and not isinstance(axis, Range)]

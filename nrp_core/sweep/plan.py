@@ -1,0 +1,220 @@
+"""All runs of a sweep, checked before the first one begins."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from nrp_core.clock import seconds
+from nrp_core.comparison.grid import digest_of_files, require_there
+from nrp_core.errors import ExperimentError
+from nrp_core.experiment.backends import code_of
+from nrp_core.experiment.making.parameters import with_parameters
+from nrp_core.experiment.model.collector import Collector
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.model.ranges import Range
+from nrp_core.experiment.model.tree import Key, Tree
+from nrp_core.experiment.reading.find import SHIPPED, find_file, load_experiment
+from nrp_core.findings import Code, Finding, InvalidExperimentError
+from nrp_core.paths import TextFrom
+from nrp_core.sweep.axes import Axis, Choices, Span, Value, written
+from nrp_core.sweep.design import combinations, number_of_runs
+from nrp_core.sweep.measuring import scalar_metric
+from nrp_core.sweep.model import SEED, SweepFile
+from nrp_core.sweep.record import Task
+
+MOST_RUNS = 100_000
+"""More runs are only made when that was confirmed."""
+_BACKENDS = ("brain.backend", "world.backend")
+_MOST_CHECKED = 20
+
+
+@dataclass(frozen=True)
+class PlannedRun:
+    """One run.
+
+    Args:
+        task: what a worker gets.
+        values: of what varies, by key.
+    """
+
+    task: Task
+    values: Mapping[str, Value]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A checked sweep.
+
+    Args:
+        sweep: the sweep.
+        experiment: a shipped experiment, or the absolute path of a file or folder.
+        name: the experiment's own name.
+        own_seed: its seed.
+        code: fingerprints of the packages that compute the runs.
+        files: a digest of the files of the experiment.
+    """
+
+    sweep: SweepFile
+    experiment: str
+    name: str
+    own_seed: int
+    code: Mapping[str, str] = field(default_factory=dict)
+    files: str = ""
+
+    @classmethod
+    def of(cls, sweep: SweepFile, source: Tree | None = None, *, confirmed: bool = False) -> Plan:
+        """Check a sweep and plan its runs.
+
+        Args:
+            sweep: the sweep.
+            source: its file, for the places of mistakes.
+            confirmed: whether there may be more than :data:`MOST_RUNS`.
+
+        Raises:
+            InvalidExperimentError: the experiment, a key, a value or a metric is wrong.
+            ExperimentError: there are too many runs.
+        """
+        source = source or Tree({})
+        total = number_of_runs(sweep)
+        if total > MOST_RUNS and not confirmed:
+            raise ExperimentError(
+                f"the sweep has {total:,} runs; up to {MOST_RUNS:,} are made without a confirmation (--yes)",
+                path=source.place.path,
+            )
+        mistakes = _Mistakes(source)
+        settings = [written(key, _absolute(value)) for key, value in sweep.settings.items()]
+        with mistakes.at("experiment"):
+            name = _located(sweep.experiment)
+        mistakes.raise_all()
+        with mistakes.at("settings" if sweep.settings else "experiment"):
+            own = load_experiment(name, settings)
+        mistakes.raise_all()
+        for metric in sweep.measure:
+            with mistakes.at("measure"):
+                scalar_metric(metric)
+        for key, axis in sweep.vary.items():
+            with mistakes.at("vary", key):
+                require_there(own, key)
+                _require_valid(name, settings, key, axis)
+        mistakes.raise_all()
+        backends = [_names(sweep, key, own) for key in _BACKENDS]
+        code: dict[str, str] = {}
+        for brain in backends[0]:
+            for world in backends[1]:
+                code |= code_of(brain, world)
+        return cls(sweep, name, own.name, own.seed, code, digest_of_files(own))
+
+    def __len__(self) -> int:
+        return number_of_runs(self.sweep)
+
+    @cached_property
+    def runs(self) -> list[PlannedRun]:
+        """All runs in the order of the table."""
+        return [
+            self._run(index, values) for index, values in enumerate(combinations(self.sweep, self.own_seed))
+        ]
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """What all runs share: runs of one folder agree in it."""
+        return {
+            "experiment": self.name,
+            "files": self.files,
+            "settings": {key: written(key, _absolute(value)) for key, value in self.sweep.settings.items()},
+            "vary": sorted(self.sweep.vary),
+            "measure": list(self.sweep.measure),
+            "until_ns": self.sweep.until,
+            "code": dict(self.code),
+        }
+
+    def _run(self, index: int, values: Mapping[str, Value]) -> PlannedRun:
+        given = {SEED: self.own_seed, **self.sweep.settings, **values}
+        overrides = (*(written(key, _absolute(value)) for key, value in given.items()), "pace=max")
+        described = json.dumps([self._digest, *sorted(overrides), *map(_content, values.values())])
+        until_ns = self.sweep.until
+        task = Task(
+            hashlib.blake2b(described.encode(), digest_size=8).hexdigest(), index, self.experiment, overrides,
+            self.sweep.measure, None if until_ns is None else seconds(until_ns), self.code,
+        )  # fmt: skip
+        return PlannedRun(task, values)
+
+    @cached_property
+    def _digest(self) -> str:
+        return hashlib.blake2b(json.dumps(self.identity).encode(), digest_size=16).hexdigest()
+
+
+class _Mistakes:
+    """Collects mistakes at their places in the file of the sweep."""
+
+    def __init__(self, source: Tree) -> None:
+        self._source, self._findings = source, list[Finding]()
+
+    @contextmanager
+    def at(self, *keys: Key) -> Iterator[None]:
+        """Collect the error of a block; findings without a place get that of these keys."""
+        place = self._source.place_of(*keys)
+        try:
+            yield
+        except ExperimentError as error:
+            for one in getattr(error, "findings", None) or [Finding.of(error, Code.NRP202)]:
+                self._findings.append(one if one.path is not None else place.finding(one.code, one.message))
+
+    def raise_all(self) -> None:
+        """Raise one error with all mistakes, if there are any."""
+        if self._findings:
+            raise InvalidExperimentError(dict.fromkeys(self._findings))
+
+
+def _located(experiment: str) -> str:
+    """Return a shipped experiment by its name, another one by its absolute path."""
+    folder = experiment.folder if isinstance(experiment, TextFrom) else Path.cwd()
+    found = find_file(experiment, folder)
+    return str(experiment) if experiment.partition("/")[0] in SHIPPED.names() else str(found)
+
+
+def _absolute(value: Value) -> Value:
+    """Return the absolute path of a file that stands beside the sweep, any other value as it is."""
+    if isinstance(value, TextFrom) and Path(value).suffix and (value.folder / value).is_file():
+        return str((value.folder / value).resolve())
+    return value
+
+
+def _content(value: Value) -> str:
+    """Return a digest of the file that a value names, if it names one."""
+    found = _absolute(value)
+    if found is value or not isinstance(found, str):
+        return ""
+    return hashlib.blake2b(Path(found).read_bytes(), digest_size=8).hexdigest()
+
+
+def _require_valid(experiment: str, settings: list[str], key: str, axis: Axis) -> None:
+    for value in _samples(key, axis):
+        own = load_experiment(experiment, [*settings, written(key, _absolute(value))])
+        collector = Collector(own.source)
+        with_parameters(own, collector)
+        collector.raise_errors()
+
+
+def _samples(key: str, axis: Axis) -> Iterator[Value]:
+    """Yield the values of an axis that are checked: all of a short list, the ends of the others."""
+    match axis:
+        case Choices():
+            yield from axis.levels[:_MOST_CHECKED]
+        case Span():
+            yield from axis.ends
+        case Range():
+            yield axis.override(key, 0).partition("=")[2]
+
+
+def _names(sweep: SweepFile, key: str, own: Experiment) -> list[str]:
+    axis = sweep.vary.get(key)
+    if isinstance(axis, Choices):
+        return [str(name) for name in axis.levels]
+    return [own.brain.backend if key == _BACKENDS[0] else own.world.backend]

@@ -1,0 +1,67 @@
+"""A sweep in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+from nrp_core._support.extras import require_extra
+from nrp_core.experiment.model.tree import tree_of
+from nrp_core.sweep.executors.interface import executor
+from nrp_core.sweep.plan import Plan
+from nrp_core.sweep.reading import read_sweep, sweep_of
+from nrp_core.sweep.running import Choice, SweepRun, Tell
+from nrp_core.sweep.table import data_frame
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def sweep(
+    description: str | Path | Mapping[str, Any],
+    out: str | Path | None = None,
+    *,
+    on: str = "local",
+    workers: int | None = None,
+    only: Sequence[str] = (),
+    retry_failed: bool = False,
+    record: bool = False,
+    confirmed: bool = False,
+    tell: Tell = lambda _: None,
+) -> pd.DataFrame:
+    """Make the runs of a sweep and return their table, a row a run.
+
+    Example::
+
+        table = sweep({"experiment": "slalom_pioneer", "vary": {"seed": {"from": 1, "to": 20}}})
+        print(table["criteria.gets_through"].mean())
+
+    Args:
+        description: the file of the sweep, or its contents.
+        out: its folder; runs that it already holds are not repeated. By default nothing is kept.
+        on: ``local``, ``dask``, ``slurm`` or ``tcp://scheduler:8786``.
+        workers: number of runs at once.
+        only: conditions on the runs, ``key=value``, or their numbers, ``0..9``.
+        retry_failed: whether runs that failed are made again.
+        record: whether to keep a recording of every run, in ``out``.
+        confirmed: whether there may be more than 100 000 runs.
+        tell: called after every run with the progress.
+
+    Raises:
+        ExperimentError: the sweep or the folder is wrong.
+        BackendError: what is needed is not installed or not there.
+    """
+    require_extra("pandas", "sweep", "a table of a sweep in Python")
+    if isinstance(description, Mapping):
+        plan = Plan.of(sweep_of(tree_of(description)), confirmed=confirmed)
+    else:
+        file, source = read_sweep(Path(description))
+        plan = Plan.of(file, source, confirmed=confirmed)
+    with TemporaryDirectory(prefix="nrp-sweep-") as temporary:
+        folder = Path(temporary) if out is None else Path(out)
+        made = SweepRun(plan, folder, Choice(tuple(only), retry_failed, record))
+        with executor(on, folder, workers) as where:
+            made.run(where, tell)
+        return data_frame(made.rows)

@@ -1,0 +1,99 @@
+"""The table of a sweep, a row a run, derived from its records."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nrp_core._support.extras import require_extra
+from nrp_core._support.writing import writing
+from nrp_core.sweep.axes import Value
+from nrp_core.sweep.model import SEED
+from nrp_core.sweep.plan import PlannedRun
+from nrp_core.sweep.record import Record
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+CSV, PARQUET = "results.csv", "results.parquet"
+VARYING = ("wall_time_s", "elapsed_s", "attempts")
+"""Columns that differ from one execution of a sweep to another."""
+
+Row = dict[str, Any]
+
+
+def rows_of(runs: Iterable[PlannedRun], records: Mapping[str, Record]) -> list[Row]:
+    """Return the rows of the runs that are done, in the order of the plan; all have the same columns."""
+    done = [(run, records[run.task.id]) for run in runs if run.task.id in records]
+    measured = list(dict.fromkeys(name for _, record in done for name in record.measured))
+    return [_row(run, record, measured) for run, record in done]
+
+
+def _row(run: PlannedRun, record: Record, measured: Sequence[str]) -> Row:
+    varied = {key: _cell(value) for key, value in run.values.items()}
+    own = {SEED: record.seed, "brain.backend": record.brain, "world.backend": record.world}
+    return {
+        "run": run.task.index,
+        **varied,
+        **{key: value for key, value in own.items() if key not in varied},
+        "state": record.state,
+        "complete": record.complete,
+        "passed": record.passed,
+        "problems": " ".join(record.problems),
+        **{name: record.measured.get(name) for name in measured},
+        "sim_time_s": record.sim_time_s,
+        "trajectory_digest": record.trajectory_digest,
+        "error": record.error,
+        **{name: getattr(record, name) for name in VARYING},
+    }
+
+
+def _cell(value: Value) -> Value:
+    """Return a value as a cell holds it: numbers in a list stand in one cell, and a text loses its folder."""
+    return (
+        " ".join(map(str, value))
+        if isinstance(value, list)
+        else str(value)
+        if isinstance(value, str)
+        else value
+    )
+
+
+def write_tables(folder: Path, rows: Sequence[Row]) -> list[Path]:
+    """Write ``results.csv``, and with pandas and PyArrow ``results.parquet``; return the files.
+
+    Raises:
+        ExperimentError: the disk refuses.
+    """
+    written = [folder / CSV]
+    with writing(written[0]):
+        draft = written[0].with_suffix(".draft")
+        with draft.open("w", encoding="utf-8", newline="") as file:
+            writer = csv.DictWriter(file, list(rows[0]) if rows else ["run"], lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(rows)
+        draft.replace(written[0])
+    if rows and find_spec("pandas") and find_spec("pyarrow"):
+        written.append(folder / PARQUET)
+        with writing(written[1]):
+            data_frame(rows).to_parquet(written[1], index=False)
+    return written
+
+
+def data_frame(rows: Sequence[Row]) -> pd.DataFrame:
+    """Return rows as a table of pandas.
+
+    Raises:
+        BackendLoadError: pandas is not installed.
+    """
+    require_extra("pandas", "sweep", "a table of a sweep in Python")
+    import pandas as pd
+
+    frame = pd.DataFrame(list(rows))
+    if rows:
+        for name in ("passed", "complete"):
+            frame[name] = frame[name].astype("boolean")
+    return frame

@@ -1,0 +1,257 @@
+"""Sweeps on real engines and real schedulers: the same numbers wherever they ran, and whatever was killed."""
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from threading import Event, Thread
+
+import pytest
+
+import nrp_core
+from nrp_core.sweep.executors.interface import executor
+from nrp_core.sweep.executors.local import LocalExecutor
+from nrp_core.sweep.kept import KeptRun
+from nrp_core.sweep.measuring import perform
+from nrp_core.sweep.plan import Plan
+from nrp_core.sweep.reading import read_sweep
+from nrp_core.sweep.running import SweepRun
+from nrp_core.sweep.table import VARYING, Row
+
+BRAIN = """
+import nrp_core.pynn as sim
+sim.setup(timestep=1.0)
+circuit = sim.Population(2, sim.IF_curr_exp(i_offset=sim.parameter("current", 1.0)), label="circuit")
+"""
+DRIVE = """
+steps = 0
+
+@nrp.MapSpikeSource("noise", nrp.brain.circuit[0], nrp.poisson, weight=4.0, rate=200.0)
+@nrp.MapSpikeSink("cells", nrp.brain.circuit, nrp.population_rate)
+@nrp.Neuron2Robot(Topic("/pioneer/cmd_vel", geometry_msgs.msg.Twist))
+def drive(t, noise, cells):
+    global steps
+    steps += 1
+    return geometry_msgs.msg.Twist(geometry_msgs.msg.Vector3(0.02 * cells.rate + 0.05 * steps))
+"""
+EXPERIMENT = """
+extends: slalom_pioneer
+name: noisy
+duration: 400 ms
+brain: {model: brain.py}
+transfer_functions: [drive.py]
+topics: null
+criteria:
+  touches_nothing: null
+  gets_through: null
+  gets_away: {stays_within: {model: pioneer, distance: 1 m, of: [-8, 0]}}
+"""
+SWEEP = """
+experiment: noisy.yaml
+vary:
+  brain.parameters.current: [0.8, 1.2]
+  seed: {from: 1, to: SEEDS}
+measure: [criteria, MEASURES]
+"""
+
+
+@pytest.fixture
+def plan(tmp_path: Path) -> Plan:
+    """A sweep of 10 runs with noise, and with a global variable in a file of transfer functions."""
+    for name, text in (("brain.py", BRAIN), ("drive.py", DRIVE), ("noisy.yaml", EXPERIMENT)):
+        (tmp_path / name).write_text(text)
+    return planned(tmp_path, seeds=5)
+
+
+def planned(folder: Path, seeds: int, measures: str = "time_to_event") -> Plan:
+    (folder / "sweep.yaml").write_text(SWEEP.replace("SEEDS", str(seeds)).replace("MEASURES", measures))
+    return Plan.of(*read_sweep(folder / "sweep.yaml"))
+
+
+@pytest.fixture
+def alone(plan: Plan) -> list[str]:
+    """The digests of the runs, each made by itself."""
+    return [nrp_core.run(run.task.experiment, run.task.overrides).trajectory_digest for run in plan.runs]
+
+
+def swept(plan: Plan, folder: Path, on: str, workers: int | None = None) -> list[Row]:
+    made = SweepRun(plan, folder)
+    with executor(on, folder, workers) as where:
+        made.run(where)
+    return [{key: value for key, value in row.items() if key not in VARYING} for row in made.rows]
+
+
+def digests(rows: list[Row]) -> list[str]:
+    return [row["trajectory_digest"] for row in rows]
+
+
+def test_runs_are_the_same_alone_in_one_process_and_on_workers_of_dask(
+    plan: Plan, alone: list[str], tmp_path: Path
+) -> None:
+    assert len(set(alone)) == len(alone)
+    here = swept(plan, tmp_path / "here", "local", 1)
+    assert digests(here) == alone
+    assert all(row["complete"] and row["error"] is None for row in here)
+    assert swept(plan, tmp_path / "dask", "dask", 2) == here
+
+
+@pytest.mark.parametrize("wrong", ["keeps the seed", "keeps variables of the file"])
+def test_a_worker_that_does_not_start_over_is_noticed(
+    plan: Plan, alone: list[str], monkeypatch: pytest.MonkeyPatch, wrong: str
+) -> None:
+    def start_over(run: nrp_core.Run, seed: int) -> None:
+        run.loop.reset(seed=None if wrong == "keeps the seed" else seed)
+
+    monkeypatch.setattr(nrp_core.Run, "start_over", start_over)
+    found = [perform(run.task).trajectory_digest for run in plan.runs[:2]]
+    assert found[0] == alone[0]
+    assert found[1] != alone[1]
+
+
+def test_engines_stay_open_where_only_the_seed_changes(plan: Plan, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened = []
+    original = nrp_core.Run.__init__
+    monkeypatch.setattr(
+        nrp_core.Run,
+        "__init__",
+        lambda self, *given, **named: (opened.append(1), original(self, *given, **named))[1],
+    )
+    monkeypatch.setattr("nrp_core.sweep.measuring.KEPT", KeptRun())
+    for run in plan.runs:
+        perform(run.task)
+    assert len(opened) == 2
+
+
+def test_metrics_of_a_recording_are_those_of_a_comparison(plan: Plan, tmp_path: Path) -> None:
+    from nrp_core.comparison.metrics.trajectories import Distance
+    from nrp_core.comparison.signals import RunSignals
+
+    measured = planned(tmp_path, seeds=2, measures="distance")
+    row, *_ = swept(measured, tmp_path / "measured", "local", 1)
+    task = measured.runs[0].task
+    nrp_core.run(task.experiment, task.overrides, record=tmp_path / "recorded")
+    signals = RunSignals(nrp_core.Recording(tmp_path / "recorded"))
+    assert row["distance.pioneer"] == Distance().values(signals)["pioneer"]
+    assert row["distance.pioneer"] > 0.01
+
+
+def killed(plan: Plan, folder: Path, times: int) -> tuple[list[Row], int]:
+    """Make a sweep in two processes and kill one of them several times, at random moments."""
+    made, stop, kills = SweepRun(plan, folder), Event(), 0
+    where = executor("local", folder, 2)
+    assert isinstance(where, LocalExecutor)
+
+    def kill() -> None:
+        nonlocal kills
+        draw = random.Random(5)
+        while kills < times and not stop.wait(draw.uniform(0.2, 1.0)):
+            if pids := where.pids():
+                os.kill(draw.choice(pids), signal.SIGKILL)
+                kills += 1
+
+    with where:
+        killer = Thread(target=kill)
+        killer.start()
+        made.run(where)
+        stop.set()
+        killer.join()
+    return [{k: v for k, v in row.items() if k not in VARYING} for row in made.rows], kills
+
+
+def test_nothing_is_lost_when_workers_are_killed(plan: Plan, tmp_path: Path) -> None:
+    rows, kills = killed(plan, tmp_path / "killed", 2)
+    assert kills
+    assert rows == swept(plan, tmp_path / "whole", "local", 1)
+
+
+@pytest.mark.heavy
+@pytest.mark.slow
+def test_a_thousand_runs_survive_twenty_kills(plan: Plan, tmp_path: Path) -> None:
+    thousand = planned(tmp_path, seeds=500)
+    rows, kills = killed(thousand, tmp_path / "killed", 20)
+    assert kills == 20
+    assert [row["run"] for row in rows] == list(range(1000))
+    assert not any(row["error"] for row in rows)
+    lines = (tmp_path / "killed" / "journal.jsonl").read_text().splitlines()
+    assert len(lines) == 1000
+    assert rows == swept(thousand, tmp_path / "whole", "local", 1)
+
+
+def test_workers_of_another_version_and_a_scheduler_that_is_not_there_are_refused(
+    plan: Plan, tmp_path: Path
+) -> None:
+    from dataclasses import replace
+
+    other = replace(plan, code={**plan.code, "nrp_core": "0123456789abcdef"})
+    with pytest.raises(nrp_core.NrpError, match="has another version of 'nrp_core'"):
+        swept(other, tmp_path / "other", "local", 1)
+    with pytest.raises(nrp_core.NrpError, match="there is no Dask scheduler at tcp:"):
+        swept(plan, tmp_path / "none", "tcp://127.0.0.1:9")
+
+
+# -- SLURM
+
+
+@pytest.fixture(scope="module")
+def slurm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """A cluster of this one machine; as root, with Debian's packages."""
+    if os.geteuid() != 0 or shutil.which("apt-get") is None:
+        pytest.skip("a SLURM cluster is started by root on Debian")
+    root = Path(__file__).parents[2]
+    subprocess.run([root / "scripts" / "debian-packages", Path(__file__).parent / "apt.txt"], check=True)
+    processes = started(tmp_path_factory.mktemp("slurm"))
+    try:
+        waited = time.monotonic() + 60
+        while (
+            "idle" not in subprocess.run(["sinfo", "-h", "-o", "%t"], capture_output=True, text=True).stdout
+        ):
+            assert time.monotonic() < waited, "the SLURM cluster does not start"
+            time.sleep(0.2)
+        yield
+    finally:
+        for process in reversed(processes):
+            process.terminate()
+            process.wait(30)
+
+
+def started(folder: Path) -> list[subprocess.Popen[bytes]]:
+    """Start the daemons of SLURM with everything they write in one folder."""
+    host = os.uname().nodename
+    key, socket = folder / "munge.key", folder / "munge.socket"
+    key.write_bytes(os.urandom(128))
+    key.chmod(0o400)
+    config = folder / "slurm.conf"
+    config.write_text(
+        f"ClusterName=one\nSlurmctldHost={host}(127.0.0.1)\nSlurmUser=root\nAuthType=auth/munge\n"
+        f"AuthInfo=socket={socket}\nStateSaveLocation={folder}/state\nSlurmdSpoolDir={folder}/spool\n"
+        f"SlurmctldPidFile={folder}/ctld.pid\nSlurmdPidFile={folder}/d.pid\nProctrackType=proctrack/linuxproc\n"
+        "TaskPlugin=task/none\nSelectType=select/cons_tres\nReturnToService=2\nSlurmctldPort=16817\n"
+        "SlurmdPort=16818\nMpiDefault=none\nSwitchType=switch/none\nSchedulerParameters=sched_interval=1\n"
+        f"NodeName={host} NodeAddr=127.0.0.1 CPUs={os.cpu_count()} State=UNKNOWN\n"
+        f"PartitionName=all Nodes={host} Default=YES MaxTime=INFINITE State=UP\n"
+    )
+    os.environ["SLURM_CONF"] = str(config)
+    (folder / "state").mkdir()
+    (folder / "spool").mkdir()
+    folder.chmod(0o755)
+    folder.parent.chmod(0o755)
+    files = {"log-file": "munge.log", "pid-file": "munge.pid", "seed-file": "seed"}
+    options = [f"--{option}={folder}/{name}" for option, name in files.items()]
+    munged = ["munged", "--foreground", "--force", f"--key-file={key}", f"--socket={socket}", *options]
+    commands = [munged, ["slurmctld", "-D", "-i"], ["slurmd", "-D", "-N", host]]
+    processes = []
+    for command in commands:
+        with (folder / f"{command[0]}.out").open("wb") as log:
+            processes.append(subprocess.Popen(command, stdout=log, stderr=log))
+    return processes
+
+
+def test_a_sweep_on_slurm_gives_the_same_table(slurm: None, plan: Plan, tmp_path: Path) -> None:
+    four = planned(tmp_path, seeds=2)
+    on_slurm = swept(four, tmp_path / "slurm", "slurm", 1)
+    assert on_slurm == swept(four, tmp_path / "here", "local", 1)
+    assert len(list((tmp_path / "slurm").glob("journal.*.jsonl"))) > 1

@@ -1,0 +1,56 @@
+"""Tasks in several processes of this machine."""
+
+import os
+import signal
+import subprocess
+import sys
+from operator import truediv
+from pathlib import Path
+
+from nrp_core._support.worker_pool import WorkerDiedError, WorkerPool
+
+PATIENCE_S = 60.0
+PROGRAM = """
+import os, signal
+from nrp_core._support.worker_pool import WorkerPool
+
+pool = WorkerPool(2)
+outcomes = pool.perform(eval, ["__import__('os').getpid()", "__import__('signal').pause()"])
+print(next(outcomes).value, flush=True)
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def half_of(number: float) -> float:
+    """Return half of a number, or end the process at 13."""
+    if number == 13:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return truediv(number, 2)
+
+
+def test_processes_end_with_the_one_that_started_them_also_within_a_task(tmp_path: Path) -> None:
+    """All hold the pipe, so that its end is that of all; the program has no guard of its main part."""
+    (tmp_path / "program.py").write_text(PROGRAM)
+    done = subprocess.run(
+        [sys.executable, "program.py"], cwd=tmp_path, stdout=subprocess.PIPE, timeout=PATIENCE_S, check=False
+    )
+    assert done.returncode == -9
+    assert int(done.stdout)
+
+
+def test_a_process_that_is_killed_loses_its_own_task_only_and_is_replaced() -> None:
+    with WorkerPool(2) as pool:
+        outcomes = {one.task: one for one in pool.perform(half_of, range(30))}
+        pids = pool.pids()
+    died = outcomes.pop(13)
+    assert isinstance(died.error, WorkerDiedError)
+    assert str(died.error) == "signal 9"
+    assert {task: one.value for task, one in outcomes.items()} == {n: n / 2 for n in range(30) if n != 13}
+    for pid in pids:  # the block ended them
+        assert not Path(f"/proc/{pid}").exists()
+
+
+def test_what_a_task_raises_is_returned_with_it() -> None:
+    with WorkerPool(1) as pool:
+        (outcome,) = pool.perform(half_of, ["a text"])  # type: ignore[list-item]
+    assert isinstance(outcome.error, TypeError)
