@@ -18,5 +18,9 @@ def require_extra(module: str, extra: str, what: str) -> None:
     Raises:
         BackendLoadError: it is not installed; the message has the command that installs it.
     """
-    if find_spec(module) is None:
+    try:
+        found = find_spec(module)
+    except ValueError:  # it was made unavailable in this process
+        found = None
+    if found is None:
         raise BackendLoadError(f"{what} needs {module}", remedy=f"pip install 'nrp-core[{extra}]'")

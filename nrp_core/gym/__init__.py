@@ -1,0 +1,22 @@
+"""Experiments as environments of Gymnasium. Importing this module registers those that ship.
+
+::
+
+    import gymnasium
+    import nrp_core.gym
+
+    env = gymnasium.make("nrp/SlalomPioneer-v0")
+
+The names here are imported when they are used; the rest of Gymnasium's world needs ``nrp_core.gym`` alone.
+"""
+
+from nrp_core._support.extras import require_extra
+
+require_extra("gymnasium", "gym", "nrp_core.gym")
+
+from nrp_core.gym.env import NrpEnv, Reward, Terminate, make_env  # noqa: E402
+from nrp_core.gym.registered import register_shipped  # noqa: E402
+
+__all__ = ["NrpEnv", "Reward", "Terminate", "make_env"]
+
+register_shipped()

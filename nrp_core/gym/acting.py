@@ -1,0 +1,104 @@
+"""What an environment acts on: commands on topics, and rates of sources that drive neurons."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import Box
+
+from nrp_core._support.arrays import FloatArray
+from nrp_core.brain.devices.trains import PoissonSource
+from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.experiment.running.run import Run
+from nrp_core.gym.observing import neurons_of
+from nrp_core.recording.reading.columns import numbers_in
+from nrp_core.world.batch import layout_of
+from nrp_core.world.topics import Direction
+
+SOURCE = "source:"
+_HIGHEST_HZ = 200.0
+_WEIGHT = 1.0
+Bounds = Mapping[str, tuple[float, float]]
+"""The numbers of a message that are acted on, by their dotted names, with their bounds."""
+
+
+class Acted(ABC):
+    """One action.
+
+    Attributes:
+        space: its shape and bounds.
+    """
+
+    space: Box
+
+    @abstractmethod
+    def apply(self, values: FloatArray) -> None:
+        """Let it take effect in the next step."""
+
+
+class ActedTopic(Acted):
+    """Commands on a topic, published before each step.
+
+    Args:
+        run: the run.
+        name: the topic.
+        bounds: which numbers of the message; the others are 0. By default all, with the limits of the topic.
+    """
+
+    def __init__(self, run: Run, name: str, bounds: Bounds | None) -> None:
+        if name not in run.world.topics:
+            known = [topic for topic, info in run.world.topics.items() if info.direction & Direction.IN]
+            raise ExperimentError(f"there is no topic '{name}' to act on{did_you_mean(name, known)}")
+        self._publication = run.world.advertise(name)
+        info = self._publication.topic
+        layout, example = layout_of(info.type()), info.type()
+        if layout is None:
+            raise ExperimentError(f"'{name}' carries more than numbers, so it cannot be an action")
+        self._make, self._size = layout.made_of, layout.numbers
+        fields = [path for path, _ in numbers_in(example)]
+        chosen = bounds if bounds is not None else dict.fromkeys(fields, info.limits or (-1.0, 1.0))
+        for field in chosen:
+            if field not in fields:
+                raise ExperimentError(
+                    f"a message of '{name}' has no number '{field}'{did_you_mean(field, fields)}"
+                )
+        self._places = [fields.index(field) for field in chosen]
+        low, high = np.array([*chosen.values()], np.float64).reshape(-1, 2).T
+        self.space = Box(low, high, dtype=np.float64)
+
+    def apply(self, values: FloatArray) -> None:
+        row = [0.0] * self._size
+        for place, value in zip(self._places, values.tolist(), strict=True):
+            row[place] = value
+        self._publication.publish(self._make(iter(row)))
+
+
+class ActedSource(Acted):
+    """The rate, Hz, of a Poisson source that drives a group of neurons."""
+
+    def __init__(self, run: Run, group: str, bounds: tuple[float, float], weight: float) -> None:
+        source = PoissonSource(weight=weight)
+        self._port = run.brain.add_source(source, neurons_of(run, group), name=f"gym/{group}")
+        self.space = Box(*bounds, (1,), np.float64)
+
+    def apply(self, values: FloatArray) -> None:
+        self._port.rate = float(values[0])  # type: ignore[attr-defined]
+
+
+def act_on(run: Run, names: Mapping[str, Any]) -> dict[str, Acted]:
+    """Return the actions by their names.
+
+    Raises:
+        ExperimentError: there is no such topic or group, or it cannot be acted on by numbers.
+    """
+    found: dict[str, Acted] = {}
+    for name, given in names.items():
+        if name.startswith(SOURCE):
+            low, high, weight = (*(given or (0.0, _HIGHEST_HZ)), _WEIGHT)[:3]
+            found[name] = ActedSource(run, name.removeprefix(SOURCE), (low, high), weight)
+        else:
+            found[name] = ActedTopic(run, name, given)
+    return found

@@ -1,0 +1,145 @@
+"""What an environment observes: messages and rates of neurons, as arrays of known shape and bounds."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import Box
+
+from nrp_core._support.arrays import FloatArray
+from nrp_core.brain.devices.sinks import PopulationRate
+from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.reading.columns import numbers_in
+from nrp_core.world.topics import Direction, TopicInfo
+
+RATE = "rate:"
+_IMAGE = "sensor_msgs/msg/Image"
+_LONGEST_WAIT_STEPS = 500
+
+
+class Observed(ABC):
+    """One observation.
+
+    Attributes:
+        space: its shape and bounds.
+    """
+
+    space: Box
+
+    @abstractmethod
+    def read(self) -> Any:
+        """Return the value now, a new array in the space."""
+
+
+class ObservedRate(Observed):
+    """The mean firing rate of a group of neurons, Hz, shape ``(1,)``."""
+
+    def __init__(self, run: Run, group: str) -> None:
+        neurons = neurons_of(run, group)
+        self._port = run.brain.add_sink(PopulationRate(), neurons, name=f"gym/{group}")
+        self._size = len(neurons)
+        self.space = Box(0.0, np.inf, (1,), np.float64)
+
+    def read(self) -> FloatArray:
+        return np.array([self._port.rate / self._size])  # type: ignore[attr-defined]
+
+
+class ObservedTopic(Observed):
+    """The last message of a topic; all 0 before the first one arrives."""
+
+    def __init__(self, run: Run, name: str) -> None:
+        if name not in run.world.topics:
+            known = [topic for topic, info in run.world.topics.items() if info.direction & Direction.OUT]
+            raise ExperimentError(f"there is no topic '{name}' to observe{did_you_mean(name, known)}")
+        self._subscription = run.world.subscribe(name)
+        self.name = name
+
+    def has_message(self) -> bool:
+        """Return whether a message has arrived, from which the shape is known."""
+        return self._subscription.latest is not None
+
+    def learn(self) -> None:
+        """Find the shape and the bounds from the message that has arrived.
+
+        Raises:
+            ExperimentError: the messages have no numbers.
+        """
+        latest = self._subscription.latest
+        assert latest is not None
+        values = values_of(latest.message)
+        if not values.size:
+            raise ExperimentError(f"the messages of '{self.name}' have no numbers to observe")
+        low, high = bounds_of(self._subscription.topic, latest.message)
+        self.space = Box(low, high, values.shape, values.dtype.type)
+
+    def read(self) -> Any:
+        latest = self._subscription.latest
+        if latest is None:
+            return np.zeros(self.space.shape, self.space.dtype)
+        values = values_of(latest.message)
+        return np.clip(values, self.space.low, self.space.high) if values.dtype != np.uint8 else values
+
+
+def observe(run: Run, names: list[str]) -> dict[str, Observed]:
+    """Subscribe to what is observed, and to nothing else; the run is at time 0 before and after.
+
+    Raises:
+        ExperimentError: there is no such topic or group, or no message arrives within 500 steps.
+    """
+    found: dict[str, Observed] = {
+        name: ObservedRate(run, name.removeprefix(RATE))
+        if name.startswith(RATE)
+        else ObservedTopic(run, name)
+        for name in names
+    }
+    topics = [one for one in found.values() if isinstance(one, ObservedTopic)]
+    for _ in range(_LONGEST_WAIT_STEPS):
+        silent = [one.name for one in topics if not one.has_message()]
+        if not silent:
+            break
+        run.step()
+    else:
+        raise ExperimentError(f"no message arrives on {' and '.join(silent)}, so its shape is not known")
+    for one in topics:
+        one.learn()
+    run.loop.reset()
+    return found
+
+
+def neurons_of(run: Run, group: str) -> Any:
+    """Return the neurons of a population or a named group.
+
+    Raises:
+        ExperimentError: there is none.
+    """
+    network = run.brain.network
+    if group in network.views:
+        return network.views[group]
+    if group in network.populations:
+        return network.ids_of(group)
+    hint = did_you_mean(group, [*network.views, *network.populations])
+    raise ExperimentError(f"there is no group of neurons '{group}'{hint}")
+
+
+def values_of(message: Any) -> Any:
+    """Return the numbers of a message: an image or ranges as they are, else all its numbers."""
+    if hasattr(message, "encoding"):
+        return np.array(message.data, np.uint8).reshape(message.height, message.width, -1)
+    if hasattr(message, "ranges"):
+        return np.minimum(np.asarray(message.ranges, np.float64), message.range_max)
+    values = getattr(message, "position", None)
+    if isinstance(values, np.ndarray) and hasattr(message, "velocity"):
+        return np.concatenate([values, np.asarray(message.velocity, np.float64)])
+    return np.array([value for _, value in numbers_in(message)], np.float64)
+
+
+def bounds_of(topic: TopicInfo, message: Any) -> tuple[Any, Any]:
+    """Return the bounds of all numbers of :func:`values_of`."""
+    if hasattr(message, "encoding"):
+        return 0, 255
+    if hasattr(message, "ranges"):
+        return 0.0, float(message.range_max)
+    return topic.limits or (-np.inf, np.inf)

@@ -1,0 +1,140 @@
+"""Experiments as environments of Gymnasium, checked by Gymnasium."""
+
+import subprocess
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import closing
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import nrp_core
+from nrp_core.gym import NrpEnv, make_env
+from nrp_core.gym.registered import SHIPPED
+
+DRIVE = {"/pioneer/cmd_vel": {"linear.x": (0.0, 1.0), "angular.z": (-2.0, 2.0)}}
+
+
+@pytest.fixture
+def env() -> Iterator[NrpEnv]:
+    """The slalom robot with its own brain, which hears noise."""
+    noise = {"source:feelers": (0.0, 300.0, 6.0)}
+    with closing(make_env("slalom_pioneer", observe=["rate:wheels"], act=noise)) as made:
+        yield made
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_gymnasium_finds_no_fault_with_what_ships(name: str) -> None:
+    with closing(gymnasium.make(name)) as made, warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # it recommends bounds of 1; these are in SI units
+        check_env(made.unwrapped, skip_render_check=True)
+        made.reset(seed=1)
+        for _ in range(10):
+            seen, reward, terminated, _, _ = made.step(made.action_space.sample())
+            assert seen in made.observation_space
+            assert (reward, terminated) == (0.0, False)
+
+
+def test_an_episode_is_the_run_of_the_experiment() -> None:
+    with closing(make_env("slalom_pioneer", observe=["rate:wheels"], same_noise=True)) as made:
+        for _ in range(2):
+            made.reset()
+            for _ in range(10):
+                made.step({})
+            alone = nrp_core.run("slalom_pioneer", until_s=0.2)
+            assert made.run.result().trajectory_digest == alone.trajectory_digest
+
+
+def episode(made: NrpEnv, seed: int | None, steps: int = 15) -> list[float]:
+    made.reset(seed=seed)
+    noise = {"source:feelers": np.array([100.0])}
+    return [float(made.step(noise)[0]["rate:wheels"][0]) for _ in range(steps)]
+
+
+def test_equal_seeds_give_equal_episodes_and_each_episode_has_its_own_noise(env: NrpEnv) -> None:
+    first, second = episode(env, 5), episode(env, None)
+    assert (episode(env, 5), episode(env, None)) == (first, second)
+    assert first != second
+
+
+def test_an_environment_that_forgets_the_seed_is_noticed(
+    env: NrpEnv, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = episode(env, 5)
+    reset = env.reset
+    monkeypatch.setattr(env, "reset", lambda seed=None: reset())
+    assert episode(env, 5) != first
+
+
+def test_bounds_come_from_the_messages_and_actions_move_the_robot() -> None:
+    bare = ["transfer_functions=[]", "criteria=null"]
+    with closing(make_env("slalom_pioneer", bare, observe=["/pioneer/scan"], act=DRIVE)) as made:
+        scan = made.observation_space["/pioneer/scan"]
+        assert scan.low.max() == 0
+        with nrp_core.Run(nrp_core.load_experiment("slalom_pioneer", bare)) as run:
+            assert made.run.world.subscribed - run.world.subscribed == {"/pioneer/scan"}
+        made.reset(seed=0)
+        before = made.run.world.model_motion("pioneer").pose.position[0]
+        for _ in range(50):
+            seen, *_ = made.step({"/pioneer/cmd_vel": np.array([0.5, 0.0])})
+        moved = made.run.world.model_motion("pioneer").pose.position[0] - before
+        assert moved == pytest.approx(0.5, abs=0.05)  # m in 1 s at 0.5 m/s
+        assert 0 < seen["/pioneer/scan"].min() < seen["/pioneer/scan"].max()
+
+
+def test_reward_end_and_length_of_an_episode() -> None:
+    settings: dict[str, Any] = {
+        "reward": lambda run, seen: run.now_s,
+        "terminate": lambda run, seen: run.now_s > 0.3,
+        "steps": 5,
+    }
+    short = ["duration=400 ms", "criteria=null"]
+    with closing(make_env("slalom_pioneer", short, observe=["rate:wheels"], **settings)) as made:
+        made.reset()
+        ends = [made.step({})[1:4] for _ in range(4)]
+    assert ends == [(0.1, False, False), (0.2, False, False), (0.3, False, False), (0.4, True, True)]
+
+
+def test_a_source_drives_neurons() -> None:
+    act = {"source:feelers": (0.0, 300.0, 6.0)}
+    bare = ["transfer_functions=[]", "criteria=null"]
+    with closing(make_env("slalom_pioneer", bare, observe=["rate:feelers"], act=act)) as made:
+        rates = []
+        for rate in (0.0, 250.0):
+            made.reset(seed=2)
+            for _ in range(20):
+                seen, *_ = made.step({"source:feelers": np.array([rate])})
+            rates.append(seen["rate:feelers"][0])
+    assert rates[0] == 0
+    assert rates[1] > 20
+
+
+@pytest.mark.parametrize(
+    ("observe", "act", "message"),
+    [
+        (["/pioneer/scna"], {}, "no topic '/pioneer/scna' to observe; did you mean '/pioneer/scan'?"),
+        (["rate:wheel"], {}, "no group of neurons 'wheel'; did you mean 'wheels'?"),
+        ([], {}, "an environment observes something"),
+        (["rate:wheels"], {"/pioneer/cmd_vl": None}, "did you mean '/pioneer/cmd_vel'?"),
+        (["rate:wheels"], {"/pioneer/cmd_vel": {"linear.w": (0, 1)}}, "has no number 'linear.w'"),
+        (
+            ["/pioneer/clearance"],
+            DRIVE | {"/pioneer/clearance": None},
+            "no message arrives on /pioneer/clearance",
+        ),
+    ],
+)
+def test_a_mistake_is_named(observe: list[str], act: dict[str, Any], message: str) -> None:
+    with pytest.raises(nrp_core.NrpError) as raised:
+        make_env("slalom_pioneer", observe=observe, act=act)
+    assert message in str(raised.value)
+
+
+def test_without_gymnasium_the_command_that_installs_it_is_named() -> None:
+    program = "import sys; sys.modules['gymnasium'] = None\nimport nrp_core.gym"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert "nrp_core.gym needs gymnasium; try: pip install 'nrp-core[gym]'" in done.stderr
