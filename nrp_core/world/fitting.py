@@ -11,7 +11,7 @@ from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.controllers.joint_plugins import TOPICS
 from nrp_core.world.scene.acting import JointController, Pid, TrajectoryController
 from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.model import Joint, Model
+from nrp_core.world.scene.model import Joint, Link, Model
 from nrp_core.world.topics import resolve_name
 
 TRAJECTORY = "joint_trajectory_controller"
@@ -96,12 +96,21 @@ def _held(model: Model, fixed: bool | None) -> Model:
     """Return a robot whose base is fixed to the world, or free of it."""
     holding = [joint for joint in model.joints if joint.parent == WORLD and joint.kind == "fixed"]
     if fixed and not any(joint.parent == WORLD for joint in model.joints):
-        base = model.links[0]
+        base = _root(model)
         held = Joint(_HELD, "fixed", WORLD, base.name, base.pose)
         return replace(model, joints=(*model.joints, held))
     if fixed is False and holding:
         return replace(model, joints=tuple(joint for joint in model.joints if joint not in holding))
     return model
+
+
+def _root(model: Model) -> Link:
+    """Return the link at the root of the tree with the model's first link."""
+    parents = {joint.child: joint.parent for joint in model.joints}
+    name = model.links[0].name
+    while name in parents:
+        name = parents[name]
+    return model.link(name)
 
 
 def _start(model: Model, name: str, position: float) -> tuple[str, float]:

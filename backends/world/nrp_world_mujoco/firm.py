@@ -15,7 +15,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.world.engine_kit.firm_servo import FREE, FirmServos
 from nrp_core.world.rigid.motion import JointAim, JointStates
-from nrp_world_mujoco.build import FAR_AWAY, Built
+from nrp_world_mujoco.build import FAR_AWAY, SMALLEST, Built
 from nrp_world_mujoco.library import mujoco
 
 _DAMPING = 1
@@ -39,7 +39,8 @@ class FirmJoints:
         self._places = built.model.jnt_qposadr[built.model.dof_jntid[self._dofs]]
         self._frictions = np.array([joint.friction for joint in built.firm.values()])
         self._dampers = self._model.dof_damping[self._dofs].copy()
-        self._limits = np.array([min(joint.effort, FAR_AWAY) for joint in built.firm.values()])
+        efforts = [joint.effort for joint in built.firm.values()]
+        self._limits = np.clip(efforts, SMALLEST, FAR_AWAY)  # without friction there is no constraint
         self._servos = FirmServos(list(built.firm.values()), step_s)
         self._on: IntArray = np.zeros(0, dtype=int)  # numbers of the joints that are led
         self._rows: IntArray = self._on  # of their constraints, after those of couplings

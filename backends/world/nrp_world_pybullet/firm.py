@@ -1,7 +1,7 @@
 """Firm joints in PyBullet: its motors, which are constraints with a bounded force.
 
 PyBullet solves all constraints of a step by some iterations that begin without forces, so that a chain of
-joints would sag a little. Here the efforts of the last steps are applied ahead; motors give the difference.
+joints would sag a little. Here the error that remains is learnt slowly, and the path moved by it.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.world.engine_kit.firm_servo import FREE, FirmServos
+from nrp_core.world.engine_kit.firm_servo import FREE, POSITION, FirmServos
 from nrp_core.world.rigid.motion import JointAim
 from nrp_core.world.scene.model import Joint
 from nrp_world_pybullet.build import UNLIMITED_FORCE, Place
@@ -20,11 +20,10 @@ from nrp_world_pybullet.library import bullet
 
 JointPath = tuple[str, str]
 
-AHEAD = 0.5
-"""The largest share of a limit that is applied ahead; the motor has the rest, so the sum keeps the limit."""
-
-LEARNT = 0.02
-"""The share of a difference that is applied ahead in the next step; larger ones would be unstable."""
+LEARNT_S = 0.1
+"""Time constant with which the error that remains is learnt, s."""
+LARGEST = 0.005
+"""The largest error that is learnt, rad or m; a joint that is pushed away further is not."""
 
 
 class FirmJoints:
@@ -44,7 +43,7 @@ class FirmJoints:
         self._limits = np.array([min(joint.effort, UNLIMITED_FORCE) for joint, _ in joints.values()])
         self._servos = FirmServos([joint for joint, _ in joints.values()], step_s)
         self._on: list[int] = []  # numbers of the joints that are led
-        self._ahead = np.zeros(len(joints))
+        self._step_s, self._learnt = step_s, np.zeros(len(joints))
         self._kept: FloatArray | None = None  # the efforts of the last step, if a state was restored
 
     @property
@@ -66,15 +65,15 @@ class FirmJoints:
 
     def push(self) -> None:
         """Set the motors for the next step."""
-        servos, on, largest = self._servos, self._on, AHEAD * self._limits
-        positions, velocities, motors = self._states()
+        servos, on = self._servos, self._on
+        positions, velocities, _ = self._states()
         if servos.moving:
             servos.step(positions, velocities)
-        self._ahead = (self._ahead + LEARNT * (self._total(motors) - self._ahead)).clip(-largest, largest)
+        more = self._learnt + (servos.positions - positions) * self._step_s / LEARNT_S
+        self._learnt = np.where(servos.kinds == POSITION, more.clip(-LARGEST, LARGEST), 0.0)
+        wanted = servos.velocities(positions - self._learnt)[on]
+        self._set(on, targetVelocities=wanted.tolist(), forces=self._limits[on].tolist())
         self._kept = None
-        self._set(on, bullet.TORQUE_CONTROL, forces=self._ahead[on].tolist())
-        wanted, bounds = servos.velocities(positions)[on], (self._limits - abs(self._ahead))[on]
-        self._set(on, bullet.VELOCITY_CONTROL, targetVelocities=wanted.tolist(), forces=bounds.tolist())
 
     def efforts(self) -> Iterator[tuple[JointPath, float]]:
         """Yield the efforts of the joints that are led in the last step."""
@@ -84,11 +83,11 @@ class FirmJoints:
 
     def save(self) -> object:
         """Return the state that is kept between steps."""
-        return self._servos.save(), self._ahead, self._total(self._states()[2])
+        return self._servos.save(), self._learnt, self._total(self._states()[2])
 
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`."""
-        servos, self._ahead, self._kept = saved
+        servos, self._learnt, self._kept = saved
         self._servos.restore(servos)
         self._on = np.flatnonzero(self._servos.kinds != FREE).tolist()
 
@@ -103,16 +102,15 @@ class FirmJoints:
         if self._kept is not None:
             return self._kept
         led = np.isin(np.arange(len(motors)), self._on)
-        return np.where(led, self._ahead + motors, 0.0)
+        return np.where(led, motors, 0.0)
 
     def _select(self, number: int) -> None:
         """Find the joints that are led; the motor of one that no longer is acts as friction again."""
         self._on = np.flatnonzero(self._servos.kinds != FREE).tolist()
-        self._ahead[number] = 0.0
+        self._learnt[number] = 0.0
         if number not in self._on:
-            forces = [self._frictions[number]]
-            self._set([number], bullet.VELOCITY_CONTROL, targetVelocities=[0.0], forces=forces)
+            self._set([number], targetVelocities=[0.0], forces=[self._frictions[number]])
 
-    def _set(self, numbers: Sequence[int], mode: int, **values: Sequence[float]) -> None:
-        links, client = [self._links[number] for number in numbers], self._client
-        bullet.setJointMotorControlArray(self._multibody, links, mode, **values, physicsClientId=client)
+    def _set(self, numbers: Sequence[int], **values: Sequence[float]) -> None:
+        links, mode = [self._links[number] for number in numbers], bullet.VELOCITY_CONTROL
+        bullet.setJointMotorControlArray(self._multibody, links, mode, **values, physicsClientId=self._client)

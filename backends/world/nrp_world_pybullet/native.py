@@ -43,10 +43,17 @@ def set_contacts(model: Model, links: Mapping[str, tuple[int, int]], client: int
             if link is None or link not in links:
                 wanted = 'it needs link="..."' if link is None else f"the model has no link '{link}'"
                 raise element.error(f"{wanted}{did_you_mean(link or '', links)}")
-            values = dict(map(_value, element.children))
+            values = dict(_value(each) for each in element.children if not _is_anchor(each))
+            if any(map(_is_anchor, element.children)):
+                bullet.changeDynamics(*links[link], frictionAnchor=1, physicsClientId=client)
             if ("contactStiffness" in values) != ("contactDamping" in values):
                 raise element.error("stiffness and damping only act together; give both")
             bullet.changeDynamics(*links[link], **values, physicsClientId=client)
+
+
+def _is_anchor(element: Native) -> bool:
+    """Return whether an element is ``<friction_anchor/>``, which has no value."""
+    return element.tag == "friction_anchor"
 
 
 def _value(element: Native) -> tuple[str, float]:

@@ -64,6 +64,12 @@ def test_every_joint_can_be_given_commands_by_patterns(arm):
     assert leader.gains == ()
 
 
+def test_the_root_of_a_robot_is_held_wherever_its_file_has_it(arm, tmp_path):
+    base, rest = ARM.split(LINK.format("upper", 1))[0].splitlines()[-1], LINK.format("upper", 1)
+    (tmp_path / "arm.xacro").write_text(ARM.replace(base + rest, rest + base))
+    assert {joint.parent: joint.child for joint in arm(fixed=True).joints}["world"] == "base"
+
+
 def test_a_robot_stands_as_the_experiment_says(arm):
     model = arm(fixed=True, joints={"elbow": "90 deg", "slide": "5 cm"}, args={"tool": 2.5})
     assert {joint.parent: joint.child for joint in model.joints}["world"] == "base"

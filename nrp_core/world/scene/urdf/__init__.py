@@ -229,6 +229,19 @@ def _parent_frame(joint: Element) -> str:
     return MODEL if parent == WORLD else parent
 
 
+def _is_no_limit(value: Element, joint: Element, robot: _Robot) -> bool:
+    """Return whether a value is a limit of 0 for effort or velocity, with which the joint could not move."""
+    if value.tag not in ("effort", "velocity") or value.parse_numbers(value.text, 1, finite=False) != (0.0,):
+        return False
+    if joint.attribute("type") != "fixed":
+        name = joint.attribute("name")
+        message = (
+            f"the {value.tag} of the joint '{name}' is limited to 0, so that it could not move: no limit"
+        )
+        robot.notes.warn(value, Code.NRP264, message, subject=value.tag)
+    return True
+
+
 def _axis(joint: Element, robot: _Robot) -> Element:
     axis = joint.find("axis") or joint
     parts = [new("xyz", axis, text=numbers(axis, "xyz", "1 0 0"))]
@@ -236,7 +249,11 @@ def _axis(joint: Element, robot: _Robot) -> Element:
         leader = robot.renamed(mimic.attribute("joint"))
         parts.append(new("mimic", mimic, *from_attributes(mimic, "multiplier", "offset"), joint=leader))
     for child in joint.all("limit", "dynamics"):
-        values = list(from_attributes(child, "lower", "upper", "effort", "velocity", "damping", "friction"))
+        values = [
+            value
+            for value in from_attributes(child, "lower", "upper", "effort", "velocity", "damping", "friction")
+            if not _is_no_limit(value, joint, robot)
+        ]
         if child.tag == "limit":  # in URDF a missing limit is 0
             values += [new(tag, child, text="0") for tag in ("lower", "upper") if tag not in child.attributes]
         parts.append(new(child.tag, child, *values))

@@ -367,3 +367,13 @@ def test_the_mass_of_a_link_without_one_is_that_of_the_links_fixed_to_it(urdf: U
     turns = '<joint name="w" type="continuous"><parent link="base"/><child link="wheel"/></joint>'
     masses = {link.name: link.inertial and link.inertial.mass for link in urdf(links + fixed + turns).links}
     assert masses == {"base": None, "plate": None, "inertia": 1.0, "wheel": 1000.0}
+
+
+def test_limits_of_0_for_effort_and_velocity_are_none(urdf: UrdfReader) -> None:
+    limit = '<limit lower="-1" upper="1" effort="0" velocity="0.0"/>'
+    model = urdf(f'<link name="base">{MASS}</link><link name="arm">{MASS}</link>{joint("revolute", limit)}')
+    (turning,) = model.joints
+    assert (turning.effort, turning.velocity, turning.lower) == (inf, inf, -1.0)
+    said = [str(each) for each in model.warnings if "is limited to 0" in each.message]
+    assert len(said) == 2
+    assert "the effort of the joint 'j' is limited to 0" in said[0]
