@@ -6,7 +6,9 @@ called; ``nrp --help`` imports those of the core and reads only the metadata of 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Mapping
+from difflib import get_close_matches
 from functools import cached_property
 from importlib import import_module
 from typing import Any
@@ -16,7 +18,11 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 from nrp_core.cli.commands import COMMANDS
+from nrp_core.cli.failure import complain
 from nrp_core.registry import Provider, Registry
+
+_ALIKE = 0.85
+"""How alike two names are, from 0 to 1, if one is a misspelling of the other."""
 
 ADDED: Registry[Any] = Registry("nrp_core.commands", "command")
 
@@ -48,6 +54,12 @@ class CommandGroup(TyperGroup):
                     self.get_command(ctx, name)
         return super().get_command(ctx, cmd_name)
 
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Find the command that was called, and note misspelt environment variables of its options."""
+        found = super().resolve_command(ctx, args)
+        self._note_variables(os.environ)
+        return found
+
     def invoke(self, ctx: Any) -> Any:
         """Run the command that was called.
 
@@ -58,6 +70,16 @@ class CommandGroup(TyperGroup):
             return super().invoke(ctx)
         except KeyboardInterrupt:
             raise typer.Abort from None
+
+    def _note_variables(self, variables: Mapping[str, str]) -> None:
+        """Note each environment variable that resembles one that options are read from."""
+        known = {
+            str(one.envvar) for command in self.commands.values() for one in command.params if one.envvar
+        }
+        for name in variables:
+            near = get_close_matches(name, known, n=1, cutoff=_ALIKE)
+            if name.startswith("NRP_") and name not in known and near and near[0] not in variables:
+                complain(f"{name} is not read; did you mean {near[0]}?", label="note")
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the list of commands for the help text."""

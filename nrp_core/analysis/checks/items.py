@@ -147,6 +147,10 @@ def headers_are_a_list(function: Examined) -> Iterator[Finding]:
         if any(isinstance(one, ast.Constant) for one in written):
             message = f"headers are a list of texts, as ['t', 'x'], not {ast.unparse(written[0])}"
             yield function.declared.finding(Code.NRP254, node, message, Level.WARNING)
+        elif len(set(mapping.headers)) < len(mapping.headers):
+            twice = next(one for one in mapping.headers if mapping.headers.count(one) > 1)
+            message = f"two columns have the header '{twice}'"
+            yield function.declared.finding(Code.NRP254, node, message, Level.WARNING)
 
 
 @checks_function(Code.NRP254)

@@ -37,6 +37,19 @@ def spikes_come_in_time(study: Study) -> Iterator[Finding]:
             yield place.finding(Code.NRP248, part + when, Level.NOTE)
 
 
+@checks_experiment(Code.NRP211)
+def neurons_are_picked_once(study: Study) -> Iterator[Finding]:
+    """Look for named populations that have a neuron twice."""
+    if study.network is None:
+        return
+    for name in study.experiment.brain.populations:
+        neurons = study.network.views.get(name)
+        if neurons is not None and len(set(neurons.tolist())) < len(neurons):
+            message = f"the population '{name}' has {len(set(neurons.tolist()))} neurons, some of them twice"
+            place = study.experiment.place("brain", "populations", name)
+            yield place.finding(Code.NRP211, message, Level.WARNING)
+
+
 @checks_experiment(Code.NRP304)
 def populations_are_apart_or_nested(study: Study) -> Iterator[Finding]:
     """Look for named populations that share some of their neurons, but not all neurons of either."""

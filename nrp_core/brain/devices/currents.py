@@ -92,6 +92,9 @@ class NoisyCurrentSource(VaryingSpec):
         return NoisyCurrentPort(self, neurons, seeds, name)
 
 
+_NEVER_NEGATIVE = ("stdev", "frequency")
+
+
 class CurrentPort(SourcePort):
     """An active current: its settings and its time window."""
 
@@ -100,7 +103,8 @@ class CurrentPort(SourcePort):
         self._spec = spec
         self._set: dict[str, Setting] = {}
         for setting in self._settings():
-            self._set[setting] = Setting(setting, len(neurons), least=0.0 if setting == "stdev" else -inf)
+            least = 0.0 if setting in _NEVER_NEGATIVE else -inf
+            self._set[setting] = Setting(setting, len(neurons), least=least)
             self._set[setting].set(getattr(spec, setting))
 
     @classmethod

@@ -109,7 +109,10 @@ class Setting:
             self._require(isfinite(value) and self._least <= value <= self._most, value)
             self.common, self._each = float(value), None
             return
-        array = np.asarray(value, dtype=float)
+        array = np.asarray(value)
+        if array.dtype.kind not in "fiub":
+            raise ValueError(f"{self._what} takes a number, or one for each neuron, not {value!r}")
+        array = array.astype(float)
         if array.ndim and array.shape != (self._size,):
             raise ValueError(f"{self._what} takes one value or {self._size}, not {array.size}")
         fits = np.isfinite(array) & (array >= self._least) & (array <= self._most)

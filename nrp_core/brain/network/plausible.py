@@ -41,9 +41,16 @@ _VOLTAGES: Final = ("v_rest", "v_reset", "v_thresh", "e_rev_E", "e_rev_I")
 _REST_V: Final = (-0.1, -0.02)
 """Resting potentials of neurons, V; a model in volts has one of these where millivolts are expected."""
 _HIGHEST_MV: Final = 1_000.0
-_DELAY: Final = Plausible(0.0, 1_000.0, "ms", "s", "us")
 _IN_MV: Final = frozenset(cell.name for cell in CELLS.values() if cell.weight_unit == "mV")
 """Cells with weights that are voltages, not currents."""
+_DELAY: Final = Plausible(0.01, 1_000.0, "ms", "s", "us")
+_RECOVERY: Final = Plausible(0.05, 1e6, "ms", "s", "us")
+_HIGHEST_HZ: Final = 1e5
+"""Of one Poisson source, which often stands for thousands of neurons."""
+_SHORTEST_MS: Final = 0.5
+"""Of the intervals of one source; no neuron fires at 2 kHz."""
+_STRONGEST: Final = 50.0
+"""Conductance of one synapse in units of the leak; more takes a cell to the reversal potential."""
 _LARGEST_EFFECT: Final = 1_000.0
 """Limits of one spike: the voltage that its current causes, mV, or its conductance in units of the leak."""
 
@@ -70,6 +77,16 @@ def _of_cells(population: Population) -> Iterator[str]:
             yield from _outside(f"{name} of {owner}", population.parameters[name], plausible)
     for name in _VOLTAGES:
         yield from _in_volts(f"{name} of {owner}", population.parameters.get(name, np.empty(0)))
+    excites, inhibits = (population.parameters.get(f"e_rev_{kind}", np.zeros(1)) for kind in "EI")
+    if (inhibits > excites).any():
+        pair = f"{inhibits.max():g} mV, above e_rev_E, {excites.min():g} mV"
+        yield f"e_rev_I of {owner} is {pair}: are they swapped?"
+    intervals = [np.diff(times).min() for times in population.spike_times_ms if len(times) > 1]
+    if intervals and 0 < min(intervals) < _SHORTEST_MS:
+        yield f"spikes of {owner} follow each other after {min(intervals):g} ms; is it meant in s?"
+    rates = population.parameters.get("rate", np.zeros(1))
+    if population.cell_type == "SpikeSourcePoisson" and rates.max() > _HIGHEST_HZ:
+        yield f"rate of {owner} is {rates.max():g} Hz; is it meant in mHz?"
 
 
 def _outside(owner: str, values: FloatArray, plausible: Plausible) -> Iterator[str]:
@@ -101,11 +118,14 @@ def _of_synapses(projection: Projection, post: Population) -> Iterator[str]:
     owner = f"the projection '{projection.label}'"
     yield from _outside(f"a delay of {owner}", projection.delay_ms, _DELAY)
     yield from _beyond_limits(owner, projection)
+    for name in ("tau_rec", "tau_facil", "tau_plus", "tau_minus"):
+        if name in projection.synapse_parameters:
+            yield from _outside(f"{name} of {owner}", projection.synapse_parameters[name], _RECOVERY)
     leak = _leak_us(post)
     if leak is None or not projection.weight.size:
         return
     strongest = float(np.abs(projection.weight).max())
-    if strongest > _LARGEST_EFFECT * leak:
+    if strongest > (_STRONGEST if post.is_conductance_based else _LARGEST_EFFECT) * leak:
         if post.is_conductance_based:
             yield (
                 f"a weight of {owner} is {strongest:g} uS, {strongest / leak:.3g} times the leak of a cell; "

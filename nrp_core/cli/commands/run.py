@@ -87,9 +87,12 @@ def run(
 
     Ctrl-C ends the run between two steps: its recording is complete, and the exit code is 130.
     """
+    from nrp_core.cli.failure import complain
     from nrp_core.cli.session import RunRequest, Session
     from nrp_core.findings import InvalidExperimentError
 
+    if record is None and (images is not Images.EXACT or snapshots != "10s"):
+        complain("--images and --snapshots have no effect without --record", label="note")
     settings = overrides_of(overrides, brain=brain, world=world, models=models, seed=seed, pace=pace)
     request = RunRequest(
         experiment,

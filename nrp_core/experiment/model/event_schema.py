@@ -69,6 +69,8 @@ class Near(Section):
         self._require_one_of(("visual", "other", "point"))
         if self.other == self.model:
             raise ValueError(f"'{self.model}' is always near itself: 'other' is another model")
+        if self.visual is not None and self.visual.partition("/")[0] == self.model:
+            raise ValueError(f"'{self.model}' is always near itself: 'visual' is of another model")
         return self
 
 

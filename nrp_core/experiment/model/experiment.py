@@ -221,7 +221,9 @@ class SensorSection(Section):
     """Share of the messages that get lost."""
 
     @model_validator(mode="after")
-    def _bias_of_noise(self) -> SensorSection:
+    def _says_something(self) -> SensorSection:
+        if not self.model_fields_set:
+            raise ValueError(f"sets nothing; valid: {', '.join(type(self).model_fields)}")
         if "bias" in self.model_fields_set and self.noise is None:
             raise ValueError("'bias' is the mean of 'noise': give that too; 'noise: 0' for the bias alone")
         return self

@@ -88,6 +88,9 @@ class _Builder:
         self._values += 1
         if self._values > MAX_VALUES or any(node is outer for outer in self._open):
             raise place.error("aliases make this value endless")
+        tag = str(node.tag)
+        if not tag.startswith(_YAML) or "/" in tag.removeprefix(_YAML):
+            raise place.error(f"the tag '{tag.replace(_YAML, '!!')}' has no meaning here")
         self._open.append(node)
         value: Any
         if isinstance(node, MappingNode):

@@ -15,9 +15,9 @@ import pickle
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
-from math import isfinite
+from numbers import Real
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -54,6 +54,9 @@ from nrp_core.experiment.running.unheard import UnheardCommands
 from nrp_core.findings import Finding
 from nrp_core.findings.problems import is_complete
 from nrp_core.world.world import World
+
+_LONGEST_S: Final = 1e8
+"""Three years; a time in ns or ms is larger."""
 
 Observer = Callable[["Run"], None]
 
@@ -211,7 +214,9 @@ class Run(Closing):
             TimestepError: it is not a whole number of steps away, or it has passed.
             SimulationError: an engine or a transfer function failed.
         """
-        until_ns = from_seconds(t_s) if isfinite(t_s) else -1
+        if not isinstance(t_s, Real) or not abs(t_s) <= _LONGEST_S:
+            raise TimestepError(f"cannot run to {t_s!r}: a time is a number of seconds, below {_LONGEST_S:g}")
+        until_ns = from_seconds(t_s)
         if until_ns < self.loop.now_ns:
             raise TimestepError(f"cannot run to {t_s:g} s: the time is {seconds(self.loop.now_ns):g} s")
         began = work.now_ns()

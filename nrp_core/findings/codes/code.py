@@ -125,6 +125,7 @@ class Code(Enum):
     NRP306 = world.STARTS_HIGH
     NRP307 = experiment.NEVER_FAILS
     NRP308 = brain.UNLIKE_SCRIPT
+    NRP309 = functions.HIDDEN_ERRORS
 
     def __repr__(self) -> str:
         return f"Code.{self.name}"

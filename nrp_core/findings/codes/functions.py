@@ -293,6 +293,14 @@ WITHOUT_EFFECT = Explanation(
     Weight.REMARK,
 )
 
+HIDDEN_ERRORS = Explanation(
+    "A handler drops every error.",
+    "A misspelt name or a value of the wrong kind is never reported, and the function does nothing.",
+    "Catch the exception that is expected, such as `except IndexError:`.",
+    "{n} handlers drop every error",
+    Weight.REMARK,
+)
+
 HIDDEN_STATE = Explanation(
     "A function keeps state outside its variables.",
     "A reset or a restored snapshot leaves that state as it is, so the next run begins differently.",

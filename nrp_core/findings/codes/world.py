@@ -163,10 +163,10 @@ IMPLAUSIBLE = Explanation(
 )
 
 BEYOND_LIMIT = Explanation(
-    "A command is beyond the limits of its joint.",
-    "The joint goes to its limit instead, and stays there while such commands come.",
-    "Scale the command to the limits that `nrp inspect` lists for the joint, or change the robot file.",
-    "{n} topics get commands beyond the limits of their joint",
+    "A command is beyond what its joint or drive can do.",
+    "A joint goes to its limit instead; a drive ignores what it cannot do, or moves as no robot does.",
+    "Scale the command to the limits that `nrp inspect` lists, use m/s and rad/s, or change the robot file.",
+    "{n} topics get commands beyond what their joint or drive can do",
     Weight.REMARK,
 )
 

@@ -149,12 +149,13 @@ class Replay(Closing):
     def _go(self, *, stop_at_difference: bool) -> ReplayResult:
         recorded, begin_ns = self._begin()
         self._comparison.steps = 0
-        error = None
+        error, compared_ns = None, begin_ns
         try:
             self._follow(recorded, self._request.from_ns or begin_ns, stop_at_difference=False)
             with ExitStack() as stack:
                 self._change(stack)
                 self._follow(recorded, self._request.until_ns, stop_at_difference=stop_at_difference)
+                compared_ns = self.run.loop.now_ns
                 if not (stop_at_difference and self._comparison.difference):
                     self._run_on()
         except RecordingError:
@@ -171,16 +172,18 @@ class Replay(Closing):
             begin_ns,
             self.run.loop.now_ns,
             self._check.flaws,
-            tuple(self._not_compared(begin_ns, next(recorded, None))),
+            tuple(self._not_compared(begin_ns, compared_ns, next(recorded, None))),
             error,
             self.warnings,
         )
 
-    def _not_compared(self, begin_ns: int, rest: RecordedStep | None) -> Iterator[str]:
+    def _not_compared(self, begin_ns: int, compared_ns: int, rest: RecordedStep | None) -> Iterator[str]:
         if begin_ns > self._recorded_from_ns:
             yield f"the steps up to {seconds(begin_ns):g} s"
         if rest is not None:
             yield f"the steps after {seconds(self.run.loop.now_ns):g} s"
+        elif self.run.loop.now_ns > compared_ns:
+            yield f"the steps after {seconds(compared_ns):g} s, which were not recorded"
         for side in sorted(self._request.recorded):
             yield f"the {side}, which was played back"
 

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from math import isfinite
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
 from nrp_core.clock import from_seconds
+from nrp_core.findings import Code
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.gazebo_msgs import WheelSpeeds
@@ -25,6 +26,10 @@ from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.registered import ModelParts
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.topics import Direction, TopicInfo
+
+_FAST_M_S: Final = 100.0
+_FAST_RAD_S: Final = 50.0
+"""Eight turns a second; a turn of a right angle that is given in degrees is faster."""
 
 
 class Drive(MountedDrive):
@@ -127,10 +132,25 @@ class DrivePart(Part):
         self._aim(velocity)
 
     _velocity = BodyVelocity()
+    _reported = False
 
     def _commanded(self, message: Any) -> BodyVelocity:
         """Return the velocity that a message commands."""
-        return BodyVelocity(float(message.linear.x), 0.0, float(message.angular.z))
+        velocity = BodyVelocity(float(message.linear.x), 0.0, float(message.angular.z))
+        if message.linear.y or message.linear.z or message.angular.x or message.angular.y:
+            self._report("moves along x and turns about z; the rest of a command on it has no effect")
+        slow = -_FAST_M_S <= velocity.forward <= _FAST_M_S and -_FAST_RAD_S <= velocity.turn <= _FAST_RAD_S
+        if not slow:  # without abs(): a step counts its calls
+            asked = f"{velocity.forward:g} m/s and {velocity.turn:g} rad/s"
+            self._report(f"is commanded {asked}, which no such robot reaches")
+        return velocity
+
+    def _report(self, what: str) -> None:
+        """Report the first command that the drive cannot follow."""
+        if not self._reported:
+            self._reported = True
+            message = f"the drive '{self._drive.name}' of '{self._model}' {what}"
+            self._engine.warnings.add(Code.NRP299, message, subject=self._drive.command_topic)
 
     def _aim(self, velocity: BodyVelocity) -> None:
         self._velocity = velocity

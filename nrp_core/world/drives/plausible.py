@@ -67,9 +67,6 @@ def _of_wheels(owner: str, drive: _Wheeled, model: Model) -> Iterator[str]:
             yield f"{owner} has a wheel that cannot turn: the joint '{joint.name}' is fixed"
         elif abs(_axis(joint)[2]) > _UPRIGHT:
             yield f"{owner} has a wheel that cannot roll: the joint '{joint.name}' turns about the vertical"
-    across = [_axis(joint)[1] for joint in wheels if joint.kind != "fixed"]
-    if len({axis > 0 for axis in across if abs(axis) > _UPRIGHT}) > 1:
-        yield f"{owner} has wheels with opposite axes: equal speeds turn them against each other"
     yield from _of_track(owner, drive, joints)
 
 

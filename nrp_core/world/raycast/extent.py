@@ -28,6 +28,22 @@ def width_m(scene: Scene) -> float:
     return width if len(shapes) == len(solids) else max(_ENDLESS_M, _TIMES * width)
 
 
+def outside_m(scene: Scene, point: tuple[float, float]) -> float:
+    """Return how far a point on the ground is outside the rectangle around a scene, m.
+
+    It is 0 inside, and where the scene has no end or a shape cannot be read.
+    """
+    solids = [solid for model in scene.models for solid in solids_of(model)]
+    if not solids or any(isinstance(solid.geometry, Plane) for solid in solids):
+        return 0.0
+    try:
+        corners = np.array([corner[:2] for solid in solids for corner in solid.box])
+    except SceneError:
+        return 0.0
+    beyond = np.maximum(corners.min(0) - point, point - corners.max(0))
+    return float(np.linalg.norm(np.maximum(beyond, 0.0)))
+
+
 def _across(shapes: list[Solid], origins: list[tuple[float, ...]]) -> float:
     """Return the diagonal of the rectangle around shapes and origins of models, m."""
     try:

@@ -12,6 +12,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from nrp_core.errors import SceneError
+from nrp_core.findings import Code
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Scene
@@ -225,3 +226,27 @@ def test_a_drive_whose_wheels_cannot_turn_is_refused(open_world, parts):
     joints = tuple(replace(joint, kind="fixed") for joint in robot.joints)
     with pytest.raises(SceneError, match="'drive' of 'husky' has a wheel that cannot turn: 'back_left'"):
         open_world(parts.floor(), replace(robot, joints=joints))
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        (
+            Twist(Vector3(0.5, 0.3)),
+            "moves along x and turns about z; the rest of a command on it has no effect",
+        ),
+        (
+            Twist(Vector3(0.5), Vector3(0.0, 0.0, 90.0)),
+            "is commanded 0.5 m/s and 90 rad/s, which no such robot",
+        ),
+        (Twist(Vector3(0.5), Vector3(0.0, 0.0, 1.0)), ""),
+    ],
+)
+def test_a_command_that_wheels_cannot_follow_is_reported_once(open_world, parts, advance, command, words):
+    world = open_world(parts.floor(), parts.husky())
+    publisher = world.advertise("/husky/cmd_vel")
+    for _ in range(2):
+        publisher.publish(command)
+        advance(world, 0.02)
+    found = [one.message for one in world.warnings if one.code is Code.NRP299]
+    assert [words in message for message in found] == [True] * bool(words)

@@ -22,6 +22,10 @@ WRONG_UNITS = [
     ({"cm": 250.0}, "cm of the population 'cells' is 250 nF; is it meant in pF?"),
     ({"i_offset": 300.0}, "i_offset of the population 'cells' is 300 nA; is it meant in pA?"),
     ({"v_rest": -0.065}, "v_rest of the population 'cells' is -0.065 mV; is it meant in V?"),
+    (
+        {"e_rev_E": -70.0, "e_rev_I": 0.0},
+        "e_rev_I of the population 'cells' is 0 mV, above e_rev_E, -70 mV: are they swapped?",
+    ),
     ({"e_rev_I": -70_000.0}, "e_rev_I of the population 'cells' is -70000 mV; is it meant in uV?"),
 ]
 
@@ -50,9 +54,35 @@ def test_a_model_without_units_is_plausible() -> None:
     assert implausible(sim.network()) == []
 
 
+def test_sources_in_another_unit_are_reported() -> None:
+    sim = builder()
+    sim.Population(1, sim.SpikeSourcePoisson(rate=1e6), label="noise")
+    sim.Population(1, sim.SpikeSourceArray(spike_times=[0.5, 0.7]), label="train")
+    assert implausible(sim.network()) == [
+        "rate of the population 'noise' is 1e+06 Hz; is it meant in mHz?",
+        "spikes of the population 'train' follow each other after 0.2 ms; is it meant in s?",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("law", "words"),
+    [
+        ({"delay": 0.001}, "a delay of the projection 'loop' is 0.001 ms; is it meant in s?"),
+        ({"delay": 1.0, "tau_rec": 0.01}, "tau_rec of the projection 'loop' is 0.01 ms; is it meant in s?"),
+    ],
+)
+def test_times_of_synapses_in_another_unit_are_reported(law: dict[str, float], words: str) -> None:
+    sim = builder()
+    cells = sim.Population(2, sim.IF_cond_exp(), label="cells")
+    synapse = sim.TsodyksMarkramSynapse(weight=0.001, **law)
+    sim.Projection(cells, cells, sim.AllToAllConnector(), synapse, label="loop")
+    assert implausible(sim.network()) == [words]
+
+
 @pytest.mark.parametrize(
     ("cell", "weight", "words"),
-    [("IF_cond_exp", 60.0, "60 uS, 1.2e+03 times the leak of a cell; is it meant in nS?"),
+    [("IF_cond_exp", 5.0, "5 uS, 100 times the leak of a cell; is it meant in nS?"),
+     ("IF_cond_exp", 60.0, "60 uS, 1.2e+03 times the leak of a cell; is it meant in nS?"),
      ("IF_curr_exp", 80.0, "80 nA, which leads to 1.6e+03 mV; is it meant in pA?")],
 )  # fmt: skip
 def test_a_weight_in_another_unit_is_reported_with_its_effect(cell: str, weight: float, words: str) -> None:

@@ -70,6 +70,24 @@ def test_options_come_from_the_environment_and_the_command_line_wins(
     assert json.loads(nrp("run", experiment, "--seed", 12).out)["seed"] == 12
 
 
+@pytest.mark.parametrize(
+    ("name", "said"), [("NRP_SEDE", "NRP_SEDE is not read; did you mean NRP_SEED?"), ("NRP_LAB", "")]
+)
+def test_a_misspelt_variable_is_noted(
+    nrp: Nrp, experiment: Path, monkeypatch: pytest.MonkeyPatch, name: str, said: str
+) -> None:
+    monkeypatch.setenv(name, "3")
+    done = nrp("run", experiment, "--until", "20ms")
+    assert done.code == 0
+    assert said in done.err
+    assert (name in done.err) is bool(said)
+
+
+def test_options_of_a_recording_that_is_not_made_are_noted(nrp: Nrp, experiment: Path) -> None:
+    done = nrp("run", experiment, "--until", "20ms", "--images", "jpeg")
+    assert "--images and --snapshots have no effect without --record" in done.err
+
+
 def test_a_function_that_raises_ends_the_run_and_the_recording_is_complete(
     nrp: Nrp, experiment: Path, tmp_path: Path, raising: Raising
 ) -> None:

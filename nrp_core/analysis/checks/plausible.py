@@ -1,0 +1,103 @@
+"""Settings of devices that are valid, but that no neuron or run can make use of: most are in a wrong unit."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from typing import Any, Final
+
+from nrp_core.analysis.events import Write
+from nrp_core.analysis.registry import checks_function
+from nrp_core.analysis.scopes import own_nodes
+from nrp_core.analysis.shapes import Known
+from nrp_core.analysis.study import Examined
+from nrp_core.clock import milliseconds
+from nrp_core.dsl.devices.devices import Device
+from nrp_core.dsl.devices.groups import DeviceGroup
+from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
+from nrp_core.findings import Code, Finding, Level
+
+_HEAVIEST: Final = 100.0
+"""The largest weight, uS or nA: a hundred times the leak of the largest neurons."""
+_STRONGEST_NA: Final = 50.0
+_SHORTEST_MS: Final = 0.05
+"""As for the cells of a brain script."""
+_CURRENTS = ("amplitude", "offset", "mean", "stdev")
+
+
+@checks_function(Code.NRP297, Code.NRP248)
+def settings_are_plausible(function: Examined) -> Iterator[Finding]:
+    """Look for weights, time constants and delays of devices in a wrong unit."""
+    end_ms = milliseconds(function.experiment.duration)
+    for name, mapping in function.function.mappings.items():
+        if not isinstance(mapping, MapSpikeSource | MapSpikeSink):
+            continue
+        node = function.declared.nodes.get(name)
+        for setting, value in mapping.options.items():
+            if not isinstance(value, int | float):
+                continue
+            message = _implausible(setting, abs(value))
+            if message:
+                message = f"{setting} of '{name}' is {value:g} {message}"
+                yield function.declared.finding(Code.NRP297, node, message, Level.WARNING)
+            elif setting == "delay" and value >= end_ms:
+                message = f"'{name}' delivers no spike before {value:g} ms, and the run ends at {end_ms:g} ms"
+                yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
+
+
+def _implausible(setting: str, size: float) -> str:
+    """Return the unit of a setting and the one that is probably meant; empty for a plausible value."""
+    if setting == "weight" and size > _HEAVIEST:
+        return "uS or nA; is it meant in nS or pA?"
+    if setting.startswith("tau_") and 0 < size < _SHORTEST_MS:
+        return "ms; is it meant in s?"
+    return _strong(size) if setting in _CURRENTS else ""
+
+
+def _strong(size: float) -> str:
+    return "nA; is it meant in pA?" if size > _STRONGEST_NA else ""
+
+
+@checks_function(Code.NRP297)
+def currents_are_plausible(function: Examined) -> Iterator[Finding]:
+    """Look for currents that a body sets in a wrong unit."""
+    for event in function.events:
+        match event:
+            case Write(node, Known(Device() | DeviceGroup()), name, True, Known(int() | float() as value)):
+                message = _strong(abs(value)) if name in _CURRENTS else ""
+                if message:
+                    message = f"'{name}' is {value:g} {message}"
+                    yield function.declared.finding(Code.NRP297, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP248)
+def spikes_are_injected_in_time(function: Examined) -> Iterator[Finding]:
+    """Look for single spikes after the end of the run."""
+    end_ms = milliseconds(function.experiment.duration)
+    for node in own_nodes(function.declared.node.body):
+        if not isinstance(node, ast.Call) or getattr(node.func, "attr", "") != "inject_spikes":
+            continue
+        given = [*node.args[1:2], *(one.value for one in node.keywords if one.arg == "times_ms")]
+        latest = max((time for one in given for time in _numbers(one)), default=0.0)
+        if latest >= end_ms:
+            message = f"a spike at {latest:g} ms is not sent: the run ends at {end_ms:g} ms"
+            yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
+
+
+def _numbers(node: ast.expr) -> list[float]:
+    try:
+        value: Any = ast.literal_eval(node)
+    except ValueError:
+        return []
+    values = value if isinstance(value, list | tuple) else [value]
+    return [one for one in values if isinstance(one, int | float)]
+
+
+@checks_function(Code.NRP289)
+def parameters_are_declared_at_the_top(function: Examined) -> Iterator[Finding]:
+    """Look for ``nrp.parameter`` in a body, where an experiment cannot set it."""
+    for node in own_nodes(function.declared.node.body):
+        match node:
+            case ast.Call(ast.Attribute(ast.Name("nrp"), "parameter")):
+                message = "a parameter is declared at the top of its file; here no experiment can set it"
+                yield function.declared.finding(Code.NRP289, node, message, Level.WARNING)

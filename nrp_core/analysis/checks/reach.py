@@ -1,0 +1,113 @@
+"""Places, times and topics of events and criteria that cannot be what was meant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+
+from nrp_core.analysis.registry import checks_experiment
+from nrp_core.analysis.study import Study
+from nrp_core.clock import milliseconds, seconds
+from nrp_core.dsl.functions.function import TIME
+from nrp_core.experiment.model.event_schema import Near
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.model.tree import Key
+from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.raycast.extent import outside_m
+
+
+@checks_experiment(Code.NRP248)
+def places_are_in_the_scene(study: Study) -> Iterator[Finding]:
+    """Look for points that are farther outside the scene than a model may be away from them."""
+    if study.scene is None:
+        return
+    for keys, near in _nears(study.experiment):
+        away_m = 0.0 if near.point is None else outside_m(study.scene, near.point)
+        if away_m > near.within:
+            message = (
+                f"'point' is {away_m:.3g} m outside the scene: no model comes within {near.within:g} m of it"
+            )
+            yield study.experiment.place(*keys, "point").finding(Code.NRP248, message, Level.WARNING)
+
+
+def _nears(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], Near]]:
+    for name, event in experiment.events.items():
+        if event.when is not None and event.when.near is not None:
+            yield ("events", name, "when", "near"), event.when.near
+    for name, criterion in experiment.criteria.items():
+        if criterion.near is not None:
+            yield ("criteria", name, "near"), criterion.near
+
+
+@checks_experiment(Code.NRP248)
+def limits_last_a_step(study: Study) -> Iterator[Finding]:
+    """Look for time limits that are over before anything can follow their event."""
+    experiment, step_ms = study.experiment, milliseconds(study.experiment.timestep)
+    for name, criterion in experiment.criteria.items():
+        limit = criterion.within_of
+        if limit is not None and limit.time < experiment.timestep:
+            message = (
+                f"'{limit.event}' and what follows it are at least a step of {step_ms:g} ms apart, "
+                f"and the limit is {milliseconds(limit.time):g} ms"
+            )
+            place = experiment.place("criteria", name, "within_of", "time")
+            yield place.finding(Code.NRP248, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP229)
+def events_do_not_contradict(study: Study) -> Iterator[Finding]:
+    """Look for two events that publish different values on one topic at one time."""
+    experiment = study.experiment
+    timed = [(name, event) for name, event in experiment.events.items() if event.at is not None]
+    for (first, one), (second, other) in combinations(timed, 2):
+        if one.at != other.at:
+            continue
+        values = {_target(experiment, said.topic): said.value for said in one.publish}
+        for said in other.publish:
+            if values.get(_target(experiment, said.topic), said.value) != said.value:
+                message = (
+                    f"'{second}' publishes on '{said.topic}' at {seconds(other.at or 0):g} s, when '{first}' "
+                    "publishes another value"
+                )
+                place = experiment.place("events", second, "publish")
+                yield place.finding(Code.NRP229, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP229)
+def events_are_not_overwritten(study: Study) -> Iterator[Finding]:
+    """Look for events that publish on a topic that a function writes again in the next step."""
+    experiment = study.experiment
+    writers = {
+        experiment.aliases.get(function.topic.name, function.topic.name): function.name
+        for function in (examined.function for examined in study.examined)
+        if function.active and function.topic is not None and TIME in function.triggers
+    }
+    for name, event in experiment.events.items():
+        for said in event.publish:
+            writer = writers.get(_target(experiment, said.topic))
+            if writer is not None:
+                message = f"'{name}' publishes on '{said.topic}', as '{writer}' does in every step"
+                place = experiment.place("events", name, "publish")
+                yield place.finding(Code.NRP229, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP279)
+def own_topics_are_used(study: Study) -> Iterator[Finding]:
+    """Look for topics of the experiment that nothing publishes on and nothing reads."""
+    experiment = study.experiment
+    if not study.is_complete:
+        return
+    functions = [declared.function for declared in study.declared]
+    used = {topic.name for function in functions for topic in (*function.published, *function.subscribed)}
+    used |= {said.topic for event in experiment.events.values() for said in event.publish}
+    used |= {event.when.topic.name for event in experiment.events.values() if event.when and event.when.topic}
+    used |= {one.topic_stays.name for one in experiment.criteria.values() if one.topic_stays}
+    used = {_target(experiment, name) for name in used}
+    for topic in experiment.topics:
+        if topic not in used:
+            message = f"nothing publishes on the topic '{topic}' and nothing reads it"
+            yield experiment.place("topics", topic).finding(Code.NRP279, message, Level.NOTE)
+
+
+def _target(experiment: Experiment, topic: str) -> str:
+    return experiment.aliases.get(topic, topic)
