@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from nrp_core.brain.backends import brains as brains
     from nrp_core.brain.files import read_network as read_network
     from nrp_core.brain.files import save_network as save_network
+    from nrp_core.brain.files.nir import read_nir as read_nir
     from nrp_core.brain.files.script import load_network as load_network
     from nrp_core.brain.files.sonata import read_sonata as read_sonata
     from nrp_core.brain.interface import Brain as Brain
@@ -68,6 +69,7 @@ else:
             "nrp_core.brain.backends": "brains",
             "nrp_core.brain.files": "read_network save_network",
             "nrp_core.brain.files.script": "load_network",
+            "nrp_core.brain.files.nir": "read_nir",
             "nrp_core.brain.files.sonata": "read_sonata",
             "nrp_core.brain.interface": "Brain",
             "nrp_core.brain.network.data": "Network Population Projection",

@@ -15,6 +15,7 @@ from pyNN.standardmodels import StandardCellType
 
 from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.synapses.laws import LAWS
+from nrp_core.brain.nir.load import load_nir
 from nrp_core.brain.pynn import electrodes, models, populations, projections, rng, synapses
 from nrp_core.brain.pynn.connectors import connector_types
 from nrp_core.brain.pynn.export import network_of
@@ -72,6 +73,7 @@ def programming_interface(
         "native_synapse_type": models.native_model("synapse type", [law.pynn for law in LAWS.values()]),
         "list_standard_models": lambda: list(CELLS),
         "parameter": GivenParameters(parameters).parameter,
+        "load_nir": lambda path, **options: load_nir(api, path, **options),
         "network": lambda: network_of(simulator.state),
         "get_simulator": lambda *arguments: (api, _defaults(arguments)),
         "get_script_args": _script_arguments,

@@ -11,7 +11,7 @@ _ROUNDING_MS = 1e-9
 
 
 def remarks_on(state: State, populations: Sequence[str], projections: Sequence[str]) -> tuple[str, ...]:
-    """Return a sentence for each changed label, unused current source, and delay beyond the limits.
+    """Return the remarks so far, and a sentence for each changed label, unused source and wrong delay.
 
     Args:
         state: the objects that the script built.
@@ -19,6 +19,7 @@ def remarks_on(state: State, populations: Sequence[str], projections: Sequence[s
         projections: the labels of its projections.
     """
     return (
+        *state.remarks,
         *_renamed(state.populations, populations),
         *_repeated(state.projections, projections),
         *_unused(state),

@@ -63,6 +63,7 @@ class State(BaseState):  # type: ignore[misc]
         self.sources: list[CurrentSource] = []
         self.recorders: set[Any] = set()
         self.write_on_end: list[Any] = []
+        self.remarks: list[str] = []
         self.segment_counter = -1
         self.reset()
 
@@ -79,6 +80,10 @@ class State(BaseState):  # type: ignore[misc]
         self.t = 0.0
         self.t_start = 0.0
         self.segment_counter += 1
+
+    def remark(self, text: str) -> None:
+        """Add a sentence about a difference between the network and its description."""
+        self.remarks.append(text)
 
     def before_change(self) -> None:
         """Called before the structure of the network changes."""

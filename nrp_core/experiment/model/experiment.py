@@ -142,7 +142,8 @@ class BrainSection(BackendSection):
     """The brain side."""
 
     model: ExistingFile
-    """The brain: a PyNN script, a network file (``.nrpnet``) or a SONATA configuration (``.json``)."""
+    """The brain: a PyNN script, a network file (``.nrpnet``), a SONATA configuration (``.json``)
+    or a trained network (``.nir``)."""
     populations: dict[Name, Selection] = Field(default_factory=dict)
     """Names for groups of neurons of its ``circuit``; of a file without one, of all its neurons."""
     time_limit: TimeLimit = 600_000_000_000

@@ -1,0 +1,85 @@
+"""The graph in a file: nodes without subgraphs, and the edges between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from nrp_core.errors import NetworkError
+from nrp_core.paths import existing_file
+
+INSTALL = "pip install nir"
+
+
+@dataclass(frozen=True)
+class Graph:
+    """Nodes by name, in the order of the file, and edges.
+
+    Args:
+        path: the file.
+        nodes: objects of the library ``nir``; the nodes of a subgraph ``a`` are named ``a.b``.
+        before: names of the nodes from which edges come, for each node.
+        metadata: what the file says about the graph as a whole.
+    """
+
+    path: Path
+    nodes: dict[str, Any]
+    before: dict[str, list[str]]
+    metadata: dict[str, Any]
+
+    def error(self, name: str, message: str) -> NetworkError:
+        """Return the error about a node."""
+        kind = type(self.nodes[name]).__name__
+        return NetworkError(f"node '{name}' ({kind}): {message}", path=self.path)
+
+
+def read_graph(path: Path | str) -> Graph:
+    """Read a file.
+
+    Raises:
+        NetworkError: it is missing, or is not such a file; or ``nir`` is not installed.
+    """
+    path = existing_file(path)
+    try:
+        import nir
+    except ImportError as error:
+        raise NetworkError(f"files of NIR need the library nir ({error}); try: {INSTALL}") from error
+    try:
+        found = nir.read(path, type_check=False)
+    except Exception as error:  # the library raises whatever it meets
+        raise NetworkError(f"is not a NIR file: {error or type(error).__name__}", path=path) from error
+    nodes: dict[str, Any] = {}
+    edges: list[tuple[str, str]] = []
+    _flatten(found, "", nodes, edges)
+    before: dict[str, list[str]] = {name: [] for name in nodes}
+    for start, end in dict.fromkeys(edges):
+        for name in (start, end):
+            if name not in nodes:
+                raise NetworkError(f"an edge names the node '{name}', which does not exist", path=path)
+        before[end].append(start)
+    return Graph(path, nodes, before, dict(found.metadata))
+
+
+def _flatten(graph: Any, prefix: str, nodes: dict[str, Any], edges: list[tuple[str, str]]) -> None:
+    """Add a graph to flat nodes and edges.
+
+    An edge to a subgraph leads to its input, an edge from one begins at its output.
+    """
+    ends: dict[str, tuple[str, str]] = {}
+    for name, node in graph.nodes.items():
+        full = prefix + name
+        if type(node).__name__ == "NIRGraph":
+            _flatten(node, f"{full}.", nodes, edges)
+            ends[name] = _only(node.inputs, full, "Input"), _only(node.outputs, full, "Output")
+        else:
+            nodes[full] = node
+            ends[name] = full, full
+    for start, end in graph.edges:
+        edges.append((ends.get(start, ("", prefix + start))[1], ends.get(end, (prefix + end, ""))[0]))
+
+
+def _only(found: Any, graph: str, kind: str) -> str:
+    if len(found) != 1:
+        raise NetworkError(f"subgraph '{graph}' has {len(found)} nodes of kind {kind}; there must be 1")
+    return f"{graph}.{next(iter(found))}"

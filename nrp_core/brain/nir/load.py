@@ -1,0 +1,175 @@
+"""Builds the network of a file in a PyNN simulator."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final, Literal, get_args
+
+import numpy as np
+
+from nrp_core.brain.nir.graph import Graph, read_graph
+from nrp_core.brain.nir.linear import NEURONS, Signal, Signals, emitting
+from nrp_core.brain.nir.neurons import Cells, Method, Step, cells_of, relays
+from nrp_core.brain.nir.timing import lags_of, returning
+from nrp_core.errors import NetworkError, did_you_mean
+
+Inputs = Literal["sources", "cells"]
+DT_S: Final = 1e-4
+"""The step that most frameworks assume when they write a file."""
+_MOST_REFRACTORY: Final = 10**6
+_CURRENTS: Final = frozenset({"CubaLIF", "CubaLI"})
+_GRADED: Final = frozenset({"LI", "CubaLI", "I"})
+
+
+def load_nir(
+    sim: Any,
+    path: Path | str,
+    *,
+    dt: float | None = None,
+    method: Method = "exact",
+    inputs: Inputs = "sources",
+    refractory: int = 0,
+) -> dict[str, Any]:
+    """Build the network of a file, at the time step of ``setup``.
+
+    Args:
+        sim: the simulator; one step of the network takes its time step.
+        path: the file.
+        dt: s; the length of a step in the time of the file, by default the ``dt`` in its metadata, or 0.1 ms.
+        method: ``euler`` if states decay by ``1 - dt/tau`` in a step and currents act in the step in which
+            they change, as in snnTorch; ``exact`` for the equations of NIR.
+        refractory: steps after a spike in which a voltage stays at its reset value; the equations have none.
+        inputs: ``sources`` for spike sources, or ``cells`` that fire when a device sends them a weight of 1.
+
+    Returns:
+        The populations by the names of their nodes. The voltage of a graded node is its output. The number of
+        steps by which the spikes of a population are late is ``lag`` in its annotations.
+
+    Raises:
+        NetworkError: the file cannot be read, or has a node that cannot be built.
+    """
+    for name, value, valid in (("method", method, get_args(Method)), ("inputs", inputs, get_args(Inputs))):
+        if value not in valid:
+            raise NetworkError(f"load_nir: {name} is '{value}'{did_you_mean(str(value), valid)}")
+    graph = read_graph(path)
+    dt_s = float(graph.metadata.get("dt", DT_S) if dt is None else dt)
+    if not 0.0 < dt_s < np.inf:
+        raise NetworkError(f"load_nir: dt is {dt_s:g} s; it must be more than 0, and finite")
+    if refractory not in range(_MOST_REFRACTORY):
+        raise NetworkError(f"load_nir: refractory is {refractory}; it must be a number of steps, 0 or more")
+    return _Loader(sim, graph, Step(dt_s, float(sim.get_time_step()), method, refractory), inputs).load()
+
+
+class _Loader:
+    def __init__(self, sim: Any, graph: Graph, step: Step, inputs: Inputs) -> None:
+        self._sim, self._graph, self._step, self._inputs = sim, graph, step, inputs
+        kinds = {name: type(node).__name__ for name, node in graph.nodes.items()}
+        own = {name for name, kind in kinds.items() if kind == "Input" and not graph.before[name]}
+        self._order = [name for name, kind in kinds.items() if name in own or kind in NEURONS]
+        self._kinds = kinds
+        self._shapes = emitting(graph, set(self._order))
+        signals = Signals(graph, self._shapes)
+        self._signals = {name: signals.into(name) for name in self._order if name not in own}
+
+    def load(self) -> dict[str, Any]:
+        """Build all populations and projections; return the populations by name."""
+        self._refuse_graded()
+        edges = [(key[0], end) for end, signal in self._signals.items() for key in signal.parts]
+        self._back = returning(self._order, edges)
+        late = {name: self._step.late * (self._kinds[name] in _CURRENTS) for name in self._order}
+        self._lags = lags_of(self._order, self._shortest(), late)
+        cells = {name: self._cells(name) for name in self._order}
+        populations = {name: self._population(name, cells[name]) for name in self._order}
+        for end, signal in self._signals.items():
+            for (start, delay_s), matrix in signal.parts.items():
+                self._connect(populations, start, end, delay_s, matrix, cells[end])
+        return populations
+
+    def _refuse_graded(self) -> None:
+        for end, signal in self._signals.items():
+            for start, _ in signal.parts:
+                if self._kinds[start] in _GRADED:
+                    kind = self._kinds[start]
+                    raise self._graph.error(
+                        end,
+                        f"its input comes from '{start}' ({kind}), which does not spike; only the outputs of "
+                        "a network can be graded",
+                    )
+
+    def _shortest(self) -> Mapping[tuple[str, str], int]:
+        shortest: dict[tuple[str, str], int] = {}
+        for end, signal in self._signals.items():
+            for start, delay_s in signal.parts:
+                if (start, end) not in self._back:
+                    delay = self._steps(end, delay_s)
+                    shortest[start, end] = min(delay, shortest.get((start, end), delay))
+        return shortest
+
+    def _steps(self, name: str, delay_s: float) -> int:
+        steps = round(delay_s / self._step.dt_s)
+        if abs(steps * self._step.dt_s - delay_s) > 1e-6 * self._step.dt_s:
+            raise self._graph.error(
+                name,
+                f"a delay of {delay_s:g} s on the way to it is not a multiple of the step, "
+                f"{self._step.dt_s:g} s",
+            )
+        return steps
+
+    def _cells(self, name: str) -> Cells:
+        shape = self._shapes[name]
+        if self._kinds[name] == "Input":
+            return relays(int(np.prod(shape)), self._step)
+        signal: Signal = self._signals[name]
+        bias = np.broadcast_to(signal.bias, int(np.prod(shape))).astype(float)
+        try:
+            return cells_of(self._graph.nodes[name], shape, bias, self._step, self._lags[name])
+        except ValueError as error:
+            raise self._graph.error(name, str(error)) from error
+
+    def _population(self, name: str, cells: Cells) -> Any:
+        sim, n = self._sim, int(np.prod(self._shapes[name]))
+        if self._kinds[name] == "Input" and self._inputs == "sources":
+            population = sim.Population(n, sim.SpikeSourceArray(), label=name)
+        else:
+            values = {key: value.tolist() for key, value in cells.parameters.items()}
+            population = sim.Population(n, getattr(sim, cells.cell_type)(**values), label=name)
+            if cells.initial:
+                population.initialize(**self._started(name, cells))
+        population.annotate(lag=self._lags[name], kind=self._kinds[name])
+        return population
+
+    def _started(self, name: str, cells: Cells) -> dict[str, Any]:
+        """Return the initial state; where a cell would fire at once, that without the time before its lag."""
+        early = cells.initial["v"] >= cells.parameters["v_thresh"]
+        if not early.any():
+            return cells.initial
+        self._sim.state.remark(
+            f"{early.sum()} cells of '{name}' have biases from the start, {self._lags[name]} steps earlier "
+            "than in the file"
+        )
+        rest = np.where(early, cells.parameters["v_rest"], cells.initial["v"])
+        return {**cells.initial, "v": rest}
+
+    def _connect(
+        self, populations: dict[str, Any], start: str, end: str, delay_s: float, matrix: Any, cells: Cells
+    ) -> None:
+        found = matrix.tocoo()
+        weights = found.data * cells.per_weight[found.coords[0]]
+        steps = self._steps(end, delay_s) + ((start, end) in self._back) + self._lags[end] - self._lags[start]
+        delay_ms = max(steps - cells.late, 1) * self._step.h_ms
+        if steps - cells.late < 1:
+            more = 1 + cells.late - steps
+            self._sim.state.remark(
+                f"the feedback from '{start}' to '{end}' takes longer than in the file, by {more} steps"
+            )
+        for receptor, chosen in (("excitatory", weights > 0), ("inhibitory", weights < 0)):
+            if chosen.any():
+                rows = [found.coords[1][chosen], found.coords[0][chosen], weights[chosen]]
+                each = np.column_stack([*rows, np.full(int(chosen.sum()), delay_ms)])
+                connector = self._sim.FromListConnector(each)
+                label = f"{start}→{end} ({receptor}, {delay_ms:g} ms)"
+                self._sim.Projection(
+                    populations[start], populations[end], connector, self._sim.StaticSynapse(),
+                    receptor_type=receptor, label=label,
+                )  # fmt: skip
