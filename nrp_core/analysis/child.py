@@ -2,7 +2,7 @@
 
 The child process of :mod:`nrp_core.analysis.network`. It trusts its argument, which is made by its parent: a
 pickle. Its parent does not trust its answer, which is made by the code of an experiment: JSON, or a network
-file. The imports stand below, since a process is confined while it has a single thread.
+file. Imports are inside functions, because a process is confined while it has a single thread.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from nrp_core.brain.network.data import Network
 
 _KERNELS = "NUMBA_CACHE_DIR"
-_CONFINED = "a check executes the script without network, and lets it write only temporary files"
+_CONFINED = "a check executes the script without network access, and it can only write temporary files"
 
 
 def main(question: str, cpu_s: str, target: str | None = None) -> int:

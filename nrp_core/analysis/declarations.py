@@ -120,7 +120,7 @@ class Declarations(Statements):
                 self._note_declared(written.node)
 
     def _note_declared(self, node: ast.AST) -> None:
-        """Note the transfer functions that are declared in code that is not followed."""
+        """Report the transfer functions that are declared in code that is not followed."""
         for one in ast.walk(node):
             called = self.names.get(one.id) if isinstance(one, ast.Name) else None
             if isinstance(called, Known) and isinstance(called.value, Written):
@@ -144,11 +144,11 @@ class Declarations(Statements):
                 map(self._is_declaration, node.decorator_list)
             ):
                 if node.name not in declared:
-                    message = f"'{node.name}' is not registered: the file never gets there"
+                    message = f"'{node.name}' is not registered: this code is never reached"
                     self.findings.append(found_in(self._source, Code.NRP210, node, message, level))
             elif isinstance(node, SCOPES) and id(node) not in followed:
                 self._note_declared(node)
-            elif followed.get(id(node), True):  # another one is noted already
+            elif followed.get(id(node), True):  # another one is reported already
                 inner = (one for one in ast.iter_child_nodes(node) if not isinstance(one, ast.expr))
                 waiting += ((one, _level_in(node, level)) for one in inner)
 
@@ -208,7 +208,7 @@ class Declarations(Statements):
             self.findings.append(found_in(self._source, Code.NRP216, node, str(error)))
             return self._substitute_of(node)
         except FAILURES as error:
-            message = str(error) if isinstance(error, MisfitError) else f"this is not possible: {error}"
+            message = str(error) if isinstance(error, MisfitError) else f"not possible: {error}"
             self.findings.append(found_in(self._source, Code.NRP240, node, message))
             return self._substitute_of(node)
         value = found.value if isinstance(found, Known) else None
@@ -251,7 +251,7 @@ class Declarations(Statements):
             return self._topic(call)
         if issubclass(kind, (Mapping, *_FUNCTION_DECORATORS)):
             was_complete = self.is_complete
-            self._note(call.node, f"what {kind.__name__} is given here is known only when it runs")
+            self._note(call.node, f"the arguments of {kind.__name__} are known only when it runs")
             if issubclass(kind, _NO_TOPIC):
                 self.is_complete = was_complete
             self._is_read &= not issubclass(kind, _FUNCTION_DECORATORS)
@@ -260,7 +260,7 @@ class Declarations(Statements):
         return UNKNOWN
 
     def _topic(self, call: Call) -> Shape:
-        """Return a topic of which everything is known but the conversion of its messages."""
+        """Return a topic that is known except for the conversion of its messages."""
         given, named = list(call.given), dict(call.named)
         if len(given) > 2:
             given[2] = Known(_processed)

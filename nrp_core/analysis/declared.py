@@ -20,7 +20,7 @@ Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
 class Unread(Mapping):
-    """A mapping whose target is not known."""
+    """A mapping with an unknown target."""
 
     def __call__(self, function: Any) -> TransferFunction:
         """Return the transfer function with the mapping added."""

@@ -151,7 +151,7 @@ class Evaluation(Expressions):
 
         def function(*given: Any) -> Any:
             if next(rounds) > _LIMIT:
-                raise UnreadableError(f"it chooses more than {_LIMIT} times")
+                raise UnreadableError(f"it selects more than {_LIMIT} times")
             inner = type(self).__new__(type(self))
             vars(inner).update(vars(self))
             inner.names = {**outer, **{n: Known(value) for n, value in zip(names, given, strict=False)}}
@@ -181,7 +181,7 @@ class Evaluation(Expressions):
 
 def _meant(value: Any) -> str:
     """Return the correct form of a call."""
-    return "; neurons are chosen in brackets: [0]" if isinstance(value, NEURONS) else ""
+    return "; neurons are selected in brackets: [0]" if isinstance(value, NEURONS) else ""
 
 
 def value_of(shape: Shape) -> Any:

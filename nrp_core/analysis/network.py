@@ -1,9 +1,9 @@
 """Describe a network without building it in this process.
 
-A brain script is the one piece of user code that has to be executed to know what it says. It runs in a child
-process without network, with limits to time and memory, that can write only temporary files. The answer is
-kept for as long as the script, what it imports, the environment variables that it reads, and the programs
-that read it stay the same.
+A brain script is the only user code that has to be executed for a check. It runs in a child process without
+network access and with limits of time and memory, which can write only temporary files. The answer is kept
+for as long as the script, its imports, the environment variables that it reads, and the programs that read it
+stay the same.
 """
 
 from __future__ import annotations
@@ -45,15 +45,15 @@ class ChildBuilder:
     """Builds networks in a confined child process.
 
     Args:
-        backend: reports the properties of the network that it would not keep; None: no backend is asked.
+        backend: reports the properties of the network that it would change; None: no reports.
         options: its options.
         limit_s: wall time that a script may take, s, if that is less than :data:`TIME_LIMIT_S`.
 
     Attributes:
         warnings: the backend's warnings about the last network.
         unconnected: labels of the populations of the last network that have no synapse.
-        silent: its parts that no spike comes from or passes, see :mod:`nrp_core.analysis.silence`.
-        refusal: why it would not take it at all.
+        silent: its parts without spikes, see :mod:`nrp_core.analysis.silence`.
+        refusal: the reason why it cannot simulate it.
     """
 
     def __init__(
@@ -67,10 +67,10 @@ class ChildBuilder:
         self.refusal: NrpError | None = None
 
     def __call__(self, make: Callable[[], Network]) -> Network:
-        """Return a network without synapses, parameters and positions that is like the one to be made.
+        """Return the network to be made without its synapses, parameters and positions.
 
         Raises:
-            NrpError: what ``make`` raises.
+            NrpError: the error of ``make``.
         """
         question = _question(make, self._backend, _parts(self._options))
         if question is None:
@@ -85,7 +85,7 @@ class ChildBuilder:
         return skeleton_of(data["network"])
 
     def _asked(self, question: str, depends_on: str) -> dict[str, Any]:
-        """Return the answer of the child, a kept one only if the environment is the same for the script."""
+        """Return the answer of the child, or a cached one if the environment is the same for the script."""
         for anew in (False, True):
             answer = run_probe(
                 CHILD, question, _cpu_s(self._limit_s), depends_on=depends_on, timeout_s=self._limit_s,
@@ -105,7 +105,7 @@ def build_confined(make: Callable[[], Network], limit_s: float | None) -> Networ
         limit_s: wall time that it may take, s; None: a day.
 
     Raises:
-        NrpError: what ``make`` raises.
+        NrpError: the error of ``make``.
     """
     question = _question(make, None, None)
     if question is None:
@@ -153,9 +153,9 @@ def _how_it_ended(answer: ChildResult) -> str:
 
 
 def _parts(options: BrainOptions | None) -> tuple[type[BrainOptions], dict[str, Any]] | None:
-    """Return what options are made of, in an order that is the same in every process.
+    """Return the values of options in an order that is the same in every process.
 
-    What pydantic pickles is not: it keeps a set of names.
+    Pydantic's pickles are not, because they have a set of names.
     """
     if options is None:
         return None
@@ -172,7 +172,7 @@ def _error_of(error: dict[str, Any]) -> NrpError:
 
 
 def _contents(make: Any, backend: BrainBackend | None) -> str:
-    """Return a digest of all that a network depends on: files, and the programs that read them."""
+    """Return a digest of everything that a network depends on: files, and the programs that read them."""
     state = hashlib.blake2b(digest_size=16)
     for value in (*getattr(make, "args", ()), *getattr(make, "keywords", {}).values()):
         if isinstance(value, Path):
@@ -190,7 +190,7 @@ def _contents(make: Any, backend: BrainBackend | None) -> str:
 
 
 def _version(path: Path) -> str:
-    """Return what changes with the contents of a file; of a large one, when it was written."""
+    """Return a digest of a file's contents; for a large one, its size and time of modification."""
     status = path.stat()
     if status.st_size > _LARGE:
         return f"{status.st_size} {status.st_mtime_ns}"

@@ -1,4 +1,4 @@
-"""Tell the nodes of a piece of code from those of functions and classes inside it."""
+"""Separate the nodes of a piece of code from those of functions and classes inside it."""
 
 from __future__ import annotations
 

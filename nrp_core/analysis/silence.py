@@ -1,4 +1,4 @@
-"""The parts of a network that no spike can come from or pass."""
+"""The parts of a network without spikes: silent sources, and projections that transmit none."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 from nrp_core.brain.network.data import Network, Population, Projection
 
 Silence = tuple[str, float | None]
-"""A part in words, and the time (ms) before which it has no effect; None for ever."""
+"""A part in words, and the time (ms) before which it has no effect; None if it never has one."""
 
 
 def silent_parts(network: Network) -> list[Silence]:
-    """Return when the first spikes come from sources and over projections, where that is after 0 ms."""
+    """Return the times of the first spikes of sources and projections, if they are after 0 ms."""
     return [*_sources(network), *_projections(network)]
 
 
@@ -39,11 +39,11 @@ def _projections(network: Network) -> Iterator[Silence]:
     for projection in network.projections:
         name = f"the projection '{projection.label}'"
         if not projection.size:
-            yield f"{name} has no synapse: no spike passes it", None
+            yield f"{name} has no synapses, so it transmits no spikes", None
         elif _is_weightless(projection):
             yield f"{name} has no effect: all its weights are 0", None
         else:
-            yield f"{name} delivers no spike", float(np.min(projection.delay_ms))
+            yield f"{name} transmits no spikes", float(np.min(projection.delay_ms))
 
 
 def _is_weightless(projection: Projection) -> bool:

@@ -16,7 +16,7 @@ _NO_VALUE = np.empty(0)
 
 
 def described(network: Network) -> dict[str, Any]:
-    """Return a network's skeleton as plain data; :func:`skeleton_of` makes a network of it again."""
+    """Return a network's skeleton as plain data, from which :func:`skeleton_of` makes a network."""
     synapses = {
         projection.synapse_type: (projection.label, projection.pre, projection.post, projection.receptor)
         for projection in reversed(network.projections)

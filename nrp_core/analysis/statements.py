@@ -29,7 +29,7 @@ _NO_PLAIN_FUNCTION = (ast.Yield, ast.YieldFrom, ast.Await, ast.Global, ast.Nonlo
 
 
 class _Elided:
-    """Stands for a default value in the signature of a function."""
+    """Marks a default value in the signature of a function."""
 
     def __repr__(self) -> str:
         return "..."
@@ -122,7 +122,7 @@ class Statements(Evaluation):
         for statement in statements:
             self._count += 1
             if self._count > _STATEMENTS:
-                raise UnreadableError("it does too much")
+                raise UnreadableError("it has too many steps")
             self.statement(statement)
 
     def statement(self, node: ast.stmt) -> None:
@@ -182,7 +182,7 @@ class Statements(Evaluation):
         """Skip a statement whose effect is known only when it is executed.
 
         Raises:
-            UnreadableError: so is the next statement.
+            UnreadableError: the next statement is also known only then.
         """
         for one in ast.walk(node):
             if isinstance(one, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
@@ -192,7 +192,7 @@ class Statements(Evaluation):
                 self.names.update(dict.fromkeys(names, UNKNOWN))
         self.names.update(dict.fromkeys(assigned([node]), UNKNOWN))
         if _may_leave(node):
-            raise UnreadableError("it may be left here")
+            raise UnreadableError("it may end here")
 
     def quietly(self, node: ast.expr) -> Shape:
         """Return the shape of an expression; unknown if it fails."""

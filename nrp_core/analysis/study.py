@@ -25,6 +25,7 @@ from nrp_core.clock import seconds
 from nrp_core.dsl.functions.function import TIME, TransferFunction
 from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.loading.listing import Listing, PythonSource
+from nrp_core.dsl.loading.loader import DECLARES_NOTHING
 from nrp_core.dsl.parameters import binding
 from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.dsl.parameters.binding import Binding
@@ -44,7 +45,7 @@ from nrp_core.errors import (
 from nrp_core.experiment.backends import load_backend
 from nrp_core.experiment.making.maker import Maker, maker_of
 from nrp_core.experiment.making.prepare import Examination, ProgressCallback
-from nrp_core.experiment.making.watch import declare_missing_topics
+from nrp_core.experiment.making.watch import warn_of_missing_topics
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment, PartMaker
 from nrp_core.findings import Code, Finding, Level, has_errors
@@ -187,7 +188,7 @@ class Study(Examination):
 
     @property
     def silent(self) -> list[Silence]:
-        """The parts of its brain that no spike comes from or passes at first."""
+        """The parts of its brain that are without spikes at first."""
         return self._build.silent
 
     @property
@@ -210,9 +211,7 @@ class Study(Examination):
     def _check_functions(self, network: Network, world: World) -> None:
         fits = self.brain is not None and self._fits
         brain = MockBrain(network, capabilities=self.brain.capabilities if fits and self.brain else None)
-        for topic in declare_missing_topics(self._experiment, world, self.functions):
-            message = f"the world has no topic '{topic}': it is silent unless a function publishes on it"
-            self.collector.add(Code.NRP268, message, "transfer_functions", level=Level.WARNING, subject=topic)
+        warn_of_missing_topics(self.collector, self._experiment, world, self.functions)
         ordered = sorted(self._reading.declared, key=lambda declared: -declared.function.priority)
         declare_topics([declared.function for declared in ordered], world)
         self.topics = world.topics
@@ -250,7 +249,7 @@ class Study(Examination):
         """Add the finding that a parameter, or without a name the function, cannot be bound."""
         node = declared.nodes.get(name, declared.node)
         if isinstance(error, UnreadableError):
-            message = f"what '{name or declared.function.name}' stands for is known only when it runs"
+            message = f"the mapping of '{name or declared.function.name}' is known only when it runs"
             finding = declared.finding(Code.NRP239, node, message, Level.NOTE)
         else:
             level = self._lapse
@@ -262,16 +261,15 @@ class Study(Examination):
 
 
 _DECORATOR = re.compile(r"Neuron2Robot|Robot2Neuron|NeuronMonitor|import \*|exec|__import__|import_module")
-"""What a file may declare functions with."""
+"""Code with which a file may declare functions."""
 
 
 def _declares_nothing(listing: Listing) -> Iterator[Finding]:
-    """Yield that a file of Python, which names no decorator, declares nothing: loading it is refused."""
+    """Yield a finding if a Python file names no decorator, so that it cannot declare functions."""
     paths = [source.path for source in listing.sources]
     names = {name for source in listing.sources for name in _DECORATOR.findall(ast.unparse(source.tree))}
     if len(paths) == 1 and paths[0].suffix == ".py" and not names:
-        message = "declares no transfer function; decorate one with @nrp.Neuron2Robot or @nrp.Robot2Neuron"
-        yield Finding(Code.NRP210, message, path=paths[0], line=1)
+        yield Finding(Code.NRP210, DECLARES_NOTHING, path=paths[0], line=1)
 
 
 def _beyond(
@@ -287,7 +285,7 @@ def _beyond(
             one for one in bounds if isinstance(one, int) and isinstance(of, Selection) and one > of.size
         ]
         if beyond:
-            message = f"{neurons!r} has {of.size} neurons, 0..{of.size - 1}; {beyond[-1]} lies beyond them"
+            message = f"{neurons!r} has {of.size} neurons, 0..{of.size - 1}; {beyond[-1]} is beyond them"
             yield found_in(source, Code.NRP211, node, message, Level.WARNING)
 
 

@@ -41,7 +41,7 @@ def local_names(function: Function) -> set[str]:
 
 
 def root_of(node: ast.expr) -> ast.expr:
-    """Return the expression whose attribute or item is meant: ``a`` of ``a.b[0].c``."""
+    """Return the innermost object of attributes and items: ``a`` of ``a.b[0].c``."""
     while isinstance(node, (ast.Attribute, ast.Subscript)):
         node = node.value
     return node

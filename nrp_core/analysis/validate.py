@@ -44,7 +44,7 @@ def validate_file(
         return list(error.findings)
     except TransferFunctionError as error:
         return [Finding.of(error, Code.NRP210)]
-    except TopicError as error:  # two parts of the world have one topic
+    except TopicError as error:  # two parts of the world have the same topic
         return [Finding.of(error, Code.NRP212)]
     except ExperimentError as error:  # there is no such experiment
         return [Finding.of(error, Code.NRP204)]

@@ -1,4 +1,4 @@
-"""Runs that are not whole: a comparison says so before anything else."""
+"""Incomplete runs, which a comparison reports first."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ def filtered_trains(
     Args:
         trains_s: spike times of each neuron, s.
         end_s: end of the curves, s.
-        tau_s: time constant of the decay, s; the distance does not see much smaller shifts.
+        tau_s: time constant of the decay, s; much smaller shifts have no effect on the distance.
         step_s: sampling interval of the curves, s.
 
     Returns:

@@ -87,12 +87,12 @@ def divergence_of(one: RunSignals, other: RunSignals) -> Divergence:
 
 
 class FirstDifference(NamedTuple):
-    """How far two recordings are the same.
+    """The common part of two recordings.
 
     Args:
         steps: number of steps compared.
         first: the first difference beyond noise.
-        is_identical: whether there is no difference in any bit.
+        is_identical: whether every bit is equal.
     """
 
     steps: int

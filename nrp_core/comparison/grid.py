@@ -52,7 +52,7 @@ class RunGrid:
         experiment: its name, file or folder.
         brains, worlds: names of the backends.
         seeds: the same for every pair of backends.
-        overrides: ``dotted.key=value``, laid over the experiment in every run.
+        overrides: ``dotted.key=value``, applied to the experiment in every run.
         varied: settings that are drawn anew with each seed, by their dotted keys.
 
     Raises:
@@ -102,7 +102,7 @@ class RunGrid:
 
     @property
     def cells(self) -> list[GridCell]:
-        """Every run; those of one seed follow each other, so that a part of the grid is useful already."""
+        """Every run, seed by seed, so that a part of the grid is already useful."""
         return [GridCell(b, w, seed) for seed, b, w in product(self.seeds, self.brains, self.worlds)]
 
     def settings(self, cell: GridCell) -> list[str]:

@@ -1,4 +1,4 @@
-"""Judge what every metric depends on: contrasts between backends against the spread of the seeds."""
+"""Judge the dependence of every metric: contrasts between backends against the spread of the seeds."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class Part:
     """A part of a metric: one robot, event, neuron, device.
 
     Args:
-        name: of the part.
+        name: its name.
         margin: a smaller difference does not matter, in the metric's unit.
         in_sd: whether the margin was given in standard deviations of the spread from seed to seed.
         resolution: the smallest difference that the metric can resolve, in the metric's unit.
@@ -136,7 +136,7 @@ class Part:
 
     @property
     def is_flat(self) -> bool:
-        """Whether there is no spread between seeds to compare a difference of backends with."""
+        """Whether the seeds have no spread, with which a difference of backends could be compared."""
         return self.n_seeds > 1 and self.sd <= self.resolution
 
     @property
@@ -189,7 +189,7 @@ def combined(answers: Iterable[Answer]) -> Answer:
 def corrected(judgements: Sequence[Judgement]) -> list[Judgement]:
     """Return judgements corrected for the number of contrasts.
 
-    The finding is corrected by itself, so that the many details listed beside it cost it no power.
+    The finding is corrected separately, so that it does not lose power by the many details listed beside it.
     """
     p_values: dict[bool, list[float]] = {True: [], False: []}
     for judged, one in _contrasts(judgements):

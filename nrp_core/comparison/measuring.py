@@ -29,9 +29,9 @@ _FEWEST_SEEDS = 3
 
 
 def judge(grid: RunGrid, runs: Runs, metrics: Sequence[Metric], margins: Margins) -> list[Judgement]:
-    """Measure everything and judge what each metric depends on.
+    """Measure everything and judge the dependence of each metric.
 
-    A failed run counts for the finding only: where it stopped measures nothing else.
+    A failed run is used only for the finding, because its end is arbitrary.
 
     Raises:
         ExperimentError: a margin was set for a part that no run has.
@@ -219,5 +219,5 @@ def _excesses(grid: RunGrid, matrix: _Distances) -> Iterator[tuple[Factor, str, 
 
 
 def _ratio(value: float, spread: float) -> float:
-    """Return an effect in units of a spread; infinite where there is an effect and no spread."""
+    """Return an effect in units of a spread; infinite for an effect without a spread."""
     return value / spread if spread else float(np.copysign(np.inf, value)) if value else 0.0

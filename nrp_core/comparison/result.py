@@ -67,18 +67,18 @@ class GridDiff:
 
     @property
     def failures(self) -> dict[GridCell, str]:
-        """Runs that are not complete, and why."""
+        """The runs that failed, with the reasons."""
         missing = {cell: missing_from(run) for cell, run in self.runs.items()}
         return {cell: reasons for cell, reasons in missing.items() if reasons}
 
     @property
     def incomplete(self) -> list[str]:
-        """The runs in which something was left out or that ended early, and why."""
+        """The incomplete runs: with parts left out, or ended early, with the reasons."""
         return incompleteness({str(cell): run for cell, run in self.runs.items()})
 
 
 def _partings(grid: RunGrid, runs: Mapping[GridCell, RunSignals]) -> list[Divergence]:
-    """Compare every backend with the one that was named first, for the first seed."""
+    """Compare every backend with the first one of its side, for the first seed."""
     seed, (brain, *brains), (world, *worlds) = grid.seeds[0], grid.brains, grid.worlds
     pairs = [(GridCell(brain, w, seed), GridCell(b, w, seed)) for b in brains for w in grid.worlds]
     pairs += [(GridCell(b, world, seed), GridCell(b, w, seed)) for w in worlds for b in grid.brains]
@@ -105,7 +105,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class PairDiff:
-    """What two recordings have in common and where they diverge, over the time that both cover.
+    """The common part of two recordings and their divergence, over the time that both cover.
 
     Args:
         one, other: the runs, over the time that both cover.
@@ -114,8 +114,8 @@ class PairDiff:
         measured: every part of every metric.
         engines: the verdict on the engines. The inputs of both are their own, so that a difference may follow
             from another one.
-        reservations: the parts of the runs that are not compared, and why.
-        flaws: the files of the recordings that are not as they were written.
+        reservations: the parts of the runs that are not compared, with the reasons.
+        flaws: the damaged files of the recordings.
     """
 
     one: RunSignals
@@ -151,12 +151,12 @@ class PairDiff:
 
     @property
     def is_identical(self) -> bool:
-        """Whether all common steps are identical, bit for bit, and both recordings as they were written."""
+        """Whether all common steps are identical, bit for bit, and both recordings are undamaged."""
         return self.divergence.is_identical and not self.flaws
 
     @property
     def incomplete(self) -> list[str]:
-        """The runs in which something was left out or that ended early, and why."""
+        """The incomplete runs: with parts left out, or ended early, with the reasons."""
         return incompleteness({str(run.recording.folder): run for run in (self.one, self.other)})
 
 
@@ -181,7 +181,7 @@ def _engines(one: RunSignals, other: RunSignals, margins: EngineMargins) -> Engi
 def _left_out(path: Path, run: RunSignals, compared: RunSignals) -> Iterator[str]:
     """Describe the part of a recording that is not compared."""
     if not run.recording.complete:
-        yield f"{path} was cut or damaged: only its intact part is compared"
+        yield f"{path} is truncated or damaged: only its intact part is compared"
     if (run.begin_s, run.end_s) != (compared.begin_s, compared.end_s):
         yield (
             f"compared from {compared.begin_s:g} s to {compared.end_s:g} s; "

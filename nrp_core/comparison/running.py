@@ -20,7 +20,7 @@ Progress = Callable[[int, int, str], None]
 """Called with the number of finished runs, the number of all runs, and the last finished run."""
 
 WHOLE = ("finished", "failed")
-"""States of a recording that another run would not change."""
+"""Final states of a recording, which is then not repeated."""
 
 
 def run_grid(grid: RunGrid, results: Path, workers: int, tell: Progress) -> dict[GridCell, RunSignals]:
@@ -58,7 +58,7 @@ def record(
         grid: the grid.
         cell: one of its runs.
         folder: the folder.
-        images: how they are kept, by default as hashes.
+        images: how images are kept, by default as hashes.
         revise: may exchange a side of the run for a recorded one.
 
     Raises:
@@ -105,7 +105,7 @@ def _record(task: tuple[RunGrid, GridCell, Path]) -> None:
 
 
 def is_whole(folder: Path) -> bool:
-    """Whether a run was recorded to its end, and its recording is as it was written."""
+    """Whether a run was recorded to its end, and its recording is undamaged."""
     if not (folder / RUN_NAME).is_file():
         return False
     try:

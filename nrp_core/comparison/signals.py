@@ -55,7 +55,7 @@ class RunSignals:
 
     @property
     def label(self) -> str:
-        """Backends and seed, for people."""
+        """Backends and seed as a text."""
         return f"{self.brain} x {self.world}, seed {self.run.get('seed', '?')}"
 
     @property

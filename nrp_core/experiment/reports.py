@@ -22,10 +22,10 @@ class Account:
     """The reports of one backend about one experiment.
 
     Args:
-        experiment: its name.
-        brain: the backend's name.
+        experiment: name of the experiment.
+        brain: name of the backend.
         neurons, synapses: the size of the network.
-        digest: of the network.
+        digest: digest of the network.
         reports: the reports of the backend.
     """
 
@@ -40,7 +40,7 @@ class Account:
 def account_of(
     experiment: Experiment, progress: ProgressCallback = no_progress, build: Build = build_here
 ) -> Account:
-    """Build the network of an experiment and return what its brain backend reports about it.
+    """Build the network of an experiment and return the reports of its brain backend about it.
 
     Args:
         experiment: the experiment.
@@ -49,7 +49,7 @@ def account_of(
 
     Raises:
         BackendError: the backend is missing or broken.
-        CapabilityError: it reports nothing, or does not take the network.
+        CapabilityError: it does not report, or cannot simulate the network.
         InvalidExperimentError: anything else about the brain is wrong.
     """
     collector, name = Collector(experiment.source), experiment.brain.backend
@@ -57,9 +57,9 @@ def account_of(
     collector.raise_errors()
     assert side is not None
     if type(side.backend).reports is BrainBackend.reports:
-        others = ", ".join(reporting()) or "none that is installed"
+        others = ", ".join(reporting()) or "none of the installed ones"
         raise CapabilityError(
-            f"the brain backend '{name}' reports nothing about networks; these do: {others}"
+            f"the brain backend '{name}' has no reports about networks; these have: {others}"
         )
     progress(building(experiment))
     experiment, _ = with_parameters(experiment, collector)
@@ -67,7 +67,7 @@ def account_of(
     collector.raise_errors()
     assert network is not None
     side.capabilities.require(network, name)
-    progress("looking at the network")
+    progress("collecting reports about the network")
     with collector.during(Code.NRP208, "brain", "model"), named(name, "report about the network"):
         reports = side.backend.reports(network, side.options)
     collector.raise_errors()
@@ -83,5 +83,5 @@ def reporting() -> list[str]:
 def _reports(name: str) -> bool:
     try:
         return type(brains().load(name)).reports is not BrainBackend.reports
-    except Exception:  # noqa: BLE001  one that is broken hides no other
+    except Exception:  # noqa: BLE001  a broken backend does not hide the others
         return False

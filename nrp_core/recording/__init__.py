@@ -1,1 +1,1 @@
-"""Recordings: a folder with the experiment's files, what ran, and every message in one MCAP file."""
+"""Recordings: a folder with the experiment's files, data about the run, and every message in an MCAP file."""

@@ -2,10 +2,10 @@
 
 A recording is a folder::
 
-    run.json         what ran: versions, machine, seed, options; at the end the result
+    run.json         description of the run: versions, machine, seed, options; at the end its result
     recording.mcap   every message, in the encoding of ROS 2, stamped with simulated time
-    experiment.yaml  the experiment as it was run, overrides and all: ``nrp run`` takes the folder
-    experiment/      the files that were used, in their places relative to each other
+    experiment.yaml  the experiment with its overrides; ``nrp run`` takes the folder
+    experiment/      the files that were used, with their relative paths
     csv/             the files of CSV recorders
 """
 
@@ -23,31 +23,31 @@ CSV_FOLDER = "csv"
 EXPERIMENT_NAME = "experiment.yaml"
 
 RUNNING = "running"
-"""State of a recording whose run goes on, or was killed; else how it ended."""
+"""State of a recording while its run continues, or after it was killed."""
 
 SCENE = "/scene"
-"""Topic of the look of the scene, as Foxglove's entities, in the frames of the links that they move with."""
+"""Topic of the visuals of the scene, as Foxglove's entities, in the frames of their links."""
 TRANSFORMS = "/tf"
 """Topic of the poses of links that can move, in the frame of the world."""
 WORLD_FRAME = "world"
 MESH_TYPE = "model/stl"
 """Media type of the meshes in a recording."""
 STEPS = "/nrp/steps"
-"""Topic of the hash of every step; the messages since the last one are those of the step."""
+"""Topic of the hash of every step; the step's messages are those since the previous hash."""
 SNAPSHOTS = "/nrp/snapshots"
 """Topic of the complete state of the run, at intervals."""
 PUBLISHED = "/nrp/published"
 """Topic of messages from outside the run."""
 CALLED = "/nrp/called"
-"""Topic of other calls from outside the run: transfer functions exchanged, models added."""
+"""Topic of other calls from outside the run: replaced transfer functions, added models."""
 
 
 class Images(StrEnum):
     """How camera images are recorded."""
 
     EXACT = "exact"
-    """As they are, so that a replay sees every bit. The file is packed: a drawn scene of 320x240 takes some
-    5 kB an image and is recorded quicker than as JPEG; one full of noise takes 230 kB."""
+    """Lossless, so that a replay can compare every bit. The file is compressed: an image of a drawn scene,
+    320x240, takes about 5 kB and is recorded faster than as JPEG; an image of noise takes 230 kB."""
     JPEG = "jpeg"
     """With small losses, as ``sensor_msgs/CompressedImage`` on ``<topic>/compressed``: for real cameras."""
     HASH = "hash"
@@ -60,11 +60,11 @@ class Role(StrEnum):
     """The role of a topic in a recording, in the metadata of each channel."""
 
     SCENE = "scene"
-    """The look of the room and the robots at the start."""
+    """The visuals of the room and the robots."""
     MODELS = "models"
     """Poses of the moving models, every step."""
     TRANSFORMS = "transforms"
-    """Where the moving links are, for viewers; it does not count as a result of the run."""
+    """Poses of the moving links, for viewers; they do not count as a result of the run."""
     SENSOR = "sensor"
     """Sensor data of the world."""
     CAMERA = "camera"
@@ -74,9 +74,9 @@ class Role(StrEnum):
     SPIKES = "spikes"
     """The spikes of a population."""
     SINK = "sink"
-    """The value of a device that listens to neurons, whenever it changed."""
+    """The value of a device that records neurons, whenever it changes."""
     SOURCE = "source"
-    """The settings of a device that acts on neurons, whenever they changed."""
+    """The settings of a device that drives neurons, whenever they change."""
     RUN = "run"
     """Data of the platform to verify and continue a run."""
 
@@ -92,7 +92,7 @@ def device_topic(device: str, quantity: str) -> str:
 
 
 def compressed_topic(camera: str) -> str:
-    """Return the topic of a camera's compressed images, named as ROS names it."""
+    """Return the topic of a camera's compressed images, by ROS's convention."""
     return f"{camera}/compressed"
 
 
@@ -108,4 +108,4 @@ def check_folder(folder: Path) -> None:
         ExperimentError: the folder is a file, or not empty.
     """
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
-        raise ExperimentError("there is something already; a recording begins in a new folder", path=folder)
+        raise ExperimentError("it is not empty; a recording needs a new folder", path=folder)

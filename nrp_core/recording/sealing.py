@@ -1,4 +1,4 @@
-"""JSON files that show whether they are as they were written: each holds a digest of all else in it."""
+"""JSON files with a digest of their contents, which shows damage and changes."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from nrp_core.errors import ExperimentError
 
 DIGEST = "digest"
 """Key of the SHA-256 of all other keys."""
+DAMAGED = "was changed or damaged since it was written"
 
 _ODD_NAMES = "surrogateescape"
-"""The name of a file need not be text."""
+"""Names of files may have bytes that are not UTF-8."""
 
 
 def sealed(data: Mapping[str, Any]) -> bytes:
@@ -29,7 +30,7 @@ def read_sealed(path: Path) -> dict[str, Any]:
     """Return the data of a file that :func:`sealed` made.
 
     Raises:
-        ExperimentError: it cannot be read, or one of its bytes is not as it was written.
+        ExperimentError: it cannot be read, or was changed or damaged.
     """
     try:
         written = path.read_bytes()
@@ -40,15 +41,15 @@ def read_sealed(path: Path) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:
         raise ExperimentError(f"cannot be read as JSON: {error}", path=path) from error
     if not intact:
-        raise ExperimentError("was changed or damaged since it was written", path=path)
+        raise ExperimentError(DAMAGED, path=path)
     return dict(data)
 
 
 def file_digest(path: Path) -> str:
     """Return the SHA-256 of a file, read in blocks.
 
-    Of the standard library's hashes without known collisions it is the fastest where the processor has
-    instructions for it (1.7 GB/s, BLAKE2b 1.5 GB/s), and ``sha256sum`` makes the same.
+    Of the standard library's hashes without known collisions it is the fastest on processors with
+    instructions for it (1.7 GB/s, BLAKE2b 1.5 GB/s), and ``sha256sum`` computes the same.
 
     Raises:
         OSError: it cannot be read.

@@ -28,7 +28,7 @@ def test_a_script_without_a_right_in_a_check_gets_that_reason(
     monkeypatch.setenv("TMPDIR", str(tmp_path / "scratch"))  # pytest's own folders are temporary files too
     (husky / "brain.py").write_text(f"{line}\n")
     (finding,) = validate_file(husky)
-    assert "a check executes the script without network" in finding.message
+    assert "a check executes the script without network access" in finding.message
     (husky / "brain.py").write_text("open('no/such/file')\n")
     (finding,) = validate_file(husky)
     assert "No such file" in finding.message

@@ -110,15 +110,15 @@ LOST = [
     ("eye.rate == 3", "'eye.rate == 3' compares and assigns nothing: '=' assigns"),
     ("n.value == max(n.value, 3)", "'n.value == max(n.value, 3)' compares and assigns nothing"),
     ("try:\n    n.value == 3\nexcept ValueError:\n    pass", "compares and assigns nothing"),
-    ("n.value < 3", "the value of 'n.value < 3' is lost"),
-    ("rows.value.clear", "'rows.value.clear' alone does nothing: it is not called, assigned or returned"),
-    ("wheel", "'wheel' alone does nothing"),
-    ("rows.value[0]", "'rows.value[0]' alone does nothing"),
-    ("wheel.voltage * 2.0", "the value of 'wheel.voltage * 2.0' is lost"),
-    ("max(t, 1.0) + 1", "the value of 'max(t, 1.0) + 1' is lost"),
-    ("-wheel.voltage", "the value of '-wheel.voltage' is lost"),
-    ("wheel.voltage, t", "the value of '(wheel.voltage, t)' is lost"),
-    ("if t:\n    t > 3 and wheel.voltage > 2", "is lost"),
+    ("n.value < 3", "the value of 'n.value < 3' is not used"),
+    ("rows.value.clear", "'rows.value.clear' alone has no effect: it is not called, assigned or returned"),
+    ("wheel", "'wheel' alone has no effect"),
+    ("rows.value[0]", "'rows.value[0]' alone has no effect"),
+    ("wheel.voltage * 2.0", "the value of 'wheel.voltage * 2.0' is not used"),
+    ("max(t, 1.0) + 1", "the value of 'max(t, 1.0) + 1' is not used"),
+    ("-wheel.voltage", "the value of '-wheel.voltage' is not used"),
+    ("wheel.voltage, t", "the value of '(wheel.voltage, t)' is not used"),
+    ("if t:\n    t > 3 and wheel.voltage > 2", "is not used"),
     ("Twist(linear=Vector3(x=1.0))", "the message 'Twist(linear=Vector3(x=1.0))' is made and not sent"),
     ("go = Twist()\ngo.linear.x = wheel.voltage", "the message 'go' is filled and not sent"),
     ("go = Twist(linear=Vector3())\nif t > 1:\n    go.angular.z += 1.0", "'go' is filled and not sent"),
@@ -312,7 +312,7 @@ def test_two_initial_values_of_a_shared_variable_contradict(husky: Path) -> None
     text = SHARED.format(first="1", second="initial_value=2, ", scope="nrp.GLOBAL")
     (finding,) = found_in(husky, text)
     assert (finding.code.name, finding.line, finding.level) == ("NRP210", 5, Level.WARNING)
-    assert finding.message == "'mood' begins with 1, which 'one' gives it, not with 2"
+    assert finding.message == "'mood' starts as 1, from 'one', not as 2"
 
 
 @pytest.mark.parametrize(
@@ -337,7 +337,7 @@ GONE = {
 def test_a_function_that_the_file_never_reaches_is_not_registered(husky: Path, text: str) -> None:
     (finding,) = found_in(husky, text + FUNCTION.format("g"))
     assert (finding.code.name, finding.level) == ("NRP210", GONE[text])
-    assert finding.message == "'f' is not registered: the file never gets there"
+    assert finding.message == "'f' is not registered: this code is never reached"
 
 
 def test_functions_that_are_reached_elsewhere_are_not_reported(husky: Path) -> None:

@@ -111,7 +111,7 @@ def test_a_missing_experiment_is_a_finding_in_every_format(
 ) -> None:
     code, out, err = nrp("validate", "nowhere", "--format", form)
     assert code == 3
-    assert "there is no experiment 'nowhere'" in out + err
+    assert "there is no experiment or file 'nowhere'" in out + err
     assert "NRP204" in out + err
     if form in ("json", "sarif"):
         json.loads(out)

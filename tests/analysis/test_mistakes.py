@@ -121,7 +121,7 @@ _SOUND = {
         ({"start": "1e6"}, "the source 'noise' does not fire before 1e+06 ms"),
         ({"connector": "FixedProbabilityConnector(0.0)"}, "the projection 'a' has no synapse"),
         ({"weight": "0.0"}, "the projection 'a' has no effect: all its weights are 0"),
-        ({"delay": "1e6"}, "the projection 'a' delivers no spike before 1e+06 ms"),
+        ({"delay": "1e6"}, "the projection 'a' transmits no spikes before 1e+06 ms"),
         ({}, ""),
     ],
 )

@@ -274,7 +274,7 @@ def test_a_sensor_that_the_world_does_not_simulate_is_named(
     monkeypatch.setattr(MujocoBackend, "capabilities", lambda self, options: blind)
     (finding,) = [one for one in validate_file(husky) if one.level is Level.WARNING]
     assert finding.code.name == "NRP216"
-    assert finding.message == "nothing comes for 'camera': the world backend 'mujoco' has no renderers"
+    assert finding.message == "'camera' gets no messages: the world backend 'mujoco' has no renderers"
     assert finding.path == husky / "listing2.py"
 
 
@@ -286,7 +286,7 @@ def test_wheels_that_the_world_does_not_turn_are_named(husky: Path, monkeypatch:
         "@nrp.Robot2Neuron()\ndef listen(t, wheels):\n    print(wheels.value)\n"
     )
     warned = [one.message for one in validate_file(husky) if one.level is Level.WARNING]
-    assert "nothing comes for 'wheels': the world backend 'mujoco' has no dynamics" in warned
+    assert "'wheels' gets no messages: the world backend 'mujoco' has no dynamics" in warned
 
 
 def refused(folder: Path, monkeypatch: pytest.MonkeyPatch, **has: Any) -> list[str]:

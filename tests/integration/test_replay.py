@@ -237,8 +237,8 @@ def test_somebody_elses_program_reads_every_message(made: Made) -> None:
 @pytest.mark.parametrize(
     ("request_", "message"),
     [
-        (ReplayRequest(from_ns=round(1.61 * S)), r"there is no step at 1\.61 s; the next is at 1\.62 s"),
-        (ReplayRequest(from_ns=9 * S), "there is no step at 9 s; the recording goes to 3 s"),
+        (ReplayRequest(from_ns=round(1.61 * S)), r"there is no step at 1\.61 s; the next step is at 1\.62 s"),
+        (ReplayRequest(from_ns=9 * S), "there is no step at 9 s; the recording ends at 3 s"),
         (ReplayRequest(from_ns=S, recorded=frozenset({"world"})), "only be played back from the beginning"),
     ],
 )
@@ -355,8 +355,8 @@ def test_edited_functions_take_the_place_of_those_that_were_changed(changed: Mad
     )
     outcome = changed.replay(request, verify=False)
     assert outcome.warnings.messages == [
-        "from 1.2 s on the transfer functions are those of the files; how they were changed while the run "
-        "went on is left out"
+        "from 1.2 s on the transfer functions are those of the files; changes made to them "
+        "during the recorded run are left out"
     ]
     assert Made(folder, {}).replay().identical
 
@@ -383,15 +383,15 @@ def test_an_action_that_a_replay_cannot_repeat_is_reported(tmp_path: Path) -> No
         run.run()
         recording_folder.close("finished")
         lost = [
-            "a replay does without changes of devices of the brain from Python: probe",
-            "a replay does without stand: only transfer functions from files are recorded",
+            "a replay cannot repeat changes of devices of the brain from Python: probe",
+            "a replay cannot repeat stand: only transfer functions from files are recorded",
         ]
         assert recording_folder.warnings.messages == lost
     outcome = Made(folder, {}).replay()
     assert outcome.warnings.messages == lost[:1]
     assert outcome.difference is not None
     assert outcome.difference.signal == "/brain/devices/probe/voltage"
-    with pytest.raises(SnapshotError, match=r"other devices.*; a replay does without .* probe; .* stand"):
+    with pytest.raises(SnapshotError, match=r"other devices.*; a replay cannot repeat .* probe; .* stand"):
         Made(folder, {}).replay(ReplayRequest(from_ns=S // 10))
 
 

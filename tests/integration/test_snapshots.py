@@ -90,7 +90,7 @@ def test_snapshots_that_fit_are_used_silently(recording: Path) -> None:
     ("change", "whose"),
     [
         (of_other_code, "other code of nrp_brain_event"),
-        (lambda told: told.pop("code"), "code of which nothing is known"),
+        (lambda told: told.pop("code"), "unknown code"),
     ],
 )
 def test_snapshots_of_other_code_are_not_touched(
@@ -135,7 +135,7 @@ def test_where_it_does_not_fit_the_error_says_why_and_what_can_be_done(continued
     message = str(refused.value)
     assert message.startswith("MujocoEngine failed to restore at 0 s: ")
     assert "it was made by other code of nrp_brain_event" in message
-    assert message.endswith("go on anew from 'recording' at 0.5 s, which this one continues")
+    assert message.endswith("continue again from 'recording' at 0.5 s, from which this run started")
 
 
 @pytest.mark.parametrize(

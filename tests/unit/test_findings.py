@@ -1,7 +1,9 @@
 """Findings: what is wrong, where, as text, data and errors."""
 
+import ast
 import json
 import pickle
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
@@ -154,3 +156,29 @@ def test_the_words_of_a_shared_refusal_stand_in_one_file(words: str) -> None:
         if words in file.read_text("utf-8")
     ]
     assert files == [root / "nrp_core" / "findings" / "capabilities.py"]
+
+
+def templates(source: str) -> set[str]:
+    """Return the texts and f-strings of a file with six words or more, but not its docstrings.
+
+    A value in an f-string is ``{}``.
+    """
+    nodes = list(ast.walk(ast.parse(source)))
+    parts: set[ast.AST] = {part for node in nodes if isinstance(node, ast.JoinedStr) for part in node.values}
+    parts |= {node.value for node in nodes if isinstance(node, ast.Expr)}
+
+    def text(node: ast.AST) -> str:
+        if isinstance(node, ast.JoinedStr):
+            return "".join(text(part) or "{}" for part in node.values)
+        return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else ""
+
+    return {words for node in nodes if node not in parts and len((words := text(node)).split()) > 5}
+
+
+def test_the_message_of_a_finding_is_written_in_one_file() -> None:
+    root = Path(nrp_core.__file__).parents[1]
+    sources = [path.read_text() for path in (root / "nrp_core").rglob("*.py") if "codes" not in path.parts]
+    count = Counter(words for source in sources for words in templates(source))
+    of_findings = {words for source in sources if "Code.NRP" in source for words in templates(source)}
+    assert len(of_findings) > 500
+    assert not {words for words in of_findings if count[words] > 1}

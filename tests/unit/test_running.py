@@ -34,7 +34,7 @@ def test_a_run_is_recorded_with_all_that_it_used(tmp_path: Path) -> None:
 
 def test_a_folder_that_holds_something_is_refused_before_anything_is_opened(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
-    with pytest.raises(ExperimentError, match="there is something already"):
+    with pytest.raises(ExperimentError, match="it is not empty"):
         nrp_core.run("no such experiment", record=tmp_path)
 
 

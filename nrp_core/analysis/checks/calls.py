@@ -97,7 +97,7 @@ def nothing_depends_on_the_clock(function: Examined) -> Iterator[Finding]:
             message = f"'{name}' stops the whole loop: simulated time stands still meanwhile"
             yield function.declared.finding(Code.NRP243, node, message, Level.WARNING)
         elif called in _CLOCKS or (called.startswith("random.") and called not in _SEEDED):
-            message = f"'{name}' is another one in each run"
+            message = f"'{name}' differs between runs"
             yield function.declared.finding(Code.NRP243, node, message, Level.NOTE)
 
 

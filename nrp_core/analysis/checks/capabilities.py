@@ -33,7 +33,7 @@ def the_world_has_the_sensors(study: Study) -> Iterator[Finding]:
     for examined in study.examined:
         for name, adapter in examined.adapters.items():
             if isinstance(adapter, SubscribedTopic) and adapter.name in lacking:
-                message = f"nothing comes for '{name}': {lacking[adapter.name]}"
+                message = f"'{name}' gets no messages: {lacking[adapter.name]}"
                 node = examined.declared.nodes.get(name)
                 yield examined.declared.finding(Code.NRP216, node, message, Level.WARNING)
     experiment = study.experiment

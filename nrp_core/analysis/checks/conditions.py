@@ -36,11 +36,11 @@ def criteria_count_some_time(study: Study) -> Iterator[Finding]:
         place = experiment.place(*keys, "during")
         for moment in (during.since, during.until):
             if isinstance(moment, int) and moment > end_ns:
-                message = f"{seconds(moment):g} s never comes: the run ends at {seconds(end_ns):g} s"
+                message = f"{seconds(moment):g} s is never reached: the run ends at {seconds(end_ns):g} s"
                 yield place.finding(Code.NRP248, message, Level.WARNING)
         wrong = _never_counts(during, experiment)
         if wrong:
-            yield place.finding(Code.NRP248, f"it never counts: {wrong}", Level.WARNING)
+            yield place.finding(Code.NRP248, f"it is never evaluated: {wrong}", Level.WARNING)
 
 
 def _never_counts(during: During, experiment: Experiment) -> str:
@@ -83,7 +83,7 @@ def topics_of_criteria_are_published(study: Study) -> Iterator[Finding]:
     for keys, wanted in _conditions(experiment):
         name = experiment.aliases.get(wanted.name, wanted.name)
         if keys[0] == "criteria" and name in experiment.topics and name not in spoken:
-            message = f"no transfer function and no event publishes on '{wanted.name}': it says nothing"
+            message = f"no transfer function and no event publishes on '{wanted.name}': it has no value"
             yield experiment.place(*keys, "name").finding(Code.NRP212, message, Level.WARNING)
 
 
@@ -102,7 +102,7 @@ def criteria_are_not_met_at_once(study: Study) -> Iterator[Finding]:
         except NrpError:  # reported by the check of events and criteria
             continue
         if distance <= near.within:
-            message = f"'{name}' is met before anything moves: '{near.model}' begins {distance:.2g} m away"
+            message = f"'{name}' is met before anything moves: '{near.model}' starts {distance:.2g} m away"
             place = study.experiment.place("criteria", name, "near", "within")
             yield place.finding(Code.NRP248, message, Level.WARNING)
 

@@ -1,10 +1,11 @@
-"""Statements whose result is lost: bare expressions, and values that are computed or filled for nothing."""
+"""Statements without effect: bare expressions, and values that are computed or filled but not used."""
 
 from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
 
+from nrp_core.analysis.checks.names import unused_value
 from nrp_core.analysis.declared import Function, found_in
 from nrp_core.analysis.events import Call
 from nrp_core.analysis.registry import checks_experiment, checks_function
@@ -26,12 +27,12 @@ _FRESH = (
 _FILLING = frozenset({"append", "extend", "insert", "add", "update", "setdefault"})
 """Methods of containers whose only effect is on the container."""
 _LOOKING = frozenset({"locals", "vars", "exec", "eval"})
-"""Functions that see names which are not written."""
+"""Functions that can read names which do not occur in the code."""
 
 
 @checks_experiment(Code.NRP300)
 def statements_have_an_effect(study: Study) -> Iterator[Finding]:
-    """Look for expressions that stand alone and do nothing."""
+    """Look for expression statements without effect."""
     sources = [source for listing in study.listings for source in listing.sources]
     for source in [*sources, *study.neighbours]:
         tried = {
@@ -49,11 +50,11 @@ def statements_have_an_effect(study: Study) -> Iterator[Finding]:
 
 
 def _lost(value: ast.expr, is_tried: bool) -> str:
-    """Return why a bare expression does nothing; empty if it may do something.
+    """Return why a bare expression has no effect; empty if it may have one.
 
     Args:
         value: the expression.
-        is_tried: whether an exception of it is caught: then it may be a test.
+        is_tried: whether its exceptions are caught: then it may be a test.
     """
     text = f"{ast.unparse(value):.60}"
     if isinstance(value, ast.Compare) and all(isinstance(sign, ast.Eq) for sign in value.ops):
@@ -63,13 +64,13 @@ def _lost(value: ast.expr, is_tried: bool) -> str:
     if isinstance(value, ast.Compare) or (
         isinstance(value, ast.BinOp) and isinstance(value.op, _ARITHMETIC) and not _is_text(value.left)
     ):
-        return f"the value of '{text}' is lost"
+        return f"the value of '{text}' is not used"
     if any(isinstance(one, _ACTIVE) for one in ast.walk(value)):
         return ""
     if isinstance(value, _LOOKUPS):
-        return f"'{text}' alone does nothing: it is not called, assigned or returned"
+        return f"'{text}' alone has no effect: it is not called, assigned or returned"
     if isinstance(value, (ast.BoolOp, ast.UnaryOp, ast.IfExp, ast.JoinedStr)) or _is_plain(value):
-        return f"the value of '{text}' is lost"
+        return f"the value of '{text}' is not used"
     return ""
 
 
@@ -97,11 +98,7 @@ def values_go_somewhere(function: Examined) -> Iterator[Finding]:
             message = f"the message '{ast.unparse(node.value):.60}' is made and not sent"
             yield function.declared.finding(Code.NRP300, node, message, Level.WARNING)
     for target, made in _filled(function.declared.node, messages):
-        what = (
-            f"the message '{target.id}' is filled and not sent"
-            if made
-            else f"the value of '{target.id}' is never used"
-        )
+        what = f"the message '{target.id}' is filled and not sent" if made else unused_value(target.id)
         yield function.declared.finding(Code.NRP300, target, what, Level.WARNING)
 
 
@@ -110,7 +107,7 @@ def _is_message(callee: object) -> bool:
 
 
 def _filled(function: Function, messages: set[int]) -> Iterator[tuple[ast.Name, bool]]:
-    """Yield the locals whose values flow only back to themselves, and whether each is a message."""
+    """Yield the local names that are only used to change themselves, and whether each is a message."""
     nodes = list(own_nodes(function.body))
     if any(isinstance(one, ast.Name) and one.id in _LOOKING for one in nodes):
         return
@@ -152,7 +149,7 @@ def _assignments(nodes: list[ast.AST]) -> Iterator[tuple[ast.expr, ast.expr]]:
 
 
 def _flows(nodes: list[ast.AST]) -> dict[int, str]:
-    """Return the uses of names that only change the value of the same name: ``x.a = 3``, ``x = x + 1``."""
+    """Return the uses of names that only change the same name: ``x.a = 3``, ``x = x + 1``."""
     found: dict[int, str] = {}
     for node in nodes:
         match node:

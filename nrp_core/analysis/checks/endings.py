@@ -1,4 +1,4 @@
-"""Functions that end the process or take its signals."""
+"""Functions that end the process or handle its signals."""
 
 from __future__ import annotations
 
@@ -51,5 +51,5 @@ def _wrong(callee: ast.expr, own: set[str], imported: dict[str, str], known: set
 
 
 def _only_asks(call: ast.Call) -> bool:
-    """Return whether a signal is 0, which only asks whether a process exists."""
+    """Return whether a signal is 0, which only checks whether a process exists."""
     return len(call.args) == 2 and isinstance(call.args[1], ast.Constant) and call.args[1].value == 0

@@ -17,7 +17,7 @@ _SAVERS = frozenset(
      "cv2.imwrite", "joblib.dump"}
 )  # fmt: skip
 _METHODS = frozenset({"write_text", "write_bytes", "tofile", "savefig"})
-"""Methods whose only meaning is to write a file."""
+"""Methods that only write files."""
 _TABLES = frozenset({"to_csv", "to_excel", "to_hdf", "to_pickle", "to_parquet", "to_feather"})
 """Methods of tables that write a file if they get a first argument."""
 _IN_MEMORY = frozenset({"BytesIO", "StringIO"})
@@ -36,7 +36,7 @@ def files_are_left_to_recorders(function: Examined) -> Iterator[Finding]:
             if isinstance(node, ast.Call) and _writes(node, own, imported):
                 name = f"{ast.unparse(node):.60}"
                 message = (
-                    f"'{name}' writes a file that reset, replay and confined runs do not know: "
+                    f"'{name}' writes a file, which reset, replay and confined runs do not handle: "
                     "record values with the CSV recorder (nrp.MapCSVRecorder)"
                 )
                 yield function.declared.finding(Code.NRP303, node, message, Level.WARNING)

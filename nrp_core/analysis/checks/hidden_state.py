@@ -21,7 +21,7 @@ _MAKERS = frozenset(
     {"list", "dict", "set", "bytearray", "deque", "defaultdict", "OrderedDict", "Counter", "array", "zeros",
      "ones", "empty", "full", "arange", "linspace", "eye"}
 )  # fmt: skip
-"""Functions and classes that give a container or an array, by the last part of their name."""
+"""Functions and classes that return a container or an array, by the last part of their name."""
 
 
 @checks_function(Code.NRP301)
@@ -55,7 +55,7 @@ def _is_module(owner: object) -> bool:
 
 
 def _kept_in(tree: ast.Module) -> dict[str, frozenset[str]]:
-    """Return the names of a file for objects that can change, with the methods that change them."""
+    """Return the names of mutable objects in a file, with the methods that change them."""
     nodes = list(own_nodes(tree.body))
     classes = {node.name: _changing_methods(node) for node in nodes if isinstance(node, ast.ClassDef)}
     found = {name: frozenset[str]() for name in classes}
@@ -82,7 +82,7 @@ def _changing_methods(node: ast.ClassDef) -> frozenset[str]:
 
 
 def _maker(value: ast.expr) -> str:
-    """Return the last part of the name of what makes a value."""
+    """Return the last part of the name of the function or class that creates a value."""
     match value:
         case ast.Call(ast.Name(name)) | ast.Call(ast.Attribute(attr=name)):
             return name
@@ -143,7 +143,7 @@ def _changed(function: Function, kept: Mapping[str, frozenset[str]]) -> Iterator
 
 
 def _changes(function: Function) -> Iterator[tuple[ast.Name, ast.expr, str]]:
-    """Yield what a function may change in place, with the method of it that is called, if one is.
+    """Yield the objects that a function may change in place, with the called method, if any.
 
     ``x[:] = ...`` is left out: it replaces all old values.
     """
@@ -174,7 +174,7 @@ def _is_whole(target: ast.expr) -> bool:
 
 
 def _defaults(function: Function, functions: list[Function]) -> Iterator[tuple[str, ast.AST]]:
-    """Yield the default values that a function changes where a call leaves them to it."""
+    """Yield the default values that a function changes if a call does not give the argument."""
     mutable = _mutable_defaults(function)
     changed = {root.id for root, _, method in _changes(function) if not method or method in CHANGING}
     calls = [
@@ -189,7 +189,7 @@ def _defaults(function: Function, functions: list[Function]) -> Iterator[tuple[s
 
 
 def _mutable_defaults(function: Function) -> Mapping[str, tuple[int, ast.expr]]:
-    """Return the default values that can change: the parameter, with its index and its default."""
+    """Return the mutable default values: the parameter, its index and its default."""
     arguments = [*function.args.posonlyargs, *function.args.args]
     first = len(arguments) - len(function.args.defaults)
     found = {arguments[i].arg: (i, value) for i, value in enumerate(function.args.defaults, start=first)}
@@ -204,6 +204,6 @@ def _mutable_defaults(function: Function) -> Mapping[str, tuple[int, ast.expr]]:
 
 
 def _gives(call: ast.Call, name: str, index: int) -> bool:
-    """Return whether a call may give an argument itself."""
+    """Return whether a call may give the argument."""
     unclear = any(isinstance(one, ast.Starred) for one in call.args) or len(call.args) > index
     return unclear or any(keyword.arg in (name, None) for keyword in call.keywords)

@@ -23,7 +23,7 @@ _OF_MANY: tuple[Any, ...] = (min, max, sum)
 
 @checks_function(Code.NRP252)
 def indexed_values_have_items(function: Examined) -> Iterator[Finding]:
-    """Look for items of values that have none or fewer."""
+    """Look for items of values without items, and for indices out of range."""
     for event in function.events:
         match event:
             case Index(node, Known(DeviceGroup() as group), Known(int() as index)):
@@ -37,7 +37,7 @@ def indexed_values_have_items(function: Examined) -> Iterator[Finding]:
                 what = _without_items(function, owner)
                 if not what:
                     continue
-                message = f"{callee.__name__} of one thing is of its items, and {what} has none"
+                message = f"{callee.__name__} of one argument needs items, and {what} has none"
             case Index(node, owner, _):
                 what = _without_items(function, owner)
                 if not what:
@@ -76,7 +76,7 @@ def groups_get_a_value_for_each(function: Examined) -> Iterator[Finding]:
 
 @checks_function(Code.NRP253)
 def parameters_stay_what_they_are(function: Examined) -> Iterator[Finding]:
-    """Look for parameters that are overwritten instead of setting an attribute of them."""
+    """Look for parameters that are overwritten, where an attribute was probably intended."""
     lost: dict[str, Shape] = {}
     for event in function.events:
         match event:
@@ -88,7 +88,7 @@ def parameters_stay_what_they_are(function: Examined) -> Iterator[Finding]:
                 if isinstance(owner, (Known, Instance)):
                     continue
                 message = (
-                    f"'{name}' was overwritten above and no longer stands for its device or topic; "
+                    f"'{name}' was overwritten above and is no longer its device or topic; "
                     f"did you mean '{name}.{node.attr} = ...' there?"
                 )
                 yield function.declared.finding(Code.NRP253, node, message, Level.WARNING)

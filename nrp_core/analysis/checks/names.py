@@ -28,7 +28,7 @@ _PLAIN = {
     messages.AssertTuple: "this assertion is always true: a tuple with items is; remove the parentheses",
     messages.IfTuple: "this condition is always true: a tuple with items is; remove the comma",
 }
-"""The messages that name nothing."""
+"""Messages without a name in them."""
 
 
 @checks_experiment(Code.NRP246, Code.NRP242, Code.NRP300)
@@ -54,12 +54,17 @@ def _at(found: messages.Message) -> ast.AST:
     return ast.Constant(None, lineno=found.lineno, col_offset=found.col)
 
 
+def unused_value(name: str) -> str:
+    """Return the message about a local name whose value is never used."""
+    return f"the value of '{name}' is never used"
+
+
 def _message(found: messages.Message, tree: ast.Module, known: set[str]) -> str:
     if type(found) in _PLAIN:
         return _PLAIN[type(found)]
     name = str(found.message_args[0])
     if isinstance(found, messages.UnusedVariable):
-        return f"the value of '{name}' is never used"
+        return unused_value(name)
     if isinstance(found, messages.UndefinedLocal):
         return f"'{name}' is used before it has a value"
     near = next(

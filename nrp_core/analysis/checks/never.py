@@ -43,7 +43,7 @@ def events_come_in_time(study: Study) -> Iterator[Finding]:
 
 
 def _comes_too_late(name: str, experiment: Experiment) -> Iterator[Finding]:
-    """Yield that an event follows others, each in time, by so much that the run is over."""
+    """Yield events that follow others so late that the run is over."""
     events, end_ns = experiment.events, experiment.duration
     first_ns, causes = earliest_ns(name, events), causes_of(name, events)
     alone_ns = max([_delay_ns(events[name]), *(earliest_ns(one, events) for one in causes)])
@@ -61,7 +61,7 @@ def earliest_ns(name: str, events: Mapping[str, Event]) -> int:
 
 
 def _delay_ns(event: Event) -> int:
-    """Return when an event happens at the earliest after the one that it waits for, or after the start."""
+    """Return the earliest time of an event after the one that it waits for, or after the start."""
     if event.at is not None:
         return event.at
     return 0 if event.when is None else event.when.after
@@ -105,7 +105,7 @@ def loops_end(function: Examined) -> Iterator[Finding]:
     """Look for ``while True`` loops without an exit."""
     for node in ast.walk(ast.Module(function.declared.node.body, [])):
         if isinstance(node, ast.While) and _is_true(node.test) and not _can_be_left(node):
-            message = "this loop has no way out; a transfer function runs once a step and returns"
+            message = "this loop never ends; a transfer function runs once a step and returns"
             yield function.declared.finding(Code.NRP251, node, message, Level.WARNING)
 
 

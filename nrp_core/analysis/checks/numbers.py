@@ -26,7 +26,7 @@ def nothing_is_divided_by_zero(function: Examined) -> Iterator[Finding]:
 
 @checks_function(Code.NRP233)
 def units_agree(function: Examined) -> Iterator[Finding]:
-    """Look for quantities in one unit that are used as if in another."""
+    """Look for quantities in one unit that are used in place of another."""
     for event in function.events:
         match event:
             case Write(node, Known(Device() | DeviceGroup()), name, True, value) if name in UNITS:

@@ -69,7 +69,7 @@ def _only_read(function: Examined) -> set[str]:
 
 @checks_function(Code.NRP236)
 def parameters_hide_nothing(function: Examined) -> Iterator[Finding]:
-    """Look for parameters that hide a name which every file is given."""
+    """Look for parameters that hide a predefined name of every file."""
     for name in function.function.parameters:
         if name in ("nrp", "Topic", *message_packages()):
             message = f"the parameter '{name}' hides '{name}', which every file of transfer functions has"
@@ -90,7 +90,7 @@ def returned_values_are_used(function: Examined) -> Iterator[Finding]:
     if topic is None and values:
         is_message = isinstance(values[0].value, Instance) and hasattr(values[0].value.cls, "__msgtype__")
         level = Level.WARNING if is_message else Level.NOTE
-        message = f"what '{name}' returns is not used: it has no topic"
+        message = f"the return value of '{name}' is not used: it has no topic"
         yield function.declared.finding(Code.NRP237, values[0].node, message, level)
 
 

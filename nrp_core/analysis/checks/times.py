@@ -18,12 +18,12 @@ def throttling_has_an_effect(function: Examined) -> Iterator[Finding]:
     if rate_hz is not None and rate_hz > NS_PER_S / timestep_ns * (1 + 1e-9):
         message = (
             f"throttling_rate is {rate_hz:g} Hz, but with steps of {milliseconds(timestep_ns):g} ms "
-            f"the loop gives {NS_PER_S / timestep_ns:g} Hz"
+            f"the loop runs at {NS_PER_S / timestep_ns:g} Hz"
         )
         node = function.declared.nodes.get("")
         yield function.declared.finding(Code.NRP234, node, message, Level.WARNING)
     if rate_hz is not None and rate_hz * function.experiment.duration < NS_PER_S:
-        message = f"throttling_rate is {rate_hz:g} Hz: it runs once in the whole experiment"
+        message = f"throttling_rate is {rate_hz:g} Hz: it runs only once in the experiment"
         node = function.declared.nodes.get("")
         yield function.declared.finding(Code.NRP234, node, message, Level.WARNING)
 

@@ -20,7 +20,7 @@ from nrp_core.world.messages.base import type_name
 
 _OF_VALUES: tuple[Any, ...] = (min, max, abs, float, int, round, sum, len)
 _TELLING = ("value", "voltage", "rate", "times", "amplitude", "mean")
-"""The attribute of a device, topic or variable that is usually meant."""
+"""The main attribute of a device, topic or variable."""
 _ARITHMETIC = ("__add__", "__radd__", "__sub__", "__mul__", "__rmul__", "__truediv__", "__neg__", "__float__")
 
 
@@ -30,7 +30,7 @@ def numbers_are_computed_with(function: Examined) -> Iterator[Finding]:
     for event in function.events:
         match event:
             case Compute(node, Known(DeviceGroup())):
-                wrong = f"'{ast.unparse(node)}' stands for a group of devices, not for a value"
+                wrong = f"'{ast.unparse(node)}' is a group of devices, not a value"
             case Compute(node, operand):
                 wrong = _no_number(function, operand)
             case Add(ast.BinOp() as node, left, right) | Multiply(node, left, right):
@@ -57,7 +57,7 @@ def ordered_values_are_compared(function: Examined) -> Iterator[Finding]:
         match event:
             case Add(ast.Compare(ops=signs) as node, left, right):
                 if any(isinstance(sign, ORDERS) for sign in signs) and _are_text_and_number(left, right):
-                    message = "a text and a number have no order; compare with float(text)"
+                    message = "a text and a number cannot be compared; use float(text)"
                     yield function.declared.finding(Code.NRP247, node, message)
 
 
@@ -89,7 +89,7 @@ def _text_and_number(node: ast.BinOp, left: Shape, right: Shape) -> str:
     repeats = isinstance(node.op, ast.Mult) and (_is(left, int) or _is(right, int))
     if repeats or not _are_text_and_number(left, right):
         return ""
-    return "a text and a number cannot be computed with; write f'...{number}', or float(text)"
+    return "a text and a number cannot be combined; write f'...{number}', or float(text)"
 
 
 def _are_text_and_number(left: Shape, right: Shape) -> bool:
@@ -104,7 +104,7 @@ def _list_and_number(left: Shape, right: Shape) -> str:
     for one, other in ((left, right), (right, left)):
         reads_group = isinstance(one, Items) and isinstance(one.item, Number) and one.item.unit
         if reads_group and isinstance(other, Known) and type(other.value) is float:  # a NumPy function works
-            return "a group gives a list, a number for each device: [2.0 * one for one in ...]"
+            return "a group returns a list with a number for each device: [2.0 * one for one in ...]"
     return ""
 
 
@@ -127,7 +127,7 @@ def _no_number(function: Examined, shape: Shape) -> str:
 
 
 def no_value(function: Examined, shape: Shape) -> str:
-    """Return why a parameter does not stand for a value; empty if it may."""
+    """Return why a parameter is not a value; empty if it may be one."""
     match shape:
         case Known(DeviceGroup()):
             return ""
@@ -135,7 +135,7 @@ def no_value(function: Examined, shape: Shape) -> str:
             name = function.parameter_of(shape) or "it"
             meant = next((one for one in _TELLING if one in names_of(shape)), "")
             hint = f"; did you mean '{name}.{meant}'?" if meant else ""
-            return f"'{name}' stands for a {_kind(adapter)}, not for a value{hint}"
+            return f"'{name}' is a {_kind(adapter)}, not a value{hint}"
     return ""
 
 

@@ -21,7 +21,7 @@ def shared_variables_are_global(function: Examined) -> Iterator[Finding]:
     """Look for variables that have a key for all functions and are local."""
     for name, node in _local(function):
         if any(one.arg == "global_key" for one in node.keywords):
-            message = f"'{name}' is not shared: its global_key counts with scope=nrp.GLOBAL only"
+            message = f"'{name}' is not shared: global_key has an effect only with scope=nrp.GLOBAL"
             yield function.declared.finding(Code.NRP210, node, message, Level.WARNING)
 
 
@@ -39,8 +39,7 @@ def shared_variables_begin_once(study: Study) -> Iterator[Finding]:
             other, initial = first.setdefault(key, (function, value))
             if initial != value:
                 message = (
-                    f"'{key}' begins with {initial!r:.40}, which '{other.function.name}' gives it, "
-                    f"not with {value!r:.40}"
+                    f"'{key}' starts as {initial!r:.40}, from '{other.function.name}', not as {value!r:.40}"
                 )
                 node = function.declared.nodes.get(name)
                 yield function.declared.finding(Code.NRP210, node, message, Level.WARNING)
@@ -74,7 +73,7 @@ def _place(node: ast.expr) -> tuple[int, int, str]:
 
 
 def _uses(statement: ast.stmt, name: str) -> list[ast.expr] | None:
-    """Return where a statement certainly reads a variable's value; None if the variable is not in it."""
+    """Return where a statement certainly reads a variable's value; None without such a place."""
     parts = list(ast.walk(statement))
     if not any(isinstance(one, ast.Name) and one.id == name for one in parts):
         return None

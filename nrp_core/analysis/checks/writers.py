@@ -12,6 +12,7 @@ from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
+from nrp_core.dsl.functions.collector import name_taken
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.parameters.adapter import Adapter
@@ -29,7 +30,7 @@ def names_are_used_once(study: Study) -> Iterator[Finding]:
         if name in first:
             other = first[name]
             place = f"{other.source.path}:{other.node.lineno}"
-            message = f"there is a transfer function '{name}' already, at {place}; rename one"
+            message = name_taken(name, place)
             yield declared.finding(Code.NRP235, declared.node, message)
         first.setdefault(name, declared)
 
@@ -69,7 +70,7 @@ def neurons_have_one_source_of_a_kind(study: Study) -> Iterator[Finding]:
         both = np.intersect1d(ids, others)
         if one.kind is other.kind and both.size:
             where = f"'{first}'" + ("" if owner is declared else f" of '{owner.function.name}'")
-            message = f"'{second}' drives neurons that {where} drives too: {other.selector!r}"
+            message = f"'{second}' drives neurons that {where} also drives: {other.selector!r}"
             node = declared.nodes.get(second)
             yield declared.finding(Code.NRP230, node, message, Level.WARNING)
 

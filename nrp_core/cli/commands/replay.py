@@ -58,7 +58,7 @@ def replay(
 ) -> None:
     """Run a recording again and report whether it is identical; this executes code from the recording.
 
-    With --verify, a recording of which a byte is not as it was written is not run: it proves nothing.
+    With --verify, a recording that was changed or damaged is not run, because it would prove nothing.
     """
     from nrp_core.cli.progress import display
     from nrp_core.cli.summary import tell_problems
@@ -118,7 +118,7 @@ def replay(
 
 
 def _refuse(flaws: Sequence[Flaw], *, as_json: bool) -> None:
-    """Report that a recording is not as it was written, and end."""
+    """Report that a recording was changed or damaged, and end."""
     if as_json:
         document({"identical": False, "verdict": "not identical", "flaws": flaws})
     else:

@@ -1,4 +1,4 @@
-"""Known differences in a file, so that only new ones count."""
+"""Known differences in a file, so that only new ones are reported."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from nrp_core.comparison.engines.verdict import EngineDifference, EngineVerdict
 from nrp_core.errors import ExperimentError
 
 _GROWTH = 0.25
-"""A known difference may be this share larger than it was, and still is known."""
+"""A known difference may become larger by this share."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class Baseline:
 
     @classmethod
     def of(cls, experiment: str, differences: Sequence[EngineDifference]) -> Baseline:
-        """Take all differences that matter as known."""
+        """Return the baseline with all differences that matter."""
         return cls(experiment, {one.key: one.amount for one in differences if one.matters})
 
     @classmethod

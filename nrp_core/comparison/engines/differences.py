@@ -1,4 +1,4 @@
-"""How two signals differ: in level, in time, and in noise."""
+"""The difference of two signals: level, delay and noise."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.comparison.engines.signals import Signal
 
 _WINDOW = 11
-"""Steps of the moving mean that parts a signal into its level and its noise."""
+"""Steps of the moving mean that separates a signal into its level and its noise."""
 _LAGS = 10
-"""Largest delay that is looked for, steps."""
+"""Maximum delay that is searched for, steps."""
 _EXPLAINS = 0.2
-"""A delay is one if the difference that it leaves is less than this share of the difference without it."""
+"""A delay is accepted if the remaining difference is less than this share of the difference without it."""
 _SILENT = 1e-3
 """Differences below this share of a signal are not searched for a delay."""
 
@@ -25,9 +25,9 @@ class SignalDifference:
     """The difference between a signal in two runs.
 
     Args:
-        level_percent: mean difference of the smoothed signals, once a delay is taken out, % of its amplitude.
-        delay_s: by how much the other is late, s.
-        noise_percent: root of the difference of the mean squares that smoothing takes away, % of its
+        level_percent: mean difference of the smoothed signals without the delay, % of the amplitude.
+        delay_s: delay of the other signal, s.
+        noise_percent: root of the difference of the mean squares that smoothing removes, % of the
             amplitude.
     """
 
@@ -40,7 +40,7 @@ MISSING = SignalDifference(inf, 0.0, 0.0)
 
 
 def difference(one: Signal, other: Signal, step_s: float) -> SignalDifference | None:
-    """Return how two signals differ; None where they have no step in common."""
+    """Return the difference of two signals; None if they have no step in common."""
     if one.values.shape[1] != other.values.shape[1]:
         return MISSING
     steps = min(len(one.values), len(other.values))
@@ -56,7 +56,7 @@ def difference(one: Signal, other: Signal, step_s: float) -> SignalDifference | 
     a, b = _shifted(a, b, lag)
     low_a, low_b = _smooth(a), _smooth(b)
     level = float(_size(low_b - low_a).mean()) / scale + abs(float(apart_in_presence))
-    noise = abs(_power(b - low_b) - _power(a - low_a)) ** 0.5  # independent noise adds in its squares
+    noise = abs(_power(b - low_b) - _power(a - low_a)) ** 0.5  # the squares of independent noise add up
     return SignalDifference(100 * level, lag * step_s, 100 * noise / scale)
 
 

@@ -14,7 +14,7 @@ from nrp_core.comparison.metrics.base import GivenMargins, Margin
 from nrp_core.comparison.signals import RunSignals
 
 _NEAR_S = 0.01
-"""Spikes of one neuron in two runs that are nearer than this are the same one."""
+"""Spikes of a neuron in two runs that are closer than this correspond to each other, s."""
 _FEWEST_SPIKES = 5
 
 
@@ -27,7 +27,7 @@ class Measure:
         title: name in a report.
         unit: unit of the difference and of its margin.
         margin: the largest difference that a user of the robot does not notice.
-        reason: why, in a sentence.
+        reason: the reason for this margin, as a sentence.
     """
 
     name: str
@@ -38,14 +38,14 @@ class Measure:
 
 
 MOTION = Measure(
-    "motion", "motion", "%", 1.0, "After a metre the robot is a centimetre off, as a real one is."
+    "motion", "motion", "%", 1.0, "After a metre the robot is off by a centimetre, as real robots are."
 )
 MOTION_DELAY = Measure(
     "motion_delay",
     "delay of motion",
     "ms",
     10.0,
-    "It is half of the usual step, the shortest that a loop knows.",
+    "It is half of the usual step, the shortest time in a loop.",
 )
 SENSOR = Measure(
     "sensor",
@@ -59,7 +59,7 @@ SENSOR_DELAY = Measure(
     "delay of sensors",
     "ms",
     10.0,
-    "It is half of the usual step: what is sensed acts a step later.",
+    "It is half of the usual step: sensor data acts one step later.",
 )
 SENSOR_NOISE = Measure(
     "sensor_noise",
@@ -73,35 +73,35 @@ CAMERA = Measure(
     "images",
     "%",
     2.0,
-    "Of full brightness: an eye does not see it, and a colour detector has such a band.",
+    "Share of full brightness: not visible, and within the tolerance of colour detectors.",
 )
 INPUT = Measure(
     "input",
     "input of the brain",
     "%",
     5.0,
-    "A Poisson source of 100 Hz varies by more than that in ten seconds' parts.",
+    "A Poisson source of 100 Hz varies by more than that between periods of ten seconds.",
 )
 FIRING = Measure(
     "firing",
     "firing rate",
     "%",
     3.0,
-    "A wheel that follows it turns 3 % faster; from trial to trial cells vary more.",
+    "A wheel that follows it turns 3 % faster; cells vary more from trial to trial.",
 )
 SPIKE_TIME = Measure(
     "spike_time",
     "spike times",
     "ms",
     4.0,
-    "It is a fifth of the usual step, in which a brain acts on its body once.",
+    "It is a fifth of the usual step, in which a brain acts once on its body.",
 )
 OUTPUT = Measure(
     "output",
     "output of the brain",
     "%",
     2.0,
-    "It drives the robot, whose wheels and motors are no more alike than that.",
+    "It drives the robot, whose wheels and motors differ by as much.",
 )
 MEASURES = (
     MOTION, MOTION_DELAY, SENSOR, SENSOR_DELAY, SENSOR_NOISE, CAMERA, INPUT, FIRING, SPIKE_TIME, OUTPUT,
@@ -128,13 +128,13 @@ class Apart:
 
 
 def measured(one: RunSignals, other: RunSignals, kinds: Iterable[Kind], *, spikes: bool) -> list[Apart]:
-    """Return how far two runs are apart in all parts of all measures.
+    """Return the differences of two runs in all parts of all measures.
 
     Args:
         one: a run.
-        other: another one over the same time.
-        kinds: which signals count.
-        spikes: whether the spikes count.
+        other: another run over the same time.
+        kinds: the kinds of signals to compare.
+        spikes: whether to compare spikes.
     """
     ours, theirs = signals_of(one), signals_of(other)
     chosen = frozenset(kinds)
@@ -170,25 +170,25 @@ def _firing(one: RunSignals, other: RunSignals) -> Iterator[Apart]:
 
 
 def _trains(run: RunSignals) -> Iterator[tuple[str, list[FloatArray]]]:
-    """Return the spikes of populations and named groups: single cells vary more than a robot notices."""
+    """Return the spikes of populations and named groups; single cells vary without effect on a robot."""
     for group in run.groups:
         yield group, run.trains_s(group)
 
 
 def _more_percent(one: int, other: int, cells: int) -> float:
-    """Return by how many more spikes there are, %; one for each cell, at the edge of a run, is left out."""
+    """Return the difference in the number of spikes, %, beyond one for each cell at the ends of a run."""
     apart = max(abs(other - one) - cells, 0)
     return float(np.copysign(100 * apart / max(one, other, 1), other - one))
 
 
 def _late_s(one: list[FloatArray], other: list[FloatArray]) -> float | None:
-    """Return by how much later, s, spikes are in the mean; None if there are too few."""
+    """Return the mean delay of spikes, s; None if there are too few."""
     late = [shift for a, b in zip(one, other, strict=False) if len(a) and len(b) for shift in _shifts(a, b)]
     return float(np.mean(late)) if len(late) >= _FEWEST_SPIKES else None
 
 
 def _shifts(one: FloatArray, other: FloatArray) -> FloatArray:
-    """Return the time from each spike to the nearest one of the other train, s, where one is near."""
+    """Return the time from each spike to the nearest one of the other train, s, if one is near."""
     after = (
         np.clip(np.searchsorted(other, one), 1, len(other) - 1) if len(other) > 1 else np.zeros(len(one), int)
     )

@@ -1,7 +1,7 @@
 """Run each engine on exactly the inputs that another one had.
 
-In a closed loop every difference becomes one of everything. So one run of the first two engines is recorded
-with its images, and each other engine runs once against the recorded other side of it.
+In a closed loop a difference in one signal spreads to all others. So one run of the first two engines is
+recorded with its images, and each other engine runs once against the recorded other side.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ class Exchange:
     """One engine in the place of another.
 
     Args:
-        side: the side that is exchanged; the other one is played back.
-        cell: the run with the engine in its place.
+        side: the exchanged side; the other one is played back.
+        cell: the run with the other engine.
     """
 
     side: Side
@@ -60,7 +60,7 @@ def compare_engines(
         grid: the grid of runs.
         results: a folder for the recordings; recordings that are in it are kept.
         margins: the margins.
-        tell: called with the number of finished runs, the number of all, and the last one.
+        tell: called with the number of finished runs, the number of all runs, and the last one.
 
     Raises:
         ExperimentError: a margin was set for a part that no run has.
@@ -78,7 +78,7 @@ def compare_engines(
             problems += _failures(exchange, ours, theirs)
             differences += _differences(exchange, first, ours, theirs, margins)
             tell(done, len(wanted), str(exchange.cell))
-    except NrpError as error:  # an engine that cannot be played back has no verdict, but the finding has
+    except NrpError as error:  # without playback the engine has no verdict, but the finding has one
         problems.append(str(error))
     margins.require_parts(f"{one.measure.name}/{one.part}" for one in differences)
     return EngineVerdict(ranked(differences), problems)

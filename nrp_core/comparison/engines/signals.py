@@ -1,4 +1,4 @@
-"""Everything that an engine gave in a run as arrays over the steps of the loop."""
+"""All outputs of an engine in a run, as arrays over the steps of the loop."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _FLOORS = {
     "linear_acceleration": 1.0, "angular_velocity": 0.5, "linear": 0.1, "angular": 0.5, "ranges": 0.1,
     "position": 0.05, "velocity": 0.05, "effort": 0.1, "force": 1.0, "torque": 0.1,
 }  # fmt: skip
-"""Amplitudes in SI units below which a signal is taken as still: a share of less would be one of noise."""
+"""Amplitudes in SI units below which a signal counts as constant: relative differences would be noise."""
 
 
 class Kind(StrEnum):
@@ -49,7 +49,7 @@ class Signal:
     Args:
         kind: its kind.
         values: at the end of each step, NaN before the first message, shape ``(n_steps, n_values)``.
-        floor: amplitude below which it is still, in its own unit.
+        floor: amplitude below which it counts as constant, in its own unit.
         full_scale: the reference of relative differences; None: its own amplitude.
     """
 
@@ -177,7 +177,7 @@ def _numbers(value: Any, name: str) -> Iterator[tuple[str, FloatArray]]:
 
 def _is_numeric(value: Any) -> bool:
     if isinstance(value, np.ndarray):
-        return value.dtype.kind in "fi"  # unsigned ones are bytes of something else
+        return value.dtype.kind in "fi"  # unsigned integers are bytes of other data
     return isinstance(value, list) and bool(value) and all(isinstance(one, int | float) for one in value)
 
 

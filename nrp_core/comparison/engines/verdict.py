@@ -1,4 +1,4 @@
-"""The verdict on the engines: they agree, or in what they differ, the largest difference first."""
+"""The verdict on the engines: they agree, or their differences, the largest first."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class EngineDifference:
         measure: the measure.
         part: the signal, robot or neurons.
         amount: the difference, other minus one where it has a sign, in the measure's unit.
-        margin: the largest difference that does not matter, likewise.
+        margin: the largest difference that does not matter, in the same unit.
         is_known: whether a baseline has it.
     """
 
@@ -62,7 +62,7 @@ class EngineDifference:
 
     @property
     def effect(self) -> str:
-        """The difference for people."""
+        """The difference as a text."""
         if abs(self.amount) == inf:
             return "only one of them has it"
         return f"{self.amount:.3g} {self.measure.unit}, {self.size:.2g} x its margin"
@@ -74,7 +74,7 @@ class EngineVerdict:
 
     Args:
         differences: every part of every measure, the largest in units of its margin first.
-        problems: why the comparison is not whole, such as an engine that failed.
+        problems: the reasons why the comparison is incomplete, such as an engine that failed.
     """
 
     differences: Sequence[EngineDifference]
@@ -82,12 +82,12 @@ class EngineVerdict:
 
     @property
     def new(self) -> list[EngineDifference]:
-        """The differences that matter and that no baseline has."""
+        """The differences that matter and are not in a baseline."""
         return [one for one in self.differences if one.matters and not one.is_known]
 
     @property
     def known(self) -> list[EngineDifference]:
-        """The differences that matter and that a baseline has."""
+        """The differences that matter and are in a baseline."""
         return [one for one in self.differences if one.matters and one.is_known]
 
     @property
@@ -114,7 +114,7 @@ class EngineVerdict:
                 )
                 return f"{partly} engines differ in {_named(self.new)}"
             case Agreement.NONE:
-                reasons = "; ".join(self.problems) or "there is nothing to measure"
+                reasons = "; ".join(self.problems) or "they have no common signals"
                 return f"The engines were not compared: {reasons}"
             case Agreement.KNOWN:
                 return f"The engines agree, apart from {len(self.known)} known differences"

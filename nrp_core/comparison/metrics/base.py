@@ -30,7 +30,7 @@ class Margin:
         in_sd: whether it is in standard deviations of the spread from seed to seed, else in the metric's
             own unit.
         at_most: upper limit, in the metric's own unit.
-        at_least: lower limit, in the metric's own unit: nobody who uses the robot notices less.
+        at_least: lower limit, in the metric's own unit, below which users of the robot do not notice it.
     """
 
     amount: float = 1.0

@@ -25,9 +25,10 @@ class CriteriaMet(ScalarMetric):
 
 
 class TimeToEvent(ScalarMetric):
-    """The time until one thing comes near another, and until a conditional event happens.
+    """The time until a model comes near a target, and until a conditional event happens.
 
-    A criterion counts from the event that it follows. An event that coincides with a criterion adds nothing.
+    The time of a criterion starts at the event that it follows. An event that coincides with a criterion is
+    left out.
     """
 
     name, title, unit = "time_to_event", "Time to event", "s"

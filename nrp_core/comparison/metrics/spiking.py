@@ -1,4 +1,4 @@
-"""The activity of neurons: how often, how regularly, and when they spike."""
+"""The activity of neurons: rates, regularity and times of spikes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the robots go: trajectories as curves, their ends and lengths, and the response to commands."""
+"""The trajectories of robots: as curves, their ends and lengths, and the response to commands."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def poses(run: RunSignals, robot: str) -> FloatArray:
 
 
 class Trajectory(DistanceMetric):
-    """Mean distance of two trajectories, m, when one may run ahead of the other (DTW)."""
+    """Mean distance of two trajectories, m, aligned in time (DTW)."""
 
     name, title, unit = "trajectory", "Trajectory (DTW)", "m"
     margin = Margin(at_least=0.05)  # a tenth of a small robot's length

@@ -40,7 +40,7 @@ def tell_grid(diff: GridDiff, console: Console) -> None:
 
 
 def tell_pair(diff: PairDiff, console: Console) -> None:
-    """Write what two recordings have in common and where they diverge."""
+    """Write the common part of two recordings and their divergence."""
     _tell_incomplete(console, [*diff.flaws, *diff.incomplete])
     for said in diff.reservations:
         console.print(Text(said, style="yellow"))
@@ -48,7 +48,7 @@ def tell_pair(diff: PairDiff, console: Console) -> None:
         console.print(Text(f"identical: {diff.divergence.steps} steps", style="bold green"))
         return
     if diff.flaws:
-        console.print(Text("not identical: a recording is not as it was written", style="bold red"))
+        console.print(Text("not identical: a recording was changed or damaged", style="bold red"))
     experiments = [str(run.run.get("experiment", "?")) for run in (diff.one, diff.other)]
     if experiments[0] != experiments[1]:
         console.print(Text(f"two experiments: {' and '.join(experiments)}", style="yellow"))

@@ -37,7 +37,7 @@ def finding(diff: GridDiff) -> str:
 
 
 def advice(diff: GridDiff) -> str | None:
-    """Advise what to do if seeds make no difference to compare backends with."""
+    """Return advice for metrics without a spread between seeds."""
     without = [judged for judged in diff.judgements if any(map(_lacks_spread, judged.parts))]
     if not without:
         return None
@@ -46,7 +46,7 @@ def advice(diff: GridDiff) -> str | None:
     first = without[0].metric
     unit = f" (in {first.unit})" if first.unit else ""
     return (
-        f"Seeds make no difference to {names}{more}: there is no spread to compare a difference with, so "
+        f"Seeds have no effect on {names}{more}: there is no spread to compare a difference with, so "
         "any difference counts. Draw a setting with each seed: --vary 'events.NAME.at=LOW..HIGH s'; or set "
         f"the difference that does not matter: --margin {first.name}=VALUE{unit}."
     )
@@ -77,7 +77,7 @@ def _effect(contrast: Contrast, part: Part, metric: Metric) -> str:
 
 def _in_sd(contrast: Contrast, part: Part) -> str:
     if part.is_flat and contrast.estimate.mean:
-        return "seeds make no difference"
+        return "seeds have no effect"
     amount = abs(contrast.effect_sd)
     return f"more than {_MANY} SD of the seeds" if amount > _MANY else f"{amount:.2g} SD of the seeds"
 

@@ -47,6 +47,9 @@ def require_new_name(function: TransferFunction, others: Iterable[TransferFuncti
     """
     for other in others:
         if other.name == function.name:
-            raise function.place.error(
-                f"there is a transfer function '{function.name}' already, at {other.place}; rename one"
-            )
+            raise function.place.error(name_taken(function.name, other.place))
+
+
+def name_taken(name: str, place: object) -> str:
+    """Return the message about a function whose name another one at a place has."""
+    return f"there is a transfer function '{name}' already, at {place}; rename one"

@@ -17,6 +17,8 @@ from nrp_core.dsl.parameters.messages import message_packages
 from nrp_core.errors import TransferFunctionError, did_you_mean
 from nrp_core.parameters import GivenParameters
 
+DECLARES_NOTHING = "declares no transfer function; decorate one with @nrp.Neuron2Robot or @nrp.Robot2Neuron"
+
 
 def load_transfer_functions(
     path: Path | str,
@@ -57,10 +59,7 @@ def load_transfer_functions(
             located = scope.located(error, TransferFunctionError, path)
             raise located from (error.__cause__ if located is error else error)
     if not functions and module is None:
-        raise TransferFunctionError(
-            "declares no transfer function; decorate one with @nrp.Neuron2Robot or @nrp.Robot2Neuron",
-            path=path,
-        )
+        raise TransferFunctionError(DECLARES_NOTHING, path=path)
     return functions
 
 

@@ -51,7 +51,7 @@ class Judge(ABC):
 
     Args:
         begins: the start of its evaluation.
-        limit: the limit of the distance, m, if there is one.
+        limit: the limit of the distance, m, if it has one.
     """
 
     def __init__(self, begins: int | str, limit: float | None = None) -> None:
@@ -80,7 +80,7 @@ class Judge(ABC):
         if self._passed is not None:
             return
         if self._began_ns is None:
-            self._decide(False, now_ns, f"never began to count: {self._begins} did not come")
+            self._decide(False, now_ns, f"was never evaluated: {self._begins} did not happen")
         else:
             self._finish(now_ns)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from nrp_core.errors import CapabilityError, SceneError, did_you_mean
+from nrp_core.errors import CapabilityError, SceneError
 from nrp_core.experiment.events.geometry import Footprint, GroundPoint
 from nrp_core.experiment.model.event_schema import Near
 from nrp_core.world.model_states import MODEL_STATES
@@ -59,7 +59,7 @@ def require_poses(world: World) -> None:
 
 
 class Proximity:
-    """The horizontal distance that a :class:`~nrp_core.experiment.model.event_schema.Near` speaks of.
+    """The horizontal distance of a :class:`~nrp_core.experiment.model.event_schema.Near`.
 
     Args:
         near: the model and the target.
@@ -95,15 +95,13 @@ class _VisualFootprint:
     """The footprint of a visual, computed again only after a motion of its model."""
 
     def __init__(self, path: str, scene: Scene) -> None:
-        if path not in scene.visuals:
-            raise SceneError(f"the scene has no visual '{path}'{did_you_mean(path, scene.visuals)}")
+        visual = scene.visual(path)
         model, link = next(
             (model, link)
             for model, link in scene.links()
             if any(f"{model.name}/{link.name}/{visual.name}" == path for visual in link.visuals)
         )
         _require_rigid(model, link)
-        visual = scene.visuals[path]
         self._model, self._geometry = model.name, visual.geometry
         self._on_model = link.pose @ visual.pose
         self._pose = model.pose

@@ -97,7 +97,7 @@ def _checked(
     values, wrong = fitting(declared.parameters, given)
     unread = {mistake.path for mistake in declared.mistakes}
     for name, message in wrong.items():
-        if name in declared.parameters or not unread:  # else the declaration that cannot be read may be its
+        if name in declared.parameters or not unread:  # an unreadable declaration may be the one for it
             collector.add(Code.NRP288, message, *keys, name)
     return {
         name: ParameterValue(one, values[name], name in given and name not in wrong)

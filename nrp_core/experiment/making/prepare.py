@@ -23,7 +23,7 @@ from nrp_core.experiment.backends import load_backend, named
 from nrp_core.experiment.making.maker import maker_of
 from nrp_core.experiment.making.parameters import Parameters, with_parameters
 from nrp_core.experiment.making.start_poses import things_fall, wrong_starts
-from nrp_core.experiment.making.watch import Watch, declare_missing_topics, declare_own
+from nrp_core.experiment.making.watch import Watch, declare_own, warn_of_missing_topics
 from nrp_core.experiment.model.collector import Collector, Omission
 from nrp_core.experiment.model.event_schema import END, START
 from nrp_core.experiment.model.experiment import BackendSection, Build, Experiment
@@ -76,7 +76,7 @@ class Plan:
         brain, world: the two backends.
         network: the network of the brain.
         scene: the scene of the world, robots included.
-        functions: the transfer functions, not bound.
+        functions: the transfer functions, not yet bound.
         parameters: those of the brain script and the transfer functions, with their values.
         warnings: findings that do not prevent a run.
     """
@@ -129,7 +129,7 @@ def side_of(
     """Return the backend selected by an experiment; mistakes go to the collector."""
     with collector.during(Code.NRP205, side, "backend"):
         backend, options = load_backend(registry, side, section.backend, section.options, collector.source)
-        with named(section.backend, "tell its capabilities"):
+        with named(section.backend, "report its capabilities"):
             return Side(backend, options, backend.capabilities(options))
     return None
 
@@ -260,7 +260,7 @@ class Examination:
             StepPlan(self._experiment.timestep, brain_step_ns, world_step_ns)
 
     def _step_written(self) -> tuple[Key, ...]:
-        """Return the keys of a time step that is written for one side, else those of the loop's own."""
+        """Return the keys of a time step given for one side, else those of the loop's time step."""
         for side in ("world", "brain"):
             keys = (side, "options", "timestep")
             if self._experiment.source.nearest(keys)[1] == keys:
@@ -298,7 +298,7 @@ class Examination:
         name, before = self._experiment.brain.backend, len(self.collector.findings)
         with self.collector.during(Code.NRP216, "brain", "backend"):
             self.brain.capabilities.require(self.network, name)
-            with self.collector.during(Code.NRP208, "brain", "model"), named(name, "look at the network"):
+            with self.collector.during(Code.NRP208, "brain", "model"), named(name, "accept the network"):
                 self.collector.place(
                     Findings(
                         self.brain.backend.warnings(self.network, self.brain.options), general=Code.NRP217
@@ -326,11 +326,7 @@ class Examination:
             brain = MockBrain(
                 network, capabilities=self.brain.capabilities if self.brain and self._fits else None
             )
-            for topic in declare_missing_topics(self._experiment, world, self.functions):
-                message = f"the world has no topic '{topic}': it is silent unless a function publishes on it"
-                self.collector.add(
-                    Code.NRP268, message, "transfer_functions", level=Level.WARNING, subject=topic
-                )
+            warn_of_missing_topics(self.collector, self._experiment, world, self.functions)
             declare_topics(self.functions, world)
             variables: dict[str, Any] = {}
             bound: list[TransferFunction] = []

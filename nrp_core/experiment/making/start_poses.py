@@ -1,4 +1,4 @@
-"""Robots that start where no robot can: inside the room or each other, high up, with nothing below them."""
+"""Robots at impossible start poses: inside the room or each other, high up, or with nothing below them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from nrp_core.world.raycast.solids import room_of, solids_of
 from nrp_core.world.scene.model import Model, Scene
 
 _HIGH_M: Final = 3.0
-"""A fall from here ends at 7.7 m/s."""
+"""Maximum height of a start above the ground, m; a fall from there ends at 7.7 m/s."""
 
 
 def things_fall(capabilities: WorldCapabilities) -> bool:
@@ -23,14 +23,14 @@ def things_fall(capabilities: WorldCapabilities) -> bool:
 
 
 def wrong_starts(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str, Code, str]]:
-    """Yield each robot that starts in a wrong place, with the code and the message.
+    """Yield each robot with an impossible start pose, with the code and the message.
 
     Robots that are held, that fly or that have no collision shapes, and robots without gravity, may start
     anywhere.
 
     Args:
-        scene: with the robots at their start poses.
-        robots: their names.
+        scene: the scene with the robots at their start poses.
+        robots: names of the robots.
     """
     room, names = room_of(scene), set(robots)
     yield from _inside_each_other([model for model in scene.models if model.name in names])

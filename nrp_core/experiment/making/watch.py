@@ -55,6 +55,15 @@ def declare_missing_topics(
     return [topic for topic in declared if topic not in published]
 
 
+def warn_of_missing_topics(
+    collector: Collector, experiment: Experiment, world: World, functions: Sequence[TransferFunction]
+) -> None:
+    """Add the topics that functions expect to a world, with a warning for each that nothing publishes."""
+    for topic in declare_missing_topics(experiment, world, functions):
+        message = f"the world has no topic '{topic}': it is silent unless a function publishes on it"
+        collector.add(Code.NRP268, message, "transfer_functions", level=Level.WARNING, subject=topic)
+
+
 class Watch:
     """Executes the events of an experiment and evaluates its criteria during a run.
 

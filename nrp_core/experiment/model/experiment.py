@@ -46,7 +46,7 @@ _SLICE = re.compile(r"-?\d*:-?\d*(:-?\d*)?")
 _SLOWEST = 1e-4
 """The smallest pace: a second of simulated time takes almost three hours."""
 _SHORTEST_LIMIT_NS = NS_PER_MS
-"""A shorter limit would interrupt calls that are merely slow to begin."""
+"""A shorter limit would interrupt calls that only start slowly."""
 
 
 def _selection(value: object) -> str | int | list[int]:
@@ -75,7 +75,7 @@ def _six_values(value: object) -> object:
 
 
 def _parameter(value: object) -> object:
-    """Return a value of a parameter as it is written; the script's declaration says what is valid."""
+    """Check a value of a parameter by its type only; the script's declaration determines the valid values."""
     match value:
         case bool() | int() | float():
             return value

@@ -1,4 +1,4 @@
-"""What pydantic says about an experiment, in the words of the experiment file and at its place."""
+"""Pydantic's errors about an experiment, in the terms of the experiment file and with its places."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ def schema_findings(
     """Turn the errors of a validation into findings.
 
     Args:
-        error: what pydantic raised.
-        model: what was validated.
+        error: pydantic's error.
+        model: the validated class.
         tree: the whole file.
-        above: the keys under which the validated data stands.
-        code: of every finding, where none of those for a schema is meant.
+        above: the keys of the validated data in the file.
+        code: the code of all findings, instead of those for a schema.
         what: the whole file, in messages.
     """
     schema = model.model_json_schema()
     found: dict[tuple[Key, ...], Finding] = {}
     for detail in error.errors():
         finding, keys = _finding(detail, schema, tree, above, what)
-        if keys in found:  # every member of a union complains
+        if keys in found:  # every member of a union has its own error
             finding = replace(found[keys], message=f"{found[keys].message}, or {reason(detail)}")
         found[keys] = finding
     return [replace(finding, code=code or finding.code) for finding in found.values()]
@@ -46,7 +46,7 @@ def schema_findings(
 def _finding(
     detail: ErrorDetails, schema: dict[str, Any], tree: Tree, above: Sequence[Key], whole: str
 ) -> tuple[Finding, tuple[Key, ...]]:
-    """Return a finding and what it is about; two about the same thing are one."""
+    """Return a finding and its subject; two findings about the same subject are merged."""
     reached, keys = tree.nearest([*above, *detail["loc"]])
     last, what = detail["loc"][-1] if detail["loc"] else "", _dotted(keys)
     if detail["type"] == "extra_forbidden":
@@ -94,7 +94,7 @@ _RULES |= {
 
 
 def reason(detail: ErrorDetails) -> str:
-    """Return the mistake in a value, in words that do without pydantic."""
+    """Return a description of a mistake in a value, without pydantic's terms."""
     context = detail.get("ctx", {})
     if detail["type"] == "value_error":
         return str(context["error"])

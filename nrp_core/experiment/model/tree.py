@@ -133,7 +133,7 @@ class Tree:
             children = list(self.value)
             children[index] = children[index].overridden(rest, over)
             return replace(self, value=children)
-        raise over.place.error(f"'{key}' leads nowhere: {self.value!r} stands there")
+        raise over.place.error(f"'{key}' cannot be set: the value above it is {self.value!r}, not a mapping")
 
 
 def tree_of(data: Any) -> Tree:

@@ -47,7 +47,7 @@ def shipped() -> list[str]:
     """Return the names of all experiments that installed distributions ship, variants included."""
     names: list[str] = []
     for package in SHIPPED.names():
-        with suppress(BackendError):  # a broken one is reported to whoever asks for it
+        with suppress(BackendError):  # a broken one is reported when it is loaded
             names += _variants(package)
     return names
 
@@ -61,8 +61,8 @@ def find_file(text: str, folder: Path | None = None) -> Path:
         folder: where relative paths start; by default the current one.
 
     Raises:
-        ExperimentError: there is none, a folder has several, no reader knows the file's suffix, or a name
-            is not of characters.
+        ExperimentError: it does not exist, a folder has several, the file's suffix is unknown, or a name
+            is not UTF-8.
     """
     package = text.partition("/")[0]
     if package in SHIPPED.names():
@@ -73,7 +73,7 @@ def find_file(text: str, folder: Path | None = None) -> Path:
     try:
         require_target(path)
         str(path.resolve()).encode()
-    except UnicodeEncodeError:  # it could be opened, but not be printed or recorded
+    except UnicodeEncodeError:  # it could be opened, but not printed or recorded
         raise ExperimentError("the name of the file or of a folder above is not UTF-8", path=path) from None
     except MissingFileError as error:
         raise ExperimentError(str(error)) from None
@@ -81,7 +81,7 @@ def find_file(text: str, folder: Path | None = None) -> Path:
         return _in_folder(path)
     if not path.is_file():
         hint = did_you_mean(text, shipped())
-        raise ExperimentError(f"there is no experiment '{text}', nor such a file{hint}")
+        raise ExperimentError(f"there is no experiment or file '{text}'{hint}")
     if path.suffix.lower() == ARCHIVE:
         return _in_archive(path.resolve())
     if path.suffix not in READERS.names():

@@ -40,7 +40,7 @@ def with_platform(experiment: Experiment) -> Experiment:
     """Return an experiment with the maker of its platform, if it names one.
 
     Raises:
-        InvalidExperimentError: that is not installed, or its options are wrong.
+        InvalidExperimentError: the platform is not installed, or its options are wrong.
     """
     section = experiment.compatibility
     if section is None:
@@ -60,7 +60,7 @@ def with_platform(experiment: Experiment) -> Experiment:
 
 
 def described_by(path: Path, overrides: Sequence[str] = ()) -> Experiment | None:
-    """Return the experiment that a file describes which names a brain or a body besides its functions.
+    """Return the experiment described by a file that names a brain or a body besides its functions.
 
     Raises:
         InvalidExperimentError: it belongs to a platform, and cannot be read.

@@ -24,7 +24,7 @@ _NAMED = (
     ("events",), ("criteria",), ("aliases",), ("topics",),
     ("world", "robots"), ("world", "sensors"), ("brain", "populations"),
 )  # fmt: skip
-"""The mappings whose keys are names that an experiment gives."""
+"""The mappings with names as keys, which an experiment chooses."""
 
 
 def read_yaml(path: Path, overrides: Sequence[str] = ()) -> Experiment:
@@ -32,9 +32,9 @@ def read_yaml(path: Path, overrides: Sequence[str] = ()) -> Experiment:
 
     Args:
         path: the YAML file. ``extends: other`` in it (a file or the name of a shipped experiment, or a
-            list) lays it over others, in this order: mappings join, ``null`` removes a key, all else
-            replaces. What several extend comes first, once.
-        overrides: ``dotted.key=value``, the value in YAML; where two set one key the later counts.
+            list) merges it over others, in this order: mappings are merged, ``null`` removes a key, all else
+            replaces. A file that several extend is merged once, first.
+        overrides: ``dotted.key=value``, the value in YAML; if two set one key, the later one is used.
 
     Raises:
         InvalidExperimentError: anything is wrong; it carries all findings.
@@ -64,7 +64,7 @@ def experiment_of(tree: Tree, overrides: Sequence[str] = ()) -> Experiment:
 
 
 def _laid_over(tree: Tree, over: Tree) -> Tree:
-    """Return a file laid over those that it extends; it may remove by name only what they have."""
+    """Return a file merged over those that it extends; it can only remove names that they have."""
     for keys in _NAMED:
         below, above = tree.at(*keys), over.at(*keys)
         if below is not None and above is not None:
@@ -86,7 +86,7 @@ def _reading_order(finding: Finding) -> tuple[str, int, int]:
 
 
 def _lineage(path: Path, extending: tuple[Path, ...] = ()) -> dict[Path, Tree]:
-    """Return a file after all files that it extends, each once; ``extending`` are the files that led here."""
+    """Return the files that a file extends, each once, and itself; ``extending``: the files above it."""
     try:
         tree = read_tree(path)
     except ExperimentError as error:
@@ -135,7 +135,7 @@ def overridden(tree: Tree, override: str) -> Tree:
 
 
 def _require_optional(tree: Tree, keys: Sequence[str], place: Place) -> None:
-    """Refuse to remove a key that every experiment needs, or a name that is not there.
+    """Refuse to remove a key that every experiment needs, or a name that does not exist.
 
     Raises:
         ExperimentError: it cannot be removed.

@@ -20,14 +20,14 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 def experiment_schema() -> dict[str, Any]:
     """Return the JSON Schema, with the options of every installed backend that loads.
 
-    A file that extends another may leave out what that one has, so below the top nothing is required,
-    and ``null`` may stand where something is to be removed.
+    A file that extends another may omit what the other has, so keys below the top level are not required,
+    and ``null`` is allowed, which removes a key.
     """
     schema = {"$schema": DIALECT, **Experiment.model_json_schema()}
     extends = {
         "type": ["string", "array"],
         "items": {"type": "string"},
-        "description": "What this experiment is laid over: files or names, one or a list.",
+        "description": "The experiments that this one extends: a file or name, or a list of these.",
     }
     schema["properties"] = {EXTENDS: extends, **schema["properties"]}
     required = schema["required"]

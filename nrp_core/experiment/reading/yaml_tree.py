@@ -117,7 +117,7 @@ class _Builder:
             elif not isinstance(key_node, ScalarNode):
                 raise place.error("a key is a text")
             elif key_node.value in own:
-                raise place.error(f"the key '{key_node.value}' stands here a second time")
+                raise place.error(f"the key '{key_node.value}' is given twice")
             else:
                 own[key_node.value] = replace(self.tree(value_node), key_place=place)
         return {**inherited, **own}

@@ -14,7 +14,7 @@ def commands_of(run: Run) -> Commands:
     """Return the commands of a run, by name."""
 
     def change(add: list[str], remove: list[str], activate: list[str], deactivate: list[str]) -> list[Any]:
-        """Change the transfer functions, then let some run or not; return those that are there."""
+        """Change the transfer functions, then activate or deactivate some; return the present ones."""
         run.change(map(Path, add), remove)
         for names, active in ((activate, True), (deactivate, False)):
             for name in names:

@@ -1,4 +1,4 @@
-"""Talk to a run from outside: a Unix socket, one JSON object a line each way.
+"""Control a run from outside: a Unix socket, with one JSON object in a line each way.
 
 ``{"command": "publish", "topic": "/screens/left/color", "value": "red"}`` is answered by ``{"ok": true,
 "result": null}`` once the message is accepted (it is sent before the next step), or by ``{"ok": false,
@@ -32,8 +32,8 @@ class ControlServer(Closing):
     """Listens on a Unix socket that only this user can open; removes it in the end.
 
     Args:
-        path: of the socket; one that a dead run left behind is replaced.
-        commands: called in a thread of the server; what they return must fit into JSON.
+        path: the path of the socket; one left behind by a dead run is replaced.
+        commands: called in a thread of the server; their results must be valid in JSON.
         waits: whether requests wait until :meth:`answer` is called.
 
     Raises:
@@ -53,7 +53,7 @@ class ControlServer(Closing):
             self.answer()
 
     def answer(self) -> None:
-        """Answer the requests that wait and all that come."""
+        """Answer the waiting requests, and all later ones at once."""
         self._thread = threading.Thread(target=self._server.serve_forever, args=(0.05,), daemon=True)
         self._thread.start()
 
@@ -70,16 +70,16 @@ class ControlServer(Closing):
 
 
 def tell(path: Path, command: str, *, timeout_s: float = 5.0, **arguments: Any) -> Any:
-    """Give a command to the run that listens on a socket, and return what it answers.
+    """Give a command to the run that listens on a socket, and return its answer.
 
     Args:
-        path: of the socket.
+        path: the path of the socket.
         command: e.g. ``publish``.
-        timeout_s: how long to wait for the answer.
-        arguments: of the command; anything that JSON can carry.
+        timeout_s: maximum time to wait for the answer, s.
+        arguments: arguments of the command, valid in JSON.
 
     Raises:
-        ExperimentError: nobody listens there, or the run refuses; the message is the run's.
+        ExperimentError: no run listens there, or it refuses the command, with its message.
     """
     request = {"command": command, **arguments}
     try:
@@ -123,7 +123,7 @@ class _Server(socketserver.ThreadingUnixStreamServer):
         super().__init__(str(path), _Handler)
 
     def server_bind(self) -> None:
-        os.fchmod(self.socket.fileno(), 0o600)  # before it has a name that others could open
+        os.fchmod(self.socket.fileno(), 0o600)  # before other users could open it by its name
         super().server_bind()
 
 

@@ -1,4 +1,4 @@
-"""Robots that fall out of the room while a run goes on."""
+"""Robots that fall out of the room during a run."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ DEPTH_M = 2.0
 
 
 class FallWatch:
-    """Looks at the height of robots at every step, and reports the first time of each fall.
+    """Checks the height of robots at every step, and reports the first time of each fall.
 
     Args:
-        scene: with the robots at their start poses.
-        robots: their names.
-        capabilities: of the world; where nothing falls, nothing is looked at.
+        scene: the scene with the robots at their start poses.
+        robots: names of the robots.
+        capabilities: capabilities of the world; without dynamics nothing is checked.
     """
 
     def __init__(self, scene: Scene, robots: Collection[str], capabilities: WorldCapabilities) -> None:
@@ -36,7 +36,7 @@ class FallWatch:
         self._fallen: dict[str, Finding] = {}
 
     def look(self, now_ns: int, poses: Mapping[str, Pose]) -> None:
-        """Take the poses at a time into account."""
+        """Check the poses at a time."""
         for name, limit_m in self._limits_m.items():
             if name not in self._fallen and name in poses and poses[name].position[2] < limit_m:
                 message = (
@@ -51,7 +51,7 @@ class FallWatch:
 
 
 def _limits_m(scene: Scene, robots: Collection[str]) -> Iterator[tuple[str, float]]:
-    """Yield each robot that can fall and the height below which it has."""
+    """Yield each robot that can fall, and the height below which it has fallen."""
     room_m = min((solid.lowest_m for solid in room_of(scene)), default=None)
     for model in scene.models:
         if model.name in robots and can_fall(model, scene):

@@ -1,8 +1,8 @@
 """The judgement of a run, the same in every summary: whether it is complete, passed, and its problems.
 
 ``passed`` is True only if the run is complete, has criteria and meets them all. It is False if a criterion is
-not met or an error ended the run. It is None for everything else: there are no criteria, some are still open,
-or something that was requested is missing from the run.
+not met or an error ended the run. Otherwise it is None: it has no criteria, some are still open,
+or a requested part is missing from the run.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def passed_of(state: str, complete: bool, criteria: Iterable[bool | None]) -> bo
 
     Args:
         state: how it ended.
-        complete: whether nothing that was requested is missing.
+        complete: whether all requested parts were there.
         criteria: the outcome of each criterion.
     """
     outcomes = list(criteria)
@@ -38,7 +38,7 @@ class Judgement:
 
     Args:
         state: how it ended.
-        problems: by weight, then by place.
+        problems: the problems by weight, then by place.
         criteria: the outcome of each criterion.
         reached_s: simulated time that was reached, s.
         duration_s: simulated time of the whole experiment, s; None: not known.
@@ -52,7 +52,7 @@ class Judgement:
 
     @property
     def complete(self) -> bool:
-        """Whether nothing that was requested is missing from the run."""
+        """Whether the run had all requested parts."""
         return is_complete(self.problems)
 
     @property
@@ -76,7 +76,7 @@ class Judgement:
         return list(grouped(self.problems))
 
     def lines(self, *, details: bool = False) -> Iterator[tuple[Weight, str]]:
-        """Yield the problems with their weight, counted where there are several of a code.
+        """Yield the problems with their weight; several with the same code are counted.
 
         Args:
             details: whether to yield each of several problems, and its place, as well.
@@ -117,7 +117,7 @@ class Judgement:
 
 
 def recorded_judgement(run: Mapping[str, Any], reached_s: float) -> Judgement | None:
-    """Return the judgement of a recorded run; None for a bare file, of which nothing is known.
+    """Return the judgement of a recorded run; None for a bare file without a description of its run.
 
     Args:
         run: the contents of ``run.json``.
@@ -134,10 +134,10 @@ def recorded_judgement(run: Mapping[str, Any], reached_s: float) -> Judgement | 
 
 
 def _recorded_problems(result: Mapping[str, Any], state: str, reached_s: float) -> tuple[Finding, ...]:
-    """Return the problems of a recorded result; before version 0.2 a result had texts and failures."""
+    """Return the problems of a recorded result; before version 0.2 results had texts and failures."""
     if "problems" in result:
         found = [Finding.from_dict(problem) for problem in result["problems"]]
-        if state == INTERRUPTED and is_complete(found):  # the run went on, its recording did not
+        if state == INTERRUPTED and is_complete(found):  # the run continued, its recording did not
             found.append(interruption("recorded only in part, up to", reached_s))
         if state == FAILED and is_complete(found):  # the error came from outside of the run
             found.append(_ended_by(result))

@@ -15,7 +15,7 @@ from nrp_core.world.world import World
 
 
 def open_side(section: BackendSection, side: Side[Any], content: Network | Scene, seed: int) -> Any:
-    """Open the brain or the world that a section of an experiment chooses."""
+    """Open the brain or the world of a section of an experiment."""
     with named(section.backend, "open"):
         return side.backend.open(content, seed=seed, options=side.options)
 
@@ -23,7 +23,7 @@ def open_side(section: BackendSection, side: Side[Any], content: Network | Scene
 def open_world(experiment: Experiment) -> World:
     """Open the world of an experiment without its brain, with the topics and aliases of the experiment.
 
-    Events, criteria and transfer functions do not act; whoever opens the world steps it.
+    Events, criteria and transfer functions do not act; the caller steps the world.
 
     Raises:
         BackendError: a backend is missing, broken or does not open.

@@ -1,4 +1,4 @@
-"""All that a run finds about itself: before it, by its engines, by what failed, by who watches it."""
+"""All findings about a run: from before it, from its engines, about failures, and from its observers."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ def problems_of(
     """Return the findings about a run so far, each once, by weight, then by place.
 
     Args:
-        found: before the run.
+        found: findings before the run.
         engines: reports of the engines, which often repeat those before the run, without a place.
-        ends: what stopped functions, or the run; see :func:`ends_of`.
-        reporters: of all others.
+        ends: errors that stopped functions or the run; see :func:`ends_of`.
+        reporters: other sources of findings.
     """
     all_found = Findings(found)
     known = {(finding.code, finding.message) for finding in all_found}
@@ -40,7 +40,7 @@ def problems_of(
 
 
 def state_of(error: BaseException | None) -> str:
-    """Return how a run ended, by the error that ended it."""
+    """Return the final state of a run, given the error that ended it."""
     if error is None:
         return FINISHED
     return FAILED if isinstance(error, Exception) else INTERRUPTED
@@ -50,9 +50,9 @@ def ends_of(failures: Iterable[Failure], error: BaseException | None, now_s: flo
     """Yield a finding for each function that was stopped by an error, and for the end of a run by an error.
 
     Args:
-        failures: of functions.
-        error: that ended the run, if any; the failure of a function may be its cause.
-        now_s: simulated time that was reached, s.
+        failures: the failures of functions.
+        error: the error that ended the run, if any; the failure of a function may be its cause.
+        now_s: the simulated time reached, s.
     """
     cause = None if error is None else error.__cause__
     for failure in failures:

@@ -15,30 +15,30 @@ from nrp_core.world.rigid.pose import Pose
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """The result of a run. Two runs that agree differ in nothing but the wall times and the time shares.
+    """The result of a run. The results of equal runs differ only in wall times and time shares.
 
     Args:
-        experiment: its name.
+        experiment: name of the experiment.
         brain, world: names of the backends.
-        seed: what everything random followed from.
-        sim_time_s: simulated time that was reached.
-        wall_time_s: real time that it took, opening and compiling not counted.
+        seed: the seed of all random numbers.
+        sim_time_s: simulated time that was reached, s.
+        wall_time_s: wall time that it took, s, without opening and compiling.
         real_time_factor: their ratio; 0 before the first step.
         steps: steps of the closed loop.
-        duration_s: simulated time of the whole experiment.
+        duration_s: simulated time of the whole experiment, s.
         state: how the run ended: ``finished``, ``failed`` or ``interrupted``.
-        complete: whether nothing is missing from the run: no part of the experiment was left out, no function
-            was stopped by an error, and no error or interruption ended it early.
+        complete: whether no part of the experiment was left out, no function
+            was stopped by an error, and no error or interruption ended the run early.
         passed: True: complete, and all criteria are met. False: a criterion is not met, or an error ended the
-            run. None: there are no criteria, some are open, or the run is not complete.
+            run. None: it has no criteria, some are open, or the run is not complete.
         problems: the findings about the run, by weight, then by place.
         error: the error that ended the run early, if any.
-        criteria: what came of each.
-        time_share: of ``brain``, ``world``, ``transfer_functions`` and ``engine`` in the work.
-        final_pose: of each robot: ``x, y, z`` in m, ``roll, pitch, yaw`` in rad.
+        criteria: the outcome of each criterion.
+        time_share: shares of ``brain``, ``world``, ``transfer_functions`` and ``engine`` in the total.
+        final_pose: final pose of each robot: ``x, y, z`` in m, ``roll, pitch, yaw`` in rad.
         trajectory_digest: hash of the poses of all robots at every step, bit for bit.
-        spikes: of each named view and population.
-        events: when each happened, s; None: it did not.
+        spikes: number of spikes of each named view and population.
+        events: time of each event, s; None: it did not happen.
         failures: transfer functions that raised: ``function, path, line, t_s, error``.
     """
 

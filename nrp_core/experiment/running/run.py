@@ -1,4 +1,4 @@
-"""Run an experiment: open its engines, step the closed loop, watch over it, sum up.
+"""Run an experiment: open its engines, step the closed loop, evaluate it, and return the result.
 
 ::
 
@@ -70,34 +70,34 @@ class Participant(ABC):
     @property
     @abstractmethod
     def can_be_saved(self) -> bool:
-        """Whether it keeps nothing during a run that a snapshot of the run would miss."""
+        """Whether a snapshot of the run contains all of its state."""
 
     @abstractmethod
     def begin(self, run: Run) -> None:
-        """Take part in a run that is about to begin, through the hooks of its loop."""
+        """Take part in a run that is about to start, through the hooks of its loop."""
 
 
 class Run(Closing):
-    """An experiment on its two engines, from opening to result.
+    """An experiment on its two engines, from opening to its result.
 
     Args:
-        experiment: what to run.
-        progress: called with the name of each task as it begins, while the run opens.
-        revise: may exchange parts of what it opens, such as an engine for one that is recorded.
-        build: makes the network; by default as the experiment says.
+        experiment: the experiment to run.
+        progress: called with the name of each task as it begins during opening.
+        revise: returns a changed plan, for example with a recorded engine.
+        build: makes the network; by default from the experiment's file.
 
     Attributes:
-        experiment: what runs.
+        experiment: the running experiment.
         parameters: the parameters of its brain script and transfer functions, with their values.
         brain, world: the two engines.
-        loop: what steps them.
+        loop: the loop that steps them.
         on_step: called after every step, when events have happened and criteria are decided.
         on_close: called before the engines are released.
         on_change: called with the added and removed functions when transfer functions have changed.
-        on_activate: called with name and state when a transfer function has been let run or not.
-        on_reset: called with the part when a part of the run has been reset alone.
+        on_activate: called with name and state when a transfer function was activated or deactivated.
+        on_reset: called with the part when a part of the run was reset alone.
         found: the findings before the run, or those of the snapshot from which it continues.
-        reporters: return findings about the run besides its own, such as those of a recorder.
+        reporters: return further findings about the run, such as those of a recorder.
 
     Raises:
         BackendError: a backend is missing, broken or does not open.
@@ -179,12 +179,12 @@ class Run(Closing):
 
     @property
     def seed(self) -> int:
-        """What everything random follows from."""
+        """The seed of all random numbers."""
         return self.experiment.seed
 
     @property
     def now_s(self) -> float:
-        """Simulated time that was reached, s."""
+        """The simulated time reached, s."""
         return seconds(self.loop.now_ns)
 
     # -- running
@@ -194,11 +194,11 @@ class Run(Closing):
 
         Args:
             topic: its name or an alias.
-            value: a message, or what :func:`~nrp_core.experiment.events.values.to_message` makes one of:
+            value: a message, or a value for :func:`~nrp_core.experiment.events.values.to_message`:
                 ``"red"``, ``0.5``, ``{"linear": {"x": 1}}``.
 
         Raises:
-            TopicError: there is no such topic, it takes no messages, or cannot carry this one.
+            TopicError: the topic does not exist, cannot be published on, or cannot carry the message.
         """
         info = self.world.advertise(topic).topic
         self.loop.publish(topic, to_message(info, value))
@@ -211,7 +211,7 @@ class Run(Closing):
         """Run to a time.
 
         Raises:
-            TimestepError: it is not a whole number of steps away, or it has passed.
+            TimestepError: it is not a whole number of steps away, or has passed.
             SimulationError: an engine or a transfer function failed.
         """
         if not isinstance(t_s, Real) or not abs(t_s) <= _LONGEST_S:
@@ -236,7 +236,7 @@ class Run(Closing):
         """Run to the end.
 
         Args:
-            until_s: when to end; by default after the experiment's duration.
+            until_s: end time, s; by default the experiment's duration.
         """
         duration_s = seconds(self.experiment.duration)
         self.run_until(duration_s if until_s is None else until_s)
@@ -245,11 +245,11 @@ class Run(Closing):
         """Add, replace and remove transfer functions before the next step, or change nothing; any thread may.
 
         Args:
-            add: functions, or files of them; each takes the place of the one of its name.
-            remove: names of those to take away.
+            add: functions, or files with functions; each replaces the function of the same name.
+            remove: names of functions to remove.
 
         Raises:
-            ExperimentError: a file or a function is wrong, or there is none of a name.
+            ExperimentError: a file or a function is wrong, or a name does not exist.
         """
         added, names = tuple(add), tuple(remove)
         given = ([one] if isinstance(one, TransferFunction) else self._load(one) for one in added)
@@ -267,10 +267,10 @@ class Run(Closing):
         return load_functions(path, self.experiment.function_parameters)
 
     def activate(self, name: str, active: bool = True) -> None:
-        """Let a transfer function run or not from the next step on; any thread may ask.
+        """Activate or deactivate a transfer function from the next step on; any thread may call this.
 
         Raises:
-            ExperimentError: there is none of this name.
+            ExperimentError: there is no function of this name.
         """
 
         def make() -> None:
@@ -284,12 +284,12 @@ class Run(Closing):
         """Reset one part before the next step while time goes on; any thread may.
 
         Args:
-            part: ``brain``: the network, as :meth:`.Brain.start_over` does; ``robot``: the robots return to
-                where they began, at rest; ``world``: so does all else, in the colours that it had.
+            part: ``brain``: the network, see :meth:`.Brain.start_over`; ``robot``: the robots return to their
+                initial poses, at rest; ``world``: all other models do, in their initial colours.
 
         Raises:
-            ExperimentError: this cannot be reset alone.
-            CapabilityError: the engine cannot put bodies elsewhere.
+            ExperimentError: there is no such part.
+            CapabilityError: the engine cannot move bodies.
         """
         if part not in PARTS:
             one_of = f"{', '.join(PARTS)}{did_you_mean(part, PARTS)}"
@@ -312,7 +312,7 @@ class Run(Closing):
         if part == "world":
             self.world.repaint(models)
 
-    # -- what happens at each step
+    # -- at each step
 
     def _begin(self) -> None:
         self.found = self._planned
@@ -322,7 +322,7 @@ class Run(Closing):
         self._digest = TrajectoryDigest()
 
     def _look(self, loop: ClosedLoop) -> None:
-        """Watch each time once: after the step that led to it, time 0 before the first step."""
+        """Evaluate events and criteria once for each time: after the step to it, or before the first step."""
         now_ns = loop.now_ns
         if now_ns != self._looked_at_ns:
             self._looked_at_ns = now_ns
@@ -333,7 +333,7 @@ class Run(Closing):
             self._falls.look(now_ns, poses)
 
     def _robots(self) -> list[str]:
-        """Return the robots that there are: one may have been left out, or taken out."""
+        """Return the present robots: some may have been left out or deleted."""
         return [name for name in self.experiment.world.robots if name in self._watch.where]
 
     def _after_step(self, loop: ClosedLoop) -> None:
@@ -352,8 +352,8 @@ class Run(Closing):
         """Return the complete state of the run between two steps.
 
         Raises:
-            CapabilityError: an engine cannot save its state, or what takes part in the run, such as a
-                state machine; or a variable of a transfer function holds what cannot be saved.
+            CapabilityError: an engine, another participant such as a state machine, or a variable of a
+                transfer function cannot be saved.
         """
         maker = self.experiment.maker
         if isinstance(maker, Participant) and not maker.can_be_saved:
@@ -363,15 +363,17 @@ class Run(Closing):
         try:
             return pickle.dumps((sides, self.loop.save(), own))
         except (pickle.PicklingError, TypeError, AttributeError) as error:
-            raise CapabilityError(f"a transfer function keeps what cannot be saved: {error}") from error
+            raise CapabilityError(
+                f"a variable of a transfer function has a value that cannot be saved: {error}"
+            ) from error
 
     def restore(self, snapshot: bytes) -> None:
         """Return to a snapshot, also to one of another run of the same experiment.
 
-        It is a Python pickle: as with the experiment itself, whoever made it can have any code run.
+        It is a Python pickle: like the experiment itself, it can run any code.
 
         Raises:
-            SnapshotError: it was taken from something else, or by another version.
+            SnapshotError: it is of another experiment, or from another version.
         """
         try:
             (brain, world), loop, own = pickle.loads(snapshot)
@@ -383,7 +385,7 @@ class Run(Closing):
             self.found = tuple(found[0]) if found else self.found
         except NrpError:
             raise
-        except Exception as error:  # whatever bytes may raise that are no pickle, or hold something else
+        except Exception as error:  # invalid bytes may raise anything
             message = f"the snapshot cannot be read: {type(error).__name__}: {error}"
             raise SnapshotError(message) from error
 
@@ -403,10 +405,10 @@ class Run(Closing):
         self.continue_as(experiment)  # its functions are new, for files may keep values of their own
 
     def continue_as(self, experiment: Experiment) -> None:
-        """Go on with the transfer functions of another experiment, which is else the same.
+        """Continue with the transfer functions of another experiment that is otherwise equal.
 
         Raises:
-            ExperimentError: one of them is wrong; nothing is changed then.
+            ExperimentError: one of them is wrong; then nothing is changed.
         """
         collector = Collector(experiment.source)
         functions = tuple(maker_of(experiment).functions(experiment, collector))
@@ -425,7 +427,7 @@ class Run(Closing):
         return spikes
 
     def result(self) -> Result:
-        """Return what came of it so far."""
+        """Return the result so far."""
         times, where = self._watch.events.times, self._watch.where
         wall_s = seconds(self._wall_ns)
         is_over = self.loop.now_ns >= self.experiment.duration and self.error is None
@@ -461,10 +463,10 @@ class Run(Closing):
         return self._watch.outcomes()
 
     def write_csv(self, folder: Path | None = None) -> list[Path]:
-        """Write what CSV recorders have so far, and return the files.
+        """Write the rows of CSV recorders so far, and return the files.
 
         Args:
-            folder: where to; by default the experiment's ``csv_folder``.
+            folder: the folder; by default the experiment's ``csv_folder``.
 
         Raises:
             SimulationError: a file cannot be written.
@@ -476,7 +478,7 @@ class Run(Closing):
             raise SimulationError(message, t_ns=self.loop.now_ns) from error
 
     def close(self) -> None:
-        """Release both engines; the result stays."""
+        """Release both engines; the result remains available."""
         while self.on_close:
             self.on_close.pop()()
         self._close()

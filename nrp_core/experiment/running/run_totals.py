@@ -18,19 +18,19 @@ from nrp_core.brain.spikes import Spikes
 from nrp_core.world.rigid.pose import Pose
 
 _AUTOMATIC = re.compile(r"population\d+")
-"""What populations are called that a brain script gives no label."""
+"""Automatic names of populations without a label in their script."""
 
 
 @dataclass(frozen=True, slots=True)
 class SpikeCounter(SinkSpec):
-    """How often each neuron has spiked."""
+    """Counts the spikes of each neuron."""
 
     def open(self, neurons: IntArray, n_neurons: int, name: str) -> SpikeCounterPort:
         return SpikeCounterPort(neurons, n_neurons, name)
 
 
 class SpikeCounterPort(SinkPort):
-    """A spike counter at work."""
+    """A connected spike counter."""
 
     def __init__(self, neurons: IntArray, n_neurons: int, name: str) -> None:
         super().__init__(neurons, n_neurons, name)
@@ -39,7 +39,7 @@ class SpikeCounterPort(SinkPort):
     def of(self, network: Network) -> dict[str, int]:
         """Return the spikes of every view and population by its name.
 
-        A population that only has an automatic name is left out where a view names it.
+        A population with an automatic name is left out if a view has the same neurons.
         """
         named = {label: network.neurons(label) for label in network.views}
         viewed = {neurons.tobytes() for neurons in named.values()}
@@ -67,20 +67,20 @@ class SpikeCounterPort(SinkPort):
 class TrajectoryDigest:
     """A hash of poses, bit for bit; equal digests, equal trajectories.
 
-    Each step's is made from the one before, so that the state is a few bytes.
+    The digest of each step is made from the previous one, so the state is a few bytes.
 
     Attributes:
-        state: the digest of all that was added so far.
+        state: the digest so far.
     """
 
     def __init__(self) -> None:
         self.state = b""
 
     def add(self, poses: Iterable[Pose]) -> None:
-        """Take in where the robots are after one more step."""
+        """Add the poses of the robots after one more step."""
         data = b"".join(struct.pack("<7d", *pose.position, *pose.orientation) for pose in poses)
         self.state = hashlib.blake2b(self.state + data, digest_size=16).digest()
 
     def hexdigest(self) -> str:
-        """Return the digest of all that was added so far."""
+        """Return the digest so far."""
         return self.state.hex()

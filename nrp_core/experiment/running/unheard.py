@@ -13,17 +13,17 @@ from nrp_core.world.topics import Direction
 from nrp_core.world.world import World
 
 _SHOWN = "/monitor/"
-"""Below this name a platform shows what it measures; such topics are for people."""
+"""Namespace of a platform's measurements; such topics are for people."""
 
 
 class UnheardCommands:
-    """Notices messages on topics that no part of the world, function, event or criterion subscribes to.
+    """Finds messages on topics without a subscriber: part of the world, function, event or criterion.
 
-    A topic that the experiment declares itself may be for people and recordings; it is reported only if a
+    A topic that the experiment declares may be for people and recordings; it is reported only if a
     topic of the world has nearly the same name and the same type.
 
     Args:
-        world: knows on which topics there was no subscriber.
+        world: the world, which records the topics without a subscriber.
         declared: the topics that the experiment declares.
         functions: returns the transfer functions at the time of a finding.
     """
@@ -34,7 +34,7 @@ class UnheardCommands:
         self._world, self._declared, self._functions = world, declared, functions
 
     def findings(self) -> Iterator[Finding]:
-        """Yield a finding for each topic with messages, but without a subscriber so far."""
+        """Yield a finding for each topic with messages but without a subscriber so far."""
         for topic in sorted(self._world.unheard):
             meant = self._meant(topic)
             declared = topic in self._declared or topic.startswith(_SHOWN)
@@ -57,7 +57,7 @@ class UnheardCommands:
         return Finding(Code.NRP267, message, Level.WARNING, Path(place.path), place.line, subject=topic)
 
     def _meant(self, topic: str) -> str | None:
-        """Return the topic of the world that may have been meant, if one is similar."""
+        """Return the similar topic of the world that was probably intended, if there is one."""
         topics = self._world.topics
         if topic not in topics:
             return None

@@ -43,9 +43,9 @@ def export(recording: Recording, kind: Format, target: Path) -> list[Path]:
     if kind is Format.NWB and target.suffix != ".nwb":
         raise ExperimentError(f"an NWB file is called .nwb, not '{target.name}'")
     if not recording.topics and not recording.run:
-        raise ExperimentError("not a recording, or nothing of it is whole", path=recording.file)
+        raise ExperimentError("not a recording, or no part of it is intact", path=recording.file)
     if target.exists():
-        raise ExperimentError("there is something already", path=target)
+        raise ExperimentError("it exists already", path=target)
     if not target.absolute().parent.is_dir():
         raise ExperimentError("the folder does not exist", path=target.absolute().parent)
     try:

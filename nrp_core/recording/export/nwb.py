@@ -113,7 +113,7 @@ def _series(series: Series) -> Any:
 def _add_motion(file: Any, models: list[Series]) -> None:
     if not models:
         return
-    module = file.create_processing_module("behavior", "how the robots and all that moves have moved")
+    module = file.create_processing_module("behavior", "positions and orientations of everything that moves")
     places = Position(name="Position")
     for series in models:
         name = series.name.rsplit("/", 1)[-1]

@@ -20,7 +20,7 @@ _MAGIC, _VERSION = 0x0A7A, (0, 1)
 _SORTING = h5py.enum_dtype({"none": 0, "by_id": 1, "by_time": 2}, basetype="u1")
 _BY_TIME = 2
 DEVICES = "devices"
-"""Name of the population that the devices make up in the report."""
+"""Name of the population of devices in the report."""
 
 
 def write_sonata(recording: Recording, folder: Path) -> list[Path]:
@@ -51,7 +51,7 @@ def _write_spikes(numbers: Numbers, path: Path) -> Path:
 
 
 def _write_node_sets(numbers: Numbers, path: Path) -> Path:
-    """Write the named groups; one that spans populations consists of a part in each."""
+    """Write the named groups; a group that spans populations has a part in each."""
     sets: dict[str, Any] = {label: {"population": label} for label in numbers.spikes}
     for name, parts in groups_of(numbers.run).items():
         own = {

@@ -66,7 +66,7 @@ def plot(recording: Recording, path: Path, what: What = What.RUN, options: PlotO
     Args:
         recording: the recording.
         path: the suffix chooses between PNG, SVG and PDF.
-        what: the whole page, or a part of it.
+        what: the whole page, or one part of it.
         options: its size, the time that it shows, ...
 
     Raises:
@@ -82,7 +82,7 @@ def plot(recording: Recording, path: Path, what: What = What.RUN, options: PlotO
     from nrp_core.recording.figures.style import style
 
     if not recording.topics:
-        raise ExperimentError("nothing was recorded, or nothing of it is whole", path=recording.file)
+        raise ExperimentError("nothing was recorded, or no part of it is intact", path=recording.file)
     options = options or PlotOptions()
     story = Story.of(recording, options.begin_s, options.end_s)
     with style(options.style, options.size_inches and options.size_inches[0]):

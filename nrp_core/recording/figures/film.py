@@ -1,4 +1,4 @@
-"""The choice of camera images: at events, and when much moved."""
+"""The choice of camera images: at events, and at times of much motion."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from nrp_core.recording.reading.recording import Recording
 
 _BEFORE_S = 0.1
 _NEAR, _NEAR_S = 0.015, 0.2
-"""Moments nearer than this share of the time shown are one; of a short time, those nearer than this."""
+"""Moments closer than this share of the period are merged; in a short period, moments closer than this, s."""
 _EVEN = 0.2
-"""The share of the images that goes by time alone, so that a pause is seen too."""
+"""The share of the images at equal intervals of time, so that pauses are shown, too."""
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,8 @@ class CameraFrame:
 def moments(story: Story, count: int) -> list[float]:
     """Return the times of the images to show, ascending.
 
-    Those are its two ends; the middle and the end of each time in which something had another colour; its
-    events; and where most moves between those.
+    They are both ends of the period; the middle and the end of each interval in which a visual had another
+    colour; events; and the times of most motion in between.
     """
     begin_s, end_s = story.begin_s, story.end_s
     near_s = max(_NEAR * (end_s - begin_s), min(_NEAR_S, (end_s - begin_s) / 20))
@@ -56,7 +56,7 @@ def _event_times(story: Story) -> list[float]:
 
 
 def _progress(story: Story) -> tuple[FloatArray, FloatArray]:
-    """Return times, and which share of all that moves in the time shown has moved by then."""
+    """Return times, and the share of all motion in the period that is done by then."""
     begin_s, end_s = story.span_s
     moved = np.array([(begin_s, 0.0), *story.activity, (end_s, 0.0)])
     order = np.argsort(moved[:, 0], kind="stable")
@@ -66,7 +66,7 @@ def _progress(story: Story) -> tuple[FloatArray, FloatArray]:
 
 
 def _filled(fixed: FloatArray, times: FloatArray, progress: FloatArray, count: int) -> list[float]:
-    """Return the fixed times and others between them, in equal parts of the progress."""
+    """Return the fixed times, and others between them at equal steps of the motion."""
     at = np.interp(fixed, times, progress)
     gaps, parts = np.diff(at), np.ones(len(fixed) - 1, int)
     while len(gaps) and parts.sum() < count - 1:
@@ -77,7 +77,7 @@ def _filled(fixed: FloatArray, times: FloatArray, progress: FloatArray, count: i
 
 
 def camera_images(recording: Recording, times_s: Sequence[float]) -> list[CameraFrame]:
-    """Return the images of the first camera nearest to some times; fewer where it took fewer."""
+    """Return the images of the first camera nearest to some times; fewer if it took fewer."""
     cameras = recording.with_role(Role.CAMERA)
     if not cameras:
         return []

@@ -20,7 +20,7 @@ _A_LINE_IN = 3.1
 
 
 def draw_head(figure: Figure, story: Story, side: float) -> None:
-    """Write the head; on both sides a share of the width stays free."""
+    """Write the head; a share of the width stays free on both sides."""
     run = story.run
     name = str(run.get("experiment", "recording"))
     top = 1 - _FROM_TOP_IN / figure.get_figheight()
@@ -51,7 +51,7 @@ def _draw_problems(figure: Figure, corner: tuple[float, float], judgement: Judge
 
 
 def _draw_verdict(figure: Figure, corner: tuple[float, float], criteria: dict[str, Any]) -> None:
-    """Write the criteria with their marks in the upper right corner, as many in a line as there is room."""
+    """Write the criteria with their marks in the upper right corner, as many in a line as fit."""
     count = max(1, round(figure.get_figwidth() / _A_LINE_IN))
     words: list[Artist] = [_criterion(name, outcome) for name, outcome in criteria.items()]
     lines: list[Artist] = [

@@ -18,7 +18,7 @@ _APART_M = 0.6
 _BESIDE_PT = 10
 _BORDER_PT = 4
 _WAYS = (0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6, -6)
-"""Maximum distance of a label from its first position, in its heights."""
+"""Maximum distance of a label from its first position, in multiples of its height."""
 _HALO = [withStroke(linewidth=2.5, foreground="white", alpha=0.8)]
 
 
@@ -70,7 +70,7 @@ def label_ends(axes: Axes, name: str, track: Track, reach_m: float) -> list[Anno
     texts = [(start, f"{name} {track.times_s[0]:g} s"), (end, f"{track.times_s[-1]:.3g} s")]
     if np.hypot(*(start - end)) < _APART_M:
         texts = [(end, f"{texts[0][1]} and {texts[1][1]}")]
-    # across the way to the other end, on the side that is on the right
+    # perpendicular to the line to the other end, on its right
     across = np.array([-(end - start)[1], (end - start)[0]])
     away = across if across[0] >= 0 else -across
     return [label(axes, text, place, away, distance=distance) for place, text in texts]

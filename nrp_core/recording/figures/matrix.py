@@ -22,18 +22,18 @@ _LONGEST_LABEL = 20
 
 
 def height_of(series: Sequence[StepSeries], least: float) -> float:
-    """Return how high the axes of some values are, in the unit of the least height."""
+    """Return the height of the axes of some values, in units of the smallest height."""
     return least if len(series) <= _MOST_CURVES else max(least, _ROW * min(len(series), _MOST_LABELS))
 
 
 def draw_values(axes: Axes, series: Sequence[StepSeries], story: Story) -> None:
-    """Draw values that hold until the next one."""
+    """Draw values as steps."""
     draw = draw_series if len(series) <= _MOST_CURVES else draw_matrix
     draw(axes, series, story)
 
 
 def draw_matrix(axes: Axes, series: Sequence[StepSeries], story: Story) -> None:
-    """Draw a row for each; they share a scale, which is beside them."""
+    """Draw a row for each series; all share the scale beside them."""
     values = np.array([sampled(one, *story.span_s) for one in series])
     shown = values[np.isfinite(values)]
     low, high = (float(shown.min()), float(shown.max())) if shown.size else (0.0, 0.0)

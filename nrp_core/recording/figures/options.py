@@ -34,9 +34,9 @@ class PlotOptions:
     """How a figure is drawn.
 
     Args:
-        size_inches: width and height; None: as suits the figure.
+        size_inches: width and height; None: the figure's own size.
         dpi: dots per inch of a PNG file.
-        begin_s, end_s: the time that is shown, s.
+        begin_s, end_s: the period that is shown, s.
         panels: the parts of the page.
         style: a style sheet of Matplotlib: its name, or a file. It comes after our own.
     """

@@ -1,4 +1,4 @@
-"""The page: where each part of the figure goes."""
+"""The layout of the page: the place of each part of the figure."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from nrp_core.recording.figures.traces import draw_raster, draw_timeline, moving
 from nrp_core.recording.figures.view import Bounds, RoomView
 
 SIZE_INCHES, _TALLER = (12.8, 8.0), (12.8, 10.4)
-"""Of the page, and of one with a wide map above."""
+"""Height of the page, and of a page with a wide map at the top."""
 IMAGES = 8
 _SIDE_IN, _NAMES_IN = 0.58, 0.7
-"""Margin on both sides, and room for the names of rows beside the traces, at the usual size of texts."""
+"""Margin on both sides, and space for the names of rows beside the traces, at the usual text size."""
 _HEAD_IN, _FOOT_IN, _STRIP_GAP_IN, _CAPTION_IN = 1.08, 0.2, 0.08, 0.25
 _AXIS_IN, _ROW_GAP_IN = 0.6, 0.3
-"""Height of the head and the foot; gap and caption of the camera images; labels of the time axis; room for
+"""Height of the head and the foot; gap and caption of the camera images; labels of the time axis; space for
 the title of a row."""
 _WIDE = 1.9
-"""A map with a larger aspect goes above the traces, over the whole width."""
+"""A map with a larger aspect ratio is above the traces, over the whole width."""
 
 
 def draw_page(story: Story, images: Sequence[CameraFrame], options: PlotOptions) -> Figure:
@@ -84,7 +84,7 @@ Row = tuple[float, str, Callable[[Axes], None]]
 
 
 def _rows(story: Story, coloured: Sequence[Coloured], panels: Collection[Panel]) -> list[Row]:
-    """Return everything that is drawn over time."""
+    """Return all rows with a time axis."""
     rows: list[Row] = []
     if coloured and Panel.TIMELINE in panels:
         visuals = len({interval.visual for interval in coloured})

@@ -19,7 +19,7 @@ from nrp_core.recording.reading.recording import Recording
 
 _WIDE = (12.0, 5.0)
 _ROOM, _ROOM_EDGE = 8.0, 0.8
-"""Longer side of the room, and the space for title and axes."""
+"""Length of the room's longer side, and the space for title and axes."""
 _IMAGES, _COLUMNS = 12, 4
 
 
@@ -29,7 +29,7 @@ def draw_part(what: str, story: Story, recording: Recording, options: PlotOption
     Args:
         what: ``raster``, ``trajectory``, ``devices`` or ``camera``.
         story: the story of the run.
-        recording: the recording that the images come from.
+        recording: the recording with the images.
         options: the size of the figure.
 
     Raises:
@@ -43,7 +43,7 @@ def draw_part(what: str, story: Story, recording: Recording, options: PlotOption
     }
     figure = draw[what]()
     if figure is None:
-        raise ExperimentError(f"there is nothing to draw for '{what}' in it", path=recording.file)
+        raise ExperimentError(f"the recording has no data for '{what}'", path=recording.file)
     return figure
 
 

@@ -19,9 +19,9 @@ from nrp_core.recording.figures.style import FAINT, INK, PAPER, time_colours
 from nrp_core.recording.figures.view import Bounds, GroundOutline, RoomView
 
 _MUCH_LARGER, _INSET = 3.0, 0.3
-"""A room so many times as large as the map is shown in a corner, in this share of the map's width."""
+"""A room this many times as large as the map is shown in a corner, with this share of the map's width."""
 _PLACES, _POINTS = 9, 200
-"""Number of positions tried on a side, and of points of a line that count."""
+"""Number of positions that are tried on a side, and of points on a line that are checked."""
 _NOSE_M = 0.3
 """Length of the line to the front of a robot without visuals."""
 
@@ -48,7 +48,7 @@ def _draw_pieces(axes: Axes, view: RoomView) -> None:
 
 
 def _draw_whole(axes: Axes, view: RoomView, coloured: Iterable[Coloured]) -> list[Bbox]:
-    """Draw a room that is much larger than the map, in the emptiest place at a side; return that place."""
+    """Draw a room that is much larger than the map in the emptiest place at a side; return that place."""
     axes.apply_aspect()
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     shown, whole = Bounds(left, right, bottom, top), view.whole()
@@ -77,7 +77,7 @@ def _draw_whole(axes: Axes, view: RoomView, coloured: Iterable[Coloured]) -> lis
 def _emptiest_side(
     axes: Axes, lines: Iterable[FloatArray], width: float, height: float
 ) -> tuple[float, float]:
-    """Return the place on the left or right side of the axes, in shares of them, that lines cover least."""
+    """Return the place on the left or right side of the axes that lines cover least, in axes units."""
     gap = 0.015
     heights = np.linspace(1 - height - gap, gap, _PLACES)
     places = [(x, float(y)) for y in heights for x in (1 - width - gap, gap)]
@@ -156,7 +156,7 @@ def _draw_track(axes: Axes, track: Track, story: Story) -> None:
 
 
 def _draw_robot(axes: Axes, outlines: list[FloatArray], track: Track, index: int, story: Story) -> float:
-    """Draw a robot where it was at an entry of its track, with a line to its front; return its reach, m."""
+    """Draw a robot at its pose in an entry of its track, with a line to its front; return its reach, m."""
     x, y, yaw = track.xs[index], track.ys[index], track.yaws[index]
     ahead = np.array([np.cos(yaw), np.sin(yaw)])
     color = time_colours()(story.share_of(track.times_s[index]))
@@ -172,7 +172,7 @@ def _draw_robot(axes: Axes, outlines: list[FloatArray], track: Track, index: int
 
 
 def _set_limits(axes: Axes, focus: Bounds) -> None:
-    """Show the focus and as much around it as fits into the axes."""
+    """Show the focus, and its surroundings as far as they fit into the axes."""
     bounds = focus.widened(axes.bbox.width / axes.bbox.height)
     axes.set(
         xlim=(bounds.left, bounds.right), ylim=(bounds.bottom, bounds.top), aspect="equal", xlabel="x (m)",

@@ -37,7 +37,7 @@ class StepSeries:
     values: list[float] = field(default_factory=list)
 
     def add(self, t_s: float, value: float, begin_s: float = 0.0) -> None:
-        """Append a value; one from before the begin takes the place of the last such."""
+        """Append a value; a value from before the start replaces the previous one."""
         if t_s < begin_s:
             self.times_s.clear()
             self.values.clear()
@@ -57,7 +57,7 @@ class Track:
 
 @dataclass(frozen=True)
 class Coloured:
-    """A time in which a visual had another colour than at the start."""
+    """A period in which a visual had another colour than at the start."""
 
     visual: str
     since_s: float
@@ -71,15 +71,15 @@ class Story:
 
     Args:
         run: the contents of ``run.json``.
-        begin_s, end_s: the time that is shown; the end is at most the time of the last message.
-        activity: how much the links moved since the message on ``/tf`` before, by time in s.
-        scene: the look of the room and the robots.
-        first_poses, last_poses: of every frame that moves, where it was first and last.
-        tracks: of every model that can move.
+        begin_s, end_s: the period that is shown; it ends at the last message at the latest.
+        activity: motion of the links since the previous message on ``/tf``, by time in s.
+        scene: the shapes of the room and the robots.
+        first_poses, last_poses: the first and last pose of every moving frame.
+        tracks: the track of every movable model.
         spikes: by population: ids and times in s.
-        sinks: values of devices that listen to neurons.
+        sinks: values of devices that record neurons.
         commands: numbers that were published, by topic and field.
-        colours: by visual: the colour from each time on.
+        colours: the colour of each visual from each time on.
     """
 
     run: Mapping[str, Any]
@@ -114,12 +114,14 @@ class Story:
             story.end_s = max(story.end_s, t_s)
             story._take(topics[recorded.topic], recorded)
         if begin_s and story.end_s <= begin_s:
-            message = f"nothing between {begin_s:g} s and {end_s:g} s: it ends at {story.end_s:g} s"
+            message = (
+                f"it has no messages between {begin_s:g} s and {end_s:g} s: it ends at {story.end_s:g} s"
+            )
             raise ExperimentError(message, path=recording.file)
         return story
 
     def coloured(self) -> list[Coloured]:
-        """Return every time in which a visual did not have its first colour."""
+        """Return every period in which a visual did not have its first colour."""
         found = []
         for visual, changes in self.colours.items():
             ends = [t_s for t_s, _ in changes[1:]] + [self.end_s]
@@ -132,7 +134,7 @@ class Story:
         return found
 
     def name_of(self, visual: str) -> str:
-        """Return the name of a visual for people: the experiment's alias for its colour, or its model."""
+        """Return a readable name of a visual: the experiment's alias for its colour, or its model."""
         for alias, topic in dict(self.run.get("aliases") or {}).items():
             if topic == f"/{visual}/color":
                 return str(alias).strip("/").removesuffix("/color")
@@ -140,18 +142,18 @@ class Story:
 
     @property
     def span_s(self) -> tuple[float, float]:
-        """The time that is shown, never empty."""
+        """The period that is shown, never empty."""
         return self.begin_s, self.end_s if self.end_s > self.begin_s else self.begin_s + 1.0
 
     def share_of(self, t_s: float) -> float:
-        """Return the position of a time in the shown time, 0 to 1."""
+        """Return the position of a time in the period that is shown, 0 to 1."""
         begin_s, end_s = self.span_s
         return min(max((t_s - begin_s) / (end_s - begin_s), 0.0), 1.0)
 
     # -- one method for each role
 
     def _take(self, topic: RecordedTopic, recorded: Recorded) -> None:
-        """Add a message; a value from before the shown time holds until the next one."""
+        """Add a message; a value from before the period holds until the next one."""
         message, t_s = recorded.message, seconds(recorded.t_ns)
         early = t_s < self.begin_s
         match topic.role:
@@ -214,7 +216,7 @@ class Story:
 
 
 def _moved(before: Pose, now: Pose) -> float:
-    """Return how far a link moved: its way in m, and its turn in rad as if it reached 0.3 m."""
+    """Return the motion of a link, m: its displacement, and its rotation at a distance of 0.3 m."""
     turned = abs(sum(a * b for a, b in zip(before.orientation, now.orientation, strict=True)))
     return dist(before.position, now.position) + _REACH_M * 2 * acos(min(turned, 1.0))
 

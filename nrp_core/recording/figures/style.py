@@ -70,7 +70,7 @@ def text_scale(width_inches: float | None) -> float:
 
 
 def points(size: float) -> float:
-    """Return a size of texts in the figure that is being drawn, given that in a figure of the usual width."""
+    """Return the text size in the present figure that corresponds to one in a figure of the usual width."""
     return size * float(mpl.rcParams["font.size"]) / float(_RC["font.size"])
 
 
@@ -79,8 +79,8 @@ def style(sheet: str | None = None, width_inches: float | None = None) -> Iterat
     """Draw in the figure's style.
 
     Args:
-        sheet: a style sheet of Matplotlib that comes on top; text sizes stay ours, for the layout's sake.
-        width_inches: of the figure; None: the usual width.
+        sheet: a style sheet of Matplotlib, applied after ours except for its text sizes.
+        width_inches: width of the figure; None: the usual width.
 
     Raises:
         ExperimentError: the sheet does not exist, or cannot be read.

@@ -18,11 +18,11 @@ from nrp_core.recording.figures.style import FAINT, colour, points
 _LONGEST_LABEL, _LINE_CHARACTERS = 28, 72
 _NUMBER_POINTS = 8.0
 _MOST_ROWS = 400
-"""More neurons than this are thinned out evenly."""
+"""Maximum number of neurons; more are thinned out evenly."""
 
 
 def shade(axes: Axes, coloured: Iterable[Coloured]) -> None:
-    """Shade the times in which something had another colour."""
+    """Shade the periods in which a visual had another colour."""
     for interval in coloured:
         axes.axvspan(
             interval.since_s, interval.until_s, facecolor=interval.rgb, alpha=0.10, linewidth=0, zorder=0
@@ -30,7 +30,7 @@ def shade(axes: Axes, coloured: Iterable[Coloured]) -> None:
 
 
 def draw_timeline(axes: Axes, story: Story, coloured: Sequence[Coloured]) -> None:
-    """Draw a bar for every time in which something had another colour, a row for each thing."""
+    """Draw a bar for every period in which a visual had another colour, with a row for each visual."""
     visuals = list(dict.fromkeys(interval.visual for interval in coloured))
     for interval in coloured:
         row = visuals.index(interval.visual)
@@ -84,9 +84,9 @@ def _sizes(story: Story, brain: Mapping[str, Any]) -> dict[str, int]:
 
 
 def draw_raster(axes: Axes, story: Story) -> None:
-    """Draw a tick for every spike, a row for each neuron, the groups in colours.
+    """Draw a tick for every spike, with a row for each neuron and a colour for each group.
 
-    On the right are the indices of the first and last neuron of each group in their population.
+    The indices of the first and last neuron of each group in their population are on the right.
     """
     numbers: dict[float, int] = {}
     rows, labels, total = 0, {}, sum(len(group.ids) for group in groups(story))
@@ -111,7 +111,7 @@ def draw_raster(axes: Axes, story: Story) -> None:
 
 
 def _number_neurons(axes: Axes, numbers: Mapping[float, int], rows: int) -> None:
-    """Write the indices of neurons beside their rows; those without room are left out."""
+    """Write the indices of neurons beside their rows, as far as there is space."""
     height_pt = axes.bbox.height * 72 / axes.figure.dpi
     apart = _NUMBER_POINTS * rows / height_pt
     written: dict[float, int] = {}
@@ -130,7 +130,7 @@ def _tick_points(axes: Axes, rows: int) -> float:
 
 
 def _tick_width(axes: Axes, times: FloatArray, rows: int) -> float:
-    """Return a width in points with which ticks do not run into each other, within reason."""
+    """Return a width of ticks, points, with which they rarely overlap."""
     width_pt = axes.bbox.width * 72 / axes.figure.dpi
     return float(np.clip(0.5 * width_pt * rows / max(len(times), 1), 0.15, 0.7))
 
@@ -148,7 +148,7 @@ def _spikes_of(
 
 
 def by_unit(series: Mapping[str, StepSeries]) -> dict[str, list[StepSeries]]:
-    """Return series that share an axis: of one unit, or without a unit of topics that end alike."""
+    """Return series that share an axis: of one unit, or without a unit on topics with the same last name."""
     axes: dict[str, list[StepSeries]] = {}
     topics: dict[str, set[str]] = {}
     for key, one in series.items():
@@ -170,7 +170,7 @@ def _title(kind: str, name: str, own: Sequence[StepSeries]) -> str:
 
 
 def moving(series: Mapping[str, StepSeries]) -> dict[str, StepSeries]:
-    """Return the series that are not 0 all the time; if all are, all."""
+    """Return the series that are not always 0; all of them if none is."""
     return {key: one for key, one in series.items() if any(one.values)} or dict(series)
 
 

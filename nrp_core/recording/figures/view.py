@@ -137,11 +137,11 @@ class Bounds:
 
     @property
     def aspect(self) -> float:
-        """Width through height."""
+        """Width divided by height."""
         return (self.right - self.left) / (self.top - self.bottom)
 
     def widened(self, aspect: float) -> Bounds:
-        """Return the bounds about the same middle that hold these and have another aspect."""
+        """Return the smallest bounds with another aspect ratio and the same middle that contain these."""
         width = max(self.right - self.left, (self.top - self.bottom) * aspect)
         x, y, height = (self.left + self.right) / 2, (self.bottom + self.top) / 2, width / aspect
         return Bounds(x - width / 2, x + width / 2, y - height / 2, y + height / 2)

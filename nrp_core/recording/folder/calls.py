@@ -29,8 +29,8 @@ class CallNoter(Closing):
 
     Args:
         run: the run.
-        note: takes the name and the pickled arguments of each call.
-        warnings: takes a finding about each call that cannot be recorded.
+        note: called with the name and the pickled arguments of each call.
+        warnings: collects a finding about each call that cannot be recorded.
     """
 
     def __init__(self, run: Run, note: Note, warnings: Findings) -> None:
@@ -58,7 +58,7 @@ class CallNoter(Closing):
         if unnamed:
             self._lose(f"{', '.join(unnamed)}: only transfer functions from files are recorded")
         self._keep(CHANGE, (files, remove))
-        self._see_devices(self._run)  # those of functions come and go with them
+        self._see_devices(self._run)  # devices of functions are added and removed with them
 
     def _note_activation(self, name: str, active: bool) -> None:
         self._keep(ACTIVATE, (name, active))
@@ -97,12 +97,12 @@ class CallNoter(Closing):
 
 
 def lost(what: str) -> Finding:
-    """Return the finding about a call that cannot be repeated.
+    """Return the finding about a change that a replay cannot repeat.
 
     Args:
-        what: the thing that a replay does without, as recorded under the name ``lost``.
+        what: the change, as recorded under the name ``lost``.
     """
-    return Finding(Code.NRP284, f"a replay does without {what}", Level.WARNING)
+    return Finding(Code.NRP284, f"a replay cannot repeat {what}", Level.WARNING)
 
 
 def changes_functions(called: Called) -> bool:
@@ -116,7 +116,7 @@ def repeat(run: Run, called: Called, folder: Path) -> None:
     Args:
         run: the run, before the same step.
         called: the call.
-        folder: takes the files of transfer functions, which are read now and shown by errors later.
+        folder: the folder for files of transfer functions; errors refer to them.
 
     Raises:
         ExperimentError: the call is not possible.
@@ -136,7 +136,7 @@ def repeat(run: Run, called: Called, folder: Path) -> None:
             values, named = arguments
             getattr(run.world, called.name)(*values, **named)
     except (pickle.UnpicklingError, AttributeError, EOFError, ImportError, TypeError, ValueError) as error:
-        raise ExperimentError(f"what was done by '{called.name}' cannot be done again: {error}") from error
+        raise ExperimentError(f"the recorded call of '{called.name}' cannot be repeated: {error}") from error
 
 
 def _has(run: Run, function: str) -> bool:
@@ -144,7 +144,7 @@ def _has(run: Run, function: str) -> bool:
 
 
 def _written(folder: Path, name: str, text: bytes) -> Path:
-    """Write a file; each time into a folder of its own, for the same may come again, changed."""
+    """Write a file into a new folder, because the same file may come again with changes."""
     own = folder / f"change-{len(list(folder.iterdir())) + 1}"
     own.mkdir()
     path = own / name

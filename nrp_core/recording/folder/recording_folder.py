@@ -46,7 +46,7 @@ from nrp_core.world.messages.nrp_msgs import Called
 from nrp_core.world.scene.model import Mesh, Scene
 
 FORMAT, OLDEST_FORMAT = 4, 3
-"""Version of the layout of a recording, and the oldest one that can be read."""
+"""Version of the layout of a recording, and the oldest version that can be read."""
 
 SNAPSHOTS_NS = 10 * NS_PER_S
 """Simulated time between two snapshots; one takes about as long as a step."""
@@ -56,18 +56,18 @@ class RecordingFolder:
     """Records a run into a folder, from now until it is closed.
 
     Args:
-        run: between two steps, most often at time 0.
-        folder: is made; an empty one may be there.
+        run: the run, between two steps, usually at time 0.
+        folder: the new folder; it may exist if it is empty.
         images: how camera images are kept.
-        files: the files that were read; without it only the files that the experiment names and the meshes of
+        files: the files that were read; None: only the files that the experiment names and the meshes of
             its scene are kept.
-        snapshots_ns: simulated time between two snapshots; None: there are none.
+        snapshots_ns: simulated time between two snapshots; None: no snapshots.
         origin: the recording that the run continues, and its chain of hashes there.
         calls: earlier changes of its transfer functions, which are not in the experiment.
 
     Raises:
         ExperimentError: the folder is not empty, or cannot be created.
-        RecordingError: the disk does not take the experiment.
+        RecordingError: the experiment cannot be written.
     """
 
     def __init__(
@@ -125,7 +125,7 @@ class RecordingFolder:
         try:
             self._recorder.close()
         except BaseException as error:
-            state = "interrupted"  # however the run ended, its recording is not whole
+            state = "interrupted"  # the recording is incomplete, however the run ended
             self._run.error = self._run.error or error
             raise
         finally:
@@ -144,7 +144,7 @@ class RecordingFolder:
                 self._write(state, self._run.result().to_dict())
 
     def _write_csv(self) -> None:
-        """Write the rows of CSV recorders, all or none: a part would take the room of ``run.json``."""
+        """Write the rows of CSV recorders, all or none: a part would take the space for ``run.json``."""
         folder = self._folder / CSV_FOLDER
         try:
             write_csv(self._run.loop.functions, folder)
@@ -175,7 +175,8 @@ class RecordingFolder:
         except CapabilityError as error:
             self._snapshots_ns = None
             self._warnings.add(
-                Code.NRP284, f"no snapshots are recorded: {error}; to go on from within takes a whole run"
+                Code.NRP284,
+                f"no snapshots are recorded: {error}; a replay from a later time has to run from the start",
             )
 
     def _used(self) -> list[Path]:
@@ -183,11 +184,11 @@ class RecordingFolder:
         folders = {path.parent for path in named} | set(self._run.experiment.models)
         read = self._files.below(folders) if self._files else []
         used = {*named, *_meshes(self._run.world.scene), *read}
-        own = self._folder.resolve()  # which may lie beside the experiment, and is read to be completed
+        own = self._folder.resolve()  # it may be beside the experiment, and is read to be completed
         return sorted(path for path in used if own not in path.resolve().parents)
 
     def _write(self, state: str, result: dict[str, Any] | None) -> None:
-        """Write ``run.json`` in one piece, so that a kill leaves the last one."""
+        """Replace ``run.json`` in one operation, so that a kill leaves a complete file."""
         write_experiment(self._run.experiment, self._folder, self._used(), self._root)
         path = self._folder / RUN_NAME
         draft = path.with_suffix(".draft")
@@ -243,13 +244,13 @@ def _meshes(scene: Scene) -> Iterator[Path]:
 
 
 def _make(folder: Path) -> None:
-    """Create the folder, and exclusively the file in it, against a second process."""
+    """Create the folder, and the file in it exclusively, in case a second process does the same."""
     check_folder(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / MCAP_NAME).touch(exist_ok=False)
     except FileExistsError as error:
-        raise ExperimentError("another run has begun to record here", path=folder) from error
+        raise ExperimentError("another run already records here", path=folder) from error
     except OSError as error:
         raise ExperimentError(f"cannot be made: {error.strerror}", path=folder) from error
 
@@ -277,7 +278,7 @@ def _copy_files(files: Iterable[Path], folder: Path, root: Path | None = None) -
 
 
 def _digests(folder: Path) -> dict[str, str]:
-    """Return the digest of every file of a recording but ``run.json`` and the messages."""
+    """Return the digest of every file of a recording except ``run.json`` and the messages."""
     inside = (path for name in (FILES_FOLDER, CSV_FOLDER) for path in sorted((folder / name).rglob("*")))
     files = (path for path in (*inside, folder / EXPERIMENT_NAME) if path.is_file())
     return {path.relative_to(folder).as_posix(): file_digest(path) for path in files}

@@ -19,13 +19,13 @@ from nrp_core.recording.reading.recording import Recording
 def write_experiment(experiment: Experiment, folder: Path, files: Collection[Path], root: Path) -> None:
     """Write an experiment into its recording, merged with the files that it extends and its overrides.
 
-    One that is not read from YAML is left to its own file and its overrides.
+    An experiment that was not read from YAML is left as its own file and its overrides.
 
     Args:
         experiment: the experiment.
         folder: the folder of the recording.
-        files: the files of which the recording has a copy.
-        root: the folder that they were below of.
+        files: the files that were copied into the recording.
+        root: their common folder.
     """
     is_ours = experiment.maker is None or experiment.compatibility is not None
     if not is_ours or not experiment.source.value:
@@ -46,15 +46,13 @@ def recorded_experiment(recording: Recording, overrides: Sequence[str] = ()) -> 
         return load_experiment(own, overrides)
     written = recording.run.get("file")
     if not written:
-        raise ExperimentError(
-            f"cannot be run again: there is no {EXPERIMENT_NAME} in it", path=recording.folder
-        )
+        raise ExperimentError(f"cannot be run again: it has no {EXPERIMENT_NAME}", path=recording.folder)
     before = [str(one) for one in recording.run.get("overrides") or ()]
     return load_experiment(recording.folder / str(written), [*before, *overrides])
 
 
 def _moved(tree: Tree, files: Collection[Path], root: Path) -> Any:
-    """Return the data of a tree, each name of a file that was copied leading to the copy."""
+    """Return the data of a tree, with the names of copied files replaced by those of the copies."""
     if isinstance(tree.value, dict):
         return {key: _moved(child, files, root) for key, child in tree.value.items()}
     if isinstance(tree.value, list):

@@ -25,7 +25,7 @@ class FilesRead:
         self._paths: dict[str, None] = {}
 
     def __enter__(self) -> Self:
-        # An audit hook cannot be taken away again; without listeners it returns at once.
+        # An audit hook cannot be removed; without listeners it returns at once.
         if not FilesRead._hooked:
             sys.addaudithook(_notice)
             FilesRead._hooked = True
@@ -39,10 +39,10 @@ class FilesRead:
 
     def note(self, path: str) -> None:
         """Add an opened file; a compiled module counts as its source."""
-        self._paths[os.path.abspath(path)] = None  # noqa: PTH100  called for every file: no time for a Path
+        self._paths[os.path.abspath(path)] = None  # noqa: PTH100  called for every file, and a Path is slow
 
     def below(self, folders: Iterable[Path]) -> list[Path]:
-        """Return those in some folders, except installed software and caches below them."""
+        """Return the files in some folders, except installed software and caches below them."""
         roots = {way for folder in folders for way in (folder, folder.resolve())}
         beginnings = tuple(f"{root}{os.sep}" for root in roots)
         near = {_source(Path(path)) for path in list(self._paths) if path.startswith(beginnings)}

@@ -25,8 +25,8 @@ class ChainCheck:
     """The valid part of the chain of hashes of a recording.
 
     Args:
-        steps: how many steps match their hashes, the beginning not counted.
-        until_ns: when the last of them ended; None where not even the beginning matches.
+        steps: the number of steps that match their hashes, without the initial state.
+        until_ns: end of the last of them, ns; None if not even the initial state matches.
         problem: a description of the first mismatch; None if there is none.
     """
 
@@ -38,7 +38,7 @@ class ChainCheck:
 def check_chain(messages: Iterable[tuple[RecordedTopic, Message | None]], begin: Chain | None) -> ChainCheck:
     """Follow the chain of hashes along all messages.
 
-    In some steps membrane voltages count without being recorded: there the hash of the brain is not checked.
+    In some steps the hash of the brain includes membrane voltages, which are not recorded; it is not checked.
 
     Args:
         messages: in the order of the file.
@@ -82,7 +82,7 @@ def _problems(hashed: StepHash, counted: list[list[Any]], chain: Chain | None, s
 
 
 def _parts(codec: Codec, topic: RecordedTopic, data: bytes) -> tuple[bytes, ...]:
-    """Return the bytes of a message that count: for a large image, with the hash of its pixels."""
+    """Return the hashed bytes of a message; for a large image, with the hash of its pixels."""
     if topic.role == Role.CAMERA and topic.type_name == _IMAGE:
         codec.define(topic.type_name, topic.definition)
         size = codec.decode(data, _IMAGE).data.nbytes

@@ -1,4 +1,4 @@
-"""Whether a recording is as it was written, byte by byte; nothing of it is run."""
+"""Check whether every byte of a recording is as it was written; nothing is run."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from nrp_core.recording.layout import CSV_FOLDER, EXPERIMENT_NAME, FILES_FOLDER,
 from nrp_core.recording.reading.chain import ChainCheck, check_chain
 from nrp_core.recording.reading.mcap_messages import McapMessages
 from nrp_core.recording.reading.unread import unread_chunk
-from nrp_core.recording.sealing import file_digest, read_sealed
+from nrp_core.recording.sealing import DAMAGED, file_digest, read_sealed
 from nrp_core.recording.writing.hashes import Chain
 
-DAMAGED, MISSING = "was changed or damaged since it was written", "is missing"
+MISSING = "is missing"
 _FEWER_DIGESTS = 3
 """In recordings up to this format, only the files of the experiment have digests."""
 
 
 @dataclass(frozen=True, slots=True)
 class Flaw:
-    """A file of a recording that is not as it was written.
+    """A damaged or missing file of a recording.
 
     Args:
         file: its path in the recording.
         problem: such as ``is missing``.
-        holds: its part in the recording, or the part of it that is damaged; empty where that is not known.
+        holds: its contents, or the damaged part of them; empty if unknown.
     """
 
     file: str
@@ -44,12 +44,12 @@ class Check:
     """The result of a check.
 
     Args:
-        flaws: the files that are not as they were written.
-        finished: whether the recording was completed; that of a run that was killed never was.
-        undigested: files of the recording of which it has no digest.
+        flaws: the damaged and missing files.
+        finished: whether the recording was completed, which it is not if the run was killed.
+        undigested: files of the recording without a digest.
         unlisted: files that are not part of the recording.
-        files, size: how many files were compared with their digests, and their size in bytes.
-        chain: how far the messages match the hashes of their steps; None where a digest covers them all.
+        files, size: the number of files that were compared with their digests, and their size in bytes.
+        chain: how far the messages match the hashes of their steps; None if a digest covers them all.
     """
 
     flaws: tuple[Flaw, ...]
@@ -62,24 +62,24 @@ class Check:
 
     @property
     def intact(self) -> bool:
-        """Whether every byte is as it was written, and every byte has a digest."""
+        """Whether every byte has a digest and matches it."""
         return self.finished and not self.flaws and not self.undigested
 
     @property
     def notes(self) -> list[str]:
-        """What to know of it besides its flaws, in words."""
+        """Remarks about it besides its flaws, as texts."""
         notes = []
         if not self.finished and self.chain is not None:
             end = "" if self.chain.until_ns is None else self._end(self.chain.until_ns)
-            notes.append(f"the recording is unfinished, because its run was killed or goes on{end}")
+            notes.append(f"the recording is unfinished, because its run was killed or continues{end}")
         elif self.undigested:
             files = " and ".join(self.undigested)
-            notes.append(f"the recording holds no digest of {files}: an earlier version made it")
+            notes.append(f"the recording has no digest of {files}, because an earlier version made it")
         notes += [f"{name} is not part of the recording" for name in self.unlisted]
         return notes
 
     def _end(self, until_ns: int) -> str:
-        return f": it holds {seconds(until_ns):g} s, which match the hashes of their steps"
+        return f": it has {seconds(until_ns):g} s, which match the hashes of their steps"
 
 
 def check_messages(file: Path) -> Check:
@@ -91,14 +91,15 @@ def check_messages(file: Path) -> Check:
 def check_folder_of(folder: Path) -> Check:
     """Compare every file of a recording with its digest, and messages without one with their hashes.
 
-    Without a whole ``run.json`` there is nothing to compare them with.
+    Without an intact ``run.json`` they cannot be compared.
     """
     try:
         run = read_sealed(folder / RUN_NAME)
     except ExperimentError as error:
         problem = error.message if (folder / RUN_NAME).exists() else MISSING
         return Check(
-            (Flaw(RUN_NAME, problem, "what ran, and the digests of all other files"),), finished=False
+            (Flaw(RUN_NAME, problem, "the description of the run, and the digests of all other files"),),
+            finished=False,
         )
     digests = digests_of(run)
     flaws = list(_changed(folder, digests, run))
@@ -121,7 +122,7 @@ def check_folder_of(folder: Path) -> Check:
 
 
 def digests_of(run: Mapping[str, Any]) -> dict[str, str]:
-    """Return the digests of files that ``run.json`` holds, by path in the recording."""
+    """Return the digests of files in ``run.json``, by path in the recording."""
     digests = dict(run.get("files") or {})
     return {f"{FILES_FOLDER}/{name}": one for name, one in digests.items()} if _has_fewer(run) else digests
 
@@ -143,7 +144,7 @@ def _changed(folder: Path, digests: Mapping[str, str], run: Mapping[str, Any]) -
 
 
 def _part(name: str, run: Mapping[str, Any]) -> str:
-    """Return which part of the recording a file is, as far as is known."""
+    """Return a description of the contents of a file, as far as known."""
     parts = {MCAP_NAME: "every message", EXPERIMENT_NAME: "the experiment as it was run"}
     if name.startswith(f"{CSV_FOLDER}/"):
         return "rows that functions recorded"
@@ -152,7 +153,7 @@ def _part(name: str, run: Mapping[str, Any]) -> str:
 
 
 def _keys_of(settings: Any, name: str, key: str = "") -> Iterator[str]:
-    """Yield under which keys of an experiment the path of a file stands."""
+    """Yield the keys of an experiment that have the path of a file as their value."""
     if isinstance(settings, str) and f"/{settings}".endswith(f"/{name}"):
         yield key
     elif isinstance(settings, dict):
@@ -164,7 +165,7 @@ def _keys_of(settings: Any, name: str, key: str = "") -> Iterator[str]:
 
 
 def _damage(file: Path) -> str:
-    """Return which messages of a file are lost."""
+    """Return a description of the messages of a file that are lost."""
     messages, last_ns = McapMessages(file), None
     for _, message in messages:
         last_ns = last_ns if message is None else message.log_time
@@ -173,7 +174,7 @@ def _damage(file: Path) -> str:
 
 def _unread(messages: McapMessages, last_ns: int | None) -> str:
     if messages.all_read:
-        return "all messages are whole, the data around them is not"
+        return "all messages are intact, the data around them is not"
     return "every message" if last_ns is None else f"messages after {seconds(last_ns):g} s"
 
 
@@ -185,7 +186,7 @@ def _beginning(run: Mapping[str, Any]) -> Chain:
 
 
 def _followed(file: Path, begin: Chain | None, *, finished: bool) -> tuple[ChainCheck, list[Flaw]]:
-    """Follow the hashes of the messages; of a file that was never closed the end may be missing."""
+    """Check the hashes of the messages; a file that was not closed may lack its end."""
     if not file.is_file():
         return ChainCheck(), [Flaw(file.name, MISSING, "every message")]
     messages = McapMessages(file)
@@ -198,7 +199,7 @@ def _followed(file: Path, begin: Chain | None, *, finished: bool) -> tuple[Chain
 
 
 def _is_sound(messages: McapMessages, *, finished: bool) -> bool:
-    """Return whether all was read that a file was given, up to its end or to where a kill cut it."""
+    """Return whether everything that was written to a file was read, up to its end or where a kill cut it."""
     if finished or messages.ends:
         return messages.whole if finished else messages.all_read
     return not messages.broken and unread_chunk(messages) is None

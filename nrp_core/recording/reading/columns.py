@@ -24,7 +24,7 @@ _UNITS = {
     },
     "sensor_msgs/msg/Range": {"field_of_view": "rad", "min_range": "m", "max_range": "m", "range": "m"},
 }  # fmt: skip
-"""Units that a type gives its fields and all that is in them (REP 103 and the definitions of the types)."""
+"""Units of the fields of a type and of everything in them (REP 103 and the definitions of the types)."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -32,9 +32,9 @@ class Value:
     """A value in a message.
 
     Args:
-        path: names of the fields, joined by dots; a number or a name stands for an item of an array.
+        path: names of the fields, joined by dots; an item of an array has a number or a name.
         value: a number, a truth value or a text.
-        unit: the unit that its type gives it, or the empty string.
+        unit: its unit by the type of the message, or the empty string.
     """
 
     path: str
@@ -50,7 +50,7 @@ def numbers_in(message: Any) -> Iterator[tuple[str, float]]:
 
 
 def units_in(message: Any) -> dict[str, str]:
-    """Return the units of the numbers that :func:`numbers_in` returns, as far as its type gives them."""
+    """Return the units of the numbers from :func:`numbers_in`, as far as its type gives them."""
     return {one.path: one.unit for one in single_values(message) if one.unit}
 
 
@@ -60,10 +60,10 @@ def single_values(message: Any) -> Iterator[Value]:
 
 
 def values_in(message: Any) -> Iterator[Value]:
-    """Return the values in a message, also those in arrays; headers are left out.
+    """Return the values in a message and its arrays; headers are left out.
 
-    Items of an array are named by the message's list ``name``, if it has one of the same length, as joints
-    and models are; else they are numbered.
+    Items of an array are named by the message's list ``name`` if it has the same length, as for joints
+    and models; otherwise they are numbered.
     """
     return _values(message, "", "", arrays=True)
 

@@ -1,4 +1,4 @@
-"""The messages of an MCAP file, also of one that was cut or damaged."""
+"""The messages of an MCAP file, which may be truncated or damaged."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ class RecordedTopic:
     """A topic of a recording.
 
     Args:
-        name: as it was published or subscribed to.
+        name: the name under which it was published or subscribed to.
         type_name: full name of its type.
-        definition: text of its type and of those in it.
-        about: its metadata: ``role``, and ``unit`` where its values have one.
+        definition: definition of its type and of the types in it.
+        about: its metadata: ``role``, and ``unit`` if its values have one.
     """
 
     name: str
@@ -49,19 +49,19 @@ def is_mcap(path: Path) -> bool:
 
 
 class McapMessages:
-    """Reads the messages of a file once, up to where it was cut or stops making sense.
+    """Reads the messages of a file once, up to the first gap or damage.
 
-    In a file with chunks only these are believed, because they carry a checksum.
+    In a file with chunks only these are read, because they have checksums.
 
     Args:
         path: the file.
 
     Attributes:
-        read_bytes: up to where the file was read without a flaw.
-        chunks: from where to where its chunks go, of those that were read.
-        ends: whether the end of the messages was read.
-        broken: whether reading ended at a record that is there as a whole, or at a gap between messages.
-        count: how many messages were read.
+        read_bytes: size of the intact beginning of the file.
+        chunks: start and end of the chunks that were read.
+        ends: whether the record after the last message was read.
+        broken: whether reading ended at an invalid but complete record, or at a gap between messages.
+        count: number of messages that were read.
         expected: the number of messages by the file's statistics; None if it has none.
     """
 
@@ -74,7 +74,7 @@ class McapMessages:
         self.expected: int | None = None
 
     def __iter__(self) -> Iterator[tuple[RecordedTopic, Message | None]]:
-        """Return every topic as it opens (without a message), and every message; end where one is missing."""
+        """Yield every new topic (without a message) and every message, up to the first missing one."""
         schemas: dict[int, Schema] = {}
         topics: dict[int, RecordedTopic] = {}
         next_number: dict[int, int] = {}
@@ -96,7 +96,7 @@ class McapMessages:
 
     @property
     def all_read(self) -> bool:
-        """Whether every message that was ever in the file has been read."""
+        """Whether every message that was written has been read."""
         return self.ends and not self.broken and self.expected in (None, self.count)
 
     @property
@@ -106,7 +106,7 @@ class McapMessages:
 
     @property
     def closed(self) -> bool:
-        """Whether the file ends as one that was closed."""
+        """Whether the file has the end of a closed file."""
         with self.path.open("rb") as file:
             size = file.seek(0, os.SEEK_END)
             file.seek(max(0, size - len(MCAP0_MAGIC)))
@@ -131,7 +131,7 @@ class McapMessages:
                     return
 
     def _within(self, opcode: int, content: bytes) -> list[McapRecord]:
-        """Return the records that a record holds, or the record itself."""
+        """Return the records in a record, or the record itself."""
         try:
             record = _parsed(opcode, content)
             if isinstance(record, Chunk):
@@ -140,7 +140,7 @@ class McapMessages:
                 self.chunks.append((self.read_bytes, self.read_bytes + _HEAD.size + len(content)))
                 return inner
         except Exception as error:
-            raise _BrokenRecordError from error  # damage shows in as many ways as there are kinds of records
+            raise _BrokenRecordError from error  # damage causes a different exception for each kind of record
         if isinstance(record, DataEnd):
             self.ends = True
         elif isinstance(record, Statistics):
@@ -149,7 +149,7 @@ class McapMessages:
 
 
 class _BrokenRecordError(Exception):
-    """A record does not have the contents of its kind."""
+    """A record has invalid contents."""
 
 
 def _require_known(chunk: Chunk) -> None:
@@ -167,7 +167,7 @@ _READ = {
     Opcode.DATA_END: lambda stream, _: DataEnd.read(stream),
     Opcode.STATISTICS: lambda stream, _: Statistics.read(stream),
 }
-"""How to read the kinds of records that count here."""
+"""Readers of the kinds of records that are needed here."""
 
 
 def _parsed(opcode: int, content: bytes) -> McapRecord | None:
@@ -176,7 +176,7 @@ def _parsed(opcode: int, content: bytes) -> McapRecord | None:
 
 
 def _next(file: BinaryIO, size: int) -> tuple[int, bytes] | None:
-    """Return opcode and content of the next record; None where the file ends before the record does."""
+    """Return opcode and content of the next record; None if the file ends within it."""
     head = file.read(_HEAD.size)
     if len(head) < _HEAD.size:
         return None

@@ -21,7 +21,7 @@ from nrp_core.recording.sealing import read_sealed
 from nrp_core.world.messages.cdr import Codec
 
 MCAP_SUFFIX = ".mcap"
-"""A file of this name is read as far as it is whole, which may be not at all."""
+"""The intact part of a file with this name is read, even if it is empty."""
 
 _NOT_TABLES = (Role.CAMERA, Role.SPIKES, Role.SCENE, Role.RUN)
 
@@ -42,7 +42,7 @@ class Recording:
         path: the folder of a recording, or an MCAP file by itself.
 
     Raises:
-        ExperimentError: there is no recording, or the file has another format.
+        ExperimentError: not a recording, or in another format.
     """
 
     def __init__(self, path: Path | str) -> None:
@@ -66,9 +66,9 @@ class Recording:
 
     @cached_property
     def complete(self) -> bool:
-        """Whether the file was closed and is not damaged; if not, its intact part is read.
+        """Whether the file was closed and is not damaged; otherwise its intact part is read.
 
-        All of it is read to know.
+        The whole file is read to determine this.
         """
         messages = McapMessages(self.file)
         for _ in messages if messages.closed else ():
@@ -78,8 +78,8 @@ class Recording:
     def check(self) -> Check:
         """Compare every byte of the recording with the digests that were taken when it was written.
 
-        A recording that was never finished has no digest of its messages, nor has one of version 0.1: they
-        are compared with the hashes of their steps, as far as these go. Nothing of the recording is run.
+        Unfinished recordings and those of version 0.1 have no digest of their messages: these
+        are compared with the hashes of their steps, as far as they go. Nothing is run.
         """
         return check_folder_of(self.folder) if self._has_folder else check_messages(self.file)
 
@@ -93,13 +93,13 @@ class Recording:
         return [topic for topic in self.topics.values() if topic.role in roles]
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Recorded]:
-        """Return messages in the order of writing, which is that of time.
+        """Return messages in the order of time, in which they were written.
 
         Args:
             topics: only these; all by default.
 
         Raises:
-            ExperimentError: a message is not of its type, in a file that is not ours.
+            ExperimentError: a message does not have its type, in a file from another program.
         """
         codec = Codec({})
         for topic, message in self.raw(topics):
@@ -128,9 +128,9 @@ class Recording:
     def spikes(self) -> Any:
         """Return all spikes as a Neo Segment with a SpikeTrain for each neuron, in ms since the start.
 
-        Each train is annotated with its ``population`` and its ``neuron``, its place there from 0:
-        ``segment.filter(population="retina", objects="SpikeTrain")`` are those of one population, silent ones
-        included.
+        Each train is annotated with its ``population`` and its ``neuron``, the index in it from 0:
+        ``segment.filter(population="retina", objects="SpikeTrain")`` returns those of one population, with
+        silent ones.
 
         Raises:
             CapabilityError: Neo is not installed.
@@ -165,7 +165,8 @@ class Recording:
         result = self.run.get("result")
         if result is None:
             raise ExperimentError(
-                "events are recorded when a run ends, and this one was killed or goes on", path=self.folder
+                "events are recorded at the end of a run, and this run was killed or continues",
+                path=self.folder,
             )
         return events_of(result.get("events") or {})
 
@@ -173,12 +174,12 @@ class Recording:
         """Return a message.
 
         Raises:
-            ExperimentError: it is none of that type, in a file that is not ours.
+            ExperimentError: it does not have its type, in a file from another program.
         """
         self.define(codec, topic)
         try:
             return codec.decode(data, topic.type_name)
-        except Exception as error:  # whatever bytes may raise that are something else
+        except Exception as error:  # invalid bytes may raise anything
             message = f"a message of {topic.name} ({topic.type_name}) cannot be read: {error}"
             raise ExperimentError(message, path=self.file) from error
 
@@ -186,7 +187,7 @@ class Recording:
         """Add the type of a topic to a codec.
 
         Raises:
-            ExperimentError: it is not defined as ROS 2 defines types, in a file that is not ours.
+            ExperimentError: its definition is not one of ROS 2, in a file from another program.
         """
         try:
             codec.define(topic.type_name, topic.definition)

@@ -23,7 +23,7 @@ class Recovered:
         file: the intact file.
         messages: number of its messages.
         until_s: simulated time of the last one, s.
-        kept: the place of the damaged file; None if it was intact already.
+        kept: the new path of the damaged file; None if it was intact.
     """
 
     file: Path
@@ -36,19 +36,19 @@ def recover(recording: Recording, target: Path | None = None) -> Recovered:
     """Write all intact messages to a proper file.
 
     Args:
-        recording: cut or damaged; of one that is complete nothing is changed.
-        target: where to; by default the file takes the place of the damaged one, which is kept beside it.
+        recording: a truncated or damaged recording; a complete one is not changed.
+        target: the new file; by default it replaces the damaged one, which is kept beside it.
 
     Raises:
-        ExperimentError: there is no room, the target is there already, what was read is not ours, or not
-            one message of it is whole; then nothing is changed.
+        ExperimentError: the disk is full, the target exists, the file is from another program, or has
+            no intact message; then nothing is changed.
     """
     source = recording.file
     if target is None and recording.complete:
         return Recovered(source, *_counted(recording), None)
     draft = source.with_suffix(".draft") if target is None else target
     if draft.exists() and target is not None:
-        raise ExperimentError("is there already", path=draft)
+        raise ExperimentError("exists already", path=draft)
     with writing(draft):
         messages, until_s = _written(recording, draft)
         if target is not None:
@@ -60,11 +60,11 @@ def recover(recording: Recording, target: Path | None = None) -> Recovered:
 
 
 def _written(recording: Recording, target: Path) -> tuple[int, float]:
-    """Write a file, or leave nothing; return what :func:`_write` does."""
+    """Write a file; if that fails, remove it. Return the result of :func:`_write`."""
     try:
         messages, until_s = _write(recording, target)
         if not messages:
-            raise ExperimentError("not one whole message of a recording is in it", path=recording.file)
+            raise ExperimentError("it does not have one intact message of a recording", path=recording.file)
     except BaseException:
         target.unlink(missing_ok=True)
         raise
@@ -94,7 +94,7 @@ def _counted(recording: Recording) -> tuple[int, float]:
 
 
 def _free(file: Path) -> Path:
-    """Return a name beside a file that is free."""
+    """Return an unused name beside a file."""
     number, free = 1, file.with_suffix(f".{DAMAGED}{file.suffix}")
     while free.exists():
         number += 1

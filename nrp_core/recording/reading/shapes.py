@@ -32,11 +32,11 @@ class Shape:
     Args:
         visual: path of its visual, ``model/link/visual``; a visual may have several shapes.
         frame: name of the frame that it moves with.
-        kind: of the shape.
-        pose: in the frame.
+        kind: the kind of shape.
+        pose: its pose in the frame.
         size: extents along its axes, m; of a mesh, the factors of its coordinates.
         rgba: its colour, each component 0..1.
-        mesh: the STL file of a mesh, if the recording has it.
+        mesh: the STL file of a mesh, if the recording contains it.
     """
 
     visual: str
@@ -49,14 +49,14 @@ class Shape:
 
     @property
     def model(self) -> str:
-        """The model that it is a part of."""
+        """Its model."""
         return self.visual.partition("/")[0]
 
 
 class RecordedScene:
-    """The shapes of a scene as the messages on ``/scene`` have set them.
+    """The shapes of a scene after the messages on ``/scene``.
 
-    Recordings of version 0.1 hold markers, all of them anew with each change, and no meshes.
+    Recordings of version 0.1 have markers, repeated completely at each change, and no meshes.
     """
 
     def __init__(self) -> None:
@@ -68,7 +68,7 @@ class RecordedScene:
         return [shape for shapes in self._shapes.values() for shape in shapes]
 
     def take(self, message: SceneUpdate | MarkerArray) -> list[str]:
-        """Follow a message; return the visuals that came or changed."""
+        """Apply a message; return the visuals that are new or changed."""
         if isinstance(message, MarkerArray):
             self._shapes = {marker.ns: [_of_marker(marker)] for marker in message.markers}
             return list(self._shapes)

@@ -31,7 +31,7 @@ class RecordedStep:
     Args:
         hash: its hashes, and its number.
         t_ns: its end, ns.
-        messages: its recorded messages that count, in order: topic and bytes.
+        messages: its recorded messages that are hashed, in order: topic and bytes.
         from_outside: messages published from outside before it.
         calls: other calls from outside before it.
     """
@@ -66,7 +66,7 @@ def steps_of(recording: Recording) -> Iterator[RecordedStep]:
             calls.append(recording.decoded(codec, topic, record.data))
         elif topic.role in GROUP_OF:
             messages.append((topic, record.data))
-            if published:  # what came from outside was recorded under its own topic too, with its type
+            if published:  # messages from outside are recorded on their own topics, too, with their types
                 codec.define(topic.type_name, topic.definition)
 
 
@@ -78,7 +78,7 @@ class Difference:
         step: number of the step.
         t_ns: its end, ns.
         group: ``brain``, ``world``, ``inputs`` or ``outputs``.
-        signal: the topic, or the name of another difference.
+        signal: the topic, or the kind of another difference.
         recorded, now: short descriptions of the recorded and the present value.
     """
 
@@ -100,13 +100,13 @@ class Comparison:
     """Compares the steps of a run with those that were recorded.
 
     Args:
-        groups: which of them count, in this order.
-        noise: numbers of a message count as the same if they differ by less than this share of the largest of
-            them, or of 1. Above 0, hashes alone do not count: no noise can be taken out of them.
+        groups: the groups to compare, in this order.
+        noise: numbers of a message are equal if they differ by less than this share of the largest of
+            them, or of 1. Above 0, differences of hashes alone are ignored, because they may be noise.
 
     Attributes:
-        difference: the first one; None as long as everything is the same.
-        steps: how many steps were compared.
+        difference: the first difference; None so far.
+        steps: number of steps that were compared.
     """
 
     def __init__(self, groups: Collection[str] = GROUPS, *, noise: float = 0.0) -> None:
@@ -128,7 +128,7 @@ class Comparison:
             recorded: the recorded step.
             step: the present step.
             hashes: its hashes.
-            codec: knows the types of the messages.
+            codec: decodes the messages.
         """
         if self.difference is None:
             after = [
@@ -190,7 +190,7 @@ def _messages(step: RecordedStep) -> list[_Message]:
 
 
 def _causes_first(groups: Collection[int]) -> list[int]:
-    """Return groups that differ in one step in an order in which the first explains the others.
+    """Return groups that differ in one step, in an order in which the first explains the others.
 
     Sensor data of a robot follow from its pose. But commands act at once, so its motion after the step may
     follow from the outputs.
@@ -206,7 +206,7 @@ def _in_group(messages: Sequence[_Message], group: int) -> list[_Message]:
 def _alike(
     then: Sequence[tuple[str, bytes]], now: Sequence[tuple[str, bytes]], codec: Codec, noise: float
 ) -> bool:
-    """Return whether messages, each its type and bytes, differ by noise in their numbers at most."""
+    """Return whether messages (type and bytes) differ at most by noise in their numbers."""
     if [kind for kind, _ in then] != [kind for kind, _ in now]:
         return False
     pairs = zip(then, now, strict=True)

@@ -1,4 +1,4 @@
-"""What was recorded as objects of pandas and Neo."""
+"""Recorded data as objects of pandas and Neo."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ def segment_of(
     """Return spikes as a Neo Segment with a SpikeTrain for each neuron.
 
     Args:
-        name: of the segment.
-        sizes: how many neurons each population has.
+        name: the name of the segment.
+        sizes: the number of neurons of each population.
         spikes: ids in the population and times, ms, by population.
         end_ms: the end of the recording, ms.
 
@@ -74,7 +74,7 @@ def segment_of(
         order = np.lexsort((times_ms, ids))
         cuts = np.searchsorted(ids[order], np.arange(1, size))
         for neuron, train_ms in enumerate(np.split(times_ms[order], cuts) if size else ()):
-            stop_ms = max(end_ms, train_ms.max(initial=0.0))  # where a spike is at the end but for rounding
+            stop_ms = max(end_ms, train_ms.max(initial=0.0))  # a spike may be at the end, except for rounding
             segment.spiketrains.append(
                 neo.SpikeTrain(
                     train_ms, units="ms", t_stop=stop_ms, name=f"{label} {neuron}",

@@ -1,4 +1,4 @@
-"""Find messages that are in a file and cannot be reached any more: a cut leaves none, damage does."""
+"""Find messages that damage has made unreachable in a file; a truncated file has none."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _BLOCK = 1 << 20
 
 
 def unread_chunk(messages: McapMessages) -> int | None:
-    """Return where in a file that was read the content of a whole chunk is that was not; None if nowhere.
+    """Return the position of a complete chunk that was skipped in reading a file; None if there is none.
 
     The content of each chunk is one frame, which contains its length.
     """
@@ -26,7 +26,7 @@ def unread_chunk(messages: McapMessages) -> int | None:
 
 
 def _outside(data: mmap.mmap, chunks: list[tuple[int, int]]) -> Iterator[int]:
-    """Return where frames seem to begin outside of the chunks, which are in order."""
+    """Return the positions of possible starts of frames outside the chunks, which are in order."""
     begin = 0
     for first, last in [*chunks, (len(data), len(data))]:
         at = data.find(FRAME_HEADER, begin, first)

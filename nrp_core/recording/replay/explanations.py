@@ -24,7 +24,7 @@ def require_format(recording: Recording) -> None:
     """Refuse a recording with another layout of files and hashes than this version's.
 
     Raises:
-        ExperimentError: it names the version that made the recording.
+        ExperimentError: it has another layout; the message names the version that made it.
     """
     found = recording.run.get("format", FORMAT)
     if found not in range(OLDEST_FORMAT, FORMAT + 1):
@@ -38,7 +38,7 @@ def require_format(recording: Recording) -> None:
 def explanations(recording: Recording, check: Check) -> Iterator[Finding]:
     """Yield findings about a recording itself: files that were changed or are missing, and others."""
     if not recording.run:
-        yield _differs(f"there is no {RUN_NAME}: what ran, and with which files, is not known", RUN_NAME)
+        yield _differs(f"it has no {RUN_NAME}, so the versions and files of its run are unknown", RUN_NAME)
         return
     for flaw in check.flaws:
         yield _differs(str(flaw), flaw.file)
@@ -65,11 +65,11 @@ def _differs(message: str, subject: str | None = None) -> Finding:
 
 
 def other_code(recording: Recording, experiment: Experiment) -> str:
-    """Return a text that names changed code since the recording: the core or a backend; empty if none."""
+    """Return a text that names code changed since the recording, of the core or a backend; empty if none."""
     now = code_of(experiment.brain.backend, experiment.world.backend)
     then = dict(recording.run.get("code") or {})
     if not then:
-        return "code of which nothing is known"
+        return "unknown code"
     changed = [package for package, digest in now.items() if then.get(package) != digest]
     return f"other code of {' and '.join(changed)}" if changed else ""
 
@@ -87,4 +87,4 @@ def _words(value: Any) -> str:
 
 def _listed(names: list[str]) -> str:
     more = len(names) - _MOST_NAMED
-    return ", ".join(names[:_MOST_NAMED]) + (f" and {more} more of other versions" if more > 0 else "")
+    return ", ".join(names[:_MOST_NAMED]) + (f" and {more} more with other versions" if more > 0 else "")

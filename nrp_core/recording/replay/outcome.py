@@ -11,16 +11,16 @@ from nrp_core.recording.reading.steps import Difference
 
 
 class Verdict(StrEnum):
-    """Whether a run was the same again."""
+    """Whether a replay equals its recording."""
 
     IDENTICAL = "identical"
-    """All that was recorded was compared, and was the same."""
+    """Everything that was recorded was compared, and is equal."""
     SAME = "the same"
-    """A part of it was compared, and was the same."""
+    """A part of it was compared, and is equal."""
     DIFFERENT = "differs"
-    """Something was not the same."""
+    """Something differs."""
     UNPROVED = "not identical"
-    """Nothing was compared, or the recording is not as it was written."""
+    """Nothing was compared, or the recording is damaged."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,12 +28,12 @@ class ReplayResult:
     """The result of a replay.
 
     Args:
-        steps: how many steps were compared.
+        steps: the number of steps that were compared.
         difference: the first one, if any.
-        from_ns, until_ns: the time that was run and compared.
-        flaws: the files of the recording that are not as they were written.
-        not_compared: which parts of the recording were not compared, in words.
-        error: the error that ended the run early, as it may have ended the recorded one.
+        from_ns, until_ns: the period that was run and compared.
+        flaws: the damaged files of the recording.
+        not_compared: the parts of the recording that were not compared, as texts.
+        error: the error that ended the run early; it may have ended the recorded run, too.
         warnings: possible reasons for a difference.
     """
 
@@ -48,7 +48,7 @@ class ReplayResult:
 
     @property
     def verdict(self) -> Verdict:
-        """Whether everything was the same."""
+        """Whether everything is equal."""
         if self.difference is not None:
             return Verdict.DIFFERENT
         if self.flaws or not self.steps:
@@ -57,5 +57,5 @@ class ReplayResult:
 
     @property
     def identical(self) -> bool:
-        """Whether all that was recorded was compared, and was the same."""
+        """Whether everything that was recorded was compared, and is equal."""
         return self.verdict is Verdict.IDENTICAL

@@ -22,7 +22,7 @@ class RecordedBrainBackend(BrainBackend):
 
     Args:
         recording: the recording.
-        capabilities: those of the brain that was recorded.
+        capabilities: the capabilities of the recorded brain.
     """
 
     def __init__(self, recording: Recording, capabilities: BrainCapabilities) -> None:

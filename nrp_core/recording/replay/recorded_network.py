@@ -1,4 +1,4 @@
-"""The network of a recording as far as a recorded brain needs it: without the script that makes it."""
+"""The network of a recording, as far as a recorded brain needs it, without its script."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def recorded_network(run: Mapping[str, Any]) -> Network | None:
         run: the data of ``run.json``.
 
     Returns:
-        None where the recording does not hold them all: that of an earlier version, or of other cells.
+        None if the recording does not have them all: it is of an earlier version, or has other cells.
     """
     brain = run.get("brain") or {}
     populations = dict(brain.get("populations") or {})

@@ -35,7 +35,7 @@ class RecordedWorldBackend(WorldBackend):
 
     Args:
         recording: the recording.
-        capabilities: those of the world that was recorded.
+        capabilities: the capabilities of the recorded world.
     """
 
     def __init__(self, recording: Recording, capabilities: WorldCapabilities) -> None:
@@ -90,7 +90,7 @@ class RecordedEngine(Engine):
             sensed.reset()
 
     def _do_load(self, scene: Scene) -> None:
-        """Models are added and deleted as recorded; they do only what was recorded."""
+        """Models are added and deleted as recorded; they have no behaviour of their own."""
 
     def _do_configuration(self, model: str) -> None:
         """Return nothing, because models have no state here."""
@@ -120,7 +120,7 @@ class RecordedEngine(Engine):
     def _do_render(self, model: str, link: str, camera: str) -> Any:
         raise CapabilityError(
             f"the recording has no images of {model}/{link}/{camera}: it was made with --images off or "
-            "hash, or nobody looked at them"
+            "hash, or nothing subscribed to them"
         )
 
     def _do_set_drive(self, model: str, drive: str, velocity: BodyVelocity) -> None:
@@ -162,7 +162,7 @@ class _Sensed:
     Args:
         playback: reads the recording.
         topic: the topic in the recording.
-        recorded_at: whether there must be a message of just this time.
+        recorded_at: whether there must be a message at exactly this time.
     """
 
     def __init__(self, playback: Playback, topic: str, *, recorded_at: bool) -> None:
@@ -171,7 +171,7 @@ class _Sensed:
     def read(self, topic: str, now_ns: int) -> Any:
         recorded = self._playback.latest.get(self._topic)
         if recorded is None or (self._recorded_at and recorded.t_ns != now_ns):
-            raise TopicError(f"the recording has nothing on {topic} at {now_ns * 1e-9:g} s")
+            raise TopicError(f"the recording has no message on {topic} at {now_ns * 1e-9:g} s")
         return _as_sensed(recorded.message)
 
     def reset(self) -> None:
@@ -197,7 +197,7 @@ class _SensedLate(_Sensed):
         recorded = self._playback.latest.get(self._topic)
         arrived_at_ns = None if recorded is None else recorded.t_ns
         if arrived_at_ns != now_ns + self._delay_ns and self._playback.ended:
-            return self._kind()  # the run ended before it arrived, and so will this one
+            return self._kind()  # the recorded run ended before it arrived, and so will this one
         return super().read(topic, now_ns + self._delay_ns)
 
     def reset(self) -> None:

@@ -68,7 +68,7 @@ class Replay(Closing):
         recording: the recording.
         request: the request.
         progress: called with the name of each task as it begins.
-        files: what notices which files are read, for a recording that is made of it.
+        files: notes the files that are read, for a new recording.
         check: the result of a check of the recording; by default it is checked.
 
     Raises:
@@ -87,10 +87,12 @@ class Replay(Closing):
         require_format(recording)
         self._recording, self._request, self._progress, self._files = recording, request, progress, files
         if request.from_ns is not None and request.recorded:
-            raise ExperimentError("a single recorded side can only be played back from the beginning")
+            raise ExperimentError("a single recorded side can only be played back from the start")
         since_ns, until_ns = request.from_ns, request.until_ns
         if since_ns is not None and until_ns is not None and until_ns <= since_ns:
-            raise ExperimentError(f"cannot go on from {seconds(since_ns):g} s until {seconds(until_ns):g} s")
+            raise ExperimentError(
+                f"cannot continue from {seconds(since_ns):g} s until {seconds(until_ns):g} s"
+            )
         experiment = recorded_experiment(recording, ["pace=max"])
         edited = _edited(recording, experiment, request.functions)
         self._experiment = edited if request.from_ns is None else experiment
@@ -142,7 +144,7 @@ class Replay(Closing):
         )
 
     def _build(self) -> Build | None:
-        """Return a maker of the network that does not run the brain's script, where the brain is recorded."""
+        """Return a maker of the network that does not run the script, if the brain is played back."""
         network = recorded_network(self._recording.run) if "brain" in self._request.recorded else None
         return None if network is None else lambda _: network
 
@@ -188,9 +190,9 @@ class Replay(Closing):
             yield f"the {side}, which was played back"
 
     def _begin(self) -> tuple[Iterator[RecordedStep], int]:
-        """Bring the run to the start of the comparison; return the recorded steps from there, and the time.
+        """Advance the run to the start of the comparison; return the recorded steps from there, and the time.
 
-        If a snapshot does not fit, a recording that begins at 0 is run from there.
+        If a snapshot does not fit, a recording that starts at 0 is run from there.
         """
         recorded = steps_of(self._recording)
         first = self._first(recorded)
@@ -214,27 +216,27 @@ class Replay(Closing):
         first = next(recorded, None)
         if first is None:
             raise ExperimentError(
-                "no recording of a run, or not a single step of it is whole", path=self._recording.file
+                "not a recording of a run, or without an intact step", path=self._recording.file
             )
         self._recorded_from_ns = first.t_ns
         if self._request.from_ns is not None and self._request.from_ns < first.t_ns:
-            raise ExperimentError(f"begins at {seconds(first.t_ns):g} s only", path=self._recording.folder)
+            raise ExperimentError(f"starts at {seconds(first.t_ns):g} s only", path=self._recording.folder)
         return first
 
     def _go_to(
         self, first: RecordedStep, recorded: Iterator[RecordedStep], at_ns: int, snapshot: bytes
     ) -> None:
-        """Bring the run to a snapshot, and the recording with it."""
+        """Advance the run and the recording to a snapshot."""
         passed = self._pass(first, recorded, at_ns)
         self._restore(snapshot)
         if passed is first:
             self._compare(first)
             return
         self._chain = passed.hash.chain
-        self._observer.step(passed.hash.step)  # these messages were compared at the recording
+        self._observer.step(passed.hash.step)  # these messages belong to a step before the comparison
 
     def _pass(self, first: RecordedStep, recorded: Iterator[RecordedStep], at_ns: int) -> RecordedStep:
-        """Pass over the steps up to a time, changing functions as they were changed; return the last one."""
+        """Skip the steps up to a time, but repeat the changes of functions; return the last one."""
         step = first
         while True:
             for call in step.calls:
@@ -252,12 +254,12 @@ class Replay(Closing):
             raise SnapshotError("; ".join(reasons)) from error
 
     def _about_snapshot(self) -> Iterator[str]:
-        """Return what may explain that a snapshot does not fit, and what to do."""
+        """Return possible reasons why a snapshot does not fit, and a remedy."""
         if other := other_code(self._recording, self._experiment):
             yield f"it was made by {other}"
         if origin := self._recording.run.get("continues"):
             place = f"'{origin['recording']}' at {seconds(origin['t_ns']):g} s"
-            yield f"go on anew from {place}, which this one continues"
+            yield f"continue again from {place}, from which this run started"
 
     def _repeat(self, call: Called) -> None:
         """Repeat a call from outside, or warn that this is not possible."""
@@ -270,7 +272,7 @@ class Replay(Closing):
             self._changes.append(call)
 
     def _snapshot(self, first: RecordedStep) -> tuple[int, bytes] | None:
-        """Return the last snapshot that was taken in time, or None where time 0 will do."""
+        """Return the last snapshot before the start, or None if the run can start at time 0."""
         wanted_ns = first.t_ns if self._request.from_ns is None else self._request.from_ns
         found: tuple[int, bytes] | None = None
         for one in self._recording.messages({SNAPSHOTS}):
@@ -278,15 +280,15 @@ class Replay(Closing):
                 found = one.t_ns, bytes(one.message.data)
         if found is None and first.t_ns > 0:
             raise ExperimentError(
-                f"cannot be run again: it begins at {seconds(first.t_ns):g} s, and there is no snapshot",
+                f"cannot be run again: it starts at {seconds(first.t_ns):g} s and has no snapshot",
                 path=self._recording.folder,
             )
         return found if found is None or self._may_fit(first) else None
 
     def _may_fit(self, first: RecordedStep) -> bool:
-        """Return whether to use snapshots: those of other code may mean something else without notice.
+        """Return whether to use snapshots; those from other code may be misread without an error.
 
-        A recording that begins with a snapshot needs it.
+        A recording that starts with a snapshot needs it.
         """
         other = other_code(self._recording, self._experiment)
         if other:
@@ -297,7 +299,7 @@ class Replay(Closing):
     def _follow(
         self, recorded: Iterator[RecordedStep], until_ns: int | None, *, stop_at_difference: bool
     ) -> None:
-        """Take the steps that were recorded up to a time; by default all."""
+        """Repeat the recorded steps up to a time, by default all."""
         if until_ns is not None and until_ns <= self.run.loop.now_ns:
             return
         for step in recorded:
@@ -313,7 +315,7 @@ class Replay(Closing):
                 return
 
     def _after_step(self, run: Run) -> None:
-        """Compare the step just taken, also where a transfer function has failed in it."""
+        """Compare the last step, even if a transfer function has failed in it."""
         if self._awaited is not None:
             self._compare(self._awaited)
             self._awaited = None
@@ -324,7 +326,7 @@ class Replay(Closing):
         self._chain = recorded.hash.chain
 
     def _change(self, stack: ExitStack) -> None:
-        """Take up the edited transfer functions, and begin to record."""
+        """Use the edited transfer functions, and start to record."""
         now_ns = self.run.loop.now_ns
         if self._request.from_ns is not None and now_ns != self._request.from_ns:
             raise self._no_step(self._request.from_ns)
@@ -340,20 +342,20 @@ class Replay(Closing):
             stack.push(lambda kind, *_: recording_folder.close("failed" if kind else "finished"))
 
     def _no_step(self, wanted_ns: int) -> ExperimentError:
-        """Return the error of there being no step at a time that the run has passed, or did not reach."""
+        """Return the error for a time without a step, which the run has passed or did not reach."""
         now_ns = self.run.loop.now_ns
-        there = "the recording goes to" if now_ns < wanted_ns else "the next is at"
+        there = "the recording ends at" if now_ns < wanted_ns else "the next step is at"
         message = f"there is no step at {seconds(wanted_ns):g} s; {there} {seconds(now_ns):g} s"
         return ExperimentError(message, path=self._recording.folder)
 
     def _take_up(self, edited: Experiment) -> None:
-        """Go on with the functions of the files, those that were edited among them."""
+        """Continue with the functions of the files, including those that were edited."""
         self.run.continue_as(edited)
         if self._changes:
             self.warnings.add(
                 Code.NRP285,
-                f"from {self.run.now_s:g} s on the transfer functions are those of the files; how they were "
-                "changed while the run went on is left out",
+                f"from {self.run.now_s:g} s on the transfer functions are those of the files; changes "
+                "made to them during the recorded run are left out",
             )
             self._changes.clear()
 
@@ -366,7 +368,7 @@ class Replay(Closing):
 
 
 def _edited(recording: Recording, experiment: Experiment, files: Sequence[Path]) -> Experiment:
-    """Return the experiment with files of transfer functions in place of those of the same name."""
+    """Return the experiment with files of transfer functions replaced by those of the same name."""
     if not files:
         return experiment
     own = list(experiment.transfer_functions)
@@ -374,7 +376,7 @@ def _edited(recording: Recording, experiment: Experiment, files: Sequence[Path])
         names = [path.name for path in own]
         if file.name not in names and len(own) != 1:
             hint = did_you_mean(file.name, names)
-            raise ExperimentError(f"takes the place of no file of transfer functions{hint}", path=file)
+            raise ExperimentError(f"does not have the name of a file of transfer functions{hint}", path=file)
         own[names.index(file.name) if file.name in names else 0] = file.resolve()
     listed = ", ".join(f'"{path}"' for path in own)
     return recorded_experiment(recording, ["pace=max", f"transfer_functions=[{listed}]"])

@@ -14,18 +14,18 @@ from nrp_core.recording.reading.recording import Recording
 SUFFIXES = (".mp4", ".webm")
 Vector = tuple[float, float, float]
 Progress = Callable[[int, int], None]
-"""Is called with the number of images written, and of all."""
+"""Called with the number of images written, and the total."""
 
 
 class View(StrEnum):
-    """Where a scene is seen from."""
+    """The place of the camera in a drawn video."""
 
     ABOVE = "above"
-    """From above, with the whole way in view."""
+    """From above, with the whole trajectory in view."""
     FOLLOW = "follow"
-    """From behind a robot, and along with it."""
+    """Behind a robot, following it."""
     FREE = "free"
-    """From a place that stays."""
+    """At a fixed place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,13 +34,13 @@ class VideoOptions:
 
     Args:
         camera: name of a camera, or its topic; None: the scene is drawn.
-        view: where the scene is seen from.
-        speed: how much faster than in reality the video shows it.
-        begin_s, end_s: the time that is shown, s.
+        view: the place of the camera.
+        speed: factor of the speed of the video relative to simulated time.
+        begin_s, end_s: the period that is shown, s.
         width, height: size of drawn images, pixels, even.
         rate_hz: images a second of the video.
-        robot: the one that is followed; None: the first that moves.
-        eye, target: of the free view, m; None: a place that shows everything.
+        robot: the robot that is followed; None: the first movable one.
+        eye, target: position and target of the camera in the free view, m; None: with everything in view.
     """
 
     camera: str | None = None
@@ -57,7 +57,7 @@ class VideoOptions:
 
 
 def check_target(path: Path) -> None:
-    """Refuse a file that no video can be written into.
+    """Refuse a file that cannot be a video.
 
     Raises:
         ExperimentError: the suffix is not one of :data:`SUFFIXES`, or the folder does not exist.
@@ -73,8 +73,8 @@ def video(recording: Recording, path: Path, options: VideoOptions, progress: Pro
     """Write a video of a recording, in VP9; return the number of its images.
 
     Raises:
-        ExperimentError: the suffix is another, the folder does not exist, the recording does not have what
-            shall be shown, or the file cannot be written.
+        ExperimentError: the suffix is not supported, the folder does not exist, the recording lacks the
+            data to show, or the file cannot be written.
     """
     check_target(path)
     from nrp_core.recording.video.camera import camera_frames

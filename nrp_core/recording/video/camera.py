@@ -14,7 +14,7 @@ from nrp_core.recording.video import VideoOptions
 
 
 def camera_frames(recording: Recording, times_s: FloatArray, options: VideoOptions) -> Iterator[Pixels]:
-    """Yield the latest image of a camera at each time; before its first image, that one.
+    """Yield the latest image of a camera at each time; before its first image, the first one.
 
     Raises:
         ExperimentError: the recording has no images of this camera.

@@ -28,7 +28,7 @@ _SAMPLES = 2
 
 
 def drawn_frames(recording: Recording, times_s: FloatArray, options: VideoOptions) -> Iterator[Pixels]:
-    """Yield the scene at each time, seen from where the options say.
+    """Yield images of the scene at some times, from the place in the options.
 
     Raises:
         ExperimentError: the recording has no scene, or the robot to follow is not in it.
@@ -49,7 +49,7 @@ def drawn_frames(recording: Recording, times_s: FloatArray, options: VideoOption
 
 
 def _follow(playback: Playback, t_ns: int, scene: RecordedScene, poses: dict[str, Pose]) -> bool:
-    """Bring scene and poses to a time; return whether the scene changed."""
+    """Update scene and poses to a time; return whether the scene changed."""
     changed = False
     for recorded in playback.until(t_ns):
         message = recorded.message
@@ -63,7 +63,7 @@ def _follow(playback: Playback, t_ns: int, scene: RecordedScene, poses: dict[str
 
 
 def _seen(scene: RecordedScene, view: View) -> list[Shape]:
-    """Return the shapes to draw, without overhead ones, which would hide the rest from above."""
+    """Return the shapes to draw, without overhead ones, which would hide the scene from above."""
     seen = [shape for shape in scene.shapes if shape.rgba[3] > 0]
     if view is not View.ABOVE:
         return seen
@@ -99,7 +99,7 @@ def _follower(story: Story, robot: str | None, recording: Recording) -> Viewpoin
 
 
 def _obstacles(story: Story) -> FloatArray:
-    """Return the boxes around what stands in the room: lowest and highest corners, shape ``(n, 2, 3)``."""
+    """Return the bounding boxes of objects in the room: lowest and highest corners, shape ``(n, 2, 3)``."""
     fixed = (footprint(s, Pose()) for s in story.scene.shapes if s.frame == WORLD_FRAME and s.rgba[3] > 0)
     boxes = [
         ((*piece.outline.min(axis=0), piece.bottom), (*piece.outline.max(axis=0), piece.top))

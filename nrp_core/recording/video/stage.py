@@ -33,8 +33,8 @@ class Stage:
     """The triangles of shapes, by the frames that they move with.
 
     Args:
-        shapes: of the scene.
-        kept: is given the folder of the meshes, which are read when they are drawn first.
+        shapes: the shapes of the scene.
+        kept: keeps the folder of the meshes, which are read when they are first drawn.
 
     Attributes:
         mesh: the triangles.
@@ -51,7 +51,7 @@ class Stage:
         self._frames = np.tile(np.eye(3, 4), (1 + len(numbers), 1, 1))
 
     def vertices(self, poses: Mapping[str, Pose]) -> FloatArray:
-        """Return all vertices in the world, shape ``(n, 3)``; frames without a pose stay where they were."""
+        """Return all vertices in the world, shape ``(n, 3)``; frames without a new pose keep theirs."""
         for name, number in self._numbers.items():
             if name in poses:
                 self._frames[number] = matrix_of(poses[name])

@@ -1,4 +1,4 @@
-"""Where a scene is seen from, image by image."""
+"""The pose of the camera for each image of a drawn video."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from nrp_core.world.rigid.pose import Pose
 
 FIELD_OF_VIEW = radians(45)
 _DISTANCE, _LEAST_M = 3.5, 0.5
-"""The distance of the follower, in sizes of the robot, and the least size that counts."""
+"""The distance of the following camera, in multiples of the robot's size, and the minimum size."""
 _HEIGHTS = tuple(radians(degrees) for degrees in (27, 40, 55, 70, 88))
-"""The angles above the horizon that it tries."""
+"""Angles above the horizon that it tries."""
 _LAG_S = 0.6
-"""Time constant with which the follower turns, so that quick turns of a robot do not shake the image."""
+"""Time constant of its rotation, s, so that quick turns of a robot do not shake the image."""
 _OBLIQUE = (-1.0, -1.0, 0.9)
-"""Direction from the middle of the scene to a free eye."""
+"""Direction from the middle of the scene to a free camera."""
 
 
 class Viewpoint(ABC):
-    """Gives the place of the camera."""
+    """Returns the pose of the camera."""
 
     @abstractmethod
     def eye(self, t_s: float, poses: Mapping[str, Pose]) -> FloatArray:
@@ -38,9 +38,9 @@ def look_at(
     """Return the pose of a camera that looks at a point, upright.
 
     Args:
-        eye: where it is, m.
-        target: the point, m.
-        ahead: the direction that is up in the image of a camera that looks straight down.
+        eye: its position, m.
+        target: the point that it looks at, m.
+        ahead: the direction that is up in the image if the camera looks straight down.
     """
     back = np.subtract(eye, target).astype(float)
     back /= max(float(np.linalg.norm(back)), 1e-9)
@@ -51,7 +51,7 @@ def look_at(
 
 
 class Still(Viewpoint):
-    """A camera that stays."""
+    """A fixed camera."""
 
     def __init__(self, pose: FloatArray) -> None:
         self._pose = pose
@@ -64,8 +64,8 @@ def from_above(bounds: Bounds, aspect: float) -> Viewpoint:
     """Return a camera that looks down and sees the bounds on the ground.
 
     Args:
-        bounds: that it must see.
-        aspect: width through height of the image.
+        bounds: the area that it must see.
+        aspect: width of the image divided by its height.
     """
     seen = bounds.widened(aspect)
     middle = ((seen.left + seen.right) / 2, (seen.bottom + seen.top) / 2, 0.0)
@@ -74,18 +74,18 @@ def from_above(bounds: Bounds, aspect: float) -> Viewpoint:
 
 
 def free(bounds: Bounds, eye: Vector | None, target: Vector | None) -> Viewpoint:
-    """Return a camera at a place that stays; by default one that sees the bounds from a corner."""
+    """Return a fixed camera; by default it sees the bounds from a corner."""
     middle = target or ((bounds.left + bounds.right) / 2, (bounds.bottom + bounds.top) / 2, 0.0)
     away = max(bounds.right - bounds.left, bounds.top - bounds.bottom)
     return Still(look_at(eye or tuple(np.add(middle, np.multiply(_OBLIQUE, away))), middle))
 
 
 class Follower(Viewpoint):
-    """A camera behind a robot, which turns with it, and rises where something hides the robot.
+    """A camera behind a robot that turns with it, and rises if something hides the robot.
 
     Args:
         frame: the frame of the robot's base.
-        size_m: how large the robot is.
+        size_m: size of the robot.
         obstacles: boxes along the axes of the world that may hide it: lowest and highest corners, m, shape
             ``(n, 2, 3)``.
     """
@@ -109,7 +109,7 @@ class Follower(Viewpoint):
         return look_at(robot + self._distance * way, robot, ahead)
 
     def _free_way(self, robot: FloatArray, yaw: float) -> FloatArray:
-        """Return the direction to the lowest eye behind the robot from which nothing hides it."""
+        """Return the direction to the lowest camera behind the robot from which nothing hides it."""
         for height in _HEIGHTS:
             level = -np.cos(height)
             way = np.array((level * np.cos(yaw), level * np.sin(yaw), np.sin(height)))
@@ -119,7 +119,7 @@ class Follower(Viewpoint):
 
 
 def _hidden(start: FloatArray, end: FloatArray, boxes: FloatArray) -> bool:
-    """Return whether a straight line meets a box that does not hold its start."""
+    """Return whether a straight line meets a box that does not contain its start."""
     way = end - start
     with np.errstate(divide="ignore", invalid="ignore"):
         shares = (boxes - start) / np.where(way == 0.0, 1e-12, way)

@@ -1,6 +1,6 @@
-"""Encode the messages of every step, several times as fast as the codec does for any message.
+"""Encode the messages of every step, several times as fast as the general codec.
 
-CDR puts each number at a multiple of its size, counted from behind the header of four bytes
+In CDR the offset of each number after the header of four bytes is a multiple of its size
 (OMG, DDS-XTYPES 1.3, 7.4.3). Parts that are the same in all messages of a topic are encoded once.
 """
 
@@ -18,10 +18,10 @@ from nrp_core.world.messages.sensor_msgs import Image
 from nrp_core.world.rigid.motion import ModelMotion
 
 Parts = tuple[bytes | memoryview | Packed, ...]
-"""The bytes of a message, in pieces that are not worth joining."""
+"""The bytes of a message as several pieces, to avoid copies."""
 
 PACKED_BYTES = 1 << 12
-"""From this size on it pays to pack the pixels of an image on their own."""
+"""Minimum size from which the pixels of an image are compressed separately."""
 
 _HEAD = b"\x00\x01\x00\x00"
 _FLOAT64 = struct.Struct("<4sd")
@@ -29,7 +29,7 @@ _STAMP = struct.Struct("<4siI")
 _LENGTH = struct.Struct("<I")
 _FLOAT64S = struct.Struct("<4s4xIIxxxx")
 _STEP_HASH = struct.Struct("<4siI5s3xq" + 4 * "I17s3x" + "I33s")
-_EMPTY = b"\x01\x00\x00\x00\x00"  # a text of no characters and its end
+_EMPTY = b"\x01\x00\x00\x00\x00"  # an empty string and its end
 
 
 def float64(value: float) -> Parts:
@@ -60,7 +60,7 @@ class SpikesEncoder:
 
 
 class ModelStatesEncoder:
-    """Encodes ``gazebo_msgs/ModelStates`` of models that stay the same."""
+    """Encodes ``gazebo_msgs/ModelStates`` of fixed models."""
 
     def __init__(self, names: Sequence[str]) -> None:
         count = _LENGTH.pack(len(names))
@@ -80,10 +80,10 @@ class ModelStatesEncoder:
 
 
 class TransformsEncoder:
-    """Encodes ``tf2_msgs/TFMessage`` of frames that stay the same.
+    """Encodes ``tf2_msgs/TFMessage`` of fixed frames.
 
     Args:
-        parent: the frame in which all of them are.
+        parent: the parent frame of all of them.
         children: their names.
     """
 
@@ -108,12 +108,12 @@ class TransformsEncoder:
 
 
 def image(message: Image, *, pack: bool = True) -> Parts:
-    """Return a ``sensor_msgs/Image``; of a large one the pixels are packed, or else they are not copied."""
+    """Return a ``sensor_msgs/Image``; the pixels of a large one are compressed, others are not copied."""
     at = message.header.stamp
     data = message.data
     if not isinstance(data, np.ndarray):
         data = np.frombuffer(data, np.uint8)
-    pixels = np.ascontiguousarray(data).reshape(-1).view(np.uint8)  # of depths, the bytes of each number
+    pixels = np.ascontiguousarray(data).reshape(-1).view(np.uint8)  # for depths, the bytes of each number
     body = _padded(_text(message.header.frame_id), 8, 4)
     body += struct.pack("<II", message.height, message.width) + _text(message.encoding)
     body = _padded(body + bytes([message.is_bigendian]), 8, 4)
@@ -125,7 +125,7 @@ def image(message: Image, *, pack: bool = True) -> Parts:
 
 
 def step_hash(now_ns: int, step: int, hashes: Sequence[str], chain: str) -> Parts:
-    """Return a ``nrp_msgs/StepHash``; all hashes are of their full length."""
+    """Return a ``nrp_msgs/StepHash``; all hashes have their full length."""
     seconds, nanoseconds = divmod(now_ns, NS_PER_S)
     brain, world, inputs, outputs = (text.encode() for text in hashes)
     return (
@@ -158,5 +158,5 @@ def _text(text: str) -> bytes:
 
 
 def _padded(body: bytes, before: int, size: int) -> bytes:
-    """Fill up to a multiple of a size, counting the bytes before."""
+    """Pad to a multiple of a size, given the number of bytes before."""
     return body + b"\0" * (-(before + len(body)) % size)

@@ -1,4 +1,4 @@
-"""The moving frames of a scene: those of links, or those of models where the engine knows no more."""
+"""The moving frames of a scene: those of links, or those of models if the engine does not report links."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Frames(ABC):
     """The frames of one scene.
 
     Attributes:
-        names: of the frames that move.
+        names: names of the moving frames.
     """
 
     names: tuple[str, ...] = ()
@@ -41,7 +41,7 @@ class SceneFrames:
     """The frames of a world, whose scene may change.
 
     Args:
-        world: its engine says where bodies are.
+        world: the world; its engine reports the poses of bodies.
     """
 
     def __init__(self, world: World) -> None:
@@ -50,7 +50,7 @@ class SceneFrames:
 
     @property
     def now(self) -> Frames:
-        """The frames of the scene of now."""
+        """The frames of the current scene."""
         if self._world.scene is not self._scene:
             self._scene = self._world.scene
             self._frames = _frames(self._world)
@@ -60,7 +60,10 @@ class SceneFrames:
 def _frames(world: World) -> Frames:
     try:
         return _LinkFrames(world)
-    except (CapabilityError, SceneError):  # an engine without joints needs no masses and knows only models
+    except (
+        CapabilityError,
+        SceneError,
+    ):  # an engine without joints does not need masses, and reports only models
         return _ModelFrames(world)
 
 
@@ -75,7 +78,7 @@ class _LinkFrames(Frames):
         self._in_body = np.array([matrix_of(body.links[0].pose) for _, body in moving]).reshape(-1, 3, 4)
         self._at, self._poses = np.empty((len(paths), 3, 4)), np.empty((len(paths), 7))
         self._read = world.engine.frames(paths)
-        self._read(self._at)  # an engine that lacks this says so now
+        self._read(self._at)  # an engine without this capability raises its error now
 
     def place(self, model: str, link: str) -> tuple[str, Pose]:
         bodies = self._bodies[model]
@@ -114,9 +117,9 @@ def to_poses(frames: FloatArray, in_frames: FloatArray, poses: FloatArray) -> No
     """Write positions and orientations (x, y, z, w) of poses fixed in frames.
 
     Args:
-        frames: rotation and translation, shape ``(n, 3, 4)``.
-        in_frames: likewise, of something in each frame.
-        poses: gets the result, shape ``(n, 7)``.
+        frames: rotation and translation of the frames, shape ``(n, 3, 4)``.
+        in_frames: rotation and translation of a pose in each frame, shape ``(n, 3, 4)``.
+        poses: the result, shape ``(n, 7)``.
     """
     r = np.empty((3, 3))
     for n in range(len(frames)):

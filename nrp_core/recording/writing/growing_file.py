@@ -1,4 +1,4 @@
-"""A file that only grows, with a digest of all in it, on a disk that may become full."""
+"""A file that only grows, with a digest of its contents, on a disk that may become full."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from typing import IO
 from nrp_core._support.closing import Closing
 
 RESERVE_BYTES = 1 << 20
-"""Room on the disk that is kept for the end of a file."""
+"""Disk space that is reserved for the end of a file, bytes."""
 
 
 class GrowingFile(Closing):
-    """Writes a file, each piece as a whole or not at all.
+    """Writes a file; each piece is written completely or not at all.
 
-    Beside it lies a file without a name that does nothing but occupy room. When the disk is full, it makes
-    way: so there is still room for the end.
+    A second file without a name reserves disk space. When the disk is full, that file is removed,
+    so that there is space for the end.
 
     Args:
         path: a new file; its folder exists.
 
     Attributes:
-        size: how many bytes were written.
-        full: the error that made the reserve go; None while there is room.
+        size: number of bytes that were written.
+        full: the error after which the reserve was removed; None while there is space.
         failed: the error after which nothing more is written.
     """
 
@@ -37,7 +37,7 @@ class GrowingFile(Closing):
         self._reserve = _reserved(path.parent)
 
     def append(self, data: bytes | bytearray) -> None:
-        """Hand some bytes to the operating system.
+        """Pass bytes to the operating system.
 
         Raises:
             OSError: this write or an earlier one failed.
@@ -71,7 +71,7 @@ class GrowingFile(Closing):
         return self._file.closed
 
     def close(self) -> None:
-        """Close the file and give back the reserve; calling it again does nothing."""
+        """Close the file and remove the reserve; calling it again does nothing."""
         self._free_reserve()
         self._file.close()
 
@@ -92,7 +92,7 @@ class GrowingFile(Closing):
 
 
 def _reserved(folder: Path) -> IO[bytes] | None:
-    """Occupy room in a folder; None where there is too little of it even for that."""
+    """Reserve disk space in a folder; return None if there is not even enough for the reserve."""
     try:
         reserve = TemporaryFile(dir=folder, buffering=0)  # noqa: SIM115  closed with the file
     except OSError:

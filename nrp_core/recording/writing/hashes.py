@@ -1,4 +1,4 @@
-"""A chain of hashes of the steps: equal chains mean equal runs up to there."""
+"""A chain of hashes of the steps; equal chains mean equal runs so far."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from nrp_core.world.world import World
 
 BRAIN, WORLD, INPUTS, OUTPUTS = range(4)
 GROUPS = ("brain", "world", "inputs", "outputs")
-"""The hashed groups of a step: two states, data that transfer functions could read, and data written."""
+"""The hashed groups of a step: two states, the data that transfer functions could read, and written data."""
 
 GROUP_OF = {
     Role.SPIKES.value: BRAIN,
@@ -32,17 +32,17 @@ GROUP_OF = {
 }
 VOLTAGE = "v"
 VOLTAGES_EVERY = 25
-"""Spikes and what devices make of them count in every step; the membrane voltages behind them in every
-25th, because reading them costs as much as recording all the rest."""
+"""Spikes and values of devices are hashed in every step; membrane voltages only in every
+25th, because reading them costs as much as all other recording."""
 
 
 class Step(NamedTuple):
     """One observed step.
 
     Args:
-        t_ns: when it ended.
+        t_ns: its end, ns.
         entries: the messages, in the order of time.
-        voltages: the membrane voltages, in the steps in which they count.
+        voltages: the membrane voltages, in the steps in which they are hashed.
     """
 
     t_ns: int
@@ -57,14 +57,14 @@ class Voltages:
         self._brain, self._shown = brain, _showing_voltage(brain)
 
     def at(self, step: int) -> FloatArray | None:
-        """Return the voltages, or None in steps in which they do not count."""
+        """Return the voltages, or None in steps in which they are not hashed."""
         if step % VOLTAGES_EVERY or not len(self._shown):
             return None
         return self._brain.read_state(VOLTAGE, self._shown)
 
 
 class Hasher:
-    """Hashes the messages of a step, group by group; packed pixels count by their own hash."""
+    """Hashes the messages of a step, group by group; for compressed pixels it uses their own hash."""
 
     def __init__(self) -> None:
         self._topics: dict[str, tuple[int | None, bytes]] = {}
@@ -83,7 +83,7 @@ class Hasher:
         return [hash_of(one) for one in counted]
 
     def _know(self, entry: RecordEntry) -> tuple[int | None, bytes]:
-        """Return the group of a topic, if it counts, and its name as bytes."""
+        """Return the group of a topic, if it is hashed, and its name as bytes."""
         known = GROUP_OF.get(entry.about["role"]), entry.topic.encode()
         self._topics[entry.topic] = known
         return known

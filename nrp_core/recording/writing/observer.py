@@ -46,10 +46,10 @@ _t_ns = itemgetter(0)
 class Observer:
     """Observes a brain and a world during a run without changing them.
 
-    Of the sensor topics only those with other subscribers are collected; the rest costs nothing.
+    Sensor topics are collected only if they have other subscribers; the rest costs nothing.
 
     Args:
-        brain, world: observed from now on.
+        brain, world: the observed sides.
         period_ns: time between two calls of :meth:`step`.
         images: how camera images are kept.
         codec: encodes the messages.
@@ -63,7 +63,7 @@ class Observer:
     ) -> None:
         self.warnings = Findings()
         self.codec = codec or Codec()
-        for kind in QUICKLY_ENCODED:  # learned now: later they are asked for from another thread
+        for kind in QUICKLY_ENCODED:  # set now, because another thread reads them later
             self.codec.name(kind)
         self._brain, self._world = brain, world
         self._period_ns, self._images = period_ns, images
@@ -114,7 +114,7 @@ class Observer:
         """End the observation; return the data of an unfinished step."""
         self._world.remove_observer(self._note_published)
         for signal in self._signals:
-            with suppress(Exception):  # after a failure an engine may refuse to say
+            with suppress(Exception):  # after a failure an engine may raise an error
                 signal.take(self._brain.now_ns, self._add)
             signal.close()
         entries, self._pending = self._pending, []
@@ -163,7 +163,7 @@ class Observer:
         self._pending.append(entry)
 
     def _encoded(self, topic: str, message: Any) -> memoryview | None:
-        """Return a message as bytes; None, and once a warning, if that cannot be."""
+        """Return a message as bytes; None, with one warning, if it cannot be encoded."""
         if topic in self._refused:
             return None
         try:

@@ -1,8 +1,8 @@
-"""Pack data piece by piece, each when it is at hand, into one frame that any LZ4 library unpacks.
+"""Compress data piece by piece into one frame that any LZ4 library reads.
 
-A frame is a header, blocks that do not need each other, and an end (``lz4_Frame_format.md`` of the LZ4
-project, version 1.6.4). Each block carries the XXH32 of its bytes, which is checked before it is unpacked:
-of an image that takes half a microsecond, where the CRC of all its pixels takes thirty.
+A frame is a header, independent blocks, and an end (``lz4_Frame_format.md`` of the LZ4
+project, version 1.6.4). Each block has the XXH32 of its bytes, which is checked before decompression:
+this takes half a microsecond for an image, and the CRC of all its pixels would take thirty.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ _NOT_PACKED = 1 << 31
 
 
 def frame(blocks: Iterable[bytes]) -> bytes:
-    """Return a frame of blocks that :func:`pack` gave."""
+    """Return a frame of blocks from :func:`pack`."""
     return b"".join((FRAME_HEADER, *blocks, _END))
 
 
 def pack(data: bytes | memoryview) -> bytes:
-    """Return the blocks of a frame that hold some bytes."""
+    """Return the blocks of a frame with these bytes."""
     if len(data) <= BLOCK_BYTES:
         return _block(data)
     return b"".join(_block(data[i : i + BLOCK_BYTES]) for i in range(0, len(data), BLOCK_BYTES))
@@ -48,14 +48,14 @@ def _block(data: bytes | memoryview) -> bytes:
 
 
 class Packed:
-    """Many bytes of a message, hashed and packed at once, while they are in the processor's cache.
+    """Many bytes of a message, hashed and compressed at once, while they are in the processor's cache.
 
     Args:
-        data: contiguous bytes; not needed any more afterwards.
+        data: contiguous bytes; not kept.
 
     Attributes:
         digest: their XXH3 of 128 bits.
-        blocks: the blocks that hold them.
+        blocks: the blocks with them.
     """
 
     __slots__ = ("_size", "blocks", "digest")
@@ -69,5 +69,5 @@ class Packed:
         return self._size
 
     def __bytes__(self) -> bytes:
-        """Unpack them."""
+        """Decompress them."""
         return bytes(lz4.frame.decompress(frame([self.blocks])))

@@ -23,8 +23,8 @@ from nrp_core.world.messages import nrp_msgs
 from nrp_core.world.world import World
 
 LATE_S, LOOK_S = 0.07, 0.02
-"""A step that lasts keeps those before it from being written when they are due; after this wall time that is
-done beside it, and so often it is looked: together less than the tenth of a second that a kill may cost."""
+"""Wall time after which a separate thread writes the earlier steps during a long one, and the interval of its
+checks, s: together less than the tenth of a second of data that a kill may lose."""
 
 
 class Recorder:
@@ -32,11 +32,11 @@ class Recorder:
 
     Memory does not grow with the recording. The data of a step are written a tenth of a second after its end,
     even during the next step (except in C code that holds the GIL). Call :meth:`step` after each step and
-    :meth:`close` at the end, however it came about.
+    :meth:`close` at the end, also after an error.
 
     Args:
-        brain, world: observed from now on.
-        directory: an existing folder; ``recording.mcap`` appears in it.
+        brain, world: the observed sides.
+        directory: an existing folder for ``recording.mcap``.
         period_ns: time between two calls of :meth:`step`.
         images: how camera images are kept.
         chain: the initial chain of hashes; by default a new one.
@@ -80,8 +80,8 @@ class Recorder:
         """Collect new data; at intervals, write them to the file.
 
         Raises:
-            RecordingError: the disk is full, and up to here everything was recorded; or the file cannot be
-                written, and what came since the last flush is lost.
+            RecordingError: the disk is full, and everything so far was recorded; or the file cannot be
+                written, and the data since the last flush is lost.
         """
         self.steps += 1
         self._steps.append(self.observer.step(self.steps))
@@ -96,9 +96,9 @@ class Recorder:
         self._steps.append(RecordEntry(now_ns, SNAPSHOTS, nrp_msgs.Snapshot, about_run(), parts))
 
     def flush(self) -> None:
-        """Hash and pack what came since the last time and hand it to the operating system.
+        """Hash and compress the data since the last flush, and pass it to the operating system.
 
-        Many steps at once: the code is then warm, which halves the cost.
+        It does this for many steps at once: warm code halves the cost.
         """
         with self._lock, self._writing():
             self._write_steps()
@@ -111,7 +111,7 @@ class Recorder:
         if self._steps and not self._failed and self._file.is_due(LATE_S):
             try:
                 self.flush()
-            except Exception as error:  # noqa: BLE001  nobody else would tell, and a step is missing
+            except Exception as error:  # noqa: BLE001  no other code reports it, and a step is missing
                 self._failed = True
                 self._unreported.append(error)
 
@@ -130,22 +130,22 @@ class Recorder:
         self._ticker.close()
         rest = self.observer.close()
         if self._failed:
-            with suppress(OSError):  # which was reported when it first came
+            with suppress(OSError):  # which was reported when it occurred
                 if self._file.full is not None:
-                    self._write_steps()  # into what room was kept for them
+                    self._write_steps()  # into the reserved space
             with suppress(OSError):
                 self._file.close()
             self._report()
             return
         with self._writing():
             self._write_steps()
-            for entry in rest:  # of a step that was not finished
+            for entry in rest:  # for an unfinished step
                 self._put(entry)
             self._file.close()
 
     @property
     def digests(self) -> dict[str, str]:
-        """The SHA-256 of the file by its name, once it is closed; empty where the disk did not take it."""
+        """The SHA-256 of the file by its name, once it is closed; empty if it could not be written."""
         return {} if self._file.digest is None else {MCAP_NAME: self._file.digest}
 
     def _write_steps(self) -> None:

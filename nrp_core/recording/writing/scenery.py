@@ -1,4 +1,4 @@
-"""The look of a scene as Foxglove's scene entities, one for each visual, in the frame that it moves with."""
+"""The visuals of a scene as Foxglove's scene entities, each in the frame that it moves with."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Shown:
 
     Args:
         frame: the name of the frame that it moves with.
-        pose: in that frame.
+        pose: its pose in that frame.
         geometry: its shape.
         rgba: its colour.
     """
@@ -60,9 +60,9 @@ def shown_visuals(scene: Scene, frames: Frames, colors: Mapping[str, Rgba]) -> d
     """Return every visual of a scene by its path, ``model/link/visual``.
 
     Args:
-        scene: with its visuals.
-        frames: of the scene.
-        colors: of visuals by their paths, where they differ from those of the scene.
+        scene: the scene.
+        frames: the frames of the scene.
+        colors: colours of visuals by path, if they differ from those of the scene.
     """
     shown = {}
     for model, link in scene.links():
@@ -75,7 +75,7 @@ def shown_visuals(scene: Scene, frames: Frames, colors: Mapping[str, Rgba]) -> d
 
 
 def scene_update(before: Mapping[str, Shown], now: Mapping[str, Shown], now_ns: int) -> SceneUpdate:
-    """Return the entities to remove and to add, so that a viewer that shows ``before`` shows ``now``."""
+    """Return the entities to remove and to add, so that a viewer changes from ``before`` to ``now``."""
     stamp = Time.from_ns(now_ns)
     gone = [SceneEntityDeletion(stamp, id=path) for path in before if path not in now]
     new = [_entity(stamp, path, shown) for path, shown in now.items() if before.get(path) != shown]
@@ -113,7 +113,7 @@ def _cylinder(pose: Pose, radius: float, length: float, color: Color) -> Cylinde
 
 
 def _mesh(mesh: Mesh, pose: Pose, color: Color) -> ModelPrimitive:
-    """Return a mesh with its file, so that it is seen on other machines."""
+    """Return a mesh with its file, so that other machines can show it."""
     try:
         data = np.fromfile(mesh.path, np.uint8)
     except OSError as error:

@@ -66,7 +66,7 @@ QUICKLY_ENCODED = (nrp_msgs.Spikes, ModelStates, Image, Float64, Float64MultiArr
 """The classes of messages that do not pass through the codec."""
 
 Add = Callable[[RecordEntry], None]
-"""Takes in an entry."""
+"""Stores an entry."""
 
 
 def about_role(role: Role, **about: str) -> Mapping[str, str]:
@@ -86,7 +86,7 @@ class Signal(ABC):
 
 
 class Scenery(Signal):
-    """The look of the room and the robots: all of it at the start, then every change."""
+    """The visuals of the room and the robots: all of them at the start, then every change."""
 
     _about = about_role(Role.SCENE)
 
@@ -150,7 +150,7 @@ class Sensor(Signal):
         for stamped in self._subscription.since(self._seen_ns):
             self._seen_ns = stamped.t_ns
             add(self._entry(self._subscription.topic.name, stamped))
-        self._subscription.clear()  # an image that is held takes the place of others in the cache
+        self._subscription.clear()  # an image that is kept displaces others from the cache
 
     def _entry(self, topic: str, stamped: Stamped) -> RecordEntry:
         return RecordEntry(stamped.t_ns, topic, type(stamped.message), self._about, message=stamped.message)
@@ -188,7 +188,7 @@ class CameraHashes(Sensor):
 
 @dataclass(frozen=True, slots=True)
 class _Everything(SpikeRecorder):
-    """All spikes, until they are taken."""
+    """Collects all spikes until they are taken."""
 
     def open(self, neurons: IntArray, n_neurons: int, name: str) -> _EverythingPort:
         return _EverythingPort(self.keep_ms, neurons, n_neurons, name)
@@ -203,12 +203,12 @@ class _EverythingPort(SpikeRecorderPort):
         return parts[0] if len(parts) == 1 else Spikes.merged(parts)
 
     def receive(self, spikes: Spikes, until_ms: float) -> None:
-        if len(spikes):  # of all neurons, so there is nothing to choose
+        if len(spikes):  # the spikes of all neurons, so there is nothing to select
             self._parts.append(spikes)
 
 
 class PopulationSpikes(Signal):
-    """The spikes of all populations, a topic each."""
+    """The spikes of all populations, with a topic for each."""
 
     _about = about_role(Role.SPIKES)
 
@@ -244,7 +244,7 @@ class PopulationSpikes(Signal):
 
 
 class DeviceRecords(Signal):
-    """The values of all devices that have one, whenever they changed; devices may come and go."""
+    """The values of all devices that have one, whenever they change; devices may be added and removed."""
 
     def __init__(self, brain: Brain) -> None:
         self._brain = brain
@@ -275,7 +275,7 @@ class DeviceRecords(Signal):
 
 
 class _Device:
-    """A device, its topic, and the value that was recorded last."""
+    """A device, its topic, and the last recorded value."""
 
     def __init__(self, port: SourcePort | SinkPort, quantity: str, topic: str, last: Any) -> None:
         self.port, self.topic, self.quantity = port, topic, quantity
@@ -300,7 +300,7 @@ def _differ(value: Any, last: Any) -> bool:
 
 
 def _free(topic: str, taken: Mapping[str, object]) -> str:
-    """Return the topic, with a number behind it where another device has it already."""
+    """Return the topic, with a number appended if another device has the same."""
     number, free = 1, topic
     while free in taken:
         number += 1

@@ -1,4 +1,4 @@
-"""Call a function repeatedly beside the run."""
+"""Call a function repeatedly from a separate thread."""
 
 from __future__ import annotations
 
@@ -26,6 +26,6 @@ class Ticker(Closing):
             call()
 
     def close(self) -> None:
-        """Let the last call end and make no more; calling it again does nothing."""
+        """Stop after the current call; calling it again does nothing."""
         self._stopped.set()
         self._thread.join()

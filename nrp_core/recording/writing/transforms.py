@@ -9,7 +9,7 @@ from nrp_core.recording.writing.signals import Add, RecordEntry, Signal, about_r
 from nrp_core.world.messages.generated import made
 
 PERIOD_NS = 40_000_000
-"""At least this much simulated time is between two messages: 25 Hz is enough for viewers and films."""
+"""Minimum simulated time between two messages: 25 Hz is enough for viewers and videos."""
 
 
 class LinkTransforms(Signal):

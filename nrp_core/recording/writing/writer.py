@@ -1,8 +1,8 @@
-"""Write messages into an MCAP file that ROS 2 tools open and that survives being cut.
+"""Write messages into an MCAP file that ROS 2 tools open, and that is readable if it is truncated.
 
-The records that are rare are those of the ``mcap`` library. Its writer is not used: it keeps an object for
-every chunk until the end, and we close one every few steps; and its way to add a message costs five times as
-much. The layouts of messages, chunks and their indexes are those of the specification of MCAP, version 0.
+Rare records are written by the ``mcap`` library. Its writer is not used: it keeps an object for
+every chunk until the end, and we close one every few steps; and it needs five times as long to add
+a message. The layouts of messages, chunks and their indexes follow the specification of MCAP, version 0.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ FLUSH_S = 0.065
 """Wall time between two flushes to disk, s."""
 
 _CHUNK_BYTES = 1 << 20
-"""A reader unpacks a whole chunk at once."""
+"""Maximum size of a chunk, which a reader decompresses at once."""
 _INDEX_BYTES = 1 << 20
-"""The index of chunks is kept in memory up to this size, then in a passing file."""
+"""The index of chunks is kept in memory up to this size, then in a temporary file."""
 
 _MESSAGE = struct.Struct("<BQHIQQ")
 _HEAD_BYTES = 9
-"""Opcode and length, which the length of a record does not count."""
+"""Opcode and length, which the length of a record excludes."""
 _MESSAGE_BYTES = _MESSAGE.size - _HEAD_BYTES
 _MESSAGE_CODE = int(Opcode.MESSAGE)
 _NO_CRC = 0
-"""Of a chunk as a whole; each block in it has its own checksum."""
+"""The checksum of a whole chunk is omitted; each block in it has its own."""
 _MESSAGE_INDEX = struct.Struct("<BQHI")
 _PLACE = struct.Struct("<HQ")
 _CHUNK = struct.Struct("<BQQQQII3sQ")
@@ -51,7 +51,7 @@ _LZ4 = (3, b"lz4")
 class McapFile:
     """An MCAP file in ROS 2 encoding, being written.
 
-    Messages are gathered into chunks; a chunk is closed and handed to the operating system by
+    Messages are collected in chunks; a chunk is closed and passed to the operating system by
     :meth:`flush`. Times in the file are simulated, from 0 on.
 
     Args:
@@ -98,7 +98,7 @@ class McapFile:
         return topic in self._channels
 
     def write(self, topic: str, t_ns: int, parts: Parts) -> None:
-        """Add an encoded message on an announced topic; its parts follow each other."""
+        """Add an encoded message, a sequence of parts, on an announced topic."""
         self._chunk.add(self._channels[topic], t_ns, parts)
         if self._chunk.size > _CHUNK_BYTES:
             self._end_chunk()
@@ -108,7 +108,7 @@ class McapFile:
         return self._clock() - self._flushed_at >= (FLUSH_S if after_s is None else after_s)
 
     def flush(self) -> None:
-        """Hand everything to the operating system; from here on a kill of this process loses none of it."""
+        """Pass everything to the operating system, so that a kill of this process does not lose it."""
         self._end_chunk()
         self._flushed_at = self._clock()
 
@@ -124,7 +124,7 @@ class McapFile:
 
     @property
     def digest(self) -> str | None:
-        """The SHA-256 of the file once it is closed; None before, and where the disk did not take it all."""
+        """The SHA-256 of the file once it is closed; None before, and if writing failed."""
         return self._file.digest if self._file.closed and self._file.failed is None else None
 
     @property
@@ -136,7 +136,7 @@ class McapFile:
         """Write the index and close; calling it again does nothing.
 
         Raises:
-            OSError: the disk does not take it; the file then ends like that of a run that was killed.
+            OSError: it cannot be written; the file then ends like that of a killed run.
         """
         if self._file.closed:
             return
@@ -203,7 +203,7 @@ class McapFile:
 
 
 class _Channel:
-    """A topic: its number, how many messages there were, and where those of the chunk are."""
+    """A topic: its number, its number of messages, and the positions of those in the chunk."""
 
     __slots__ = ("count", "number", "places")
 
@@ -213,7 +213,7 @@ class _Channel:
 
 
 class _Chunk:
-    """Records that will be written together, and where the messages are among them."""
+    """Records that are written together, and the positions of the messages among them."""
 
     def __init__(self) -> None:
         self.size = 0
@@ -243,7 +243,7 @@ class _Chunk:
 
     @property
     def span_ns(self) -> tuple[int, int] | None:
-        """The first and the last time of its messages; None as long as there are none."""
+        """The first and the last time of its messages; None without messages."""
         if not self._channels:
             return None
         times = [channel.places[::2] for channel in self._channels]
@@ -255,7 +255,7 @@ class _Chunk:
         self.size += len(record)
 
     def packed(self) -> bytes:
-        """Return all of it, packed."""
+        """Return its compressed contents."""
         self._pack_pieces()
         return frame(self._blocks)
 
@@ -265,7 +265,7 @@ class _Chunk:
             self._pieces.clear()
 
     def message_indexes(self, offset: int) -> tuple[bytes, bytes]:
-        """Return the index of each channel one after the other, and where in the file each will be."""
+        """Return the indexes of the channels in sequence, and the position of each in the file."""
         pieces, places_of, size = list[bytes](), bytearray(), 0
         for channel in self._channels:
             places, channel.places = array("Q", channel.places).tobytes(), []

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from math import inf
 
-from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
 from nrp_core.world.scene.acting import Pid, TrajectoryController
 from nrp_core.world.scene.model import Joint
 from nrp_core.world.scene.reading.actuators import Actuators
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import ros_topic
-from nrp_core.world.scene.reading.registered import ModelParts
+from nrp_core.world.scene.reading.registered import ModelParts, part_named
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.topics import resolve_name
 
@@ -58,11 +57,9 @@ def led_joints(
     Raises:
         SceneError: the model has no joint with a name.
     """
-    known, led = [joint.name for joint in joints], _led(joints)
+    led = _led(joints)
     for name in names:
-        if name not in known:
-            raise place.error(f"the model has no joint '{name}'{did_you_mean(name, known)}")
-        if name not in led:
+        if part_named(place, name, joints, "joint").name not in led:
             reading.notes.warn(
                 place,
                 Code.NRP265,

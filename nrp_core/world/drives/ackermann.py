@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from math import atan, copysign, dist, inf, tan
 from typing import Any, ClassVar
 
-from nrp_core.errors import did_you_mean
 from nrp_core.world.drives.drive import Drive
 from nrp_core.world.drives.wheels import WheelDrivePart, wheels_in
 from nrp_core.world.engine import Engine
@@ -91,13 +90,11 @@ class Ackermann(Drive):
     @classmethod
     def _of_ros(cls, plugin: Element, model: ModelParts, reading: Reading) -> Ackermann:
         """The car of Gazebo's plugin for ROS 2, which measures the collisions of its wheels."""
-        names = [joint.name for joint in model.joints]
 
-        def named(tag: str) -> str:
-            name = plugin.word(tag, tag)  # the plugin's default is the name of the tag
-            if name not in names:
-                raise plugin.error(f"the model has no joint '{name}'{did_you_mean(name, names)}")
-            return name
+        def named(tag: str) -> str:  # the default is the name of the tag
+            return model.joint(
+                plugin, plugin.word(tag, tag)
+            ).name  # the plugin's default is the name of the tag
 
         corners = [f"{end}_{side}_joint" for side in ("left", "right") for end in ("rear", "front")]
         wheels = {corner: named(corner) for corner in corners}

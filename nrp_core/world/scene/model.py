@@ -370,6 +370,12 @@ class Scene:
         hint = did_you_mean(name, [model.name for model in self.models])
         raise SceneError(f"the scene has no model '{name}'{hint}")
 
+    def visual(self, path: str) -> Visual:
+        """Return a visual by its path ``model/link/visual``."""
+        if path not in self.visuals:
+            raise SceneError(f"the scene has no visual '{path}'{did_you_mean(path, self.visuals)}")
+        return self.visuals[path]
+
     @cached_property
     def visuals(self) -> Mapping[str, Visual]:
         """Every visual by its path ``model/link/visual``."""

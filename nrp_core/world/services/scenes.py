@@ -91,9 +91,7 @@ class SceneRequests:
     def set_visual(self, request: srv.SetVisualPropertiesRequest) -> srv.SetVisualPropertiesResponse:
         """Set the colour of a visual."""
         path = f"{request.model_name}/{request.link_name}/{request.visual_name}"
-        known = self._live.scene.visuals
-        if path not in known:
-            raise SceneError(f"the scene has no visual '{path}'{did_you_mean(path, known)}")
+        self._live.scene.visual(path)
         self._live.set_material(path, *_look(request.property_name, request.property_value))
         return srv.SetVisualPropertiesResponse()
 

@@ -95,9 +95,9 @@ def test_where_seeds_make_no_difference_it_says_what_to_do_about_it(
     asked = ("diff", worlds, "--worlds", "disc,fast", "--seeds", 3, "--jobs", 1, "--results", results)
     done = nrp(*asked, "--html", page)
     assert "more than" not in done.out
-    assert "seeds make no difference" in " ".join(done.out.split())
+    assert "seeds have no effect" in " ".join(done.out.split())
     for told in (" ".join(done.out.split()), page.read_text()):
-        assert "Seeds make no difference to time to event, " in told
+        assert "Seeds have no effect on time to event, " in told
         assert "--vary" in told
         assert "--margin time_to_event=VALUE (in s)" in told
     told = json.loads(nrp(*asked, "--margin", "time_to_event=5 s", "--json").out)

@@ -93,7 +93,7 @@ def test_an_experiment_whose_brain_reports_nothing_is_mapped_by_the_one_that_doe
 def test_a_brain_that_reports_nothing_is_an_error_when_it_is_asked_for(nrp: Nrp, lossy: Path) -> None:
     done = nrp("map", lossy, "--brain", "event")
     assert done.code == 3
-    assert "'event' reports nothing about networks; these do: spinnaker" in done.err
+    assert "'event' has no reports about networks; these have: spinnaker" in done.err
 
 
 def test_a_wrong_brain_script_is_reported_with_its_place(nrp: Nrp, lossy: Path) -> None:

@@ -147,11 +147,11 @@ def test_a_wrong_request_is_refused_before_anything_runs(nrp: Nrp, recorded: Pat
     assert nrp("replay", recorded, "--verify", "--record", tmp_path / "new").code == 2
     assert nrp("run", recorded, "--snapshots", "0s").code == 2
     back = nrp("replay", recorded, "--from", "0.5s", "--until", "0.2s")
-    assert (back.code, back.err) == (3, "error: cannot go on from 0.5 s until 0.2 s\n")
+    assert (back.code, back.err) == (3, "error: cannot continue from 0.5 s until 0.2 s\n")
     between = nrp("replay", recorded, "--until", "0.03s")
     assert (between.code, between.err) == (
         3,
-        f"error: {recorded}: there is no step at 0.03 s; the next is at 0.04 s\n",
+        f"error: {recorded}: there is no step at 0.03 s; the next step is at 0.04 s\n",
     )
     assert "not a recording" in nrp("replay", recorded / RUN_NAME).err
     assert "did you mean 'raster'" in nrp("plot", recorded, "rasta").err
@@ -178,9 +178,9 @@ def test_a_cut_recording_is_reported_recovered_and_verified_up_to_the_cut(nrp: N
     file.write_bytes(file.read_bytes()[:-1])
     assert "nrp recover" in nrp("inspect", recorded).err
     cut = nrp("replay", recorded, "--verify")
-    flaw = "recording.mcap (all messages are whole, the data around them is not) was changed or damaged"
+    flaw = "recording.mcap (all messages are intact, the data around them is not) was changed or damaged"
     assert (cut.code, cut.out) == (1, f"not identical: {flaw} since it was written\n")
-    assert "all messages are whole" in nrp("replay", recorded).err
+    assert "all messages are intact" in nrp("replay", recorded).err
     done = nrp("recover", recorded)
     assert done.code == 0
     assert (recorded / "recording.damaged.mcap").is_file()
@@ -190,13 +190,14 @@ def test_a_cut_recording_is_reported_recovered_and_verified_up_to_the_cut(nrp: N
 
 def test_without_a_description_of_the_run_it_is_never_identical(nrp: Nrp, recorded: Path) -> None:
     (recorded / RUN_NAME).unlink()
-    flaw = "run.json (what ran, and the digests of all other files) is missing"
+    flaw = "run.json (the description of the run, and the digests of all other files) is missing"
     done = nrp("replay", recorded, "--verify")
     assert (done.code, done.out) == (1, f"not identical: {flaw}\n")
     again = nrp("replay", recorded)
     assert again.out == f"not identical: {flaw}\n"
     assert (
-        again.err == "warning: there is no run.json: what ran, and with which files, is not known [NRP285]\n"
+        again.err
+        == "warning: it has no run.json, so the versions and files of its run are unknown [NRP285]\n"
     )
 
 
@@ -215,7 +216,7 @@ def test_a_run_that_was_killed_is_compared_as_far_as_it_went(
     assert done.code == 0
     assert done.out.splitlines()[-2] == "identical: 51 steps"
     said = " ".join(done.out.split())
-    assert f"{killed} was cut or damaged: only its intact part is compared" in said
+    assert f"{killed} is truncated or damaged: only its intact part is compared" in said
     assert f"compared from 0 s to 1 s; {killed} goes from 0 s to 2 s" in said
     assert "goes from 0 s to 2 s" in page.read_text()
     other = json.loads(nrp("diff", killed, recorded, "--json").out)
@@ -240,8 +241,8 @@ def test_two_recordings_of_which_one_is_damaged_are_never_identical(
     done = nrp("diff", recorded, tmp_path / "damaged", "--html", page)
     assert done.code == 1
     assert "".join(done.out.split()).startswith("".join(flaw.split()))
-    assert "not identical: a recording is not as it was written" in done.out
-    assert "is not as it was written</h1>" in page.read_text()
+    assert "not identical: a recording was changed or damaged" in done.out
+    assert "was changed or damaged</h1>" in page.read_text()
     assert nrp("diff", recorded, tmp_path / "damaged", "--engines").code == 1
     told = json.loads(nrp("diff", recorded, tmp_path / "damaged", "--json").out)
     assert (told["identical"], told["flaws"]) == (False, [flaw])
@@ -268,7 +269,7 @@ def test_each_part_of_the_figure_is_drawn_by_itself(
     done = nrp("plot", recorded, what, "-o", tmp_path / "figure.png")
     if what == "camera":
         assert done.code == 3
-        assert "there is nothing to draw for 'camera'" in done.err
+        assert "the recording has no data for 'camera'" in done.err
     else:
         assert done.code == 0
         assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")
@@ -295,7 +296,7 @@ def test_the_intact_part_of_a_cut_recording_is_drawn_with_a_warning(
     file.write_bytes(b"")
     nothing = nrp("plot", recorded, "-o", figure)
     assert nothing.code == 3
-    assert "nothing was recorded, or nothing of it is whole" in nothing.err
+    assert "nothing was recorded, or no part of it is intact" in nothing.err
     assert not figure.exists()
 
 
@@ -335,7 +336,7 @@ def test_an_export_of_a_file_of_which_nothing_is_whole_is_refused(nrp: Nrp, tmp_
     (tmp_path / "noise.mcap").write_bytes(bytes(range(256)))
     done = nrp("export", tmp_path / "noise.mcap", "-f", "csv", "-o", tmp_path / "tables")
     assert done.code == 3
-    assert "not a recording, or nothing of it is whole" in done.err
+    assert "not a recording, or no part of it is intact" in done.err
     assert not (tmp_path / "tables").exists()
 
 

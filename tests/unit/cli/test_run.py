@@ -144,7 +144,7 @@ def test_a_function_in_quarantine_does_not_end_the_run(nrp: Nrp, experiment: Pat
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
-        (("run", "nowhere"), 3, "there is no experiment 'nowhere'"),
+        (("run", "nowhere"), 3, "there is no experiment or file 'nowhere'"),
         (("run", "{}", "--brain", "countin"), 4, "did you mean 'counting'?"),
         (("run", "{}", "--brain", "broken"), 4, "pip install --force-reinstall fakes"),
         (("run", "{}", "-s", "timestp=3"), 3, "did you mean 'timestep'? [NRP201]"),
@@ -155,7 +155,7 @@ def test_a_function_in_quarantine_does_not_end_the_run(nrp: Nrp, experiment: Pat
         (("run", "{}", "--until=-1s"), 2, "it cannot stop at -1s"),
         (("run", "{}", "--plot", "figure.gif"), 2, "a figure is a .png, .svg or .pdf file"),
         (("run", "{}", "--plot", "no/such/figure.png"), 2, "the folder does not exist"),
-        (("run", "{}", "--record", "{}"), 2, "a recording begins in a new folder"),
+        (("run", "{}", "--record", "{}"), 2, "a recording needs a new folder"),
         (("run", "{}", "--images", "gif"), 2, "'gif'"),
         (("run", "{}", "--sed", "3"), 2, "--seed"),
         (("run",), 2, "EXPERIMENT"),

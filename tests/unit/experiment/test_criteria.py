@@ -62,7 +62,7 @@ def test_an_event_that_never_happens_leaves_open_until_a_whole_run_is_over(world
     judge = judged(world, criterion, {}, speed=1.0)
     assert judge.outcome.passed is None
     judge.finish(world.now_ns)
-    assert judge.outcome == Verdict(False, 3.0, None, None, 1.0, "never began to count: red did not come")
+    assert judge.outcome == Verdict(False, 3.0, None, None, 1.0, "was never evaluated: red did not happen")
 
 
 def test_without_an_event_any_time_will_do(world: World) -> None:

@@ -82,12 +82,12 @@ def test_a_folder_without_an_experiment_says_so() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("walker", "there is no experiment 'walker', nor such a file; did you mean 'walkers'"),
+        ("walker", "there is no experiment or file 'walker'; did you mean 'walkers'"),
         (
             "walkers/slwo",
-            "there is no experiment 'walkers/slwo', nor such a file; did you mean 'walkers/slow'",
+            "there is no experiment or file 'walkers/slwo'; did you mean 'walkers/slow'",
         ),
-        ("nothing.yaml", "there is no experiment 'nothing.yaml', nor such a file"),
+        ("nothing.yaml", "there is no experiment or file 'nothing.yaml'"),
     ],
 )
 def test_an_unknown_name_gets_the_nearest_name_as_a_suggestion(text: str, message: str) -> None:

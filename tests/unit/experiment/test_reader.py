@@ -137,7 +137,7 @@ MISTAKES = [
      "function_time_limit: a time limit is at least 1 ms, or 'off', not '999 us'"),
     ("brain:", "brain:\n  time_limit: 0 s", "0 s", "NRP202",
      "brain.time_limit: a time limit is at least 1 ms, or 'off', not '0 s'"),
-    ("7", "7\nseed: 8", "seed: 8", "NRP200", "the key 'seed' stands here a second time"),
+    ("7", "7\nseed: 8", "seed: 8", "NRP200", "the key 'seed' is given twice"),
     ("[listing1.py]", "listing1.py", "listing1.py", "NRP202",
      "transfer_functions: should be a valid list, not 'listing1.py'"),
 ]  # fmt: skip
@@ -213,7 +213,8 @@ def test_a_file_named_by_an_override_lies_below_the_current_folder(
          "mean 'resolution'? [NRP206]"),
         ("world.robots.husky.pose.9=1", "in the override 'world.robots.husky.pose.9=1': the list has no item "
          "'9'; valid: 0, 1, 2, 3, 4, 5 [NRP215]"),
-        ("seed.x=1", "in the override 'seed.x=1': 'x' leads nowhere: 7 stands there [NRP215]"),
+        ("seed.x=1", "in the override 'seed.x=1': 'x' cannot be set: the value above it is 7, "
+         "not a mapping [NRP215]"),
         ("events=[", "in the override 'events=[': not YAML: while parsing a flow node expected the node "
          "content, but found '<stream end>' [NRP215]"),
     ],
@@ -278,7 +279,7 @@ def test_errors_point_into_the_file_that_is_wrong(write: Write) -> None:
 @pytest.mark.parametrize(
     ("base", "message"),
     [
-        ("experimnt.yaml", "there is no experiment 'experimnt.yaml', nor such a file"),
+        ("experimnt.yaml", "there is no experiment or file 'experimnt.yaml'"),
         ("variant.yaml", "an experiment cannot extend itself: variant.yaml -> variant.yaml"),
         ("other.yaml", "an experiment cannot extend itself: variant.yaml -> other.yaml -> variant.yaml"),
         ("3", "'extends' takes files or names of experiments, one or a list"),

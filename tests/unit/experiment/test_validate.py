@@ -148,7 +148,7 @@ def test_a_backend_whose_capabilities_cannot_be_read_is_named(
 
     monkeypatch.setattr(CountingBackend, "capabilities", fail)
     (error,) = errors_of(drive_to_the_wall)
-    assert "the backend 'counting' does not tell its capabilities: OSError: no such library" in error
+    assert "the backend 'counting' does not report its capabilities: OSError: no such library" in error
 
 
 def test_an_unreadable_robot_causes_no_errors_about_its_topics(edit: Edit) -> None:

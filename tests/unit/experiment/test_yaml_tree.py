@@ -44,7 +44,7 @@ def test_of_several_merged_mappings_the_first_wins() -> None:
 @pytest.mark.parametrize(
     ("text", "where", "what"),
     [
-        ("a: 1\nb: 2\na: 3", "file.yaml:3:1", "the key 'a' stands here a second time"),
+        ("a: 1\nb: 2\na: 3", "file.yaml:3:1", "the key 'a' is given twice"),
         ("a: [1, 2", "file.yaml:1:9", "expected ',' or ']'"),
         ("a: 1\n\tb: 2", "file.yaml:2:1", "cannot start any token"),
         ("a: b: c", "file.yaml:1:5", "mapping values are not allowed here"),

@@ -10,13 +10,13 @@ import pytest
 from nrp_core.cli.session import RunRequest, Session
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.layout import EXPERIMENT_NAME, MCAP_NAME, RUN_NAME, RUNNING, Images
-from nrp_core.recording.reading.check import DAMAGED, MISSING
+from nrp_core.recording.reading.check import MISSING
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.recover import recover
 from nrp_core.recording.reading.steps import steps_of
 from nrp_core.recording.replay.outcome import Verdict
 from nrp_core.recording.replay.replay import Replay, ReplayRequest
-from nrp_core.recording.sealing import sealed
+from nrp_core.recording.sealing import DAMAGED, sealed
 from nrp_core.recording.writing import writer
 
 MOST_BYTES = 30_000

@@ -24,7 +24,7 @@ def test_a_recording_of_version_0_1_0_replays_bit_for_bit(name: str) -> None:
     assert outcome.identical
     assert outcome.steps == 50
     assert (outcome.from_ns, outcome.until_ns) == (0, S)
-    note = "the recording holds no digest of recording.mcap and experiment.yaml: an earlier version made it"
+    note = "the recording has no digest of recording.mcap and experiment.yaml, because an earlier version made it"
     assert outcome.warnings[0].message == note
 
 

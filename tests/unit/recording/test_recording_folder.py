@@ -147,7 +147,7 @@ def test_a_folder_that_is_not_empty_is_not_touched(open_run: Open, tmp_path: Pat
     (tmp_path / "out").mkdir()
     RecordingFolder(open_run(), tmp_path / "out").close("finished")
     before = (tmp_path / "out" / "run.json").read_text()
-    with pytest.raises(ExperimentError, match="a recording begins in a new folder"):
+    with pytest.raises(ExperimentError, match="a recording needs a new folder"):
         RecordingFolder(open_run(), tmp_path / "out")
     assert (tmp_path / "out" / "run.json").read_text() == before
 
@@ -161,7 +161,7 @@ def test_of_two_runs_that_begin_to_record_at_one_moment_one_is_refused(
     )  # nothing was there when they looked
     run = open_run()
     first = RecordingFolder(run, folder)
-    with pytest.raises(ExperimentError, match="another run has begun to record here"):
+    with pytest.raises(ExperimentError, match="another run already records here"):
         RecordingFolder(open_run(), folder)
     run.run()
     first.close("finished")

@@ -106,7 +106,7 @@ def test_events_are_a_frame_in_the_order_of_time(recording: Recording) -> None:
 
 def test_events_of_a_run_that_was_killed_are_refused(recording: Recording) -> None:
     (recording.folder / RUN_NAME).write_bytes(sealed({**RUN, "result": None}))
-    with pytest.raises(ExperimentError, match="this one was killed or goes on"):
+    with pytest.raises(ExperimentError, match="this run was killed or continues"):
         Recording(recording.folder).events()
 
 

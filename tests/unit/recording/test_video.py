@@ -82,7 +82,7 @@ def test_a_camera_s_images_are_shown_as_they_were(recording: Recording, tmp_path
 
 
 def test_an_impossible_video_is_refused(recording: Recording, tmp_path: Path) -> None:
-    with pytest.raises(ExperimentError, match=r"nothing after 7 s: it ends at 0\.5 s"):
+    with pytest.raises(ExperimentError, match=r"it has no messages after 7 s: it ends at 0\.5 s"):
         times_of(recording, VideoOptions(begin_s=7.0))
     with pytest.raises(ExperimentError, match="no model 'huskey' moves; did you mean 'husky'"):
         next(drawn_frames(recording, np.array([0.0]), VideoOptions(robot="huskey")))

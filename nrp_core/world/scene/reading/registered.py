@@ -25,11 +25,11 @@ class ModelParts:
 
     def link(self, named: Element) -> Link:
         """Return the link that an element names."""
-        return _named(named, named.text, self.links, "link")
+        return part_named(named, named.text, self.links, "link")
 
     def joint(self, named: Element, name: str | None = None) -> Joint:
         """Return the joint that an element names, by its text or else by a name."""
-        return _named(named, named.text if name is None else name, self.joints, "joint")
+        return part_named(named, named.text if name is None else name, self.joints, "joint")
 
 
 def registered(registry: Registry[Plugin], name: str, element: Element) -> Plugin | None:
@@ -52,7 +52,8 @@ def _load(registry: Registry[Any], name: str) -> Any:
     return registry.load(name)
 
 
-def _named(element: Element, name: str, parts: Sequence[Part], kind: str) -> Part:
+def part_named(element: Element, name: str, parts: Sequence[Part], kind: str) -> Part:
+    """Return the link or joint with a name; an error at the element if the model does not have it."""
     for part in parts:
         if part.name == name:
             return part
