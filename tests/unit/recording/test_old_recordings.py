@@ -24,7 +24,8 @@ def test_a_recording_of_version_0_1_0_replays_bit_for_bit(name: str) -> None:
     assert outcome.identical
     assert outcome.steps == 50
     assert (outcome.from_ns, outcome.until_ns) == (0, S)
-    note = "the recording has no digest of recording.mcap and experiment.yaml, because an earlier version made it"
+    files = "recording.mcap and experiment.yaml"
+    note = f"the recording has no digest of {files}, because an earlier version made it"
     assert outcome.warnings[0].message == note
 
 
