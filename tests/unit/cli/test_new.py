@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import tomllib
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -126,7 +127,7 @@ def test_a_name_that_no_package_can_have_is_refused(nrp, tmp_path, name):
 def test_a_name_that_is_taken_is_refused_with_its_owner(nrp, tmp_path, subject, name):
     done = nrp("new", subject, name, "-o", tmp_path / "x")
     assert done.code == 3
-    assert "nrp-core 0.1.0 (nrp_" in done.err
+    assert f"nrp-core {version('nrp-core')} (nrp_" in done.err
     assert not (tmp_path / "x").exists()
 
 
