@@ -150,7 +150,7 @@ FAILS = [
     ("helper(eyes(0))", "NRP240", "'eyes' is not a function"),
     ("if t > 5000:\n    helper(t)", "NRP248", "'t', in seconds, never reaches 5000: the run ends at 40 s"),
     ("if 41 <= t:\n    helper(t)", "NRP248", "never reaches 41"),
-    ("while True:\n    helper(t)", "NRP251", "no way out"),
+    ("while True:\n    helper(t)", "NRP251", "never ends"),
     ("import time\ntime.sleep(1)", "NRP243", "'time.sleep' stops the whole loop"),
     ("from random import random\nhelper(random())", "NRP243", "'random' differs between runs"),
     ("helper(eyes[3].rate)", "NRP252", "'eyes' has 3 devices, 0..2; 3 is not among them"),

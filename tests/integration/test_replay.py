@@ -239,7 +239,7 @@ def test_somebody_elses_program_reads_every_message(made: Made) -> None:
     [
         (ReplayRequest(from_ns=round(1.61 * S)), r"there is no step at 1\.61 s; the next step is at 1\.62 s"),
         (ReplayRequest(from_ns=9 * S), "there is no step at 9 s; the recording ends at 3 s"),
-        (ReplayRequest(from_ns=S, recorded=frozenset({"world"})), "only be played back from the beginning"),
+        (ReplayRequest(from_ns=S, recorded=frozenset({"world"})), "only be played back from the start"),
     ],
 )
 def test_an_impossible_replay_is_an_error(made: Made, request_: ReplayRequest, message: str) -> None:

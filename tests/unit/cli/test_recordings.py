@@ -129,7 +129,7 @@ def test_without_snapshots_it_goes_on_from_within_all_the_same(
     assert told["continues"]["recording"] == "recorded"
     refused = nrp("replay", future)
     assert refused.code == 3
-    assert "begins at 0.5 s, and there is no snapshot" in refused.err
+    assert "starts at 0.5 s and has no snapshot" in refused.err
 
 
 def test_a_side_is_played_back(nrp: Nrp, recorded: Path) -> None:
@@ -305,7 +305,7 @@ def test_a_file_that_is_not_a_recording_stays_unchanged(nrp: Nrp, tmp_path: Path
     file.write_text("dear reader\n" * 99)
     done = nrp("recover", file)
     assert (done.code, done.out) == (3, "")
-    assert done.err == f"error: {file}: not one whole message of a recording is in it\n"
+    assert done.err == f"error: {file}: it does not have one intact message of a recording\n"
     assert [each.name for each in tmp_path.iterdir()] == ["letters.mcap"]
     assert file.read_text().startswith("dear reader")
 
