@@ -53,8 +53,16 @@ class Cockpits:
         self.running: list[subprocess.Popen[str]] = []
 
     def open(self, experiment: str, *options: str) -> str:
-        """Return the address of a new cockpit: the first line of its standard output."""
-        command = [sys.executable, "-m", "nrp_core", "cockpit", experiment, "--no-browser", *options]
+        """Return the address of a new cockpit."""
+        return self._serve("cockpit", experiment, *options)
+
+    def design(self, file: str, *options: str) -> str:
+        """Return the address of a new designer."""
+        return self._serve("design", file, *options)
+
+    def _serve(self, *words: str) -> str:
+        """Start a command and return the address that is the first line of its standard output."""
+        command = [sys.executable, "-m", "nrp_core", *words, "--no-browser"]
         process = subprocess.Popen(
             command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=dict(os.environ)
         )

@@ -10,12 +10,13 @@ import { Toolbar } from "./toolbar/Toolbar";
 import "./shell/shell.css";
 
 const FunctionsView = lazy(() => import("./functions/FunctionsView"));
-
+const DesignerView = lazy(() => import("./designer/DesignerView"));
 const CompareView = lazy(() => import("./compare/CompareView"));
 
 const views: Record<View, () => ReactNode> = {
   cockpit: () => <CockpitView />,
   functions: () => <FunctionsView />,
+  designer: () => <DesignerView />,
   compare: () => <CompareView />,
 };
 

@@ -8,7 +8,7 @@ export interface KeyEntry {
   keys: readonly string[];
   /** As the help shows it. */
   shown: string;
-  group: "Run" | "View" | "Panels" | "Scene" | "Functions";
+  group: "Run" | "View" | "Panels" | "Scene" | "Functions" | "Designer";
   does: string;
   /** Null: the room that has the focus acts on it itself. */
   run: ((event: KeyboardEvent) => void) | null;
@@ -45,7 +45,7 @@ export const keymap: readonly KeyEntry[] = [
   entry("Run", "s", "S", "Take a snapshot", () => void takeSnapshot()),
   entry("Run", "b", "B", "Branch: a second future beside this one", branchHere),
   entry("Run", "r", "R", "Start or stop recording", toggleRecording),
-  entry("View", ["1", "2", "3"], "1, 2, 3", "Open a view", openNumbered),
+  entry("View", ["1", "2", "3", "4"], "1 to 4", "Open a view", openNumbered),
   entry("View", "?", "?", "This map", () => setHelp(true)),
   entry("Panels", "F6", "F6, Shift F6", "Next panel, panel before", () => focusNextPanel(1)),
   entry("Panels", "Shift+F6", "arrows", "Move inside a panel", () => focusNextPanel(-1)),
@@ -59,4 +59,9 @@ export const keymap: readonly KeyEntry[] = [
   entry("Functions", [], "Ctrl Space", "Complete the word"),
   entry("Functions", [], "F8", "Next finding"),
   entry("Functions", [], "Ctrl Z, Ctrl Y", "Undo, redo"),
+  entry("Designer", [], "Ctrl Z, Ctrl Y", "Undo, redo"),
+  entry("Designer", [], "Ctrl D", "Copy"),
+  entry("Designer", [], "Delete", "Remove"),
+  entry("Designer", [], "Ctrl S", "Save"),
+  entry("Designer", [], "Ctrl Shift Enter", "Run"),
 ];

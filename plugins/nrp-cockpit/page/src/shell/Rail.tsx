@@ -4,6 +4,7 @@ import { Icon } from "../ui/Icon";
 const names: Record<View, string> = {
   cockpit: "Cockpit",
   functions: "Functions",
+  designer: "Designer",
   compare: "Compare",
 };
 

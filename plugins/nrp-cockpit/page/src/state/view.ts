@@ -1,6 +1,6 @@
 import { create } from "zustand";
 
-export const VIEWS = ["cockpit", "functions", "compare"] as const;
+export const VIEWS = ["cockpit", "functions", "designer", "compare"] as const;
 export type View = (typeof VIEWS)[number];
 
 const viewOf = (hash: string): View => VIEWS.find((view) => hash === `#/${view}`) ?? "cockpit";

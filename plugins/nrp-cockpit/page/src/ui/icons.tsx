@@ -7,6 +7,14 @@ export const paths = {
     </>
   ),
   functions: <path d="M5.5 4 2 8l3.5 4M10.5 4 14 8l-3.5 4" />,
+  designer: (
+    <>
+      <rect x="2" y="2.500" width="5" height="4" rx="1" />
+      <rect x="9" y="9.500" width="5" height="4" rx="1" />
+      <path d="M7 4.500h2.500a2 2 0 0 1 2 2v3" />
+    </>
+  ),
+  up: <path d="m4 10 4-4 4 4" />,
   theme: (
     <>
       <circle cx="8" cy="8" r="5.500" />

@@ -45,7 +45,7 @@ class Designer:
         self._session = session
         self._surroundings = surroundings_of(session.run)
         self._documents: dict[Path, Document] = {}
-        self._lock = threading.RLock()
+        self._lock, self._checking = threading.RLock(), threading.Lock()
         self._revision = 0
         self._document: Document | None = None
         if file is not None:
@@ -140,7 +140,8 @@ class Designer:
             found = model_findings(model, path)
             files = {} if found or not model.transfer_function else self._included(document)
         if files:
-            found = located(model, path, self._session.functions.check(files)["findings"])
+            with self._checking:  # it takes a second: several pages wait for each other
+                found = located(model, path, self._session.functions.check(files)["findings"])
         return {"revision": revision, "findings": found}
 
     def fits(self, source: str) -> dict[str, Any]:

@@ -58,7 +58,6 @@ class Edit:
         kind = self._class(feature, type)
         kept = {f.field: getattr(node, f.field) for f in features(kind) if _holds(f, node)}
         self.model = replaced(self.model, path, self._fresh(path).make(kind, **kept))
-        self.selected = path
 
     def add(self, path: str, field: str, type: str | None = None) -> None:  # noqa: A002  likewise
         """Add a new node at the end of a list, or where there is none yet."""

@@ -127,7 +127,7 @@ class Graph:
         for name in dict.fromkeys((*sizes, *self._neurons)):
             chosen = self._neurons.get(name, {})
             rows = [{"path": f"{POPULATION}{text}", "text": text.removeprefix(name) or "all"}
-                    for text in sorted(chosen, key=lambda text: (len(text), text))]  # fmt: skip
+                    for text in chosen]  # fmt: skip
             yield {
                 "id": f"{POPULATION}{name}", "kind": "population", "name": name, "size": sizes.get(name),
                 "rows": rows, "is_used": bool(chosen), "is_known": name in sizes or not sizes,

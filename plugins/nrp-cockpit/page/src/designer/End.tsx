@@ -1,0 +1,27 @@
+import { Handle, Position } from "@xyflow/react";
+import { useDesign } from "./store";
+
+interface EndProps {
+  /** The end, as the server names it. */
+  id: string;
+  label: string;
+  side: "left" | "right";
+  look: "message" | "drives" | "reads" | "free";
+}
+
+/** Where wires begin and end; while one is drawn, ends that fit grow and the others fade. */
+export function End({ id, label, side, look }: EndProps) {
+  const refusal = useDesign(({ refusals }) => refusals?.[id]);
+  const fit = refusal === undefined ? undefined : refusal === null ? "yes" : "no";
+  return (
+    <Handle
+      id={id}
+      type="source"
+      position={side === "left" ? Position.Left : Position.Right}
+      role="button"
+      aria-label={`Wire of ${label}`}
+      className={`end end-${look}`}
+      data-fit={fit}
+    />
+  );
+}

@@ -1,0 +1,74 @@
+import { acceptCompletion, autocompletion, type Completion } from "@codemirror/autocomplete";
+import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
+import { python } from "@codemirror/lang-python";
+import { EditorState, Prec } from "@codemirror/state";
+import { EditorView, keymap, placeholder } from "@codemirror/view";
+import { useEffect, useRef } from "react";
+import { completing } from "../functions/editor/completion";
+import { theme } from "../functions/editor/theme";
+import { words } from "./store";
+
+interface EditorProps {
+  path: string;
+  label: string;
+  text: string;
+  /** Called when one leaves the text, or presses Enter. */
+  onWrite: (text: string) => void;
+}
+
+const wordsAt = (path: string) => async (): Promise<readonly Completion[]> =>
+  (await words(path))?.words ?? [];
+
+const oneLine = EditorState.transactionFilter.of((change) => (change.newDoc.lines > 1 ? [] : change));
+
+/** An expression in one line of Python, with the names that its function knows. */
+export function ExpressionEditor({ path, label, text, onWrite }: EditorProps) {
+  const host = useRef<HTMLDivElement>(null);
+  const view = useRef<EditorView | null>(null);
+  const write = useRef(onWrite);
+  useEffect(() => {
+    write.current = onWrite;
+  });
+  const first = useRef(text);
+  useEffect(() => {
+    const leave = ({ state }: EditorView) => {
+      write.current(state.doc.toString());
+      return true;
+    };
+    const editor = new EditorView({
+      parent: host.current as HTMLElement,
+      state: EditorState.create({
+        doc: first.current,
+        extensions: [
+          autocompletion({ icons: false, override: [completing(wordsAt(path))] }),
+          Prec.high(
+            keymap.of([
+              { key: "Tab", run: acceptCompletion },
+              { key: "Enter", run: leave },
+            ]),
+          ),
+          history(),
+          keymap.of([...defaultKeymap, ...historyKeymap]),
+          python(),
+          theme,
+          oneLine,
+          placeholder("not written"),
+          EditorView.lineWrapping,
+          EditorView.contentAttributes.of({ "aria-label": label }),
+          EditorView.domEventHandlers({ blur: (_event, shown) => void leave(shown) }),
+        ],
+      }),
+    });
+    view.current = editor;
+    return () => {
+      view.current = null;
+      editor.destroy();
+    };
+  }, [path, label]);
+  useEffect(() => {
+    const { doc } = view.current?.state ?? EditorState.create();
+    if (doc.toString() !== text)
+      view.current?.dispatch({ changes: { from: 0, to: doc.length, insert: text } });
+  }, [text]);
+  return <div ref={host} className="input form-python" />;
+}

@@ -1,0 +1,42 @@
+import { End } from "./End";
+import { select, useDesign } from "./store";
+import type { Row } from "./types";
+
+const lookOf = (row: Row) => (row.kind === "topic" ? "message" : row.is_written ? "drives" : "reads");
+
+/** A channel or a variable of a function; a click shows its form. */
+export function FunctionRow({ row }: { row: Row }) {
+  const selected = useDesign((design) => design.selected === row.path);
+  const bad = useDesign(({ findings }) =>
+    findings.some(({ path, weight }) => weight === "error" && path.startsWith(row.path)),
+  );
+  const name = row.name ?? "";
+  return (
+    <div className={`box-row row-${row.kind}`} data-end={row.path} data-bad={bad || undefined}>
+      <button
+        type="button"
+        className="box-part nodrag"
+        aria-pressed={selected}
+        aria-label={[row.kind, name, row.type].filter(Boolean).join(" ")}
+        onClick={() => select(row.path)}
+      >
+        {row.kind === "local" ? (
+          <span className="mono cut box-text">
+            {name} = {row.text}
+          </span>
+        ) : (
+          <>
+            <span className="box-line">
+              <span className="mono cut">{name}</span>
+              <span className="box-type">{row.type}</span>
+            </span>
+            {row.text && <span className="mono cut box-text">{row.text}</span>}
+          </>
+        )}
+      </button>
+      {row.kind !== "local" && (
+        <End id={row.path} label={name} side={row.kind === "topic" ? "left" : "right"} look={lookOf(row)} />
+      )}
+    </div>
+  );
+}

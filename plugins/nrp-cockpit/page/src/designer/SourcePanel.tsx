@@ -1,0 +1,87 @@
+import { useState } from "react";
+import { Icon } from "../ui/Icon";
+import { Empty } from "../ui/Panel";
+import { Segmented } from "../ui/Segmented";
+import { linesOf, partAt } from "./model";
+import { SourceEditor } from "./SourceEditor";
+import { select, useDesign } from "./store";
+import type { DesignState, PlacedFinding } from "./types";
+
+type Shown = "xml" | "python" | "findings";
+
+/** The lines of a text that say what is selected. */
+function linesShown(state: DesignState, selected: string, shown: Shown): ReadonlySet<number> {
+  const part = selected === "" ? undefined : partAt(state.model, selected);
+  if (!part) return new Set();
+  const [first, last] = linesOf(state.xml, part);
+  if (shown === "xml") return new Set(Array.from({ length: last - first + 1 }, (_, at) => first + at));
+  const lines = state.python.lines.map((line, at) => (line >= first && line <= last ? at + 1 : 0));
+  return new Set(lines.filter((line) => line > 0));
+}
+
+/** The model as XML and as Python, both to edit, and what was found in it. */
+export function SourcePanel({ state }: { state: DesignState }) {
+  const [shown, setShown] = useState<Shown>("xml");
+  const [error, setError] = useState<string | null>(null);
+  const selected = useDesign((design) => design.selected);
+  const findings = useDesign((design) => design.findings);
+  const choices = [
+    { value: "xml", label: "XML" },
+    { value: "python", label: "Python" },
+    { value: "findings", label: `Findings ${findings.length}` },
+  ] as const;
+  return (
+    <section className="panel designer-source" aria-label="Texts" data-panel="texts" tabIndex={-1}>
+      <div className="panel-head">
+        <Segmented label="What is shown" choices={choices} value={shown} onChange={setShown} />
+        <span className="grow" />
+        {shown !== "findings" && <InStep error={error} />}
+      </div>
+      <div className="panel-body">
+        {shown === "findings" ? (
+          <Findings findings={findings} />
+        ) : (
+          <SourceEditor
+            key={shown}
+            language={shown}
+            text={shown === "xml" ? state.xml : state.python.text}
+            missing={shown === "python" ? state.python.error : null}
+            lines={linesShown(state, selected, shown)}
+            onError={setError}
+          />
+        )}
+      </div>
+    </section>
+  );
+}
+
+const InStep = ({ error }: { error: string | null }) => (
+  <span className={`row tight f11 in-step ${error ? "bad-t" : "ok-t"}`} role="status">
+    <Icon name={error ? "error" : "check"} small />
+    <span className="cut" title={error ?? undefined}>
+      {error ?? "in step"}
+    </span>
+  </span>
+);
+
+const icons = { error: "error", warning: "warning", note: "note" } as const;
+const colours = { error: "bad-t", warning: "warn-t", note: "mut" } as const;
+
+function Findings({ findings }: { findings: readonly PlacedFinding[] }) {
+  if (findings.length === 0) return <Empty>Nothing was found.</Empty>;
+  return (
+    <ul className="design-findings scroll">
+      {findings.map((finding, at) => (
+        // biome-ignore lint/suspicious/noArrayIndexKey: two findings may say the same
+        <li key={at}>
+          <button type="button" onClick={() => select(finding.path)}>
+            <span className={colours[finding.weight]}>
+              <Icon name={icons[finding.weight]} small />
+            </span>
+            <span>{finding.summary}</span>
+          </button>
+        </li>
+      ))}
+    </ul>
+  );
+}

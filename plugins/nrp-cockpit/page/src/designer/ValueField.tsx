@@ -1,0 +1,121 @@
+import { useEffect, useId, useRef, useState } from "react";
+import { Switch } from "../ui/Switch";
+import { labelOf } from "./model";
+import { change, named, useDesign } from "./store";
+import type { Feature, NodeData } from "./types";
+
+interface ValueProps {
+  path: string;
+  part: NodeData;
+  feature: Feature;
+}
+
+const textOf = ({ fields }: NodeData, { field }: Feature): string => {
+  const held = fields[field];
+  return Array.isArray(held) ? held.join(", ") : typeof held === "string" ? held : "";
+};
+
+/** One value: a switch, a choice, or a text that the server checks when one leaves it. */
+export function ValueField({ path, part, feature }: ValueProps) {
+  const text = textOf(part, feature);
+  const [error, setError] = useState<string>();
+  const set = async (value: string) => {
+    setError(value === text ? undefined : await change("set", { path, field: feature.field, text: value }));
+  };
+  const id = useId();
+  const label = labelOf(feature);
+  if (feature.of === "Truth")
+    return (
+      <div className="field">
+        <span>{label}</span>
+        <Switch label={label} on={text === "true"} onChange={(on) => void set(String(on))} />
+      </div>
+    );
+  return (
+    <div className={feature.of === "Code" ? "field field-wide" : "field"}>
+      <label htmlFor={id}>{label}</label>
+      <Control id={id} text={text} feature={feature} error={error} onSet={(value) => void set(value)} />
+      {error && (
+        <p id={`${id}-error`} className="field-error" role="alert">
+          {error}
+        </p>
+      )}
+    </div>
+  );
+}
+
+interface ControlProps {
+  id: string;
+  text: string;
+  feature: Feature;
+  error: string | undefined;
+  onSet: (text: string) => void;
+}
+
+function Control({ id, text, feature, error, onSet }: ControlProps) {
+  const choices = useChoices(feature, text);
+  if (choices)
+    return (
+      <select id={id} className="input" value={text} onChange={(event) => onSet(event.target.value)}>
+        {feature.least === 0 && <option value="">default</option>}
+        {choices.map((choice) => (
+          <option key={choice}>{choice}</option>
+        ))}
+      </select>
+    );
+  return <TextInput key={`${text} ${error ? 1 : 0}`} {...{ id, text, feature, error, onSet }} />;
+}
+
+/** What a value can be, where that is known: an enumeration, or the populations of the brain. */
+function useChoices(feature: Feature, text: string): string[] | null {
+  const populations = useDesign(({ state }) => state?.populations);
+  if (feature.enumeration.length > 0) return feature.enumeration;
+  if (feature.field !== "population" || !populations) return null;
+  const names = Object.keys(populations);
+  return names.length === 0 ? null : names.includes(text) || text === "" ? names : [text, ...names];
+}
+
+function TextInput({ id, text, feature, error, onSet }: ControlProps) {
+  const [typed, setTyped] = useState(text);
+  const field = useRef<HTMLInputElement & HTMLTextAreaElement>(null);
+  const isNew = useDesign((design) => design.isNew && feature.field === "name");
+  useEffect(() => {
+    if (!isNew) return;
+    field.current?.select();
+    named();
+  }, [isNew]);
+  const shared = {
+    id,
+    ref: field,
+    value: typed,
+    "aria-invalid": error ? true : undefined,
+    "aria-describedby": error ? `${id}-error` : undefined,
+    onBlur: () => onSet(typed),
+  };
+  if (feature.of === "Code")
+    return (
+      <textarea
+        {...shared}
+        className="input mono form-code"
+        rows={10}
+        spellCheck={false}
+        onChange={(event) => setTyped(event.target.value)}
+      />
+    );
+  return (
+    <span className="form-value">
+      <input
+        {...shared}
+        className="input"
+        placeholder={feature.default || (feature.least ? "" : "default")}
+        title={feature.expects}
+        spellCheck={false}
+        autoComplete="off"
+        list={feature.of === "Topic" ? "designer-topics" : undefined}
+        onChange={(event) => setTyped(event.target.value)}
+        onKeyDown={(event) => event.key === "Enter" && onSet(typed)}
+      />
+      {feature.unit && <span className="form-unit">{feature.unit}</span>}
+    </span>
+  );
+}

@@ -1,0 +1,127 @@
+import type { NodeProps } from "@xyflow/react";
+import { Icon } from "../ui/Icon";
+import { End } from "./End";
+import { FunctionRow } from "./FunctionRow";
+import type { BoxNode } from "./flow";
+import { findingsAt } from "./model";
+import { act, select, useDesign } from "./store";
+import type { Box } from "./types";
+
+type BoxProps = NodeProps<BoxNode>;
+
+const flows: Record<string, string> = {
+  Robot2Neuron: "robot → neurons",
+  Neuron2Robot: "neurons → robot",
+  Neuron2Monitor: "monitor",
+  PythonTransferFunction: "Python",
+};
+
+const classOf = ({ kind, is_used }: Box, selected: boolean) =>
+  ["box", `box-${kind}`, selected && "is-selected", is_used === false && "is-unused"]
+    .filter(Boolean)
+    .join(" ");
+
+/** A topic of the robot, or of the room. */
+function TopicBox({ data: { box }, selected }: BoxProps) {
+  const rate = box.rate_hz ? `${box.rate_hz} Hz` : box.is_heard && !box.is_sent ? "command" : "";
+  return (
+    <div className={classOf(box, selected)} data-end={box.id}>
+      <button type="button" className="box-head" onClick={() => select(box.id)}>
+        <span className="mono cut">{box.name}</span>
+        <span className="box-sub">
+          <span className="cut">{box.type}</span>
+          <span>{box.is_known === false ? <Unknown what="topic" /> : rate}</span>
+        </span>
+      </button>
+      <End id={box.id} label={box.name} side="right" look={box.is_used ? "message" : "free"} />
+    </div>
+  );
+}
+
+const Unknown = ({ what }: { what: string }) => <span className="bad-t">no such {what} here</span>;
+
+/** Neurons, and those of them that functions are connected to. */
+function PopulationBox({ data: { box }, selected }: BoxProps) {
+  return (
+    <div className={classOf(box, selected)} data-end={box.id}>
+      <button type="button" className="box-head" onClick={() => select(box.id)}>
+        <span className="mono cut">{box.name}</span>
+        <span className="box-sub">
+          {box.is_known === false ? <Unknown what="population" /> : box.size !== null && `${box.size} cells`}
+        </span>
+      </button>
+      <End id={box.id} label={box.name} side="left" look="free" />
+      {box.rows?.map((row) => (
+        <div key={row.path} className="box-row mono" data-end={row.path}>
+          {row.text}
+          <NeuronsEnd id={row.path} label={`${box.name}${row.text}`} />
+        </div>
+      ))}
+    </div>
+  );
+}
+
+/** The end of neurons has the colour of what it is used for. */
+function NeuronsEnd({ id, label }: { id: string; label: string }) {
+  const drives = useDesign(({ state }) =>
+    state?.wires.some((wire) => wire.kind === "drives" && wire.target_end === id),
+  );
+  return <End id={id} label={label} side="left" look={drives ? "drives" : "reads"} />;
+}
+
+/** A transfer function: what it is connected to, and what it computes. */
+function FunctionBox({ data: { box }, selected }: BoxProps) {
+  const findings = useDesign((design) => design.findings);
+  const found = findingsAt(findings, box);
+  const monitor = box.type === "Neuron2Monitor";
+  return (
+    <div
+      className={classOf(box, selected)}
+      data-end={box.id}
+      data-bad={found[0]?.weight === "error" || undefined}
+      data-off={box.active === false || undefined}
+    >
+      <button type="button" className="box-head" onClick={() => select(box.id)}>
+        <span className="mono cut">{box.name}</span>
+        <span className="grow" />
+        {found[0] && found[0].weight !== "note" && (
+          <span
+            className={`tag tag-${found[0].weight === "error" ? "bad" : "warn"}`}
+            title={found[0].summary}
+          >
+            <Icon name={found[0].weight === "error" ? "error" : "warning"} small />
+            {found.length}
+          </span>
+        )}
+        {box.active === false && <span className="tag">off</span>}
+        <span className="tag">{flows[box.type ?? ""]}</span>
+      </button>
+      {!monitor && box.kind === "function" && (
+        <button
+          type="button"
+          className="box-add nodrag"
+          aria-label={`Add a variable to ${box.name}`}
+          title="Add a variable"
+          onClick={() => void act("add", { path: box.id, field: "local" })}
+        >
+          <Icon name="plus" small />
+        </button>
+      )}
+      {box.kind === "function" && !monitor && <End id={box.id} label={box.name} side="left" look="free" />}
+      {box.rows?.map((row) => (
+        <FunctionRow key={row.path} row={row} />
+      ))}
+      {box.kind === "python" && <p className="box-hint">opens in the editor</p>}
+      {box.kind === "function" && box.rows?.length === 0 && (
+        <p className="box-hint">drag a topic or neurons here</p>
+      )}
+    </div>
+  );
+}
+
+export const boxTypes = {
+  topic: TopicBox,
+  population: PopulationBox,
+  function: FunctionBox,
+  python: FunctionBox,
+};

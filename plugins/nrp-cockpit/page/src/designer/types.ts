@@ -1,0 +1,102 @@
+/** What the server says about the model that is drawn: its boxes, its wires, its parts, its texts. */
+
+import type { Finding } from "../state/types";
+
+export interface Row {
+  /** The end of wires to it: a path in the model, or the neurons that are meant. */
+  path: string;
+  kind?: "topic" | "local" | "device";
+  name?: string;
+  type?: string;
+  text: string;
+  is_written?: boolean;
+  neurons?: string;
+}
+
+export interface Box {
+  id: string;
+  kind: "topic" | "function" | "python" | "population";
+  name: string;
+  x: number;
+  y: number;
+  type?: string;
+  rows?: Row[];
+  active?: boolean;
+  priority?: number;
+  is_sent?: boolean;
+  is_heard?: boolean;
+  is_used?: boolean;
+  is_known?: boolean;
+  rate_hz?: number | null;
+  size?: number | null;
+}
+
+export interface WireData {
+  id: string;
+  kind: "message" | "drives" | "reads";
+  source: string;
+  source_end: string;
+  target: string;
+  target_end: string;
+}
+
+export interface NodeData {
+  type: string;
+  line: number;
+  /** Expressions and selectors as Python. */
+  text: string;
+  fields: Record<string, Held>;
+}
+
+type One = string | NodeData;
+export type Held = One | One[] | null;
+
+export interface DesignState {
+  revision: number;
+  file: string;
+  origin: string | null;
+  files: string[];
+  is_saved: boolean;
+  can_undo: boolean;
+  can_redo: boolean;
+  notes: string[];
+  boxes: Box[];
+  wires: WireData[];
+  model: NodeData;
+  xml: string;
+  python: { text: string; lines: number[]; error: string | null };
+  populations: Record<string, number>;
+  /** The message types of all topics, by name. */
+  topics: Record<string, string>;
+}
+
+export interface Feature {
+  field: string;
+  name: string;
+  /** The type of its value, or the class of its part. */
+  of: string;
+  is_node: boolean;
+  many: boolean;
+  least: number;
+  unit: string;
+  expects: string;
+  enumeration: string[];
+  default: string;
+}
+
+interface ClassData {
+  summary: string;
+  choices: string[];
+  features: Feature[];
+}
+
+export interface Metamodel {
+  classes: Record<string, ClassData>;
+  devices: Record<string, { drives: boolean; property: string; unit: string }>;
+}
+
+/** A finding, with the part and the box that it is about. */
+export interface PlacedFinding extends Finding {
+  path: string;
+  box: string;
+}
