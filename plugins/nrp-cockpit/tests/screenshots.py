@@ -6,9 +6,14 @@ Run it with the Python of the plugin's environment, ``.venv/plugins/cockpit/bin/
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 
 from browsing import Cockpits, Watched, chromium, wait_until
+from nrp_bibi import Bibi, read_bibi, write_bibi
+from playwright.sync_api import Page
+
+from nrp_core.experiment.reading.find import find_file
 
 IMAGES = Path(__file__).parents[3] / "docs" / "images"
 SIZE = {"width": 1440, "height": 900}
@@ -19,20 +24,37 @@ SEEN_S = 9.0
 def main() -> None:
     """Take the pictures."""
     cockpits = Cockpits()
-    with chromium() as browser:
-        page = Watched(browser).open(cockpits.open("braitenberg_husky"), **SIZE)
-        page.get_by_role("button", name="Play").click()
-        wait_until(page, SEEN_S)
-        page.get_by_role("button", name="Pause").click()
-        page.get_by_role("button", name="Play").wait_for()
-        page.mouse.move(0, 0)
-        page.wait_for_timeout(1000)
-        page.screenshot(path=IMAGES / "cockpit.png")
-        page.get_by_role("link", name="Functions", exact=True).click()
-        page.locator(".cm-content").wait_for()
-        page.wait_for_timeout(1000)
-        page.screenshot(path=IMAGES / "cockpit-functions.png")
+    with chromium() as browser, tempfile.TemporaryDirectory() as folder:
+        watched = Watched(browser)
+        _run(watched.open(cockpits.open("braitenberg_husky"), **SIZE))
+        _drawing(watched, cockpits, Path(folder) / "drive.bibi")
     cockpits.close()
+
+
+def _run(page: Page) -> None:
+    page.get_by_role("button", name="Play").click()
+    wait_until(page, SEEN_S)
+    page.get_by_role("button", name="Pause").click()
+    page.get_by_role("button", name="Play").wait_for()
+    page.mouse.move(0, 0)
+    page.wait_for_timeout(1000)
+    page.screenshot(path=IMAGES / "cockpit.png")
+    page.get_by_role("link", name="Functions", exact=True).click()
+    page.locator(".cm-content").wait_for()
+    page.wait_for_timeout(1000)
+    page.screenshot(path=IMAGES / "cockpit-functions.png")
+
+
+def _drawing(watched: Watched, cockpits: Cockpits, file: Path) -> None:
+    """The two listings of the paper in one drawing."""
+    listings = (read_bibi(find_file("braitenberg_husky").parent / f"listing{i}.bibi") for i in (1, 2))
+    write_bibi(
+        Bibi(transfer_function=tuple(one for each in listings for one in each.transfer_function)), file
+    )
+    page = watched.open(cockpits.design(str(file), "-e", "braitenberg_husky"), **SIZE)
+    page.get_by_role("button", name="device red_left_eye Poisson").click()
+    page.wait_for_timeout(2000)
+    page.screenshot(path=IMAGES / "designer.png")
 
 
 if __name__ == "__main__":
