@@ -17,7 +17,7 @@ def control(api: ModuleType, state: RunningState) -> Mapping[str, Any]:
     begin = api.setup
 
     def setup(
-        timestep: float = DEFAULT_TIMESTEP,
+        timestep: float | None = None,
         min_delay: float | str = DEFAULT_MIN_DELAY,
         *,
         backend: str = DEFAULT_BACKEND,
@@ -28,15 +28,16 @@ def control(api: ModuleType, state: RunningState) -> Mapping[str, Any]:
         """Discard the network and start again.
 
         Args:
-            timestep: ms; the interval at which state is sampled, and the smallest delay.
+            timestep: ms; the interval at which state is sampled, and the smallest delay; 0.1 by default. If
+                it is given, it is also the step of a backend that has the option ``timestep``.
             min_delay: ms, or ``auto``: the time step.
             backend: name of an installed brain backend.
             options: options of the backend.
             seed: seed of all random numbers that the script does not seed itself.
             extra: ``max_delay``; arguments of other simulators are ignored, as PyNN requires.
         """
-        rank: int = begin(timestep, min_delay, **extra)
-        state.use(backend, options or {}, seed)
+        rank: int = begin(DEFAULT_TIMESTEP if timestep is None else timestep, min_delay, **extra)
+        state.use(backend, options or {}, seed, follows=timestep is not None)
         return rank
 
     def end(**_: Any) -> None:

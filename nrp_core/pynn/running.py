@@ -46,15 +46,16 @@ class RunningState(State):
         super().__init__(Seeds(0).child("network"))
         self.use(DEFAULT_BACKEND, {}, 0)
 
-    def use(self, backend: str, options: Mapping[str, Any], seed: int) -> None:
+    def use(self, backend: str, options: Mapping[str, Any], seed: int, *, follows: bool = False) -> None:
         """Choose where the network runs.
 
         Args:
             backend: name of an installed brain backend.
             options: its options.
             seed: seed of all random numbers that the script does not seed itself.
+            follows: whether a backend's own time step, unless it is among the options, is that of the script.
         """
-        self._backend, self._options, self._seed = backend, dict(options), seed
+        self._backend, self._options, self._seed, self._follows = backend, dict(options), seed, follows
         self._told = Findings()
         self._seeds = Seeds(seed).child("network")
         self._unnamed_streams = 0
@@ -161,8 +162,11 @@ class RunningState(State):
 
     def _open(self) -> Brain:
         backend = brains().load(self._backend)
+        own = {}
+        if self._follows and "timestep" in backend.options.model_fields:
+            own = {"timestep": f"{self.dt!r} ms"}
         try:
-            options = backend.options.model_validate(self._options)
+            options = backend.options.model_validate({**own, **self._options})
         except ValidationError as error:
             wrong = [f"{'.'.join(map(str, found['loc']))}: {found['msg']}" for found in error.errors()]
             raise ExperimentError(f"options of brain backend '{self._backend}': {'; '.join(wrong)}") from None

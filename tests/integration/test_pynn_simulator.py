@@ -355,3 +355,32 @@ def test_a_wrong_backend_or_option_is_named(sim: ModuleType) -> None:
     driven(sim)
     with pytest.raises(ExperimentError, match="options of brain backend 'event': resolutoin: Extra"):
         sim.run(1.0)
+
+
+@pytest.mark.parametrize(("given", "step_ms"), [({}, 0.1), ({"timestep": "1 ms"}, 1.0)])
+def test_the_step_of_the_machine_is_that_of_setup_unless_its_option_says_another(
+    given: dict[str, str], step_ms: float
+) -> None:
+    sim = new_simulator()
+    sim.setup(timestep=0.1, backend="spinnaker", options=given)
+    cells = driven(sim)
+    sim.run(60.0)
+    (first, *_) = trains(cells)[0]
+    assert sim.state.brain.capabilities.resolution_ns == round(step_ms * 1e6)
+    assert first == pytest.approx(20.0 * log(20.0 / 5.0), abs=1.5 * step_ms)
+
+
+def test_a_step_that_the_machine_cannot_have_is_an_error_that_names_its_option() -> None:
+    sim = new_simulator()
+    sim.setup(timestep=0.0005, backend="spinnaker")
+    driven(sim)
+    with pytest.raises(ExperimentError, match=r"'spinnaker': timestep: .*whole microseconds"):
+        sim.run(1.0)
+
+
+def test_equal_initial_values_are_one_number(sim: ModuleType) -> None:
+    cells = sim.Population(3, sim.IF_curr_exp(), initial_values={"v": -60.0})
+    assert cells.initial_values["v"].evaluate(simplify=True) == -60.0
+    assert cells.initial_values["v"].evaluate(simplify=False).tolist() == [-60.0] * 3
+    cells[1:2].initialize(v=-50.0)
+    assert cells.initial_values["v"].evaluate(simplify=True).tolist() == [-60.0, -50.0, -60.0]

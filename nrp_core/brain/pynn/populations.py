@@ -255,7 +255,7 @@ class Population(_Cells, common.Population):
         with raising(InvalidValueError):
             check_values(f"population '{self.label}'", {variable: kept})
         self.initial_arrays[variable] = kept
-        self.initial_values[variable] = LazyArray(kept)
+        self.initial_values[variable] = LazyArray(simplify(kept), shape=(self.size,))
 
     def _get_cell_initial_value(self, id: ID, variable: str) -> float:  # noqa: A002
         return float(self.initial_arrays[variable][self.id_to_index(id)])
