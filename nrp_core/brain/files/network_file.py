@@ -3,7 +3,7 @@
 HDF5 because every language can read it. Every dataset has a checksum and the file has the network's
 digest, so that the network read equals the network written. The layout::
 
-    attributes    format, version, digest, timestep_ms (if any)
+    attributes    format, version, digest; timestep_ms and remarks (as JSON), if any
     populations/0, 1, ...    attributes label, size, cell_type
         parameters/*, initial_values/*    one value a cell
         spike_times_ms, spike_counts, positions_um    if any
@@ -97,7 +97,10 @@ def read_network(
         projections = _parts(group(file, "projections"), _read_projection)
         views = dict(_parts(group(file, "views"), _read_view))
         timestep_ms = attribute(file, "timestep_ms", float) if "timestep_ms" in file.attrs else None
-        network = Network(cells, tuple(projections), views, timestep_ms)
+        remarks = (
+            tuple(map(str, json.loads(attribute(file, "remarks", str)))) if "remarks" in file.attrs else ()
+        )
+        network = Network(cells, tuple(projections), views, timestep_ms, remarks=remarks)
         if attribute(file, "digest", str) != network.digest:
             raise NetworkError(
                 "the file is damaged: the digest of its network differs from the digest stored in it"
@@ -127,6 +130,8 @@ def _write(file: Any, network: Network) -> None:
     _describe(file, format=FORMAT, version=VERSION, digest=network.digest)
     if network.timestep_ms is not None:
         file.attrs["timestep_ms"] = network.timestep_ms
+    if network.remarks:
+        _describe(file, remarks=json.dumps(network.remarks))
     for index, population in enumerate(network.populations.values()):
         _write_population(file.create_group(f"populations/{index}"), population)
     for index, projection in enumerate(network.projections):

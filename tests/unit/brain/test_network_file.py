@@ -246,3 +246,21 @@ def test_an_array_that_does_not_fit_into_memory_is_refused_before_it_is_read(
 
     with pytest.raises(NetworkError, match=r"its 1000000000000000 values would take 7\.1 PiB of memory"):
         read_network(changed(grow, saved, tmp_path))
+
+
+def test_remarks_on_the_script_are_kept(tmp_path: Path) -> None:
+    sim = builder()
+    cells = sim.Population(2, sim.IF_curr_exp(), label="cells")
+    sim.Population(1, sim.IF_curr_exp(), label="cells")
+    sim.Projection(cells, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=0.1, delay=1.0))
+    network = sim.network()
+    assert "two populations have the label 'cells'" in network.remarks[0]
+    save_network(network, tmp_path / "cells.nrpnet")
+    assert read_network(tmp_path / "cells.nrpnet").remarks == network.remarks
+
+
+def test_a_file_without_remarks_has_none(tmp_path: Path) -> None:
+    sim = builder()
+    sim.Population(2, sim.IF_curr_exp(), label="cells")
+    save_network(sim.network(), tmp_path / "cells.nrpnet")
+    assert read_network(tmp_path / "cells.nrpnet").remarks == ()
