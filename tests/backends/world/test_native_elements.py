@@ -140,7 +140,7 @@ def test_models_that_contradict_each_other_in_an_option_are_refused_with_both_pl
 
 
 CONTACT = """<lateral_friction value="0.7"/><rolling_friction value="0.01"/><spinning_friction value="0.02"/>
-<restitution value="0.4"/><stiffness value="30000"/><damping value="1000"/>"""
+<restitution value="0.4"/><stiffness value="30000"/><damping value="1000"/><friction_anchor/>"""
 
 
 def test_the_contacts_of_a_urdf_are_those_that_pybullet_itself_reads(open_in: Open, tmp_path: Path) -> None:

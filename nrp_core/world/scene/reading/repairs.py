@@ -17,6 +17,8 @@ DEFAULT_FRICTION = 1.0
 LEAST_MASS = 1e-12
 """Minimum mass of a link, kg: smaller ones are mistakes, and engines cannot compute with them."""
 
+SENSOR_SHARE = 1e-3
+"""The share of a model's mass of a link without mass that a force sensor separates from the others."""
 MASSLESS = "massless"
 """The attribute of a link whose mass is, by its file, that of the links fixed to it."""
 
@@ -95,12 +97,23 @@ def with_default_masses(
 
     A link that is fixed to one with a mass needs none of its own.
     """
-    fixed = [(joint.parent, joint.child) for joint in joints if joint.kind == "fixed"]
-    rigid = rigid_groups([*(link.name for link in links), WORLD], fixed)
+    measured = {joint for link in links for sensor in link.sensors for joint in sensor.measured_joints}
+    fixed = [joint for joint in joints if joint.kind == "fixed"]
+    names = [*(link.name for link in links), WORLD]
+    held = rigid_groups(names, [(joint.parent, joint.child) for joint in fixed])
+    rigid = rigid_groups(
+        names, [(joint.parent, joint.child) for joint in fixed if joint.name not in measured]
+    )
     settled = {WORLD, *(link.name for link in links if link.inertial)}
     result = []
     for link in links:
-        if not rigid[link.name] & settled:
+        if not rigid[link.name] & settled and held[link.name] & settled:
+            mass = SENSOR_SHARE * (sum(each.inertial.mass for each in links if each.inertial) or 1.0)
+            message = f"the link '{link.name}' moves beside a force sensor without mass: {mass:.2g} kg"
+            notes.warn(element, Code.NRP264, message, subject=link.name)
+            settled.add(link.name)
+            result.append(replace(link, inertial=like_shape(_BALL, Inertial(mass))))
+        elif not rigid[link.name] & settled:
             notes.warn(
                 element,
                 Code.NRP264,

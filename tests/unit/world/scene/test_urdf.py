@@ -10,6 +10,7 @@ import pytest
 
 from nrp_core.errors import SceneError
 from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.meshes.triangles import Triangles
 from nrp_core.world.scene.model import Box, Capsule, Cylinder, Inertial, Mesh, Mimic, Model, Sphere
@@ -377,3 +378,11 @@ def test_limits_of_0_for_effort_and_velocity_are_none(urdf: UrdfReader) -> None:
     said = [str(each) for each in model.warnings if "is limited to 0" in each.message]
     assert len(said) == 2
     assert "the effort of the joint 'j' is limited to 0" in said[0]
+
+
+def test_a_link_without_mass_at_a_force_sensor_gets_a_little_because_it_moves_alone(urdf: UrdfReader) -> None:
+    links = f'<link name="base">{MASS}</link><link name="hip"/><link name="arm">{MASS}</link>'
+    turns = '<joint name="t" type="continuous"><parent link="base"/><child link="hip"/></joint>'
+    felt = '<gazebo reference="j"><sensor name="ft" type="force_torque"/></gazebo>'
+    model = urdf(links + turns + joint("fixed", parent="hip") + felt)
+    assert [body.inertial and body.inertial.mass for body in bodies_of(model)] == [1.0, 0.002, 1.0]
