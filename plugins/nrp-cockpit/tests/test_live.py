@@ -421,3 +421,48 @@ def test_a_function_that_is_not_active_does_not_run(visitor: Visitor) -> None:
 def test_an_editor_is_offered_topics_populations_and_words(visitor: Visitor) -> None:
     labels = {word["label"] for word in visitor.call("functions/complete")["words"]}
     assert {"/husky/camera", "nrp.brain.sensors", "nrp.MapRobotSubscriber"} <= labels
+
+
+def test_snapshots_are_bounded_and_one_that_is_removed_makes_room(
+    opened: Cockpit, visitor: Visitor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("nrp_cockpit.session.past.MOST_KEPT", len(opened.session.past.shown) + 2)
+    first = visitor.call("snapshot")
+    visitor.call("snapshot")
+    with pytest.raises(RefusedError, match="there is no room for more: remove one first"):
+        visitor.call("snapshot")
+    visitor.call("forget", id=first["id"])
+    assert first["id"] not in [each["id"] for each in opened.session.past.shown]
+    visitor.call("snapshot")
+
+
+def test_a_long_way_to_another_time_is_halted_where_it_is(opened: Cockpit, visitor: Visitor) -> None:
+    way = visitor.ask("seek", t_s=30.0)
+    visitor.until(lambda: opened.run.now_s > 0.1)
+    visitor.call("halt")
+    visitor.answer(way)
+    assert 0.1 < now_s(opened) < 30
+    visitor.status(state="paused")
+
+
+def test_a_cell_and_a_projection_are_read_when_somebody_looks(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("step", n=3)
+    brain = opened.run.brain
+    label, population = next(each for each in brain.network.populations.items() if not each[1].is_source)
+    looked = visitor.call("membrane", population=label, index=1)
+    neuron = int(brain.network.offsets[label]) + 1
+    assert looked == {"t_s": 0.06, "v_mv": opened.session.ask(lambda: brain.read_state("v", [neuron])[0])}
+    projection = brain.network.projections[0]
+    weights = visitor.call("weights", projection=projection.label)
+    assert sum(weights["counts"]) == projection.size
+    assert weights["summary"][0] == pytest.approx(projection.weight.min(), rel=0.01)
+    for call, said in (
+        (
+            lambda: visitor.call("membrane", population=label, index=10_000),
+            f"the cells of '{label}' are 0 to",
+        ),
+        (lambda: visitor.call("weights", projection="nothing"), "nothing"),
+    ):
+        with pytest.raises(RefusedError, match=said):
+            call()
+    assert population.size > 1

@@ -5,6 +5,8 @@ import { Empty } from "../ui/Panel";
 import { Numbers } from "./BodyTopics";
 import { devicesOf, synapsesOf, weightsOf } from "./brainFacts";
 import { Fact, Facts, Section, Title } from "./Facts";
+import { Membrane } from "./Membrane";
+import { Weights } from "./Weights";
 
 function Link({ to, children }: { to: Selection; children: string }) {
   return (
@@ -45,6 +47,9 @@ export function NeuronView({ population: label, index }: { population: string; i
           <Fact name="Synapses to it">{to}</Fact>
         </Facts>
       </Section>
+      {experiment.source === "live" && (
+        <Membrane key={`${label} ${index}`} population={label} index={index} />
+      )}
       {devices.length > 0 && (
         <Section title="Devices">
           {devices.map((device) => (
@@ -131,6 +136,7 @@ function Projections({ title, end, label, all }: ProjectionsProps) {
 /** One projection: its ends, its synapses, their weights. */
 export function ProjectionView({ id }: { id: string }) {
   const projection = useRun((run) => run.experiment?.projections.find((one) => one.id === id));
+  const live = useRun((run) => run.experiment?.source === "live");
   if (!projection) return <Empty>The brain has no projection '{id}' any more.</Empty>;
   const { label, pre, post, receptor, synapse, size, excites } = projection;
   const weights = weightsOf(projection);
@@ -151,14 +157,18 @@ export function ProjectionView({ id }: { id: string }) {
           <Fact name="Synapse">{synapse}</Fact>
         </Facts>
       </Section>
-      {weights && (
-        <Section title="Weights">
-          <Facts>
-            <Fact name="Smallest">{weightText(weights.least)}</Fact>
-            <Fact name="Mean">{weightText(weights.mean)}</Fact>
-            <Fact name="Largest">{weightText(weights.most)}</Fact>
-          </Facts>
-        </Section>
+      {live ? (
+        <Weights key={id} id={id} />
+      ) : (
+        weights && (
+          <Section title="Weights">
+            <Facts>
+              <Fact name="Smallest">{weightText(weights.least)}</Fact>
+              <Fact name="Mean">{weightText(weights.mean)}</Fact>
+              <Fact name="Largest">{weightText(weights.most)}</Fact>
+            </Facts>
+          </Section>
+        )
       )}
     </>
   );

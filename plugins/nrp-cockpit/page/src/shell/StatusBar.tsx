@@ -1,4 +1,5 @@
 import { FirstVisit } from "../hints/FirstVisit";
+import { halt } from "../state/commands";
 import { useRun } from "../state/run";
 import type { Status } from "../state/types";
 import { Icon } from "../ui/Icon";
@@ -11,7 +12,14 @@ export function StatusBar() {
       <LinkState />
       <Attention />
       <FirstVisit />
-      <span className="grow cut">{status?.doing}</span>
+      <span className="grow cut">
+        {status?.doing}
+        {status?.state === "busy" && (
+          <button type="button" className="btn btn-ghost btn-small" onClick={() => void halt()}>
+            Stop here
+          </button>
+        )}
+      </span>
       {status && <Costs status={status} />}
     </footer>
   );

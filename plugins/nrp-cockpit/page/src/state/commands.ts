@@ -26,6 +26,9 @@ export const runTo = (t_s: number) => command("run_to", { t_s });
 export const seek = (t_s: number) => command("seek", { t_s });
 export const takeSnapshot = () => command("snapshot");
 export const restore = (id: string) => command("restore", { id });
+export const forget = (id: string) => command("forget", { id });
+/** Ends a long way to another time where it is. */
+export const halt = () => command("halt");
 export const record = (folder: string | null) => command("record", { folder });
 export const branch = (from: { t_s: number | null } | { id: string }) => command("branch", from);
 export const compare = (brain: string | null, world: string | null) => command("compare", { brain, world });

@@ -1,3 +1,4 @@
+import { forget } from "../state/commands";
 import type { TimelineData } from "../state/types";
 import { Icon } from "../ui/Icon";
 import { Tooltip } from "../ui/Tooltip";
@@ -12,12 +13,18 @@ export function SnapshotLane({ snapshots, span }: { snapshots: TimelineData["sna
     <ul className="timeline-lane" aria-label="Snapshots">
       {snapshots.map((snapshot) => (
         <li key={snapshot.id} className="timeline-mark" style={{ left: `${percent(span, snapshot.t_s)}%` }}>
-          <Tooltip text={restoring(snapshot).says}>
+          <Tooltip text={`${restoring(snapshot).says}. Delete, or a click with Shift, removes it.`}>
             <button
               type="button"
               className="chip num"
               aria-label={restoring(snapshot).says}
-              onClick={() => {
+              aria-keyshortcuts="Delete"
+              onKeyDown={(event) => event.key === "Delete" && void forget(snapshot.id)}
+              onClick={(event) => {
+                if (event.shiftKey) {
+                  void forget(snapshot.id);
+                  return;
+                }
                 const { blocked } = here();
                 void go(
                   blocked ? { act: "none", t_s: snapshot.t_s, says: blocked } : restoring(snapshot),

@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import ValidationError, validate_call
 
 from nrp_cockpit.session.live import LiveSession
+from nrp_cockpit.session.looks import Looks
 from nrp_cockpit.session.recorded import RecordedSession
 from nrp_cockpit.session.recorded_run import FIXED
 from nrp_cockpit.session.session import Session
@@ -26,7 +27,7 @@ def services_of(session: LiveSession) -> Services:
     """Return the services of a run; one beside another goes with the time of that."""
     lead = getattr(session, "lead", session)
     commands = commands_of(session.run)
-    functions, bodies = session.functions, session.bodies
+    functions, bodies, looks = session.functions, session.bodies, Looks(session.run)
     path = session.run.experiment.source.place.path
     layout = Layout(None if path is None else path.with_suffix(LAYOUT))
 
@@ -43,10 +44,15 @@ def services_of(session: LiveSession) -> Services:
     def restore(id: str) -> None:  # noqa: A002  the name that the page gives it
         lead.restore(id)
 
+    def forget(id: str) -> None:  # noqa: A002  likewise
+        lead.forget(id)
+
     steering: dict[str, Service] = {
         **going(lead),
         "snapshot": asked(lead, lead.snapshot),
         "restore": asked(lead, restore, "going back to the snapshot"),
+        "forget": asked(lead, forget),
+        "halt": lead.halt,
         "record": asked(session, session.record),
         "publish": validated(commands["publish"]),
         "push": steered(bodies.push),
@@ -60,13 +66,16 @@ def services_of(session: LiveSession) -> Services:
     watching: dict[str, Service] = {
         "functions/check": validated(functions.check),
         "functions/complete": asked(session, functions.complete),
+        "membrane": asked(session, looks.membrane),
+        "weights": asked(session, looks.weights),
         "layout/load": validated(layout.load),
     }
     return prefixed(steering, watching)
 
 
 _REFUSED = (
-    "snapshot", "restore", "record", "branch", "compare", "part", "publish", "push", "place",
+    "snapshot", "restore", "forget", "halt", "record", "branch", "compare", "part",
+    "publish", "push", "place",
     "functions/apply", "functions/revert", "functions/save", "functions/activate",
 )  # fmt: skip
 """What changes a run, and not a recording."""
@@ -82,6 +91,8 @@ def services_of_recording(session: RecordedSession) -> Services:
     watching: dict[str, Service] = {
         "functions/check": _refuse,
         "functions/complete": _refuse,
+        "membrane": _refuse,
+        "weights": _refuse,
         "layout/load": layout.load,
     }
     return prefixed(steering, watching)

@@ -43,14 +43,14 @@ class LiveSession(Session):
         super().__init__(hub, requests)
         self.run = run
         self.beside: Companion | None = None
-        self._jumping = False
+        self._jumping = self._is_halted = False
         self._going_since: float | None = None
         self._gone_s = 0.0
         self._recording: RecordingFolder | None = None
         self.recording_path: Path | None = None
         can_save = run.brain.capabilities.snapshot and run.world.capabilities.snapshot
         self.hearing = Hearing(run, hub)
-        self.past = Past(run, can_save=can_save)
+        self.past = Past(run, can_save=can_save, halted=lambda: self._is_halted)
         self.functions = Functions(run)
         self.bodies = Bodies(run)
         self.reports = LiveReports(self)
@@ -87,6 +87,7 @@ class LiveSession(Session):
             raise ExperimentError(f"a run takes 1 step or more, not {n}")
         self._require_going()
         self._go_from_here()
+        self._is_halted = False
         self.mode = Mode.RUNNING
         self._until_ns = min(self.now_ns + n * self.timestep_ns, self.end_ns)
         self._guarded(lambda: self._unpaced(lambda: self._run_through(self._until_ns)))
@@ -160,6 +161,7 @@ class LiveSession(Session):
             live_again()
             self._run_through(until_ns)
 
+        self._is_halted = False
         self._jumping = True  # who goes along follows in one go
         try:
             self._guarded(lambda: self._unpaced(go))
@@ -179,6 +181,15 @@ class LiveSession(Session):
         moment = self.past.take()
         self.reports.timeline()
         return {"id": moment.id, "t_s": seconds(moment.t_ns)}
+
+    def forget(self, name: str) -> None:
+        """Forget a snapshot."""
+        self.past.forget(name)
+        self.reports.timeline()
+
+    def halt(self) -> None:
+        """End a way to another time after the current step, where it is; any thread may call this."""
+        self._is_halted = True
 
     def reset(self, what: str = "all") -> None:
         """Reset everything to time 0, or one part while time goes on."""
@@ -202,7 +213,7 @@ class LiveSession(Session):
 
     def _run_through(self, until_ns: int) -> None:
         """Run to a time, whoever asks for something meanwhile."""
-        while self.now_ns < until_ns and not self.requests.is_closed:
+        while self.now_ns < until_ns and not (self.requests.is_closed or self._is_halted):
             self.run.step()
 
     def _unpaced(self, go: Callable[[], Any]) -> None:

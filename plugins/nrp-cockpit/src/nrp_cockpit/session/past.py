@@ -16,6 +16,8 @@ WATCHED_NS, ALONE_NS = NS_PER_S, 5 * NS_PER_S
 """Simulated time between two snapshots that are taken on their own, while somebody watches and else."""
 BYTES_A_SECOND = 4_000_000
 """At most as much is kept of a simulated second: snapshots of a large network take long, so they are rare."""
+MOST_KEPT = 100
+"""Of snapshots that people asked for; all are sent with each report of the timeline, 4 kB at most."""
 MOST_BYTES = 256_000_000
 """Of snapshots together; those taken on their own are thinned out first."""
 
@@ -48,10 +50,11 @@ class Past:
     Args:
         run: the run.
         can_save: whether it can be saved at all; otherwise the past is empty.
+        halted: whether living again is to end where it is.
     """
 
-    def __init__(self, run: Run, *, can_save: bool) -> None:
-        self._run, self._can_save = run, can_save
+    def __init__(self, run: Run, *, can_save: bool, halted: Callable[[], bool] = lambda: False) -> None:
+        self._run, self._can_save, self._halted = run, can_save, halted
         self._moments: list[Moment] = []
         self._published: list[tuple[int, str, Any]] = []
         self._reach_ns, self._last_ns = run.loop.now_ns, -ALONE_NS
@@ -69,9 +72,27 @@ class Past:
         """Take a snapshot because a person wants it.
 
         Raises:
-            CapabilityError: the run cannot be saved.
+            CapabilityError: the run cannot be saved, or as much is kept already as there is room for.
         """
+        kept = [each for each in self._moments if each.kept]
+        kept_bytes = sum(len(each.data) for each in kept)
+        if len(kept) >= MOST_KEPT or kept_bytes >= MOST_BYTES:
+            raise CapabilityError(
+                f"{len(kept)} snapshots are kept, {kept_bytes / 1e6:.0f} MB, and there is no room for more: "
+                "remove one first"
+            )
         return self._take(kept=True)
+
+    def forget(self, name: str) -> None:
+        """Forget a snapshot.
+
+        Raises:
+            CapabilityError: there is none of this name.
+        """
+        gone = self.named(name)
+        gone.kept = False  # as one that was taken on its own it may still help on the way back
+        if not gone.was:
+            self._moments.remove(gone)
 
     def after_step(self, every_ns: int = WATCHED_NS) -> None:
         """Take a snapshot if it is time."""
@@ -165,7 +186,7 @@ class Past:
         again: deque[Any] = deque()
         self._again = again
         try:
-            while loop.now_ns < t_ns and published is self._published:
+            while loop.now_ns < t_ns and published is self._published and not self._halted():
                 while at < len(published) and published[at][0] <= loop.now_ns:
                     _, topic, message = published[at]
                     again.append(message)

@@ -1,0 +1,85 @@
+"""People without a pointer, with large letters, with a bad network, and with a question about one cell."""
+
+from __future__ import annotations
+
+from browsing import HUSKY, Cockpits, Watched, time_s, wait_until
+from cutting import Way
+from playwright.sync_api import Browser, Page, expect
+
+FOCUSED = "() => document.activeElement.innerText || document.activeElement.getAttribute('aria-label') || ''"
+
+
+def tab_to(page: Page, name: str) -> None:
+    """Press Tab until what has the focus is called so."""
+    for _ in range(150):
+        page.keyboard.press("Tab")
+        if page.evaluate(FOCUSED).strip() == name:
+            return
+    raise AssertionError(f"Tab does not reach '{name}'")
+
+
+def test_a_run_is_steered_and_a_body_is_moved_without_a_pointer(cockpits: Cockpits, watched: Watched):
+    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+    page.keyboard.press("Space")
+    wait_until(page, 0.2)
+    page.keyboard.press("Space")
+    page.get_by_role("button", name="Play").wait_for()
+    there = time_s(page)
+    page.keyboard.press(".")
+    expect(page.get_by_role("timer")).to_contain_text(f"{there + 0.02:.2f} s", timeout=30_000)
+    page.keyboard.press("s")
+    page.get_by_role("button", name="Restore the snapshot", exact=False).wait_for()
+    tab_to(page, "husky")
+    page.keyboard.press("Enter")
+    inspector = page.get_by_role("region", name="Selected")
+    expect(inspector.get_by_role("heading", name="husky", exact=True)).to_be_visible()
+    inspector.get_by_role("textbox", name="x (m)").focus()
+    page.keyboard.press("Control+A")
+    page.keyboard.type("1.5")
+    tab_to(page, "Place")
+    page.keyboard.press("Enter")
+    expect(inspector.get_by_role("region", name="Pose")).to_contain_text("1.50", timeout=30_000)
+    page.keyboard.press("Escape")
+    expect(inspector.get_by_role("button", name="husky", exact=True)).to_be_visible()
+
+
+def test_at_200_percent_nothing_is_lost_sideways(cockpits: Cockpits, watched: Watched):
+    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY), width=720, height=450)
+    page.get_by_role("button", name="Play").click()
+    wait_until(page, 0.1)
+    for view in ("Cockpit", "Functions", "Compare"):
+        page.get_by_role("link", name=view, exact=True).click()
+        page.wait_for_timeout(300)
+        assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth"), view
+        expect(page.get_by_role("button", name="Pause")).to_be_in_viewport()
+
+
+def test_the_page_comes_back_when_its_server_does(cockpits: Cockpits, browser: Browser):
+    way = Way(cockpits.open("braitenberg_husky", *HUSKY))
+    page = Watched(browser).open(way.address)
+    page.get_by_role("button", name="Play").click()
+    wait_until(page, 0.2)
+    way.cut()
+    expect(page.get_by_text("Reconnecting", exact=False)).to_be_visible(timeout=30_000)
+    cut_at = time_s(page)
+    way.mend()
+    expect(page.get_by_text("Live on this machine")).to_be_visible(timeout=30_000)
+    wait_until(page, cut_at + 0.5)  # the run went on, and the page with it
+    page.get_by_role("button", name="Pause").click()
+    page.get_by_role("button", name="Play").wait_for()
+    way.close()
+    page.context.close()
+
+
+def test_a_cell_shows_its_membrane_and_a_projection_its_weights(cockpits: Cockpits, watched: Watched):
+    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+    inspector = page.get_by_role("region", name="Selected")
+    projection = inspector.get_by_role("button", name="→ circuit", exact=False).first
+    projection.click()
+    expect(inspector.get_by_role("img", name="Histogram of the weights", exact=False)).to_be_visible()
+    page.keyboard.press("Escape")
+    cell = page.get_by_role("region", name="Brain", exact=True).get_by_role(
+        "button", name="Neuron 4 of circuit", exact=False
+    )
+    cell.first.click()
+    expect(inspector.get_by_role("region", name="Membrane")).to_contain_text("mV")
