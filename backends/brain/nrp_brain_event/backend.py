@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from nrp_brain_event.grid.lazy.choice import lazy_grid, report_on
 from nrp_brain_event.options import EventOptions
 from nrp_brain_event.synapse_laws import SYNAPSES
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
 from nrp_core.brain.network.data import Network
+from nrp_core.brain.report import Report
 from nrp_core.simulation import Determinism
 
 
@@ -39,12 +41,18 @@ class EventBackend(BrainBackend):
         delay_range(network)
         return []
 
+    def reports(self, network: Network, options: BrainOptions) -> list[Report]:
+        assert isinstance(options, EventOptions)
+        return [] if options.resolution is None else [report_on(lazy_grid(network, options))]
+
     def open(self, network: Network, *, seed: int, options: BrainOptions) -> Brain:
         assert isinstance(options, EventOptions)
         if options.resolution is not None:
             from nrp_brain_event.grid.brain import GridBrain
+            from nrp_brain_event.grid.lazy.brain import LazyBrain
 
-            return GridBrain(network, seed, self.capabilities(options), options, options.resolution)
+            kind = GridBrain if lazy_grid(network, options).obstacle else LazyBrain
+            return kind(network, seed, self.capabilities(options), options, options.resolution)
         from nrp_brain_event.brain import EventBrain
 
         return EventBrain(network, seed, self.capabilities(options), options)

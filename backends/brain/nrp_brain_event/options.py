@@ -32,6 +32,11 @@ class EventOptions(BrainOptions):
         "spikes, or the grid, many times faster, for populations of equal cells with one synapse each",
     )
 
+    lazy: Literal["auto", "always", "never"] = Field(
+        default="auto",
+        description="whether the grid works only for the neurons that events reach, with the same spikes: "
+        "where that is expected to be faster, wherever it is possible, or never",
+    )
     threads: int = Field(
         default=1,
         ge=1,
@@ -48,6 +53,8 @@ class EventOptions(BrainOptions):
             raise ValueError(
                 f"threads: {self.threads} needs a resolution, e.g. 0.1 ms; the exact mode uses one thread"
             )
+        if self.resolution is None and self.lazy == "always":
+            raise ValueError("lazy: always needs a resolution, e.g. 0.1 ms; the exact mode is lazy by itself")
         if self.resolution is not None and self.resolution > NS_PER_MS:
             raise ValueError(f"resolution must be 1 ms or finer, not {self.resolution / NS_PER_MS:g} ms")
         return self

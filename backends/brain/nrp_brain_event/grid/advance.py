@@ -44,19 +44,8 @@ def run(places: Array, sources: Array, inputs: Array, weights: Array, until: int
     clock, lines = grid.clock[0], grid.state.reshape(-1)
     while clock.step < until:
         step = clock.step + 1
-        due = clock.n_sources
-        while due < sources.shape[1] and sources[0, due] <= step:
-            due += 1
-        if clock.n_free < clock.n_out + due - clock.n_sources or grid.pool[0].n_free < len(grid.memories):
+        if not accept(clock, grid, sources, step):
             return FULL
-        if not _hear(clock, grid, step):
-            return FULL
-        if clock.step % clock.window == 0:
-            send_all(clock, grid)
-        while clock.n_sources < due:
-            fired_at = max(sources[0, clock.n_sources], clock.step)  # entries before this step come first
-            send(clock, grid, sources[1, clock.n_sources], fired_at)
-            clock.n_sources += 1
         clock.n_fired = 0
         _update(clock, grid, _EARLY, step)
         n_early = clock.n_fired
@@ -67,7 +56,7 @@ def run(places: Array, sources: Array, inputs: Array, weights: Array, until: int
         _update(clock, grid, _LATE, step)
         if clock.failed >= 0:
             return DIVERGED
-        _emit(clock, grid, step, n_early)
+        emit(clock, grid, step, n_early)
         clock.step = step
         take_samples(grid, step)
     return DONE
@@ -85,6 +74,25 @@ def set_currents(places: Array, currents: Array) -> bool:
         elif not set_cell_current(grid.cells[index], grid.work[0], currents[row], clock.step * clock.h):
             clock.failed = grid.ids[row]
             return False
+    return True
+
+
+@inlined
+def accept(clock: GridClock, grid: Grid, sources: Array, step: int) -> bool:
+    """Enter the spikes of neurons and sources into the calendar; false if there is no room for a step."""
+    due = clock.n_sources
+    while due < sources.shape[1] and sources[0, due] <= step:
+        due += 1
+    if clock.n_free < clock.n_out + due - clock.n_sources or grid.pool[0].n_free < len(grid.memories):
+        return False
+    if not _hear(clock, grid, step):
+        return False
+    if clock.step % clock.window == 0:
+        send_all(clock, grid)
+    while clock.n_sources < due:
+        fired_at = max(sources[0, clock.n_sources], clock.step)  # entries before this step come first
+        send(clock, grid, sources[1, clock.n_sources], fired_at)
+        clock.n_sources += 1
     return True
 
 
@@ -145,7 +153,7 @@ def _update_cells(clock: GridClock, grid: Grid, part: Run, step: int) -> None:
 
 
 @inlined
-def _emit(clock: GridClock, grid: Grid, step: int, n_early: int) -> None:
+def emit(clock: GridClock, grid: Grid, step: int, n_early: int) -> None:
     """Store the spikes of neurons that fire, and queue them to be sent."""
     for k in range(clock.n_fired):
         row = grid.fired[k]

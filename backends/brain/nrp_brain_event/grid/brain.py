@@ -82,19 +82,26 @@ class GridBrain(Brain):
 
     def _do_run_until(self, t_ns: int) -> None:
         until, stop = self._times.number_of(t_ns), int(self._grid.clock["step"][0])
-        patience = -(-_PATIENCE_NS // self._times.step_ns)
+        patience = self._patience
         self._listen_to_noise()
         self._take_in()
         while stop < until:  # compiled code cannot be interrupted, so it returns from time to time
-            stop = min(stop + patience, until)
-            move = self._threads.advance if self._threads else advance
-            held, status = move(self._held, self._fired, self._arrivals, stop)
-            self._take(held)
-            if status == DIVERGED:
+            stop = min(stop - stop % patience + patience, until)
+            if self._step_to(stop) == DIVERGED:
                 raise diverged(self.network, int(self._grid.clock["failed"][0]), t_ns)
         self._drop_used()
-        if is_lost(self._held.places):
+        if self._is_lost():
             raise diverged(self.network, int(self._grid.ids[lost_row(self._grid)]), t_ns)
+
+    def _step_to(self, step: int) -> int:
+        """Advance to a step; return ``DONE`` or ``DIVERGED``."""
+        move = self._threads.advance if self._threads else advance
+        held, status = move(self._held, self._fired, self._arrivals, step)
+        self._take(held)
+        return status
+
+    def _is_lost(self) -> bool:
+        return is_lost(self._held.places)
 
     def _do_run_recording(self, t_ns: int, traces: Sequence[Trace], samples: FloatArray) -> None:
         for trace in traces:
@@ -103,6 +110,11 @@ class GridBrain(Brain):
         self._take(handle(self._grid._replace(**probes)))
         self._do_run_until(t_ns)
         self._take(handle(self._grid._replace(**no_probes())))
+
+    @property
+    def _patience(self) -> int:
+        """The steps between two returns from compiled code."""
+        return -(-_PATIENCE_NS // self._times.step_ns)
 
     def _take(self, held: Held) -> None:
         """Continue with a grid."""

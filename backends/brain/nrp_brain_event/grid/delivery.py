@@ -6,7 +6,8 @@ calendar. So an arrival acts at once without a buffer, and spikes in transit cos
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Callable
+from typing import Any, Final
 
 from nrp_brain_event.grid.records import PLASTIC, Grid, GridClock
 from nrp_brain_event.records import Array
@@ -14,6 +15,8 @@ from nrp_brain_event.short_term import released_share
 from nrp_brain_event.spike_timing import remember, transmit
 from nrp_core._support.jit import inlined, jit, prefetch
 
+Arrive = Callable[[GridClock, Grid, Any, int, int], None]
+"""Delivers a segment in a step to what is passed on."""
 _LINE: Final = 32
 """Number of targets in a cache line."""
 
@@ -43,33 +46,6 @@ def _post(clock: GridClock, grid: Grid, segment: int, step: int) -> None:
     grid.entry_segment[entry] = segment
     grid.entry_after[entry] = grid.slots[slot]
     grid.slots[slot] = entry
-
-
-@inlined
-def deliver(clock: GridClock, grid: Grid, lines: Array, step: int) -> None:
-    """Deliver all spikes due in a step."""
-    slot = step & (len(grid.slots) - 1)
-    entry = grid.slots[slot]
-    grid.slots[slot] = -1
-    while entry >= 0:
-        segment, following = grid.entry_segment[entry], grid.entry_after[entry]
-        if following >= 0:
-            _fetch(grid, grid.entry_segment[following])
-            later = grid.entry_after[following]
-            if later >= 0:
-                _announce(grid, grid.entry_segment[later])
-        grid.entry_after[entry] = clock.free
-        clock.free = entry
-        clock.n_free += 1
-        while True:
-            _arrive(clock, grid, lines, segment, step)
-            if grid.segment_last[segment]:
-                break
-            segment += 1
-            if grid.segment_gap[segment] > 0:
-                _post(clock, grid, segment, step + grid.segment_gap[segment])
-                break
-        entry = following
 
 
 @jit
@@ -145,3 +121,37 @@ def _add_equal(onto: Array, targets: Array, weight: float) -> None:
 def _add_own(onto: Array, targets: Array, weights: Array) -> None:
     for k in range(len(targets)):
         onto[targets[k]] += weights[k]
+
+
+def delivering(arrive: Arrive) -> Callable[[GridClock, Grid, Any, int], None]:
+    """Return the function that delivers all spikes due in a step, by a function that delivers a segment."""
+
+    def deliver(clock: GridClock, grid: Grid, onto: Any, step: int) -> None:
+        slot = step & (len(grid.slots) - 1)
+        entry = grid.slots[slot]
+        grid.slots[slot] = -1
+        while entry >= 0:
+            segment, following = grid.entry_segment[entry], grid.entry_after[entry]
+            if following >= 0:
+                _fetch(grid, grid.entry_segment[following])
+                later = grid.entry_after[following]
+                if later >= 0:
+                    _announce(grid, grid.entry_segment[later])
+            grid.entry_after[entry] = clock.free
+            clock.free = entry
+            clock.n_free += 1
+            while True:
+                arrive(clock, grid, onto, segment, step)
+                if grid.segment_last[segment]:
+                    break
+                segment += 1
+                if grid.segment_gap[segment] > 0:
+                    _post(clock, grid, segment, step + grid.segment_gap[segment])
+                    break
+            entry = following
+
+    return inlined(deliver)
+
+
+deliver = delivering(_arrive)
+"""Deliver all spikes due in a step to the state of the grid, which is passed as one line."""
