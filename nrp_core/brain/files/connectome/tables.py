@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
-from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.errors import NetworkError
 
 INSTALL: Final = "pip install 'nrp-core[connectome]'"
 SUFFIXES: Final = (".csv", ".feather", ".parquet")
@@ -64,8 +64,8 @@ def chosen_column(path: Path, wanted: str, candidates: Sequence[str], names: Seq
     found = next((name for name in candidates if name in names), None)
     if found is None:
         raise NetworkError(
-            f"there is no column for {wanted}: one of {', '.join(candidates)}; the columns are "
-            f"{', '.join(names)}{did_you_mean(candidates[0], names)}",
+            f"there is no column for {wanted}: {', '.join(filter(None, candidates))}; the table has the "
+            f"columns {', '.join(names)}",
             path=path,
         )
     return found
