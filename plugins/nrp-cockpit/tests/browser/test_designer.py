@@ -30,7 +30,7 @@ class Hand:
 
     def fill(self, label: str, text: str) -> None:
         self.actions += 1
-        self.page.get_by_label(label, exact=True).fill(text)
+        self.page.get_by_label(label, exact=True).first.fill(text)
 
     def write(self, text: str) -> None:
         """Write the expression of what is shown."""
@@ -63,11 +63,11 @@ class Hand:
     def wired(self, source: str, target: str) -> None:
         """Drag a wire that fits: the form of what it made is there when its name has the focus."""
         self.wire(source, target)
-        expect(self.page.get_by_label("name", exact=True)).to_be_focused()
+        expect(self.page.get_by_label("name", exact=True).first).to_be_focused()
 
     def named(self, name: str) -> None:
         """Name what was just made: its name has the focus."""
-        expect(self.page.get_by_label("name", exact=True)).to_be_focused()
+        expect(self.page.get_by_label("name", exact=True).first).to_be_focused()
         self.fill("name", name)
 
     def variable(self, function: str, name: str, text: str) -> None:

@@ -34,7 +34,14 @@ export function ValueField({ path, part, feature }: ValueProps) {
   return (
     <div className={feature.of === "Code" ? "field field-wide" : "field"}>
       <label htmlFor={id}>{label}</label>
-      <Control id={id} text={text} feature={feature} error={error} onSet={(value) => void set(value)} />
+      <Control
+        id={id}
+        path={path}
+        text={text}
+        feature={feature}
+        error={error}
+        onSet={(value) => void set(value)}
+      />
       {error && (
         <p id={`${id}-error`} className="field-error" role="alert">
           {error}
@@ -46,13 +53,14 @@ export function ValueField({ path, part, feature }: ValueProps) {
 
 interface ControlProps {
   id: string;
+  path: string;
   text: string;
   feature: Feature;
   error: string | undefined;
   onSet: (text: string) => void;
 }
 
-function Control({ id, text, feature, error, onSet }: ControlProps) {
+function Control({ id, path, text, feature, error, onSet }: ControlProps) {
   const choices = useChoices(feature, text);
   if (choices)
     return (
@@ -63,7 +71,7 @@ function Control({ id, text, feature, error, onSet }: ControlProps) {
         ))}
       </select>
     );
-  return <TextInput key={`${text} ${error ? 1 : 0}`} {...{ id, text, feature, error, onSet }} />;
+  return <TextInput key={`${text} ${error ? 1 : 0}`} {...{ id, path, text, feature, error, onSet }} />;
 }
 
 /** What a value can be, where that is known: an enumeration, or the populations of the brain. */
@@ -75,10 +83,10 @@ function useChoices(feature: Feature, text: string): string[] | null {
   return names.length === 0 ? null : names.includes(text) || text === "" ? names : [text, ...names];
 }
 
-function TextInput({ id, text, feature, error, onSet }: ControlProps) {
+function TextInput({ id, path, text, feature, error, onSet }: ControlProps) {
   const [typed, setTyped] = useState(text);
   const field = useRef<HTMLInputElement & HTMLTextAreaElement>(null);
-  const isNew = useDesign((design) => design.isNew && feature.field === "name");
+  const isNew = useDesign(({ isNew, selected }) => isNew && selected === path && feature.field === "name");
   useEffect(() => {
     if (!isNew) return;
     field.current?.select();

@@ -55,6 +55,8 @@ class Fresh:
             return PythonTransferFunction(code=_PYTHON.format(name=self.name("python_function")))
         if issubclass(kind, DeviceChannel) and "type" not in given:
             given |= self._device_settings()
+        if issubclass(kind, NeuronSelector) and given.get("population") is None:
+            given["population"] = self.population()
         needed = (feature for feature in features(kind) if feature.least and feature.field not in given)
         return kind(**given, **{feature.field: self._first(kind, feature) for feature in needed})
 
