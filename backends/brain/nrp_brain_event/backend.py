@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from nrp_brain_event.grid.lazy.choice import lazy_grid, report_on
+from nrp_brain_event.grid.lazy.choice import lazy_grid
 from nrp_brain_event.options import EventOptions
 from nrp_brain_event.synapse_laws import SYNAPSES
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
 from nrp_core.brain.network.data import Network
-from nrp_core.brain.report import Report
 from nrp_core.simulation import Determinism
 
 
@@ -39,11 +38,9 @@ class EventBackend(BrainBackend):
         from nrp_brain_event.connections import delay_range
 
         delay_range(network)
-        return []
-
-    def reports(self, network: Network, options: BrainOptions) -> list[Report]:
         assert isinstance(options, EventOptions)
-        return [] if options.resolution is None else [report_on(lazy_grid(network, options))]
+        obstacle = lazy_grid(network, options).obstacle if options.lazy == "always" else ""
+        return [f"`lazy: always` has no effect: {obstacle}"] if obstacle else []
 
     def open(self, network: Network, *, seed: int, options: BrainOptions) -> Brain:
         assert isinstance(options, EventOptions)

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nrp_brain_event import EventBackend, EventOptions
 from nrp_brain_event.grid.lazy.brain import LazyBrain
+from nrp_brain_event.grid.lazy.choice import lazy_grid
 from pydantic import ValidationError
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
@@ -167,23 +168,20 @@ def test_a_busy_network_becomes_a_plain_grid_without_a_difference() -> None:
         assert lazy._lazy is None
 
 
-def test_a_network_that_the_lazy_grid_cannot_run_is_plain_and_the_report_says_why() -> None:
+def test_a_network_that_the_lazy_grid_cannot_run_is_plain_and_a_warning_says_why() -> None:
     event = EventBackend()
     options = EventOptions.model_validate({"resolution": "0.1 ms", "lazy": "always"})
     hard = parts.network(parts.cells(SAMPLES["IF_cond_exp"], "n", 3))
-    (report,) = event.reports(hard, options)
-    assert "IF_cond_exp of population 'n' has no closed form" in str(report.as_dict())
+    (warning,) = event.warnings(hard, options)
+    assert "`lazy: always` has no effect: IF_cond_exp of population 'n' has no closed form" in warning
     with event.open(hard, seed=1, options=options) as brain:
         assert not isinstance(brain, LazyBrain)
     auto = EventOptions.model_validate({"resolution": "0.1 ms"})
-    sparse, few, restless = silent(3000), silent(10), silent(3000, i_offset=0.8)
-    for cells, reason in (
-        (few, "fewer than 2000"),
-        (restless, "fire without input"),
-        (sparse, "events reach each"),
-    ):
-        (report,) = event.reports(parts.network(cells), auto)
-        assert reason in str(report.as_dict())
+    few, restless = silent(10), silent(3000, i_offset=0.8)
+    for cells, reason in ((few, "fewer than 2000"), (restless, "fire without input")):
+        assert reason in lazy_grid(parts.network(cells), auto).obstacle
+        assert event.warnings(parts.network(cells), auto) == []
+    assert lazy_grid(parts.network(silent(3000)), auto).obstacle == ""
     with pytest.raises(ValidationError, match="the exact mode is lazy by itself"):
         EventOptions.model_validate({"lazy": "always"})
 

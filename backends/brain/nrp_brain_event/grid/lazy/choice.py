@@ -11,7 +11,6 @@ from nrp_brain_event.options import EventOptions
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.data import Network, Population
 from nrp_core.brain.network.limits import distinct
-from nrp_core.brain.report import Fact, Quantity, Report
 
 _CELLS: Final = frozenset({"IF_curr_exp", "IF_curr_alpha", "IF_curr_delta", "IF_curr_exp_frozen"})
 """Cells whose course between two events has a closed form on the grid."""
@@ -22,8 +21,6 @@ _MOST_SYNAPSES: Final = 500
 """On average onto a cell; so many, or so many spikes a second of Poisson cells, reach it too often."""
 _MOST_RESTLESS: Final = 0.05
 """Share of cells that fire without input: these are looked at in each step."""
-_MODE: Final = Quantity("grid", "grid")
-_REASON: Final = Quantity("reason", "reason")
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,28 +29,17 @@ class Choice:
 
     Args:
         obstacle: why not; empty if it does.
-        wanted: whether the options demand it.
     """
 
     obstacle: str
-    wanted: bool
 
 
 def lazy_grid(network: Network, options: EventOptions) -> Choice:
     """Return whether a network runs on the lazy grid under these options."""
-    wanted = options.lazy == "always"
     if options.lazy == "never":
-        return Choice("`lazy: never`", wanted)
+        return Choice("`lazy: never`")
     obstacle = _impossible(network, options)
-    return Choice(obstacle or ("" if wanted else _dear(network)), wanted)
-
-
-def report_on(choice: Choice) -> Report:
-    """Return the choice as a report."""
-    mode = "every neuron in each step" if choice.obstacle else "lazy: only the neurons that events reach"
-    reason = choice.obstacle or ("`lazy: always`" if choice.wanted else "events reach each neuron rarely")
-    notes = () if choice.obstacle else ("The brain changes to the other grid where that proves cheaper.",)
-    return Report("event-grid", "Grid", (Fact(_MODE, mode), Fact(_REASON, reason)), notes=notes)
+    return Choice(obstacle or ("" if options.lazy == "always" else _dear(network)))
 
 
 def _impossible(network: Network, options: EventOptions) -> str:
