@@ -141,3 +141,23 @@ def test_the_experiment_of_the_paper_is_drawn_from_nothing_and_passes(drawn: tup
     for criterion in ("turns_on_the_spot", "reaches_left", "reaches_right", "turns_on_the_spot_again"):
         expect(criteria).to_contain_text(f"{criterion}, met", timeout=SLOW_MS)
     assert hand.actions < MOST_ACTIONS, hand.actions
+
+
+def test_a_wire_that_does_not_fit_says_why_and_each_step_goes_back(drawn: tuple[Hand, Path]):
+    hand, _ = drawn
+    page = hand.page
+    hand.click("button", "Monitor")
+    hand.named("wheels")
+    hand.wire("/husky/odom", "function wheels")
+    expect(page.get_by_text("a monitor shows a device on neurons; /husky/odom is a topic")).to_be_visible()
+    hand.fill("name", "1st")
+    page.keyboard.press("Tab")
+    expect(page.get_by_role("alert")).to_contain_text("'name' cannot be '1st'")
+    page.keyboard.press("Escape")
+    hand.click("button", "Undo")
+    expect(hand.box("function monitor")).to_be_visible()
+    hand.click("button", "Undo")
+    expect(hand.box("function monitor")).to_have_count(0)
+    hand.click("button", "Redo")
+    hand.click("button", "Redo")
+    expect(hand.box("function wheels")).to_be_visible()
