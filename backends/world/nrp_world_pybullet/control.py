@@ -59,6 +59,9 @@ class Tree:
         if self.strongly_damped:
             for link in self._links:
                 bullet.changeDynamics(self._multibody, link, jointDamping=0, physicsClientId=client)
+        self._dampers = dampers.copy()
+        self._link_of = [place.link for joint, place in joints for _ in joint.coordinates]
+        self._undamped = set[int]()
         limits = [joint.effort for joint in ways]
         self.servos = ExplicitServos(limits, step_s, dampers if self.strongly_damped else None)
 
@@ -71,6 +74,18 @@ class Tree:
     def idle(self) -> bool:
         """Whether they have no effect."""
         return self.servos.idle and not self.sprung
+
+    def damp(self, number: int, damped: bool) -> None:
+        """Let the damper of a joint act or not; that of a firm joint does not."""
+        if damped == (number not in self._undamped):
+            return
+        self._undamped ^= {number}
+        damping = float(self._dampers[number]) if damped else 0.0
+        if self.strongly_damped:
+            self.servos.set_damper(number, damping)
+        else:
+            link, client = self._link_of[number], self._client
+            bullet.changeDynamics(self._multibody, link, jointDamping=damping, physicsClientId=client)
 
     def push(self) -> tuple[Mapping[JointPath, float], Mapping[JointPath, float]]:
         """Return the efforts of the servos, dampers and springs in the next step."""
@@ -164,10 +179,9 @@ class Control:
         path = model, joint
         if path in self._firm_by_path:
             self._firm_by_path[path].aim(path, aim)
-            if aim.firm is not None:
-                aim = JointAim()
         tree, number = self._numbers[path]
-        tree.servos.aim(number, aim)
+        tree.damp(number, aim.firm is None)
+        tree.servos.aim(number, JointAim() if aim.firm is not None else aim)
 
     def set_effort(self, model: str, joint: str, effort: float) -> None:
         """Apply an effort to a joint."""

@@ -47,7 +47,7 @@ class ExplicitServos:
 
     def __init__(self, limits: Sequence[float], step_s: float, dampers: FloatArray | None = None) -> None:
         self._limits, self._step_s = np.array(limits), step_s
-        self._dampers = np.zeros(len(limits)) if dampers is None else dampers
+        self._dampers = np.zeros(len(limits)) if dampers is None else dampers.copy()
         self.braking = np.zeros(len(limits))
         self._aims = np.zeros((len(limits), 5))  # the columns are the fields of JointAim
         self._efforts = np.zeros(len(limits))
@@ -57,6 +57,10 @@ class ExplicitServos:
     def idle(self) -> bool:
         """Return whether all targets and gains are zero."""
         return not (self._dampers.any() or self._aims.any())
+
+    def set_damper(self, number: int, damping: float) -> None:
+        """Set the damper of one joint."""
+        self._dampers[number] = damping
 
     def aim(self, number: int, aim: JointAim) -> None:
         """Set the target of one joint."""
