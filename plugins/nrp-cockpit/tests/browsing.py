@@ -40,9 +40,9 @@ def time_s(page: Page) -> float:
     return float(re.match(r"\s*([\d.]+) s", shown).group(1))  # type: ignore[union-attr]
 
 
-def wait_until(page: Page, t_s: float) -> None:
+def wait_until(page: Page, t_s: float, timeout_ms: float = 30_000) -> None:
     page.wait_for_function(
-        "t => parseFloat(document.querySelector('[role=timer]').innerText) >= t", arg=t_s, timeout=30_000
+        "t => parseFloat(document.querySelector('[role=timer]').innerText) >= t", arg=t_s, timeout=timeout_ms
     )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from browsing import Cockpits, Watched, chromium, wait_until
+from browsing import Cockpits, Watched, chromium, time_s, wait_until
 from nrp_bibi import Bibi, read_bibi, write_bibi
 from playwright.sync_api import Page
 
@@ -19,6 +19,8 @@ IMAGES = Path(__file__).parents[3] / "docs" / "images"
 SIZE = {"width": 1440, "height": 900}
 SEEN_S = 9.0
 """The first screen was reached, and the second is red."""
+BRANCH_S = 12.0
+"""Both screens are blue again."""
 
 
 def main() -> None:
@@ -27,6 +29,7 @@ def main() -> None:
     with chromium() as browser, tempfile.TemporaryDirectory() as folder:
         watched = Watched(browser)
         _run(watched.open(cockpits.open("braitenberg_husky"), **SIZE))
+        _two_futures(watched.open(cockpits.open("braitenberg_husky"), **SIZE))
         _drawing(watched, cockpits, Path(folder) / "drive.bibi")
     cockpits.close()
 
@@ -43,6 +46,25 @@ def _run(page: Page) -> None:
     page.locator(".cm-content").wait_for()
     page.wait_for_timeout(1000)
     page.screenshot(path=IMAGES / "cockpit-functions.png")
+
+
+def _two_futures(page: Page) -> None:
+    """A run that has seen red and blue, and a branch in which one screen becomes red again."""
+    page.get_by_role("button", name="Play").click()
+    wait_until(page, BRANCH_S, 60_000)
+    page.get_by_role("button", name="Pause").click()
+    page.get_by_role("button", name="Play").wait_for()
+    page.keyboard.press("b")
+    selected = page.frame_locator("iframe[title^='Branch']").get_by_role("region", name="Selected")
+    selected.get_by_role("button", name="right_vr_screen", exact=True).click(timeout=60_000)
+    selected.get_by_text("Red", exact=True).click()
+    page.get_by_role("button", name="Play").click()
+    wait_until(page, time_s(page) + 2)
+    page.get_by_role("button", name="Pause").click()
+    page.get_by_role("button", name="Play").wait_for()
+    page.mouse.move(0, 0)
+    page.wait_for_timeout(2000)
+    page.screenshot(path=IMAGES / "cockpit-compare.png")
 
 
 def _drawing(watched: Watched, cockpits: Cockpits, file: Path) -> None:
