@@ -47,7 +47,7 @@ def many_spikes() -> tuple[Any, float]:
 def main() -> None:
     """Print all figures."""
     run_cost([])  # compiles
-    for name, variables in (("nothing", []), ("v", ["v"]), ("v and gsyn_exc", ["v", "gsyn_exc"])):
+    for name, variables in (("nothing", []), ("v", ["v"])):
         print(f"run that records {name}: {min(run_cost(variables) for _ in range(3)):.3f} s")
     trains, cost_s = many_spikes()
     print(f"get_data of {len(trains)} cells, {len(trains.multiplexed[0])} spikes: {cost_s:.2f} s")
