@@ -161,3 +161,35 @@ def test_a_wire_that_does_not_fit_says_why_and_each_step_goes_back(drawn: tuple[
     hand.click("button", "Redo")
     hand.click("button", "Redo")
     expect(hand.box("function wheels")).to_be_visible()
+
+
+def test_xml_python_and_drawing_are_in_step_both_ways(drawn: tuple[Hand, Path], watched: Watched):
+    hand, file = drawn
+    page = hand.page
+    draw_eyes(hand)
+    xml = page.get_by_role("textbox", name="XML")
+    expect(xml).to_contain_text('factor="1000.0"')
+    page.locator(".cm-line", has_text='topic="/husky/camera"').dblclick()
+    page.keyboard.press("Control+a")
+    page.keyboard.insert_text('<bibi><transferFunction xsi:type="Neuron2Robot" nam="w"/></bibi>')
+    texts = page.get_by_role("region", name="Texts")
+    expect(texts.get_by_role("status")).to_contain_text("has no attribute 'nam'; did you mean 'name'?")
+    expect(hand.box("function eye_sensor_transmit")).to_be_visible()
+    page.keyboard.press("Control+a")
+    page.keyboard.insert_text('<bibi><transferFunction xsi:type="Neuron2Robot" name="w"/></bibi>')
+    expect(hand.box("function w")).to_be_visible()
+    hand.click("radio", "Python")
+    python = page.get_by_role("textbox", name="Python")
+    expect(python).to_contain_text("def w(t):")
+    python.focus()
+    page.keyboard.press("Control+a")
+    page.keyboard.insert_text(
+        "@nrp.Neuron2Robot(Topic('/a', std_msgs.msg.Float64))\ndef made(t):\n    return 2.0 * t"
+    )
+    expect(hand.box("function made")).to_be_visible()
+    hand.click("button", "Save")
+    expect(page.get_by_text(f"Saved {file}.")).to_be_visible()
+    assert "made" in file.read_text()
+    page.reload()
+    shown(page)
+    expect(hand.box("function made")).to_be_visible()
