@@ -193,3 +193,13 @@ def test_xml_python_and_drawing_are_in_step_both_ways(drawn: tuple[Hand, Path], 
     page.reload()
     shown(page)
     expect(hand.box("function made")).to_be_visible()
+
+
+def test_python_that_is_blocks_opens_as_boxes_in_the_cockpit_too(cockpits: Cockpits, watched: Watched):
+    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY), 1280, 720)
+    page.get_by_role("link", name="Designer").click()
+    shown(page)
+    expect(page.get_by_role("group", name="function linear_twist")).to_be_visible()
+    page.keyboard.press("Control+z")
+    page.get_by_role("button", name="Files").click()
+    expect(page.get_by_role("menuitem", name="listing2.py")).to_be_visible()
