@@ -83,11 +83,12 @@ class FirmJoints:
 
     def save(self) -> object:
         """Return the state that is kept between steps."""
-        return self._servos.save(), self._learnt, self._total(self._states()[2])
+        return self._servos.save(), self._learnt.copy(), self._total(self._states()[2])
 
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`."""
-        servos, self._learnt, self._kept = saved
+        servos, learnt, self._kept = saved
+        self._learnt = learnt.copy()
         self._servos.restore(servos)
         self._on = np.flatnonzero(self._servos.kinds != FREE).tolist()
 
