@@ -118,11 +118,13 @@ def axis_of(value: object) -> Axis:
 def _choices(values: list[Any]) -> Choices:
     if not values:
         raise ValueError("the list of values is empty")
+    seen: set[str] = set()
     for value in values:
         if isinstance(value, Mapping) or value is None:
             raise ValueError(f"a value is a number, a text, true, false or a list, not {value!r}")
-        if [repr(one) for one in values].count(repr(value)) > 1:  # 1 and true are equal in Python
+        if repr(value) in seen:  # 1 and true are equal in Python
             raise ValueError(f"the value {value!r} is given twice")
+        seen.add(repr(value))
     return Choices(tuple(values))
 
 
