@@ -5,7 +5,7 @@ digest, so that the network read equals the network written. The layout::
 
     attributes    format, version, digest; timestep_ms and remarks (as JSON), if any
     populations/0, 1, ...    attributes label, size, cell_type
-        parameters/*, initial_values/*    one value a cell
+        parameters/*, initial_values/*    one value a cell, or one that all share
         spike_times_ms, spike_counts, positions_um    if any
     projections/0, 1, ...    attributes label, pre, post, receptor, synapse_type; plasticity, origin as JSON
         pre_index, post_index    one a synapse
@@ -163,12 +163,13 @@ def _read_population(part: Any) -> Population:
     if "spike_times_ms" in part:
         bounds = np.cumsum(array(part, "spike_counts", int))[:-1]
         trains = tuple(np.split(array(part, "spike_times_ms", float), bounds))
+    size = attribute(part, "size", int)
     return Population(
         label=attribute(part, "label", str),
-        size=attribute(part, "size", int),
+        size=size,
         cell_type=attribute(part, "cell_type", str),
-        parameters=_get_all(part, "parameters"),
-        initial_values=_get_all(part, "initial_values"),
+        parameters=_get_all(part, "parameters", size),
+        initial_values=_get_all(part, "initial_values", size),
         spike_times_ms=trains,
         positions_um=array(part, "positions_um", float) if "positions_um" in part else None,
     )
@@ -188,21 +189,19 @@ def _write_projection(part: Any, projection: Projection) -> None:
     _put(part, "post_index", projection.post_index)
     _put(part, "weight", distinct(projection.weight))
     _put(part, "delay_ms", distinct(projection.delay_ms))
-    parameters = projection.synapse_parameters
-    _put_all(part, "synapse_parameters", {name: distinct(values) for name, values in parameters.items()})
+    _put_all(part, "synapse_parameters", projection.synapse_parameters)
 
 
 def _read_projection(part: Any) -> Projection:
     pre_index, post_index = array(part, "pre_index", np.int32), array(part, "post_index", np.int32)
     size = len(pre_index)
-    parameters = _get_all(part, "synapse_parameters")
     return Projection(
         **{name: attribute(part, name, str) for name in _TEXTS},
         pre_index=pre_index,
         post_index=post_index,
         weight=_spread(array(part, "weight", float), size),
         delay_ms=_spread(array(part, "delay_ms", float), size),
-        synapse_parameters={name: _spread(values, size) for name, values in parameters.items()},
+        synapse_parameters=_get_all(part, "synapse_parameters", size),
         plasticity=_json(part, "plasticity"),
         origin=_origin(part),
     )
@@ -249,14 +248,14 @@ def _put(part: Any, name: str, values: np.ndarray[Any, Any]) -> None:
 def _put_all(part: Any, name: str, arrays: Mapping[str, FloatArray]) -> None:
     within = part.create_group(name)
     for key, values in arrays.items():
-        _put(within, key, values)
+        _put(within, key, distinct(values))
 
 
-def _get_all(part: Any, name: str) -> dict[str, FloatArray]:
+def _get_all(part: Any, name: str, size: int) -> dict[str, FloatArray]:
     within = group(part, name)
-    return {key: array(within, key, float) for key in within}
+    return {key: _spread(array(within, key, float), size) for key in within}
 
 
 def _spread(values: FloatArray, size: int) -> FloatArray:
-    """Return a single value repeated ``n`` times; other arrays unchanged."""
+    """Return a single value repeated ``size`` times, in the memory of one; other arrays unchanged."""
     return np.broadcast_to(values[0], (size,)) if values.shape == (1,) and size > 1 else values

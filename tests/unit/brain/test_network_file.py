@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from nrp_core.brain.files import read_network, save_network
 from nrp_core.brain.files.script import load_network
-from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.data import Network, Population
 from nrp_core.brain.pynn import builder
 from nrp_core.errors import NetworkError, NeuronSelectionError
 
@@ -152,7 +152,7 @@ def _replace(name: str, values: object) -> Callable[[h5py.File], None]:
         (lambda file: file["projections/0"].attrs.__setitem__("origin", "{"), "'origin' .* is not JSON"),
         (_replace("populations/1/parameters/tau_m", [1.0, -1.0, 1.0, 1.0]),
          "population 'targets': tau_m of cell 1 is -1; it must be more than 0"),
-        (_replace("populations/1/parameters/cm", [1.0]), r"parameter 'cm' has shape \(1,\), not \(4,\)"),
+        (_replace("populations/1/parameters/cm", [1.0, 2.0]), r"parameter 'cm' has shape \(2,\), not \(4,\)"),
         (_replace("projections/0/pre_index", ["a"]), "'/projections/0/pre_index' holds object, not numbers"),
         (_replace("projections/0/weight", [1.0, 2.0]), r"projection 'in': weight has shape \(2,\)"),
     ],
@@ -264,3 +264,15 @@ def test_a_file_without_remarks_has_none(tmp_path: Path) -> None:
     sim.Population(2, sim.IF_curr_exp(), label="cells")
     save_network(sim.network(), tmp_path / "cells.nrpnet")
     assert read_network(tmp_path / "cells.nrpnet").remarks == ()
+
+
+def test_values_that_cells_share_in_memory_are_shared_when_they_are_read(tmp_path: Path) -> None:
+    values = {"tau_m": np.broadcast_to(np.float64(20.0), (3,)), "v_rest": np.array([-65.0, -64.0, -63.0])}
+    cells = Population("cells", 3, "IF_curr_exp", values, {"v": np.broadcast_to(np.float64(-65.0), (3,))})
+    save_network(Network({"cells": cells}), tmp_path / "cells.nrpnet")
+
+    read = read_network(tmp_path / "cells.nrpnet").populations["cells"]
+
+    assert read.parameters["tau_m"].tolist() == [20.0] * 3
+    assert read.parameters["tau_m"].strides == read.initial_values["v"].strides == (0,)
+    assert read.parameters["v_rest"].tolist() == [-65.0, -64.0, -63.0]
