@@ -19,6 +19,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -67,13 +68,13 @@ def network(synapses: Edges, driven: npt.NDArray[np.int64], trains: list[npt.NDA
     brain = Population(
         "brain", N, "IF_curr_exp_frozen", full | {"tau_refrac": refractory}, {"v": full["v_rest"]}
     )
-    given = tuple(steps * STEP_MS for steps in trains)
+    given = tuple(steps.astype(np.float64) * STEP_MS for steps in trains)
     source = Population("kicks", len(driven), "SpikeSourceArray", {}, spike_times_ms=given)
-    each = np.arange(len(driven))
-    kick = [np.full(len(driven), value) for value in (KICK_MV, STEP_MS)]
-    projections = [Projection("kick", "kicks", "brain", "excitatory", each, driven, *kick)]
+    each, hit = np.arange(len(driven), dtype=np.int32), driven.astype(np.int32)
+    weights, delays = (np.full(len(driven), value) for value in (KICK_MV, STEP_MS))
+    projections = [Projection("kick", "kicks", "brain", "excitatory", each, hit, weights, delays)]
     for receptor, mine in (("excitatory", weight > 0), ("inhibitory", weight < 0)):
-        delay = np.broadcast_to(DELAY_MS, mine.sum())
+        delay = np.broadcast_to(np.float64(DELAY_MS), int(mine.sum()))
         part = pre[mine], post[mine], weight[mine], delay
         projections.append(Projection(receptor, "brain", "brain", receptor, *part))
     return Network({"brain": brain, "kicks": source}, tuple(projections))
@@ -82,7 +83,7 @@ def network(synapses: Edges, driven: npt.NDArray[np.int64], trains: list[npt.NDA
 def cost(made: Network, lazy: str, duration_ms: float, out_degree: npt.NDArray[np.int64]) -> str:
     """Return the CPU seconds of a run on one of the grids, as text."""
     event = brains().load("event")
-    options = event.options(resolution="0.1 ms", lazy=lazy)
+    options = event.options.model_validate({"resolution": "0.1 ms", "lazy": lazy})
     began = time.process_time()
     with event.open(made, seed=1, options=options) as brain:
         recorder = brain.add_sink(SpikeRecorder(), made.neurons("brain"), name="all")
@@ -90,7 +91,7 @@ def cost(made: Network, lazy: str, duration_ms: float, out_degree: npt.NDArray[n
         opened = time.process_time()
         brain.run_until(round(duration_ms * 1e6))
         spent = (time.process_time() - opened) / (duration_ms - 1.0) * 1e3
-        found = recorder.spikes()
+        found = recorder.spikes()  # type: ignore[attr-defined]
     arrived = out_degree[found.neurons].sum() / duration_ms * 1e-3
     return (
         f"{spent:.3f} CPU s/s   {len(found.neurons)} spikes   {arrived:.1f} M events/s   "
@@ -98,11 +99,11 @@ def cost(made: Network, lazy: str, duration_ms: float, out_degree: npt.NDArray[n
     )
 
 
-def peer(python: str, arrays: dict[str, npt.NDArray[np.generic]], duration_ms: float) -> str:
+def peer(python: str, arrays: dict[str, npt.NDArray[Any]], duration_ms: float) -> str:
     """Return what Brian2 needs, as text."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "graph.npz")
-        np.savez(path, **arrays)
+        np.savez(path, allow_pickle=False, **arrays)
         done = subprocess.run(
             [python, str(PEER), str(path), str(duration_ms)], capture_output=True, text=True, check=True
         )
@@ -152,7 +153,9 @@ def main() -> None:
                 print(f"{n} driven, lazy {lazy}: {cost(made, lazy, given.duration, out_degree)}", flush=True)
             if given.brian2:
                 source = np.repeat(driven, [len(own) for own in trains])
-                arrays = dict(zip(("pre", "post", "weight"), synapses, strict=True))
+                arrays: dict[str, npt.NDArray[Any]] = dict(
+                    zip(("pre", "post", "weight"), synapses, strict=True)
+                )
                 arrays |= {"driven": driven, "cells": source, "steps": np.concatenate(trains)}
                 print(f"{n} driven, Brian2: {peer(given.brian2, arrays, given.duration)}", flush=True)
             elif number == 0:
