@@ -216,9 +216,8 @@ class Brain(Simulation):
         if own is None:
             raise refusal(self, f"cannot change the spikes of '{population}'")
         began_ms = milliseconds(self._began_ns)
-        own.set_spike_times(
-            index, [each - began_ms for each in arrays], milliseconds(self.now_ns - self._began_ns)
-        )
+        own_now_ms = milliseconds(self.now_ns - self._began_ns)
+        own.set_spike_times(index, [each - began_ms for each in arrays], own_now_ms)
 
     @final
     def read_weights(self, projection: str) -> FloatArray:
@@ -265,7 +264,9 @@ class Brain(Simulation):
             self._grid_of_stops.number_of(t_ns)
         began_ns = self._began_ns
         since_ms, until_ms = milliseconds(self.now_ns), milliseconds(t_ns)
-        own_since_ms, own_until_ms = milliseconds(self.now_ns - began_ns), milliseconds(t_ns - began_ns)
+        own_since_ms, own_until_ms = since_ms, until_ms  # in the time of the engine
+        if began_ns:
+            own_since_ms, own_until_ms = milliseconds(self.now_ns - began_ns), milliseconds(t_ns - began_ns)
         emitted = [train.emitted(own_since_ms, own_until_ms) for train in self._trains]
         for ids, times_ms in emitted:
             if len(ids):
@@ -427,10 +428,7 @@ class Brain(Simulation):
         return False
 
     def _do_run_recording(self, t_ns: int, traces: Sequence[Trace], samples: FloatArray) -> None:
-        """Simulate to ``t_ns`` and store the samples of traces, one trace after another.
-
-        By default it halts at each sample.
-        """
+        """Simulate to ``t_ns`` and store the samples of traces in order; by default, halt at each sample."""
         run_halting(t_ns, traces, samples, self._do_run_until, self._do_read_state)
 
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:

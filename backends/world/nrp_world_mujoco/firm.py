@@ -29,6 +29,9 @@ class FirmJoints:
         built: the scene.
         data: MuJoCo's state.
         step_s: the physics step.
+
+    Attributes:
+        active: whether a joint is led.
     """
 
     def __init__(self, built: Built, data: Any, step_s: float) -> None:
@@ -42,14 +45,10 @@ class FirmJoints:
         efforts = [joint.effort for joint in built.firm.values()]
         self._limits = np.clip(efforts, SMALLEST, FAR_AWAY)  # without friction there is no constraint
         self._servos = FirmServos(list(built.firm.values()), step_s)
+        self.active = False
         self._on: IntArray = np.zeros(0, dtype=int)  # numbers of the joints that are led
         self._rows: IntArray = self._on  # of their constraints, after those of couplings
         self._efforts: FloatArray | None = None  # of the last step, if a state was restored
-
-    @property
-    def active(self) -> bool:
-        """Whether a joint is led."""
-        return bool(self._on.size)
 
     def aim(self, path: tuple[str, str], aim: JointAim) -> None:
         """Set the target of a joint, or release it."""
@@ -107,6 +106,7 @@ class FirmJoints:
     def _select(self) -> None:
         """Give the joints that are led their constraints, and the others their dry friction and dampers."""
         self._on = np.flatnonzero(self._servos.kinds != FREE)
+        self.active = bool(self._on.size)
         losses = self._model.dof_frictionloss
         self._model.dof_damping[self._dofs] = np.where(self._servos.kinds == FREE, self._dampers, 0.0)
         losses[self._dofs] = self._frictions

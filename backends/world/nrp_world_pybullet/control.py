@@ -163,8 +163,9 @@ class Control:
     @property
     def active(self) -> bool:
         """Whether forces must be set before each step."""
-        pushed = self._efforts or self._wrenches or any(firm.active for firm in self._firm)
-        return bool(pushed or any(not tree.idle for tree in self._trees))
+        if self._efforts or self._wrenches or (self._firm and any(firm.active for firm in self._firm)):
+            return True
+        return any(not tree.idle for tree in self._trees)
 
     @property
     def applied(self) -> Mapping[JointPath, float]:

@@ -91,10 +91,9 @@ class Ackermann(Drive):
     def _of_ros(cls, plugin: Element, model: ModelParts, reading: Reading) -> Ackermann:
         """The car of Gazebo's plugin for ROS 2, which measures the collisions of its wheels."""
 
-        def named(tag: str) -> str:  # the default is the name of the tag
-            return model.joint(
-                plugin, plugin.word(tag, tag)
-            ).name  # the plugin's default is the name of the tag
+        def named(tag: str) -> str:
+            by_default = tag  # as in the plugin
+            return model.joint(plugin, plugin.word(tag, by_default)).name
 
         corners = [f"{end}_{side}_joint" for side in ("left", "right") for end in ("rear", "front")]
         wheels = {corner: named(corner) for corner in corners}
