@@ -17,6 +17,7 @@ from pathlib import Path
 from types import CodeType, ModuleType
 from typing import Any, TypeAlias
 
+from nrp_core._support.encoding import Misfit, decoded_python
 from nrp_core._support.exits import noticed_exits
 from nrp_core.errors import ExperimentError, NrpError
 
@@ -227,4 +228,11 @@ class Scope:
 
 
 def _compiled(path: Path) -> CodeType:
-    return compile(path.read_bytes(), str(path), "exec", dont_inherit=True)
+    data = path.read_bytes()
+    try:
+        return compile(data, str(path), "exec", dont_inherit=True)
+    except (SyntaxError, ValueError) as error:
+        text = decoded_python(data)
+        if isinstance(text, Misfit):
+            raise SyntaxError(text.message, (str(path), text.line, text.column, None)) from error
+        raise

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import tokenize
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -26,6 +25,7 @@ from nrp_bibi.model.functions import (
 from nrp_bibi.python.layout import laid_out
 from nrp_bibi.python.printer import flat, quoted
 from nrp_bibi.templates import environment
+from nrp_core._support.encoding import Misfit, decoded_python
 from nrp_core.errors import did_you_mean
 
 _MARK = "\x1f"
@@ -124,11 +124,10 @@ class Transformation:
         return Part(code + settled, path, (*lines, *[first] * settled.count("\n")))
 
     def _read(self, function: PythonTransferFunction, path: Path) -> str:
-        try:
-            with tokenize.open(path) as file:
-                return file.read().rstrip()
-        except (SyntaxError, UnicodeDecodeError):
-            raise self._checker.refuse(function, f"{path} is not text in its declared encoding") from None
+        text = decoded_python(path.read_bytes())
+        if isinstance(text, Misfit):
+            raise self._checker.refuse(function, f"{path}:{text.line}:{text.column}: {text.message}")
+        return text.rstrip()
 
     def _source(self, function: PythonTransferFunction, name: str) -> Path:
         """Return a file beside the model, or beside the model's folder, as in legacy experiments."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import ast
-import tokenize
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from nrp_core._support.encoding import Misfit, decoded_python
 from nrp_core._support.scoped_import import Scope
 from nrp_core.dsl.loading.imports import file_scope
 from nrp_core.dsl.loading.loader import file_names
@@ -101,10 +101,9 @@ def python_listing(path: Path) -> Listing:
         TransferFunctionError: it is not there, or not Python.
     """
     try:
-        with tokenize.open(path) as file:
-            text = file.read()
+        text = decoded_python(path.read_bytes())
     except OSError as error:
         raise TransferFunctionError(f"it cannot be read: {error.strerror}", path=path) from None
-    except (SyntaxError, UnicodeDecodeError):
-        raise TransferFunctionError("this is not text in the encoding that it states", path=path) from None
+    if isinstance(text, Misfit):
+        raise TransferFunctionError(text.message, path=path, line=text.line, column=text.column)
     return Listing((PythonSource.of(text, path),))

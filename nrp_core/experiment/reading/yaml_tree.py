@@ -10,6 +10,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
+from nrp_core._support.encoding import misfit
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.model.tree import Place, Tree
 
@@ -28,7 +29,8 @@ def read_tree(path: Path) -> Tree:
         data = path.read_bytes()
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise _not_utf8(path, data, error.start) from error
+        found = misfit(data, error)
+        raise ExperimentError(found.message, path=path, line=found.line, column=found.column) from error
     except OSError as error:
         raise ExperimentError(f"cannot be read: {error.strerror}", path=path) from error
     tree = parse_tree(text, Place(path))
@@ -37,17 +39,6 @@ def read_tree(path: Path) -> Tree:
             "an experiment is a mapping: 'name: ...' and so on", path=path, line=1, column=1
         )
     return tree
-
-
-def _not_utf8(path: Path, data: bytes, at: int) -> ExperimentError:
-    """Return the error of a byte that is not UTF-8."""
-    before = data[:at]
-    line, column = before.count(b"\n") + 1, at - before.rfind(b"\n")
-    message = (
-        f"not UTF-8: the byte 0x{data[at]:02x}, '{bytes([data[at]]).decode('latin-1')}' in Latin-1; "
-        "save the file as UTF-8"
-    )
-    return ExperimentError(message, path=path, line=line, column=column)
 
 
 def parse_tree(text: str, place: Place) -> Tree:

@@ -15,6 +15,7 @@ import nrp_core.dsl as nrp
 from nrp_core.dsl.functions.collector import collecting
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading.imports import file_scope
+from nrp_core.dsl.loading.listing import python_listing
 from nrp_core.dsl.loading.loader import load_transfer_functions
 from nrp_core.dsl.testing.rig import Rig
 from nrp_core.errors import ExperimentError, NrpError, TransferFunctionError
@@ -216,3 +217,28 @@ def test_threads_that_load_at_once_do_not_meet(tmp_path: Path) -> None:
 def test_the_loader_is_found_by_the_suffix_of_the_file() -> None:
     (entry,) = importlib.metadata.entry_points(group="nrp_core.transfer_functions", name=".py")
     assert entry.load() is load_transfer_functions
+
+
+@pytest.mark.parametrize("read", [load_transfer_functions, python_listing])
+@pytest.mark.parametrize(
+    ("data", "line", "column", "message"),
+    [
+        (
+            "x = 1\ny = 'caf\u00e9'\n".encode("latin-1"),
+            2,
+            9,
+            "not UTF-8: the byte 0xe9, '\u00e9' in Latin-1; save",
+        ),
+        ("x = 1\n".encode("utf-16"), 1, 1, "not UTF-8: the byte 0xff"),
+        (b"# coding: no-such\nx = 1\n", 1, 1, "unknown encoding: no-such; declare one that Python knows"),
+        (b"# coding: ascii\n\ny = '\xc3\xa9'\n", 3, 6, "not ascii: the byte 0xc3"),
+    ],
+)
+def test_a_file_in_another_encoding_is_reported_with_the_place_of_the_first_wrong_byte(
+    tmp_path: Path, read: Callable[[Path], object], data: bytes, line: int, column: int, message: str
+) -> None:
+    path = tmp_path / "functions.py"
+    path.write_bytes(data)
+    with pytest.raises(TransferFunctionError, match=message) as caught:
+        read(path)
+    assert (caught.value.line, caught.value.column) == (line, column)
