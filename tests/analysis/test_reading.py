@@ -86,7 +86,9 @@ def test_a_computed_topic_name_causes_no_errors(husky: Path) -> None:
         "@nrp.Neuron2Robot(Topic(os.environ['C']))\n"
         "def f(t, a, b):\n    return a.value + b.value\n"
     )
-    assert codes(found_in(husky, text)) == ["NRP239"] * 3
+    assert (
+        sorted(codes(found_in(husky, text))) == ["NRP239"] * 3 + ["NRP243"] * 3
+    )  # and they depend on the environment
 
 
 @pytest.mark.filterwarnings("error::SyntaxWarning")

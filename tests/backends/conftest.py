@@ -4,15 +4,15 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from pyNN.standardmodels import cells as standard_cells
 
+from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.data import Population, Projection
 from nrp_core.brain.network.synapses.static import STATIC
 
 
 @pytest.fixture
 def cells() -> Callable[..., Population]:
-    """Make cells of a type, with PyNN's defaults; what is given is the same for all or one for each."""
+    """Make cells with the defaults of their type; what is given is the same for all or one for each."""
 
     def make(
         label: str, cell_type: str, size: int = 1, initial: dict[str, object] | None = None, **given: object
@@ -20,7 +20,7 @@ def cells() -> Callable[..., Population]:
         def each(values: dict[str, object]) -> dict[str, np.ndarray]:
             return {name: np.full(size, value, dtype=float) for name, value in values.items()}
 
-        defaults = getattr(standard_cells, cell_type).default_parameters
+        defaults = {name: parameter.default for name, parameter in CELLS[cell_type].parameters.items()}
         return Population(label, size, cell_type, each(defaults | given), each(initial or {}))
 
     return make

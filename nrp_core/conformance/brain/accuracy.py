@@ -232,7 +232,8 @@ class DeviceAccuracyTests(BrainKit):
         expected = simulate(sample, arrivals, until_ms=25).spikes
         found = times(heard, 2)
         message = f"it fires at {found}; its equations give {expected} ms"
-        assert len(expected) == len(found) == 2, message
+        lost = sample.cell_type == "IF_curr_exp_frozen"  # that which arrives while it is refractory
+        assert len(expected) == len(found) == (1 if lost else 2), message
         assert found == pytest.approx(expected, abs=3 * self.tolerance_ms + EXACT_MS), message
 
 

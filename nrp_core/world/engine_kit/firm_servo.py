@@ -70,6 +70,8 @@ class FirmServos:
         count = len(joints)
         self._step_s = step_s
         self._limits = np.array([joint.velocity for joint in joints])
+        self._lowest = np.array([joint.lower for joint in joints])
+        self._highest = np.array([joint.upper for joint in joints])
         self.kinds = np.zeros(count, dtype=int)
         self._targets, self._rates, self._smooth = np.zeros(count), np.zeros(count), np.zeros(count, bool)
         self._fresh = np.zeros(count, bool)
@@ -137,11 +139,14 @@ class FirmServos:
     def velocities(self, positions: FloatArray) -> FloatArray:
         """Return the velocities at the end of the next step, from the positions at its start.
 
-        This is ``speed + (position of the path - position) / RETURN_S``, by backward Euler.
+        This is ``speed + (position of the path - position) / RETURN_S``, by backward Euler. It takes no joint
+        over an end of its range, because the force behind it can exceed that of the end.
         """
         back = (self.positions - positions + RETURN_S * self.speeds) / (RETURN_S + self._step_s)
         wanted: FloatArray = np.where(self.kinds == POSITION, back, self.speeds)
-        return wanted.clip(-self._limits, self._limits)
+        down = np.minimum((self._lowest - positions) / self._step_s, 0.0)
+        up = np.maximum((self._highest - positions) / self._step_s, 0.0)
+        return wanted.clip(np.maximum(-self._limits, down), np.minimum(self._limits, up))
 
     def save(self) -> object:
         """Return the state that is kept between steps."""

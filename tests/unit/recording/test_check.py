@@ -19,7 +19,7 @@ from nrp_core.recording.replay.replay import Replay, ReplayRequest
 from nrp_core.recording.sealing import DAMAGED, sealed
 from nrp_core.recording.writing import writer
 
-MOST_BYTES = 30_000
+MOST_BYTES = 30 * 1024
 STEPS = 3
 END_NS = STEPS * 20_000_000
 

@@ -132,7 +132,7 @@ def test_a_cut_recording_is_exported_up_to_the_cut(
 
 def test_nothing_is_overwritten_and_names_are_checked(recording: Recording, tmp_path: Path) -> None:
     (tmp_path / "there").mkdir()
-    with pytest.raises(ExperimentError, match="something already"):
+    with pytest.raises(ExperimentError, match="exists already"):
         export(recording, Format.CSV, tmp_path / "there")
     with pytest.raises(ExperimentError, match="the folder does not exist"):
         export(recording, Format.CSV, tmp_path / "nowhere" / "out")

@@ -179,7 +179,7 @@ def test_a_full_disk_ends_it_with_one_sentence_and_keeps_what_is_done(sweep: Swe
         (FILE, ["--only", "sed=1"], 3, "'sed' does not vary; did you mean 'seed'?"),
         (FILE, ["--on", "dusk"], 3, "no executor is called 'dusk'; did you mean 'dask'?"),
         (FILE, ["--out", "drive_to_the_wall"], 3, "drive_to_the_wall: the folder is not empty"),
-        (FILE.replace("drive_to", "drive_too"), [], 3, "there is no experiment 'drive_too_the_wall'"),
+        (FILE.replace("drive_to", "drive_too"), [], 3, "there is no experiment or file 'drive_too_the_wall'"),
     ],
 )
 def test_bad_input_gets_one_error(

@@ -19,7 +19,13 @@ Connect = Callable[..., Projection]
 Open = Callable[..., Brain]
 
 CELLS = sorted(EventBackend().capabilities(EventOptions()).cells)
-WEAK = {"IF_curr_delta": 0.5, "Izhikevich": 0.5, "IF_curr_exp": 0.1, "IF_curr_alpha": 0.1}
+WEAK = {
+    "IF_curr_delta": 0.5,
+    "Izhikevich": 0.5,
+    "IF_curr_exp": 0.1,
+    "IF_curr_alpha": 0.1,
+    "IF_curr_exp_frozen": 0.5,
+}
 TRAIN = [1.0, 3.5, 3.5, 4.2, 9.9, 15.0]
 
 
