@@ -42,7 +42,7 @@ def time_s(page: Page) -> float:
 
 def wait_until(page: Page, t_s: float, timeout_ms: float = 30_000) -> None:
     page.wait_for_function(
-        "t => parseFloat(document.querySelector('[role=timer]').innerText) >= t", arg=t_s, timeout=timeout_ms
+        "t => parseFloat(document.querySelector('[role=timer]')?.innerText) >= t", arg=t_s, timeout=timeout_ms
     )
 
 

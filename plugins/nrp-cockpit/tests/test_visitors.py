@@ -19,7 +19,13 @@ from nrp_core.errors import LifecycleError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 
-WATCHED = {"/cockpit/functions/check", "/cockpit/functions/complete", "/cockpit/layout/load"}
+WATCHED = {
+    f"/cockpit/{name}"
+    for name in (
+        "functions/check", "functions/complete", "layout/load", "membrane", "weights",
+        "designer/describe", "designer/check", "designer/fits", "designer/words",
+    )
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
