@@ -175,7 +175,7 @@ def test_the_recording_of_a_killed_run_is_unfinished_and_checked_as_far_as_it_go
     assert outcome.warnings[0].message.startswith("the recording is unfinished")
 
 
-@pytest.mark.parametrize("every", [37, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("every", [37, pytest.param(1, marks=pytest.mark.heavy)])
 def test_damage_to_the_messages_of_a_killed_run_is_not_taken_for_its_end(killed: Path, every: int) -> None:
     """Whatever bit is flipped: every step that is in the file is read, or the file has a flaw."""
     path = killed / MCAP_NAME
