@@ -285,5 +285,5 @@ def test_a_missing_script_gets_the_nearest_file(tmp_path: Path) -> None:
 
 def test_a_script_that_is_not_text_is_not_python(tmp_path: Path) -> None:
     (tmp_path / "brain.py").write_bytes(b"\x00\xff\x00")
-    with pytest.raises(NetworkError, match=r"brain.py: this is not Python: .* null bytes"):
+    with pytest.raises(NetworkError, match=r"brain.py:1:2: this is not Python: not UTF-8: the byte 0xff"):
         load_network(tmp_path / "brain.py")
