@@ -31,6 +31,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 from pathlib import Path
+from typing import NamedTuple
 
 
 class NrpError(Exception):
@@ -67,6 +68,32 @@ class IncompatibleBackendError(BackendError, ImportError):
     """A backend was written for another version of the interface."""
 
 
+class Instead(NamedTuple):
+    """A name that nothing has, and the one that was probably meant."""
+
+    written: str
+    meant: str
+
+
+class Hint(str):
+    """The end of a message about a misspelt name.
+
+    Attributes:
+        instead: the name to put in the place of the misspelt one, if one is close.
+    """
+
+    __slots__ = ("instead",)
+    instead: Instead | None
+
+    def __new__(cls, text: str = "", instead: Instead | None = None) -> Hint:
+        hint = super().__new__(cls, text)
+        hint.instead = instead
+        return hint
+
+    def __reduce__(self) -> tuple[type[Hint], tuple[str, Instead | None]]:
+        return type(self), (str(self), self.instead)
+
+
 class ExperimentError(NrpError, ValueError):
     """Something the user wrote is wrong.
 
@@ -76,6 +103,7 @@ class ExperimentError(NrpError, ValueError):
         line: the 1-based line, if known.
         column: the 1-based column, if known.
         subject: the thing concerned, such as a population, if it has a name.
+        instead: a name in the line, and what to replace it with, if that would mend it.
     """
 
     def __init__(
@@ -86,6 +114,7 @@ class ExperimentError(NrpError, ValueError):
         line: int | None = None,
         column: int | None = None,
         subject: str | None = None,
+        instead: Instead | None = None,
     ) -> None:
         super().__init__(message)
         self.message = message
@@ -93,6 +122,7 @@ class ExperimentError(NrpError, ValueError):
         self.line = line
         self.column = column
         self.subject = subject
+        self.instead = instead
 
     @property
     def location(self) -> str:
@@ -179,21 +209,26 @@ _MOST_NAMES, _NEAREST = 12, 6
 """At most this many names are listed."""
 
 
-def did_you_mean(name: str, valid: Iterable[str]) -> str:
+def did_you_mean(name: str, valid: Iterable[str], *, cutoff: float = 0.6) -> Hint:
     """Return a hint for a misspelt name.
+
+    Args:
+        name: the misspelt name.
+        valid: the valid ones.
+        cutoff: how similar one must be to be proposed, 0 to 1.
 
     Returns:
         ``"; did you mean 'x'?"`` if one valid name is close, otherwise ``"; valid: a, b, c"`` with the most
         similar names.
     """
     names = sorted(set(valid))
-    close = difflib.get_close_matches(name, names, n=1)
+    close = difflib.get_close_matches(name, names, n=1, cutoff=cutoff)
     if close:
-        return f"; did you mean '{close[0]}'?"
+        return Hint(f"; did you mean '{close[0]}'?", Instead(name, close[0]))
     if len(names) > _MOST_NAMES:
         like = difflib.get_close_matches(name, names, n=_NEAREST, cutoff=0.0)
-        return f"; valid: {', '.join(like)} and {len(names) - len(like)} more"
-    return f"; valid: {', '.join(names)}" if names else "; there are none"
+        return Hint(f"; valid: {', '.join(like)} and {len(names) - len(like)} more")
+    return Hint(f"; valid: {', '.join(names)}" if names else "; there are none")
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:

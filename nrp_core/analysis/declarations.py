@@ -194,7 +194,8 @@ class Declarations(Statements):
                 self.slices.append((self._source, node, value, index))
             case Read(node, Known(ModuleType()) | Names(), _, False):
                 self._is_wrong = True
-                self.findings.append(found_in(self._source, Code.NRP241, node, missing_name(event)))
+                message, instead = missing_name(event)
+                self.findings.append(found_in(self._source, Code.NRP241, node, message, instead=instead))
 
     def _decorator(self, node: ast.expr) -> Any:
         """Return the object that a decorator names; None if it is unknown or not one of ours."""
@@ -272,7 +273,7 @@ class Declarations(Statements):
 
     def _refuse(self, node: ast.expr, error: ExperimentError) -> None:
         code = Code.NRP212 if isinstance(error, TopicError) else self._code_of(node)
-        self.findings.append(found_in(self._source, code, node, error.message))
+        self.findings.append(found_in(self._source, code, node, error.message, instead=error.instead))
 
     def _code_of(self, node: ast.expr) -> Code:
         """Return the code of the mistake in a mapping to a device."""
@@ -298,7 +299,7 @@ class Declarations(Statements):
             code = Code.NRP219 if is_mapping else Code.NRP210
             if isinstance(error, TriggerError):
                 code = Code.NRP245
-            self.findings.append(found_in(self._source, code, node, error.message))
+            self.findings.append(found_in(self._source, code, node, error.message, instead=error.instead))
             return is_mapping and isinstance(declared.function, TransferFunction)
         name = decorator.parameter if isinstance(decorator, Mapping) else ""
         declared.nodes[name] = node

@@ -14,6 +14,7 @@ from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading.listing import PythonSource
 from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.dsl.parameters.binding import Binding, Mapping
+from nrp_core.errors import Instead
 from nrp_core.findings import Code, Finding, Level
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
@@ -57,9 +58,16 @@ class Declared:
     is_read: bool = True
     adapters: dict[str, Adapter] = field(default_factory=dict)
 
-    def finding(self, code: Code, node: ast.AST | None, message: str, level: Level = Level.ERROR) -> Finding:
+    def finding(
+        self,
+        code: Code,
+        node: ast.AST | None,
+        message: str,
+        level: Level = Level.ERROR,
+        instead: Instead | None = None,
+    ) -> Finding:
         """Return a finding about something in it."""
-        return found_in(self.source, code, node or self.node, message, level)
+        return found_in(self.source, code, node or self.node, message, level, instead)
 
     def parameter(self, name: str) -> ast.arg:
         """Return the place of a parameter."""
@@ -67,11 +75,17 @@ class Declared:
 
 
 def found_in(
-    source: PythonSource, code: Code, node: ast.AST, message: str, level: Level = Level.ERROR
+    source: PythonSource,
+    code: Code,
+    node: ast.AST,
+    message: str,
+    level: Level = Level.ERROR,
+    instead: Instead | None = None,
 ) -> Finding:
     """Return a finding about a node of a source."""
     line, column = getattr(node, "lineno", None), getattr(node, "col_offset", 0) + 1
-    return Finding(code, message, level, source.path, line, column if source.has_columns else None)
+    where = source.path, line, column if source.has_columns else None
+    return Finding(code, message, level, *where, instead=instead)
 
 
 def stub_of(node: Function, path: Path) -> Any:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from nrp_core.analysis.shapes import Shape, names_of
-from nrp_core.errors import did_you_mean
+from nrp_core.errors import Instead, did_you_mean
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +106,7 @@ class Return:
 Event: TypeAlias = Read | Write | Call | Divide | Add | Multiply | Compute | Index | Rename | Return
 
 
-def missing_name(event: Read) -> str:
-    """Return the message for a name that a module does not have."""
+def missing_name(event: Read) -> tuple[str, Instead | None]:
+    """Return the message for a name that a module does not have, and what to replace it with."""
     hint = did_you_mean(event.name, names_of(event.owner))
-    return f"'{ast.unparse(event.node.value)}' has no '{event.name}'{hint}"
+    return f"'{ast.unparse(event.node.value)}' has no '{event.name}'{hint}", hint.instead

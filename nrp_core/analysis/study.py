@@ -256,7 +256,8 @@ class Study(Examination):
             if isinstance(error, TopicError) and not self._reading.is_complete:
                 level = Level.WARNING  # a file that could not be read may publish it
             code = _code_of(error, declared.function.mappings.get(name))
-            finding = declared.finding(code, node, getattr(error, "message", str(error)), level)
+            message, instead = getattr(error, "message", str(error)), getattr(error, "instead", None)
+            finding = declared.finding(code, node, message, level, instead)
         self.collector.findings.append(finding)
 
 

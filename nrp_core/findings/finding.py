@@ -8,7 +8,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from nrp_core.errors import ExperimentError
+from nrp_core.errors import ExperimentError, Instead
 from nrp_core.findings.codes import Code, Weight
 
 
@@ -34,6 +34,7 @@ class Finding:
         path, line, column: where it stands (1-based), as far as known.
         subject: the thing concerned, such as a link, topic, mesh file or function, if it has a name.
         count: the number of places; ``path`` and ``line`` are the first of them.
+        instead: a name in the line, and what to replace it with, if that would mend it.
     """
 
     code: Code
@@ -44,6 +45,7 @@ class Finding:
     column: int | None = None
     subject: str | None = None
     count: int = 1
+    instead: Instead | None = None
 
     @property
     def weight(self) -> Weight:
@@ -61,13 +63,14 @@ class Finding:
     def of(cls, error: ExperimentError, code: Code) -> Finding:
         """Turn an error into a finding at the same place."""
         where = error.path, error.line, error.column
-        return cls(code, error.message, Level.ERROR, *where, error.subject)
+        return cls(code, error.message, Level.ERROR, *where, error.subject, instead=error.instead)
 
     def as_error(self) -> ExperimentError:
         """Return the finding as an error."""
         return ExperimentError(
-            self.text, path=self.path, line=self.line, column=self.column, subject=self.subject
-        )
+            self.text, path=self.path, line=self.line, column=self.column, subject=self.subject,
+            instead=self.instead,
+        )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain data for JSON, with why it matters and what to do."""
@@ -75,16 +78,17 @@ class Finding:
         return {
             **asdict(self), "code": self.code.name, "level": str(self.level), "path": path,
             "weight": str(self.weight), "why": self.code.why, "suggestion": self.code.suggestion,
+            "instead": None if self.instead is None else self.instead._asdict(),
         }  # fmt: skip
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Finding:
         """Return the finding that :meth:`to_dict` gave; a code of another version becomes a general one."""
         code = Code.__members__.get(data["code"], Code.NRP278)
-        path = None if data["path"] is None else Path(data["path"])
+        path, instead = None if data["path"] is None else Path(data["path"]), data.get("instead")
         return cls(
             code, data["message"], Level(data["level"]), path, data["line"], data["column"],
-            data.get("subject"), data.get("count", 1),
+            data.get("subject"), data.get("count", 1), Instead(**instead) if instead else None,
         )  # fmt: skip
 
     def __str__(self) -> str:

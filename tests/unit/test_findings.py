@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import nrp_core
-from nrp_core.errors import ExperimentError, TopicError
+from nrp_core.errors import ExperimentError, TopicError, did_you_mean
 from nrp_core.findings import (
     Code,
     Finding,
@@ -39,6 +39,7 @@ def test_a_finding_is_plain_data() -> None:
         "path": "experiment.yaml", "line": 2, "column": 5,
         "subject": None, "count": 1, "weight": "incomplete",
         "why": Code.NRP212.why, "suggestion": Code.NRP212.suggestion,
+        "instead": None,
     }  # fmt: skip
 
 
@@ -47,6 +48,17 @@ def test_an_error_becomes_a_finding_at_the_same_place_and_back() -> None:
     finding = Finding.of(error, Code.NRP212)
     assert finding == ERROR
     assert str(finding.as_error()) == str(error)
+
+
+def test_what_to_write_instead_outlives_the_way_through_an_error_json_and_another_process() -> None:
+    hint = did_you_mean("/odm", ["/odom", "/tf"])
+    error = pickle.loads(pickle.dumps(TopicError(f"no topic '/odm'{hint}", instead=hint.instead)))
+    finding = Finding.of(error, Code.NRP212)
+    assert finding.instead == ("/odm", "/odom")
+    assert Finding.from_dict(json.loads(json.dumps(finding.to_dict()))) == finding
+    assert finding.as_error().instead == finding.instead
+    assert pickle.loads(pickle.dumps(hint)).instead == hint.instead
+    assert did_you_mean("/odm", ["/camera"]).instead is None
 
 
 def test_several_findings_raise_as_the_first_error_among_them() -> None:

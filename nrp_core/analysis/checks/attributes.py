@@ -28,7 +28,7 @@ def adapters_have_the_attribute(function: Examined) -> Iterator[Finding]:
         if isinstance(event, (Read, Write)) and not event.exists and _adapter(event) is not None:
             hint = meant(event.name, names_of(event.owner))
             message = f"{_described(function, event)} has no attribute '{event.name}'{hint}"
-            yield function.declared.finding(Code.NRP223, event.node, message)
+            yield function.declared.finding(Code.NRP223, event.node, message, instead=hint.instead)
 
 
 @checks_function(Code.NRP223)
@@ -47,7 +47,7 @@ def messages_have_the_field(function: Examined) -> Iterator[Finding]:
         if isinstance(event, (Read, Write)) and not event.exists and isinstance(event.owner, Instance):
             hint = did_you_mean(event.name, names_of(event.owner))
             message = f"{type_name(event.owner.cls)} has no field '{event.name}'{hint}"
-            yield function.declared.finding(Code.NRP226, event.node, message)
+            yield function.declared.finding(Code.NRP226, event.node, message, instead=hint.instead)
 
 
 @checks_function(Code.NRP241)
@@ -56,7 +56,8 @@ def modules_have_the_name(function: Examined) -> Iterator[Finding]:
     for event in function.events:
         match event:
             case Read(node, Known(ModuleType()) | Names(), _, False):
-                yield function.declared.finding(Code.NRP241, node, missing_name(event))
+                message, instead = missing_name(event)
+                yield function.declared.finding(Code.NRP241, node, message, instead=instead)
 
 
 @checks_function(Code.NRP224)

@@ -12,7 +12,7 @@ from nrp_core.analysis.declared import found_in
 from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
 from nrp_core.dsl.loading.listing import PythonSource
-from nrp_core.errors import did_you_mean
+from nrp_core.errors import Instead, did_you_mean
 from nrp_core.findings import Code, Finding, Level
 
 _CODES = {
@@ -46,7 +46,8 @@ def _names_of(sources: Iterable[PythonSource], known: set[str]) -> Iterator[Find
         for found in checker.messages:
             code, level = _CODES.get(type(found), (None, Level.NOTE))
             if code is not None:
-                yield found_in(source, code, _at(found), _message(found, source.tree, known), level)
+                message, instead = _message(found, source.tree, known)
+                yield found_in(source, code, _at(found), message, level, instead)
         known |= set(checker.scopeStack[0] if checker.scopeStack else checker.deadScopes[-1])
 
 
@@ -59,14 +60,15 @@ def unused_value(name: str) -> str:
     return f"the value of '{name}' is never used"
 
 
-def _message(found: messages.Message, tree: ast.Module, known: set[str]) -> str:
+def _message(found: messages.Message, tree: ast.Module, known: set[str]) -> tuple[str, Instead | None]:
+    """Return a message, and the name to replace one with that nothing defines."""
     if type(found) in _PLAIN:
-        return _PLAIN[type(found)]
+        return _PLAIN[type(found)], None
     name = str(found.message_args[0])
     if isinstance(found, messages.UnusedVariable):
-        return unused_value(name)
+        return unused_value(name), None
     if isinstance(found, messages.UndefinedLocal):
-        return f"'{name}' is used before it has a value"
+        return f"'{name}' is used before it has a value", None
     near = next(
         (
             node
@@ -78,4 +80,4 @@ def _message(found: messages.Message, tree: ast.Module, known: set[str]) -> str:
     local = {one.arg for one in ast.walk(near) if isinstance(one, ast.arg)} if near else set()
     local |= {one.id for one in ast.walk(tree) if isinstance(one, ast.Name)} - {name}
     hint = did_you_mean(name, local | known)
-    return f"nothing defines the name '{name}'{hint if 'did you mean' in hint else ''}"
+    return f"nothing defines the name '{name}'{hint if hint.instead else ''}", hint.instead

@@ -206,7 +206,7 @@ class Network:
             return self.views[label]
         if label not in self.populations:
             hint = did_you_mean(label, [*self.views, *self.populations])
-            raise NeuronSelectionError(f"the brain has no population '{label}'{hint}")
+            raise NeuronSelectionError(f"the brain has no population '{label}'{hint}", instead=hint.instead)
         return self.ids_of(label)
 
     def ids_of(self, label: str) -> IntArray:

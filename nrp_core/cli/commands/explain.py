@@ -35,8 +35,8 @@ def explain(
     wanted = None if code is None else code.strip().upper()
     if wanted is not None and wanted not in names:
         hint = did_you_mean(wanted, names)
-        hint = hint if "did you mean" in hint else "; nrp explain lists all"
-        raise typer.BadParameter(f"unknown code '{code}'{hint}", param_hint="CODE")
+        more = hint if hint.instead else "; nrp explain lists all"
+        raise typer.BadParameter(f"unknown code '{code}'{more}", param_hint="CODE")
     codes = [
         {
             "code": one.name,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Iterable
 from math import inf
 from typing import Any, ClassVar
@@ -16,7 +15,7 @@ from nrp_core.brain.devices.sources import SourcePort
 from nrp_core.clock import milliseconds
 from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.dsl.selection.selection import Selection
-from nrp_core.errors import NeuronSelectionError
+from nrp_core.errors import Hint, NeuronSelectionError, did_you_mean
 
 Port = SourcePort | SinkPort
 
@@ -47,11 +46,9 @@ class SettableAttribute(ReadOnlyAttribute):
             raise ValueError(f"{device.parameter}: {error}") from None
 
 
-def meant(name: str, valid: Iterable[str]) -> str:
+def meant(name: str, valid: Iterable[str]) -> Hint:
     """Return a hint: the attribute that was probably meant, or all valid ones."""
-    names = sorted(valid)
-    close = difflib.get_close_matches(name, names, n=1, cutoff=0.75)
-    return f"; did you mean '{close[0]}'?" if close else f"; valid: {', '.join(names)}"
+    return did_you_mean(name, valid, cutoff=0.75)
 
 
 class Device(Adapter):

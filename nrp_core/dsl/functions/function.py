@@ -100,7 +100,8 @@ class TransferFunction:
             raise mapping.place.error("the parameter 't' is the simulation time and cannot be mapped")
         if name not in self.parameters:
             hint = did_you_mean(name, self.parameters)
-            raise mapping.place.error(f"'{self.name}' has no parameter '{name}' to map{hint}")
+            message = f"'{self.name}' has no parameter '{name}' to map{hint}"
+            raise mapping.place.error(message, hint.instead)
         if name in self.mappings:
             first = self.mappings[name].place
             raise mapping.place.error(f"'{self.name}': parameter '{name}' is mapped twice, first at {first}")

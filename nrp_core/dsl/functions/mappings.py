@@ -69,7 +69,8 @@ class _DeviceMapping(_MappingDecorator):
         for name in options:
             if name not in device_type.options:
                 hint = did_you_mean(name, device_type.options)
-                raise self.place.error(f"parameter '{key}': {device_type} has no setting '{name}'{hint}")
+                message = f"parameter '{key}': {device_type} has no setting '{name}'{hint}"
+                raise self.place.error(message, hint.instead)
 
     def _do_bind(self, binding: Binding) -> Adapter:
         selected = select(self.selector, binding.root)

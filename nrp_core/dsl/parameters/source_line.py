@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from types import CodeType, TracebackType
 from typing import TypeVar
 
-from nrp_core.errors import ExperimentError, TransferFunctionError
+from nrp_core.errors import ExperimentError, Instead, TransferFunctionError
 
 E = TypeVar("E", bound=ExperimentError)
 
@@ -44,15 +44,16 @@ class SourceLine:
     def __str__(self) -> str:
         return f"{self.path}:{self.line}"
 
-    def error(self, message: str) -> TransferFunctionError:
+    def error(self, message: str, instead: Instead | None = None) -> TransferFunctionError:
         """Return an error that points here."""
-        return TransferFunctionError(message, path=self.path, line=self.line)
+        return TransferFunctionError(message, path=self.path, line=self.line, instead=instead)
 
     def located(self, error: E, context: str) -> E:
         """Return an error of the same class that says where it comes from; one that knows stays."""
         if error.path is not None:
             return error
-        return type(error)(f"{context}: {error.message}", path=self.path, line=self.line)
+        message = f"{context}: {error.message}"
+        return type(error)(message, path=self.path, line=self.line, instead=error.instead)
 
 
 def line_in(trace: TracebackType | None, path: str) -> int | None:

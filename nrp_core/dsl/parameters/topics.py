@@ -213,11 +213,10 @@ def _require(topic: Topic, world: World) -> None:
     if topic.name in world.topics:
         return
     hint = did_you_mean(topic.name, world.topics)
-    if "did you mean" not in hint:
-        hint = _OWN
-        if topic.topic_type is None:
-            hint += f", which needs its type: Topic('{topic.name}', TYPE)"
-    raise TopicError(f"no topic '{topic.name}'{hint}")
+    if hint.instead is not None:
+        raise TopicError(f"no topic '{topic.name}'{hint}", instead=hint.instead)
+    needs = f", which needs its type: Topic('{topic.name}', TYPE)" if topic.topic_type is None else ""
+    raise TopicError(f"no topic '{topic.name}'{_OWN}{needs}")
 
 
 _PLAIN = (bool, int, float, str)

@@ -1,11 +1,15 @@
+import { Text } from "@codemirror/state";
 import { sameFile } from "../state/paths";
 import { openPlace } from "../state/place";
 import { useRun } from "../state/run";
 import type { Finding } from "../state/types";
+import { Button } from "../ui/Button";
 import { Icon } from "../ui/Icon";
 import { Empty, Panel } from "../ui/Panel";
-import { newIn } from "./diagnostics";
-import { useFunctions } from "./store";
+import { fixName, newIn } from "./diagnostics";
+import { editOf } from "./quickFix";
+import { textOf } from "./sources";
+import { edit, useFunctions } from "./store";
 import { useReadOnly } from "./useReadOnly";
 
 const looks = {
@@ -69,8 +73,30 @@ function FindingRow({ finding }: { finding: Finding }) {
         {finding.why && <p className="finding-more mut">{finding.why}</p>}
         {finding.fix && <p className="finding-more mut">{finding.fix}</p>}
       </details>
+      <QuickFix finding={finding} />
       <FindingPlace finding={finding} />
     </li>
+  );
+}
+
+/** Mends the draft of the file; the editor can undo it. */
+function QuickFix({ finding }: { finding: Finding }) {
+  const readOnly = useReadOnly();
+  const path = useFunctions(
+    ({ files }) => files.find((file) => finding.file !== null && sameFile(file.path, finding.file))?.path,
+  );
+  const text = useFunctions((state) => (path ? textOf(state, path) : ""));
+  const found = path && !readOnly && finding.instead ? editOf(finding, Text.of(text.split("\n"))) : null;
+  if (!path || !found) return null;
+  const { from, to, insert } = found.changes;
+  const mend = () => {
+    edit(path, text.slice(0, from) + insert + text.slice(to));
+    openPlace({ file: path, line: finding.line ?? 1 });
+  };
+  return (
+    <Button small className="finding-fix" onClick={mend}>
+      {fixName(finding)}
+    </Button>
   );
 }
 

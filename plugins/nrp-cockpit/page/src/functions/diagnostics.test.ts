@@ -11,7 +11,9 @@ const finding = (file: string | null, line: number | null, summary = "wrong"): F
   fix: "",
   file,
   line,
+  column: null,
   count: 1,
+  instead: null,
 });
 const doc = Text.of(["def f(t):", "    eye.rates = 1", ""]);
 const placeOf = (one: Finding) => {

@@ -1,8 +1,9 @@
-import type { Diagnostic } from "@codemirror/lint";
+import type { Action, Diagnostic } from "@codemirror/lint";
 import type { Text } from "@codemirror/state";
 import { sameFile } from "../state/paths";
 import type { Finding } from "../state/types";
 import { findingNote } from "./editor/findingNote";
+import { editOf } from "./quickFix";
 
 const severities = { error: "error", warning: "warning", note: "info" } as const;
 
@@ -29,9 +30,23 @@ export function diagnosticsOf(findings: readonly Finding[], doc: Text): Diagnost
       source: finding.code,
       message: finding.summary,
       renderMessage: () => findingNote(finding),
+      actions: editOf(finding, doc) ? [actionOf(finding)] : [],
     };
   });
 }
+
+/** What a click on the fix of a finding does, in words. */
+export const fixName = ({ instead }: Finding): string => `Replace with ${instead?.meant}`;
+
+/** The fix of a finding, found again when it is asked for: the text may have moved since. */
+const actionOf = (finding: Finding): Action => ({
+  name: fixName(finding),
+  apply: (view) => {
+    const { state } = view;
+    const edit = state.readOnly ? null : editOf(finding, state.doc);
+    if (edit) view.dispatch(edit);
+  },
+});
 
 const same = (a: Finding, b: Finding) =>
   a.code === b.code && a.summary === b.summary && a.file === b.file && a.line === b.line;

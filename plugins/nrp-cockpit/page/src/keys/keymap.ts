@@ -58,6 +58,7 @@ export const keymap: readonly KeyEntry[] = [
   entry("Functions", [], "Ctrl Enter", "Apply the changes"),
   entry("Functions", [], "Ctrl Space", "Complete the word"),
   entry("Functions", [], "F8", "Next finding"),
+  entry("Functions", [], "Ctrl .", "Quick fix of the line"),
   entry("Functions", [], "Ctrl Z, Ctrl Y", "Undo, redo"),
   entry("Designer", [], "Ctrl Z, Ctrl Y", "Undo, redo"),
   entry("Designer", [], "Ctrl D", "Copy"),

@@ -135,7 +135,6 @@ export interface TimelineData {
   criteria: { name: string; passed: boolean | null; from_s: number; to_s: number; text: string }[];
   failures: { t_s: number; function: string; message: string }[];
   snapshots: { id: string; t_s: number }[];
-  branches: { id: string; label: string; from_s: number; t_s: number; apart_m: number | null }[];
 }
 
 export interface Finding {
@@ -146,5 +145,9 @@ export interface Finding {
   fix: string;
   file: string | null;
   line: number | null;
+  /** Counted from 1. */
+  column: number | null;
   count: number;
+  /** The name in that line that nothing has, and the one that was probably meant. */
+  instead: { written: string; meant: string } | null;
 }

@@ -8,7 +8,6 @@ const nothing: TimelineData = {
   criteria: [],
   failures: [],
   snapshots: [],
-  branches: [],
 };
 const whole = { from_s: 0, to_s: 40 };
 

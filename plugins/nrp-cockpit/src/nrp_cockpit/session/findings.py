@@ -29,7 +29,9 @@ def finding_data(finding: Finding) -> dict[str, Any]:
         "fix": finding.code.suggestion,
         "file": None if finding.path is None else str(finding.path),
         "line": finding.line,
+        "column": finding.column,
         "count": finding.count,
+        "instead": None if finding.instead is None else finding.instead._asdict(),
     }
 
 
@@ -94,7 +96,6 @@ def timeline_data(
             for failure in failures
         ],
         "snapshots": snapshots,
-        "branches": [],
     }
 
 

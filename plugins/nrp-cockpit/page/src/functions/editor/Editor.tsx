@@ -6,6 +6,7 @@ import { sameFile } from "../../state/paths";
 import { usePlace } from "../../state/place";
 import type { Finding, SourceFile } from "../../state/types";
 import { diagnosticsOf } from "../diagnostics";
+import { difference } from "../quickFix";
 import { textOf } from "../sources";
 import { useFunctions } from "../store";
 import { access, accessOf, editing } from "./extensions";
@@ -61,9 +62,9 @@ function openEditor(parent: HTMLElement, file: SourceFile, readOnly: boolean): E
 
 /** Shows what the store has, when it changed other than by this editor. */
 function takeOver(view: EditorView, path: string): void {
-  const insert = textOf(useFunctions.getState(), path);
-  const { doc } = view.state;
-  if (insert !== doc.toString()) view.dispatch({ changes: { from: 0, to: doc.length, insert } });
+  const text = textOf(useFunctions.getState(), path);
+  const shown = view.state.doc.toString();
+  if (text !== shown) view.dispatch({ changes: difference(shown, text) });
 }
 
 function showLine(view: EditorView, line: number): void {

@@ -11,7 +11,7 @@ import { baseName } from "../../state/paths";
 import type { SourceFile } from "../../state/types";
 import { apply, edit, save } from "../store";
 import { completing } from "./completion";
-import { lineNotes } from "./lineNotes";
+import { fixLine, lineNotes } from "./lineNotes";
 import { theme } from "./theme";
 import { words } from "./words";
 
@@ -35,6 +35,7 @@ const keysOf = (file: SourceFile): Extension =>
   Prec.highest(
     keymap.of([
       { key: "Mod-Enter", run: applyAll },
+      { key: "Mod-.", run: fixLine },
       { key: "Mod-s", preventDefault: true, run: (view) => saveShown(view, file) },
     ]),
   );
