@@ -11,13 +11,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from pydantic import BaseModel
 
 from nrp_core._support import machine
-from nrp_core._support.arrays import IntArray
 from nrp_core._support.jsonable import to_jsonable
-from nrp_core.brain.network.data import Network
 from nrp_core.clock import NS_PER_S
 from nrp_core.dsl.functions.csv_recorder import write_csv
 from nrp_core.errors import CapabilityError, ExperimentError, RecordingError
@@ -27,6 +24,7 @@ from nrp_core.experiment.model.tree import Tree
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Findings
 from nrp_core.recording.folder.calls import CallNoter
+from nrp_core.recording.folder.parts import groups_data, mounts_data, projection_data
 from nrp_core.recording.folder.self_contained import write_experiment
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import (
@@ -298,12 +296,14 @@ def _about(run: Run, root: Path) -> dict[str, Any]:
             "backend": experiment.brain.backend,
             "capabilities": run.brain.capabilities,
             "network": run.brain.network.digest,
-            **_groups(run.brain.network),
+            **groups_data(run.brain.network),
+            "projections": [projection_data(each) for each in run.brain.network.projections],
         },
         "world": {
             "backend": experiment.world.backend,
             "capabilities": run.world.capabilities,
             "scene": run.world.scene.digest,
+            "mounts": list(mounts_data(run.world)),
         },
         "parameters": run.parameters.as_data(),
         "aliases": experiment.aliases,
@@ -312,26 +312,3 @@ def _about(run: Run, root: Path) -> dict[str, Any]:
         "distributions": machine.distributions(),
         "code": code_of(experiment.brain.backend, experiment.world.backend),
     }
-
-
-def _groups(network: Network) -> dict[str, Any]:
-    """Return the populations, and of each named view the ranges of ids by population, and its members."""
-    views: dict[str, dict[str, list[list[int]]]] = {}
-    for name, neurons in network.views.items():
-        for label, first in network.offsets.items():
-            last = first + network.populations[label].size
-            ids = np.unique(neurons[(neurons >= first) & (neurons < last)]) - first
-            if ids.size:
-                views.setdefault(name, {})[label] = _ranges(ids)
-    populations = {
-        label: {"size": population.size, "cell_type": population.cell_type}
-        for label, population in network.populations.items()
-    }
-    members = {name: neurons.tolist() for name, neurons in network.views.items()}
-    return {"populations": populations, "views": views, "members": members}
-
-
-def _ranges(ids: IntArray) -> list[list[int]]:
-    """Return ascending ids as half-open ranges."""
-    cuts = np.flatnonzero(np.diff(ids) > 1) + 1
-    return [[int(part[0]), int(part[-1]) + 1] for part in np.split(ids, cuts)]

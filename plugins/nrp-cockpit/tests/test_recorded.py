@@ -296,6 +296,33 @@ def test_it_says_what_was_recorded(desk: Desk, folder: Path):
     assert not files["listing1.py"]["editable"]
 
 
+def test_it_says_how_its_sensors_are_mounted_and_its_cells_are_connected(desk: Desk):
+    experiment = desk.said("experiment")
+    [mount] = experiment["mounts"]  # as husky.sdf has it
+    assert (mount["topic"], mount["frame"]) == (CAMERA, "husky/base_link")
+    assert mount["position"] == pytest.approx([-0.16, 0, 0.362])
+    assert mount["view"] == {"fov_rad": 1.57, "aspect": pytest.approx(4 / 3)}
+    projections = {one["label"]: one for one in experiment["projections"]}  # as brain.py has them
+    assert {label: one["edges"] for label, one in projections.items()} == {
+        "[2] to [7]": [[2, 7, 1.5e-4]],
+        "[3] to [6]": [[3, 6, 1.5e-4]],
+        "[4] to [7]": [[4, 7, 1.05e-4]],
+        "[5] to [7]": [[5, 7, 1.4e-4]],
+        "[0, 1] to [4, 5]": [[a, b, 1.2e-3] for b in (4, 5) for a in (0, 1)],
+    }
+    assert [label for label, one in projections.items() if not one["excites"]] == ["[0, 1] to [4, 5]"]
+
+
+def test_a_recording_that_does_not_say_them_is_shown_without(folder: Path, tmp_path: Path):
+    shutil.copytree(folder, tmp_path / "older")
+    path = tmp_path / "older" / RUN_NAME
+    about = read_sealed(path)
+    del about["brain"]["projections"], about["world"]["mounts"]
+    path.write_bytes(sealed(about))
+    with opened(tmp_path / "older") as desk:
+        assert desk.said("experiment")["projections"] == desk.said("experiment")["mounts"] == []
+
+
 def test_its_functions_are_read_and_not_executed(folder: Path, tmp_path: Path):
     shutil.copytree(folder, tmp_path / "changed")
     file = tmp_path / "changed" / "experiment" / "listing1.py"

@@ -7,22 +7,22 @@ from typing import Any
 
 import numpy as np
 
-from nrp_cockpit.session.mounts import mounts_data
 from nrp_core import brains, worlds
 from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Population, Projection
+from nrp_core.brain.network.data import Population
 from nrp_core.clock import seconds
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import capabilities
+from nrp_core.recording.folder.parts import mounts_data, projection_data
 from nrp_core.recording.layout import device_topic
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.topics import Direction, TopicInfo
 from nrp_core.world.world import World
 
-MOST_POSITIONS, MOST_EDGES = 5_000, 2_000
-"""More neurons, or synapses of a projection, are not drawn one by one."""
+MOST_POSITIONS = 5_000
+"""The positions of more neurons are not sent."""
 
 
 def run_data(run: Run) -> dict[str, Any]:
@@ -76,23 +76,6 @@ def populations_data(brain: Brain) -> Iterator[dict[str, Any]]:
             ),
             "positions": _positions(population),
         }
-
-
-def projection_data(projection: Projection) -> dict[str, Any]:
-    """Return the description of a projection, with its synapses if they are few."""
-    weights = projection.weight
-    excites = projection.receptor == "excitatory" and not bool(np.any(weights[:1] < 0))
-    return {
-        "id": projection.label,
-        "label": projection.label,
-        "pre": projection.pre,
-        "post": projection.post,
-        "receptor": projection.receptor,
-        "synapse": projection.synapse_type,
-        "size": projection.size,
-        "excites": excites,
-        "edges": _edges(projection) if projection.size <= MOST_EDGES else None,
-    }
 
 
 def devices_data(brain: Brain) -> Iterator[dict[str, Any]]:
@@ -171,8 +154,3 @@ def _touched(brain: Brain, *, sinks: bool) -> np.ndarray[Any, Any]:
 def _positions(population: Population) -> list[list[float]] | None:
     positions = population.positions_um
     return None if positions is None or len(positions) > MOST_POSITIONS else positions.tolist()
-
-
-def _edges(projection: Projection) -> list[list[float]]:
-    pairs = [(int(a), int(b)) for pre, post in projection.pairs() for a, b in zip(pre, post, strict=True)]
-    return [[a, b, float(w)] for (a, b), w in zip(pairs, projection.weight, strict=True)]

@@ -86,10 +86,10 @@ class RecordedRun:
             "topics": [_topic_data(each) for each in topics],
             "robots": list((self._settings.get("world") or {}).get("robots") or ()),
             "populations": list(self._populations(brain.get("populations") or {})),
-            "projections": [],
+            "projections": brain.get("projections") or [],
             "devices": list(self._devices(brain.get("populations") or {})),
             "bodies": list(_bodies(entities, [each.name for each in topics])),
-            "mounts": [],  # a recording does not say how sensors are mounted
+            "mounts": world.get("mounts") or [],
         }
 
     def functions_data(self) -> dict[str, Any]:
@@ -103,7 +103,7 @@ class RecordedRun:
         if self._experiment is None:
             found: dict[str, Any] = {
                 "events": [{"name": name, "t_s": t_s, "waits_for": ""} for name, t_s in events.items()],
-                "criteria": [], "failures": [], "snapshots": [], "branches": [],
+                "criteria": [], "failures": [], "snapshots": [],
             }  # fmt: skip
         else:
             criteria = {name: Verdict(**one) for name, one in (self.result.get("criteria") or {}).items()}
