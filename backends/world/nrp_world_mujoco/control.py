@@ -10,7 +10,7 @@ import numpy as np
 from nrp_core.world.rigid.motion import BodyPath, JointAim, Touch, Wrench
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_mujoco.build import Built
-from nrp_world_mujoco.firm import FirmJoints
+from nrp_world_mujoco.firm import MujocoFirmJoints
 from nrp_world_mujoco.library import mujoco
 
 
@@ -29,7 +29,7 @@ class Control:
     def __init__(self, built: Built, data: Any, step_s: float) -> None:
         self._built, self._model, self._data, self._step_s = built, built.model, data, step_s
         self._force = np.empty(6)
-        self.firm = FirmJoints(built, data, step_s)
+        self.firm = MujocoFirmJoints(built, data, step_s)
         self.release()
 
     def aim(self, model: str, joint: str, aim: JointAim) -> None:

@@ -8,19 +8,18 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core.world.engine_kit.firm_joints import JointPath
 from nrp_core.world.engine_kit.firm_servo import firm_joints
 from nrp_core.world.engine_kit.joint_servo import ExplicitServos, servoed_joints
-from nrp_core.world.rigid.motion import BodyPath, JointAim, Touch, Wrench
+from nrp_core.world.rigid.motion import BodyPath, JointAim, JointStates, Touch, Wrench
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Model, Scene
 from nrp_world_pybullet.build import Built, Place
-from nrp_world_pybullet.firm import FirmJoints
+from nrp_world_pybullet.firm import BulletFirmJoints
 from nrp_world_pybullet.inertia import Inertia
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import Moving
-
-JointPath = tuple[str, str]
 
 STRONG = 0.1
 """The share of a joint's velocity removed in a step above which a damper is strong."""
@@ -76,7 +75,7 @@ class Tree:
         return self.servos.idle and not self.sprung
 
     def damp(self, number: int, damped: bool) -> None:
-        """Let the damper of a joint act or not; that of a firm joint does not."""
+        """Enable or disable the damper of a joint; a firm joint has none."""
         if damped == (number not in self._undamped):
             return
         self._undamped ^= {number}
@@ -132,7 +131,7 @@ class Control:
         self._built, self._client, self._step_s = built, client, step_s
         self._trees = [tree for model in scene.models for tree in self._trees_of(model)]
         self._firm = [firm for model in scene.models for firm in self._firm_of(model)]
-        self._firm_by_path = {path: firm for firm in self._firm for path in firm.numbers}
+        self._firm_by_path = {path: firm for firm in self._firm for path in firm.paths}
         self._numbers = {path: (tree, n) for tree in self._trees for n, path in enumerate(tree.paths)}
         self._efforts: dict[JointPath, float] = {}
         self._wrenches: dict[BodyPath, Wrench] = {}
@@ -151,14 +150,14 @@ class Control:
             if multibody in servoed or tree.strongly_damped or tree.sprung:
                 yield tree
 
-    def _firm_of(self, model: Model) -> Iterator[FirmJoints]:
+    def _firm_of(self, model: Model) -> Iterator[BulletFirmJoints]:
         """Yield the firm joints of each multi-body of a model."""
         places = self._built.joints[model.name]
         found = firm_joints(model, [body for body, _ in self._built.bodies[model.name]])
         for multibody in sorted({places[name].multibody for name in found}):
             own = {name: joint for name, joint in found.items() if places[name].multibody == multibody}
             joints = {(model.name, name): (joint, places[name]) for name, joint in own.items()}
-            yield FirmJoints(joints, self._client, self._step_s)
+            yield BulletFirmJoints(joints, self._client, self._step_s)
 
     @property
     def active(self) -> bool:
@@ -167,13 +166,13 @@ class Control:
             return True
         return any(not tree.idle for tree in self._trees)
 
-    @property
-    def applied(self) -> Mapping[JointPath, float]:
-        """The efforts of the last step."""
-        efforts = dict(self._applied)
-        for path, effort in (each for firm in self._firm for each in firm.efforts()):
-            efforts[path] = efforts.get(path, 0.0) + effort
-        return efforts
+    def add_efforts(self, model: str, states: JointStates) -> None:
+        """Add the efforts of the last step to the states of a model's joints."""
+        for (owner, joint), effort in self._applied.items():
+            if owner == model:
+                states.efforts[states.names.index(joint)] += effort
+        for firm in self._firm:
+            firm.add_efforts(model, states)
 
     def aim(self, model: str, joint: str, aim: JointAim) -> None:
         """Set the target of a joint's servo."""
@@ -212,7 +211,7 @@ class Control:
             self._drive(joints[model][joint], effort + braking.get(path, 0.0))
         for firm in self._firm:
             if firm.active:
-                firm.push()
+                firm.step()
         for (model, index), wrench in self._wrenches.items():
             self._pull(*self._built.bodies[model][index], wrench)
 
@@ -264,9 +263,8 @@ class Control:
         for tree in self._trees:
             if tree.paths[0][0] == model:
                 tree.servos.forget()
-        for (owner, _), firm in self._firm_by_path.items():
-            if owner == model:
-                firm.forget()
+        for firm in self._firm:
+            firm.forget(model)
 
     def joint_wrench(self, body: Body, place: Place) -> Wrench:
         """Return the wrench of a body on its parent in the last step, at the body's origin.

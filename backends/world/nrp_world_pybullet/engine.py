@@ -115,9 +115,7 @@ class PybulletEngine(JointedEngine):
         states = super()._do_joint_states(model)
         if model in self._efforts:
             return replace(states, efforts=self._efforts[model])
-        for (owner, joint), effort in self._control.applied.items():
-            if owner == model:
-                states.efforts[states.names.index(joint)] += effort
+        self._control.add_efforts(model, states)
         return states
 
     def _do_open_cameras(self, renderer: str) -> Cameras:

@@ -1,6 +1,6 @@
-"""Servos that reach their targets with any load that the limits of their joints allow.
+"""Servos that reach their targets under any load within the limits of their joints.
 
-Joints whose files give no gains have them. A target is approached along a path, which is the same in every
+Joints without gains in their files have them. A target is approached along a path, which is the same in every
 engine. In each step a joint gets the velocity that takes it back to this path. An engine makes this velocity
 a constraint with a bounded force, and solves it together with contacts. So no load, neither gravity nor a
 robot on its wheels, moves the joint off its path, unless it exceeds the joint's limit of effort.
@@ -78,11 +78,6 @@ class FirmServos:
         self.positions, self.speeds = np.zeros(count), np.zeros(count)
         self.moving = False
 
-    @property
-    def active(self) -> bool:
-        """Whether any joint is led."""
-        return bool(self.kinds.any())
-
     def aim(self, number: int, aim: JointAim) -> None:
         """Set the target of a joint, or release it."""
         kind = FREE if aim.firm is None else POSITION if aim.stiffness else VELOCITY
@@ -95,7 +90,7 @@ class FirmServos:
         self.moving |= kind != FREE and (kind, target, self._rates[number]) != before
 
     def forget(self, numbers: Sequence[int]) -> None:
-        """Let paths begin anew where their joints are, because these were moved from outside."""
+        """Restart paths at the positions of their joints, because these were set from outside."""
         self._fresh[numbers] = self.kinds[numbers] != FREE
         self.moving |= bool(self._fresh.any())
 
@@ -111,7 +106,7 @@ class FirmServos:
         v = np.where(self._fresh, velocities, self.speeds)
         self._fresh[:] = False
         leads = self.kinds == POSITION
-        # a critically damped path, exactly; one that is given at the end of each step; a velocity
+        # a critically damped path (exact), or one given by points, or a velocity
         gap = x - self._targets
         slope = v + gap / STIFF_TIME_CONSTANT_S
         ahead = self._targets + (gap + slope * dt) * decay
@@ -128,7 +123,7 @@ class FirmServos:
         self._arrive(leads)
 
     def _arrive(self, leads: BoolArray) -> None:
-        """End the paths that have come to their targets."""
+        """End the paths that have reached their targets."""
         rests = abs(self.speeds - np.where(leads, self._rates, self._targets)) < _ARRIVED
         near = abs(self.positions - self._targets) < _ARRIVED
         there = rests & (~leads | (near & (self._rates == 0)))
