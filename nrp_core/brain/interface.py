@@ -8,7 +8,7 @@ once for all backends.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from math import isfinite, prod
 from typing import Any, ClassVar, final
 
@@ -21,7 +21,7 @@ from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.brain import changes
 from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange
-from nrp_core.brain.devices.currents import CurrentPort
+from nrp_core.brain.devices.attached import AttachedDevices
 from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
 from nrp_core.brain.devices.source_cells import PopulationTrains
 from nrp_core.brain.devices.sources import SourcePort, SourceSpec
@@ -32,7 +32,7 @@ from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.report import Report
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, milliseconds
-from nrp_core.errors import DivergedError, NeuronSelectionError, SnapshotError
+from nrp_core.errors import DivergedError, NeuronSelectionError
 from nrp_core.findings import Finding, Findings
 from nrp_core.findings.capabilities import SNAPSHOTS, no_change, no_variable, not_shown, refusal
 from nrp_core.seeds import Seeds
@@ -68,17 +68,15 @@ class Brain(Simulation):
         capabilities.require(network, type(self).__name__)
         step_ns = capabilities.resolution_ns
         self._grid_of_stops = None if step_ns is None else Grid(step_ns, type(self).__name__)
-        self._sources: list[SourcePort] = []
-        self._sinks: list[SinkPort] = []
-        self._flowing: list[CurrentPort] = []
-        self._recorders: list[StateRecorderPort] = []
         self._currents = np.zeros(network.size)
         self._began_ns = 0  # the time of the run at which the time of the engine is 0
-        self._trains = [
-            PopulationTrains(population, network.ids_of(label), self._seeds)
-            for label, population in network.populations.items()
-            if population.is_source and not self._emits(population)
-        ]
+        self._attached = AttachedDevices(
+            [
+                PopulationTrains(population, network.ids_of(label), self._seeds)
+                for label, population in network.populations.items()
+                if population.is_source and not self._emits(population)
+            ]
+        )
 
     # -- devices
 
@@ -97,8 +95,7 @@ class Brain(Simulation):
         self.require_ready()
         port = spec.open(self._targets(neurons, name), self._seeds.child("device"), name)
         port.start(milliseconds(self.now_ns), self.network)
-        self._sources.append(port)
-        self._devices_changed()
+        self._attached.add(port)
         return port
 
     @final
@@ -114,28 +111,18 @@ class Brain(Simulation):
         port.receive(Spikes(), milliseconds(self.now_ns))
         if isinstance(port, StateRecorderPort):
             self._sample(port, self.read_state(port.variable, port.neurons))
-        self._sinks.append(port)
-        self._devices_changed()
+        self._attached.add(port)
         return port
 
     @final
     def remove(self, port: SourcePort | SinkPort) -> None:
         """Remove a device; the effects of its past activity remain."""
-        if isinstance(port, SourcePort):
-            self._sources.remove(port)
-        else:
-            self._sinks.remove(port)
-        self._devices_changed()
+        self._attached.remove(port)
 
     @property
     def devices(self) -> tuple[SourcePort | SinkPort, ...]:
         """All active sources and sinks, in the order in which they were added."""
-        return (*self._sources, *self._sinks)
-
-    def _devices_changed(self) -> None:
-        """Collect the devices for which a run must halt."""
-        self._flowing = [source for source in self._sources if isinstance(source, CurrentPort)]
-        self._recorders = [sink for sink in self._sinks if isinstance(sink, StateRecorderPort)]
+        return (*self._attached.sources, *self._attached.sinks)
 
     # -- state
 
@@ -165,8 +152,7 @@ class Brain(Simulation):
             self._start_over()
 
     def _start_over(self) -> None:
-        for train in self._trains:
-            train.reset(self._seeds)
+        self._attached.reset_trains(self._seeds)
         self._currents = np.zeros(self.network.size)
         self._do_reset(self._seed)
         self._began_ns = self.now_ns
@@ -185,7 +171,7 @@ class Brain(Simulation):
         """
         self.require_ready()
         changed = changes.parameter_changes(self.network, self._selected(neurons), values)
-        trains = {train.label: train for train in self._trains}
+        trains = {train.label: train for train in self._attached.trains}
         if any(change.label not in trains for change in changed):
             self._require_change(PARAMETERS)
         with guarded(self, "change parameters"):
@@ -212,7 +198,7 @@ class Brain(Simulation):
         """
         self.require_ready()
         index, arrays = changes.spike_trains(self.network, population, trains, cells)
-        own = next((train for train in self._trains if train.label == population), None)
+        own = next((train for train in self._attached.trains if train.label == population), None)
         if own is None:
             raise refusal(self, f"cannot change the spikes of '{population}'")
         began_ms = milliseconds(self._began_ns)
@@ -267,11 +253,11 @@ class Brain(Simulation):
         own_since_ms, own_until_ms = since_ms, until_ms  # in the time of the engine
         if began_ns:
             own_since_ms, own_until_ms = milliseconds(self.now_ns - began_ns), milliseconds(t_ns - began_ns)
-        emitted = [train.emitted(own_since_ms, own_until_ms) for train in self._trains]
+        emitted = [train.emitted(own_since_ms, own_until_ms) for train in self._attached.trains]
         for ids, times_ms in emitted:
             if len(ids):
                 self._do_fire(ids, times_ms)
-        for source in self._sources:
+        for source in self._attached.sources:
             events = source.events(since_ms, until_ms)
             if len(events):
                 self._do_inject(events.earlier(milliseconds(began_ns), own_since_ms) if began_ns else events)
@@ -281,7 +267,7 @@ class Brain(Simulation):
             spikes = spikes.later(milliseconds(began_ns), since_ms, until_ms)
         if len(spikes) and not (isfinite(spikes.times_ms.item(0)) and isfinite(spikes.times_ms.item(-1))):
             raise DivergedError(f"{type(self).__name__} returned a spike time that is not finite", t_ns=t_ns)
-        for sink in self._sinks:
+        for sink in self._attached.sinks:
             sink.receive(spikes, until_ms)
 
     def _run_under_currents(self, t_ns: int) -> None:
@@ -291,7 +277,7 @@ class Brain(Simulation):
         while at_ns < t_ns:
             now_ms = milliseconds(at_ns)
             self._update_currents(now_ms)
-            halts_ms = [source.next_change_ms(now_ms) for source in self._flowing]
+            halts_ms = [source.next_change_ms(now_ms) for source in self._attached.currents]
             stop_ns = t_ns
             if halts_ms and min(halts_ms) < milliseconds(t_ns):
                 stop_ns = min(t_ns, -(-round(min(halts_ms) * NS_PER_MS) // grid_ns) * grid_ns)
@@ -300,72 +286,50 @@ class Brain(Simulation):
 
     def _run_recording(self, since_ns: int, until_ns: int, grid_ns: int) -> None:
         began_ns = self._began_ns
-        if not self._recorders:
+        if not self._attached.recorders:
             self._do_run_until(until_ns - began_ns)
             return
-        traces = [recorder.due(since_ns, until_ns, grid_ns) for recorder in self._recorders]
+        traces = [recorder.due(since_ns, until_ns, grid_ns) for recorder in self._attached.recorders]
         samples = np.empty(sum(prod(trace.shape) for trace in traces))
         self._do_run_recording(until_ns - began_ns, [trace.earlier(began_ns) for trace in traces], samples)
-        for recorder, trace, values in zip(self._recorders, traces, divided(samples, traces), strict=True):
+        for recorder, trace, values in zip(
+            self._attached.recorders, traces, divided(samples, traces), strict=True
+        ):
             recorder.take(trace.times_ns, values)
 
     def _sample(self, recorder: StateRecorderPort, values: FloatArray) -> None:
         recorder.take(np.array([self.now_ns]), values[np.newaxis])
 
     def _update_currents(self, now_ms: float) -> None:
-        if not self._flowing and not np.count_nonzero(self._currents):
+        if not self._attached.currents and not np.count_nonzero(self._currents):
             return
         total = np.zeros(self.network.size)
-        for source in self._flowing:
+        for source in self._attached.currents:
             np.add.at(total, source.neurons, source.current_na(now_ms))
         if (total != self._currents).any():
             self._currents = total
             self._do_set_current(total)
 
     def _reset(self) -> None:
-        for train in self._trains:
-            train.reset(self._seeds)
-        for source in self._sources:
-            source.reset(self._seeds.child("device"))
-        for sink in self._sinks:
-            sink.reset()
+        self._attached.reset(self._seeds)
         self._currents = np.zeros(self.network.size)
         self._began_ns = 0
         self._do_reset(self._seed)
-        for sink in self._sinks:
-            if isinstance(sink, StateRecorderPort):
-                self._sample(sink, self._do_read_state(sink.variable, sink.neurons))
+        for recorder in self._attached.recorders:
+            self._sample(recorder, self._do_read_state(recorder.variable, recorder.neurons))
 
     def _save(self) -> object:
         self._require_snapshot()
-        devices = [device.save() for device in self._devices()]
-        return self._seed, self._currents, self._device_names(), devices, self._do_save(), self._began_ns
+        names, devices = self._attached.save()
+        return self._seed, self._currents, names, devices, self._do_save(), self._began_ns
 
     def _load(self, saved: Any) -> None:
         self._require_snapshot()
         seed, currents, names, devices, state, *began = saved  # version 0.1 did not start over
-        here = [""] * len(self._trains) + self._device_names()
-        then = [""] * len(self._trains) + names
-        if sorted(then) != sorted(here):
-            raise SnapshotError(f"the snapshot has other devices than the brain: {names}")
+        self._attached.restore(names, devices)
         self._seed, self._currents = seed, currents
         self._began_ns = began[0] if began else 0
-        states: dict[str, list[Any]] = {}
-        for name, state_of in zip(then, devices, strict=True):
-            states.setdefault(name, []).append(state_of)
-        for name, device in zip(
-            here, self._devices(), strict=True
-        ):  # some may have been added in another order
-            device.restore(states[name].pop(0))
         self._do_restore(state)
-
-    def _devices(self) -> Iterable[PopulationTrains | SourcePort | SinkPort]:
-        kept = (sink for sink in self._sinks if not sink.passing)
-        return [*self._trains, *self._sources, *kept]
-
-    def _device_names(self) -> list[str]:
-        ports = (port for port in self.devices if isinstance(port, SourcePort) or not port.passing)
-        return [f"{type(port).__name__} {port.name}" for port in ports]
 
     def _targets(self, neurons: npt.ArrayLike, name: str) -> IntArray:
         ids = self._selected(neurons)

@@ -248,7 +248,7 @@ class GridBrain(Brain):
         for noise in self._grid.noise:
             own = self._grid.noise_ids[noise["first"] : noise["last"]]
             low, high = own.min(), own.max()
-            heard = (sink.neurons for sink in self._sinks)
+            heard = (sink.neurons for sink in self._attached.sinks)
             noise["heard"] = any(((ids >= low) & (ids <= high)).any() for ids in heard)
 
     def _as_many(self, n: int) -> Threads | None:

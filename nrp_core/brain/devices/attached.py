@@ -1,0 +1,97 @@
+"""The devices of a brain, and their state by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from nrp_core.brain.devices.currents import CurrentPort
+from nrp_core.brain.devices.sinks import SinkPort
+from nrp_core.brain.devices.source_cells import PopulationTrains
+from nrp_core.brain.devices.sources import SourcePort
+from nrp_core.brain.devices.state_recorder import StateRecorderPort
+from nrp_core.errors import SnapshotError
+from nrp_core.seeds import Seeds
+
+
+class AttachedDevices:
+    """The devices of a brain, and the source populations that are emitted like devices.
+
+    Args:
+        trains: the source populations whose spikes the core emits.
+
+    Attributes:
+        trains: these populations.
+        sources, sinks: the devices, in the order in which they were added.
+        currents: the sources that are currents.
+        recorders: the sinks that record state.
+    """
+
+    def __init__(self, trains: Sequence[PopulationTrains]) -> None:
+        self.trains = trains
+        self.sources: list[SourcePort] = []
+        self.sinks: list[SinkPort] = []
+        self._sort()
+
+    def add(self, port: SourcePort | SinkPort) -> None:
+        """Add a device."""
+        if isinstance(port, SourcePort):
+            self.sources.append(port)
+        else:
+            self.sinks.append(port)
+        self._sort()
+
+    def remove(self, port: SourcePort | SinkPort) -> None:
+        """Remove a device."""
+        if isinstance(port, SourcePort):
+            self.sources.remove(port)
+        else:
+            self.sinks.remove(port)
+        self._sort()
+
+    def reset(self, seeds: Seeds) -> None:
+        """Return all to time 0.
+
+        Args:
+            seeds: the random streams of the brain.
+        """
+        self.reset_trains(seeds)
+        for source in self.sources:
+            source.reset(seeds.child("device"))
+        for sink in self.sinks:
+            sink.reset()
+
+    def reset_trains(self, seeds: Seeds) -> None:
+        """Return the source populations to time 0."""
+        for train in self.trains:
+            train.reset(seeds)
+
+    def save(self) -> tuple[list[str], list[object]]:
+        """Return the names of the devices, and the states of source populations and devices."""
+        return self._names(), [each.save() for each in self._stateful()]
+
+    def restore(self, names: Sequence[str], states: Sequence[Any]) -> None:
+        """Restore states from :meth:`save`; devices may have been added in another order since.
+
+        Raises:
+            SnapshotError: other devices were saved.
+        """
+        then, now = [""] * len(self.trains) + list(names), [""] * len(self.trains) + self._names()
+        if sorted(then) != sorted(now):
+            raise SnapshotError(f"the snapshot has other devices than the brain: {list(names)}")
+        states_of: dict[str, list[Any]] = {}
+        for name, state in zip(then, states, strict=True):
+            states_of.setdefault(name, []).append(state)
+        for name, device in zip(now, self._stateful(), strict=True):
+            device.restore(states_of[name].pop(0))
+
+    def _sort(self) -> None:
+        self.currents = [source for source in self.sources if isinstance(source, CurrentPort)]
+        self.recorders = [sink for sink in self.sinks if isinstance(sink, StateRecorderPort)]
+
+    def _stateful(self) -> Iterable[PopulationTrains | SourcePort | SinkPort]:
+        return [*self.trains, *self.sources, *(sink for sink in self.sinks if not sink.passing)]
+
+    def _names(self) -> list[str]:
+        sinks = (sink for sink in self.sinks if not sink.passing)
+        return [f"{type(port).__name__} {port.name}" for port in (*self.sources, *sinks)]
