@@ -18,11 +18,11 @@ from nrp_core.conformance.run import run_tests
 from nrp_core.conformance.statistics import of_chi_square, of_normal, require_likely
 from nrp_core.errors import BackendError
 
-NAME = "test_time_does_not_run_back"
+NAME = "test_time_does_not_run_backwards"
 
 
 def test_a_test_of_the_kit_cannot_be_replaced_quietly():
-    with pytest.raises(TypeError, match=r"Mine.test_time_does_not_run_back replaces a test"):
+    with pytest.raises(TypeError, match=r"Mine.test_time_does_not_run_backwards replaces a test"):
         type("Mine", (BrainBackendTests,), {NAME: lambda self: None})
 
 

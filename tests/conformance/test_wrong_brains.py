@@ -46,17 +46,17 @@ HELPERS = {"merged": merged, "without_bursts": without_bursts, "split_at": split
 WRONG: dict[str, tuple[str, ...]] = {
     # the test, then each text with its replacement
     "threshold 2 % of the gap too high": (
-        "a_cell_fires_under_a_current_when_its_equations_say",
+        "a_cell_under_a_current_fires_at_the_times_of_its_equations",
         '(s.v >= p["v_thresh"])',
         '(s.v >= p["v_thresh"] + 0.02 * (p["v_thresh"] - p["v_rest"]))',
     ),
     "refractory one step long": (
-        "a_cell_fires_under_a_current_when_its_equations_say",
+        "a_cell_under_a_current_fires_at_the_times_of_its_equations",
         'np.rint(self._p["tau_refrac"][fired] / STEP_MS).astype(np.int64)',
         'np.rint(self._p["tau_refrac"][fired] / STEP_MS).astype(np.int64) + 1',
     ),
     "refractory one step short": (
-        "a_refractory_cell_fires_no_faster_than_it_may",
+        "a_cell_does_not_fire_in_its_refractory_period",
         'np.rint(self._p["tau_refrac"][fired] / STEP_MS).astype(np.int64)',
         'np.rint(self._p["tau_refrac"][fired] / STEP_MS).astype(np.int64) - 1',
     ),
@@ -71,32 +71,32 @@ WRONG: dict[str, tuple[str, ...]] = {
         'time_ms + own["delay_ms"] - STEP_MS)',
     ),
     "inhibition excites": (
-        "a_synapse_moves_the_membrane_as_its_equations_say",
+        "a_synaptic_potential_follows_its_equations",
         "+ (g * self._reversal).sum(0)",
         '+ (g * np.stack([p["e_rev_E"], p["e_rev_E"]])).sum(0)',
     ),
     "spike times at the start of the step": (
-        "every_spike_is_reported_in_the_window_it_lies_in",
+        "every_spike_is_reported_in_its_own_window",
         "self._spikes.append((fired, time_ms))",
         "self._spikes.append((fired, time_ms - STEP_MS))",
     ),
     "weights 2 % up": (
-        "a_synapse_moves_the_membrane_as_its_equations_say",
+        "a_synaptic_potential_follows_its_equations",
         'weights = own["weight"].copy()',
         'weights = 1.02 * own["weight"]',
     ),
     "membrane time constant 2 % long": (
-        "a_tsodyks_markram_synapse_releases_what_its_equations_say",
+        "a_tsodyks_markram_synapse_follows_its_equations",
         'parameters["cm"] / parameters["tau_m"]',
         'parameters["cm"] / parameters["tau_m"] / 1.02',
     ),
     "capacitance 2 % up": (
-        "a_cell_fires_under_a_current_when_its_equations_say",
+        "a_cell_under_a_current_fires_at_the_times_of_its_equations",
         'parameters["cm"] / parameters["tau_m"]  # uS',
         'parameters["cm"] / parameters["tau_m"]; parameters["cm"] = 1.02 * parameters["cm"]',
     ),
     "synaptic time constant 2 % long": (
-        "a_tsodyks_markram_synapse_releases_what_its_equations_say",
+        "a_tsodyks_markram_synapse_follows_its_equations",
         'for side in "EI"])\n        self._reversal',
         'for side in "EI"]) * 1.02\n        self._reversal',
     ),
@@ -106,12 +106,12 @@ WRONG: dict[str, tuple[str, ...]] = {
         "self._spikes.append((without_bursts(self, fired, time_ms), time_ms))",
     ),
     "spikes at the end of a run twice": (
-        "every_spike_is_reported_in_the_window_it_lies_in",
+        "every_spike_is_reported_in_its_own_window",
         "taken, self._spikes = self._spikes, []",
         "taken = self._spikes; self._spikes = [s for s in taken if s[1] == self._now.tick * STEP_MS]",
     ),
     "spikes at the end of a run late": (
-        "every_spike_is_reported_in_the_window_it_lies_in",
+        "every_spike_is_reported_in_its_own_window",
         "taken, self._spikes = self._spikes, []",
         "taken, self._spikes = split_at(self._spikes, self._now.tick * GRID.step_ns / NS_PER_MS)",
     ),
@@ -121,7 +121,7 @@ WRONG: dict[str, tuple[str, ...]] = {
         "return MinimalBrain(network, seed=1,",
     ),
     "reset keeps synapses": (
-        "a_reset_fills_depressed_synapses_again",
+        "a_reset_restores_depressed_synapses",
         "self._now, self._spikes = self._fresh(), []",
         "kept = self._now.synapses; self._now, self._spikes = self._fresh(), []; self._now.synapses = kept",
     ),
@@ -190,7 +190,7 @@ WRONG: dict[str, tuple[str, ...]] = {
         "s.tick += 1; self._was = s.current_na",
     ),
     "inhibitory reversal 2 mV off": (
-        "a_synapse_moves_the_membrane_as_its_equations_say",
+        "a_synaptic_potential_follows_its_equations",
         'parameters[f"e_rev_{side}"] for side in "EI"]',
         'parameters[f"e_rev_{side}"] + 2.0 * (side == "I") for side in "EI"]',
     ),
@@ -200,7 +200,7 @@ WRONG: dict[str, tuple[str, ...]] = {
         'joined = np.concatenate(tables)\n    joined = joined[joined["pre"] != joined["target"]]',
     ),
     "reset to rest": (
-        "a_refractory_cell_fires_no_faster_than_it_may",
+        "a_cell_does_not_fire_in_its_refractory_period",
         'self._p["v_reset"][fired]',
         'self._p["v_rest"][fired]',
     ),
@@ -220,7 +220,7 @@ WRONG: dict[str, tuple[str, ...]] = {
         "arriving[receptor[now], target[now]] += weight[now]",
     ),
     "indices of a byte": (
-        "many_cells_keep_apart",
+        "many_cells_are_independent",
         'np.int64) for name in ("pre", "target"',
         'np.int8) for name in ("pre", "target"',
     ),
@@ -230,22 +230,22 @@ WRONG: dict[str, tuple[str, ...]] = {
         'time_ms + np.minimum(own["delay_ms"], 25.0))',
     ),
     "tau_rec 2 % long": (
-        "a_short_term_synapse_is_like_static_ones_of_the_weights_that_it_releases",
+        "a_short_term_synapse_acts_like_static_ones_of_its_released_weights",
         "rows[name] = p.synapse_parameters[name]",
         'rows[name] = p.synapse_parameters[name] * (1.02 if name == "tau_rec" else 1.0)',
     ),
     "tau_facil 2 % long": (
-        "a_short_term_synapse_is_like_static_ones_of_the_weights_that_it_releases",
+        "a_short_term_synapse_acts_like_static_ones_of_its_released_weights",
         "rows[name] = p.synapse_parameters[name]",
         'rows[name] = p.synapse_parameters[name] * (1.02 if name == "tau_facil" else 1.0)',
     ),
     "U 2 % up": (
-        "a_tsodyks_markram_synapse_releases_what_its_equations_say",
+        "a_tsodyks_markram_synapse_follows_its_equations",
         "rows[name] = p.synapse_parameters[name]",
         'rows[name] = p.synapse_parameters[name] * (1.02 if name == "U" else 1.0)',
     ),
     "integrates while refractory": (
-        "a_refractory_cell_fires_no_faster_than_it_may",
+        "a_cell_does_not_fire_in_its_refractory_period",
         "s.v = np.where(self._is_cell & (s.tick >= s.free_at), v, s.v)",
         "s.v = np.where(self._is_cell, v, s.v)",
     ),

@@ -24,8 +24,8 @@ from nrp_core.world.sensors.camera import Camera
 
 WRONG: dict[str, tuple[str, type[MujocoBackend]]] = {}
 ARC, SIDEWAYS = "a_curve_is_exactly_the_commanded_arc", "a_planar_drive_moves_exactly_as_commanded"
-SIZE, EDGES = "a_shape_ends_exactly_at_its_size", "edges_are_in_the_pixels_of_a_pinhole"
-SLOPE = "contacts_carry_what_holds_a_box_on_a_slope"
+SIZE, EDGES = "a_shape_has_its_exact_size", "edges_are_in_the_pixels_of_a_pinhole"
+SLOPE = "contacts_report_the_forces_on_a_box_on_a_slope"
 SWING, SPEED = "a_position_servo_swings_by_its_gains", "a_velocity_servo_reaches_its_velocity_by_its_gain"
 AXES = "inertia_has_its_principal_axes_where_the_file_puts_them"
 
@@ -208,22 +208,22 @@ driven("fast robots are held back", ARC, lambda v: replace(v, forward=min(1.5, v
 driven("slow robots stand", ARC, lambda v: v if abs(v.forward) > 0.03 else BodyVelocity())
 driven("turns the other way when backing", ARC, lambda v: replace(v, turn=-v.turn) if v.forward < 0 else v)
 compiled("robots pass through each other", "robots_do_not_pass_through_each_other", pass_through)
-moved("roll and pitch dropped", "a_robot_keeps_its_roll_and_pitch_where_nothing_tilts_it", flattened)
+moved("roll and pitch dropped", "a_robot_keeps_its_roll_and_pitch_on_level_ground", flattened)
 moved("height of robots dropped", "a_robot_falls_like_everything_else", grounded)
 moved("commanded velocity at a wall", "the_velocity_at_a_wall_is_the_real_one", commanded)
 moved("velocity 2 % low", "velocities_are_those_of_the_arc", slower)
-compiled("gravity 5 % less", "a_thing_falls_along_gravity_by_half_g_t_squared", lighter)
+compiled("gravity 5 % less", "a_body_falls_along_gravity_by_half_g_t_squared", lighter)
 scaled("friction 10 % low", "a_sliding_body_is_slowed_by_the_friction_of_its_shape", "geom_friction", 0.9)
 scaled("friction ignored", "a_sliding_body_is_slowed_by_the_friction_of_its_shape", "geom_friction", 1e-5)
 scaled("joint damping 5 % up", "a_joint_is_slowed_by_its_damping", "dof_damping", 1.05)
 scaled("friction of joints ignored", "a_joint_turns_once_its_friction_is_overcome", "dof_frictionloss", 0.0)
-scaled("springs 5 % stiff", "a_spring_swings_about_where_it_carries_its_load", "jnt_stiffness", 1.05)
+scaled("springs 5 % stiff", "a_spring_swings_about_its_equilibrium", "jnt_stiffness", 1.05)
 scaled("limits of joints 2 % wide", "a_joint_stops_at_its_limit", "jnt_range", 1.02)
 scaled(
-    "limits of efforts 5 % high", "a_servo_takes_no_more_effort_than_the_limit_of_its_joint",
+    "limits of efforts 5 % high", "a_servo_obeys_the_effort_limit_of_its_joint",
     "actuator_forcerange", 1.05,
 )  # fmt: skip
-scaled("coupled joints 2 % off", "a_joint_goes_as_far_as_the_one_that_it_follows_says", "eq_data", 1.02)
+scaled("coupled joints 2 % off", "a_mimic_joint_follows_its_leader", "eq_data", 1.02)
 aimed("a servo's velocity has the other sign", SPEED, "velocity", -1.0)
 aimed("a servo's velocity 5 % slow", SPEED, "velocity", 0.95)
 aimed("a servo's position has the other sign", SWING, "position", -1.0)
@@ -239,7 +239,7 @@ in_file(
     lambda link: replace(link, collisions=link.collisions[:1]),
 )  # fmt: skip
 in_file(
-    "only the first visual of a link", "every_visual_of_a_link_is_seen",
+    "only the first visual of a link", "every_visual_of_a_link_is_rendered",
     lambda link: replace(link, visuals=link.visuals[:1]),
 )  # fmt: skip
 wrong(

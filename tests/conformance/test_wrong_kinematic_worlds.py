@@ -30,7 +30,7 @@ WRONG = {
     ),
     "roll and pitch dropped": (
         "start.position[2]), roll, pitch", "start.position[2]), 0.0, 0.0",
-        "a_robot_keeps_its_roll_and_pitch_where_nothing_tilts_it",
+        "a_robot_keeps_its_roll_and_pitch_on_level_ground",
     ),
     "commanded velocity at a wall": (
         "linear = (x - robot.x) / STEP_S, (y - robot.y) / STEP_S, 0.0",

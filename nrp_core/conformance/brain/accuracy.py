@@ -49,7 +49,7 @@ class AccuracyTests(BrainKit):
         return SAMPLES[cell_type]
 
     @CELLS
-    def test_a_cell_fires_under_a_current_when_its_equations_say(self, cell_type: str) -> None:
+    def test_a_cell_under_a_current_fires_at_the_times_of_its_equations(self, cell_type: str) -> None:
         sample = self._declared(cell_type)
         brain = self.open(cells(sample, "n", i_offset=sample.current_na))
         heard = record(brain)
@@ -68,7 +68,7 @@ class AccuracyTests(BrainKit):
 
     @CELLS
     @pytest.mark.parametrize("receptor", ["excitatory", "inhibitory"])
-    def test_a_synapse_moves_the_membrane_as_its_equations_say(self, cell_type: str, receptor: str) -> None:
+    def test_a_synaptic_potential_follows_its_equations(self, cell_type: str, receptor: str) -> None:
         sample = self._declared(cell_type)
         weight = sample.weak * (1 if receptor == "excitatory" else 3 * sample.inhibitory_sign)
         arrivals = [Arrival(t + 2.0, weight, receptor) for t in (5.0, 9.0)]
@@ -76,7 +76,7 @@ class AccuracyTests(BrainKit):
         self._check_membrane(sample, synapse, [5.0, 9.0], arrivals)
 
     @pytest.mark.parametrize("facilitation", [0.0, 300.0])
-    def test_a_tsodyks_markram_synapse_releases_what_its_equations_say(self, facilitation: float) -> None:
+    def test_a_tsodyks_markram_synapse_follows_its_equations(self, facilitation: float) -> None:
         if TSODYKS_MARKRAM not in self.capabilities.synapses:
             undeclared("tsodyks_markram synapses")
         sample, u, tau_rec = self.sample, 0.4, 120.0
@@ -177,7 +177,7 @@ class DeviceAccuracyTests(BrainKit):
             expected = sum(_potential(dt, spec.tau_m, spec.tau_syn_E, alpha) for dt in since) * 0.01
             assert sink.voltage == pytest.approx(expected, rel=1e-9)  # type: ignore[attr-defined]
 
-    def test_a_population_rate_has_unit_area_a_spike(self) -> None:
+    def test_a_population_rate_has_unit_area_per_spike(self) -> None:
         brain = self.open(spikes("s", [5.0], [6.0]), self.cells("n"))
         sink = brain.add_sink(PopulationRate(), [0, 1], name="rate")
         step_ns = self.grid_ns(1.0)
@@ -203,7 +203,7 @@ class DeviceAccuracyTests(BrainKit):
         expected = [first + time - second for time in later]
         assert others == pytest.approx(expected, abs=self.tolerance_ms + EXACT_MS)
 
-    def test_a_refractory_cell_fires_no_faster_than_it_may(self) -> None:
+    def test_a_cell_does_not_fire_in_its_refractory_period(self) -> None:
         if "tau_refrac" not in self.sample.parameters:
             undeclared("a cell with a refractory time")
         driven: Any = {"i_offset": 50 * self.sample.current_na, "tau_refrac": 7.0}
@@ -217,7 +217,7 @@ class DeviceAccuracyTests(BrainKit):
         assert min(gaps) >= two - one - EXACT_MS, message
         assert sum(gaps) / len(gaps) <= two - one + 2 * self.tolerance_ms, message
 
-    def test_input_during_a_refractory_period_acts_when_the_membrane_is_free(self) -> None:
+    def test_input_during_a_refractory_period_acts_after_it(self) -> None:
         sample = self.sample
         if not {"tau_refrac", "tau_syn_E"} <= sample.parameters.keys():
             undeclared("a cell with a refractory time and lasting synaptic currents")
@@ -232,8 +232,7 @@ class DeviceAccuracyTests(BrainKit):
         expected = simulate(sample, arrivals, until_ms=25).spikes
         found = times(heard, 2)
         message = f"it fires at {found}; its equations give {expected} ms"
-        lost = sample.cell_type == "IF_curr_exp_frozen"  # that which arrives while it is refractory
-        assert len(expected) == len(found) == (1 if lost else 2), message
+        assert len(expected) == len(found) == (1 if sample.loses_refractory_input else 2), message
         assert found == pytest.approx(expected, abs=3 * self.tolerance_ms + EXACT_MS), message
 
 

@@ -31,7 +31,7 @@ class CapabilityTests(BrainKit):
 
     level = "capability"
 
-    def test_capabilities_are_the_same_whenever_they_are_asked_for(self) -> None:
+    def test_capabilities_are_the_same_at_every_call(self) -> None:
         declared = self.capabilities
         assert self.backend.capabilities(self.chosen) == declared
         assert self.open(self.cells("n")).capabilities == declared
@@ -43,13 +43,13 @@ class CapabilityTests(BrainKit):
             brain = self.open(cells(SAMPLES[name], "n", 2))
             self.run(brain, 3)
 
-    def test_cells_that_are_not_declared_are_refused(self) -> None:
+    def test_undeclared_cells_are_refused(self) -> None:
         for name in sorted({*SAMPLES, "NoSuchCell"} - self.capabilities.cells):
             known = cells(self.sample, "n")
             with pytest.raises(CapabilityError):
                 self.open(replace(known, cell_type=name))
 
-    def test_source_cells_that_nobody_knows_are_refused(self) -> None:
+    def test_unknown_source_cells_are_refused(self) -> None:
         with pytest.raises(CapabilityError):
             self.open(Population("s", 1, "SpikeSourceNobodyKnows", {}))
 
@@ -64,7 +64,7 @@ class CapabilityTests(BrainKit):
             with pytest.raises(CapabilityError):
                 self.open(*parts)
 
-    def test_a_synapse_type_that_nobody_knows_is_refused(self) -> None:
+    def test_an_unknown_synapse_type_is_refused(self) -> None:
         with pytest.raises(CapabilityError):
             self.open(spikes("s", [2.0]), self.cells("n"), connect("s", "n", 1.0, 1.0, kind="nobody_knows"))
 
@@ -83,13 +83,13 @@ class CapabilityTests(BrainKit):
                 assert all(map(math.isfinite, values))
             assert readable or not self.capabilities.state_variables, name
 
-    def test_state_variables_that_are_not_declared_are_refused(self) -> None:
+    def test_undeclared_state_variables_are_refused(self) -> None:
         brain = self.open(self.cells("n"))
         for variable in ({"v", "gsyn_exc"} - self.capabilities.state_variables) | {"no_such_variable"}:
             with pytest.raises(CapabilityError):
                 brain.read_state(variable, [0])
 
-    def test_state_is_read_in_the_order_it_is_asked_for(self) -> None:
+    def test_state_is_returned_in_the_requested_order(self) -> None:
         if "v" not in self.capabilities.state_variables:
             undeclared("state variable v")
         brain = self.open(self.cells("a", 3, i_offset=[0.0, 0.1, 0.2]), spikes("s", [1.0]), self.cells("b"))
@@ -98,7 +98,7 @@ class CapabilityTests(BrainKit):
         assert first < last
         assert list(brain.read_state("v", [2, 4, 0])) == [last, first, first]
 
-    def test_snapshots_are_refused_where_they_are_not_declared(self) -> None:
+    def test_undeclared_snapshots_are_refused(self) -> None:
         brain = self.open(*self.busy())
         self.run(brain, 5)
         if self.capabilities.snapshot:
@@ -107,7 +107,7 @@ class CapabilityTests(BrainKit):
             with pytest.raises(CapabilityError):
                 brain.snapshot()
 
-    def test_a_brain_with_a_grid_stops_on_it_alone_and_one_without_anywhere(self) -> None:
+    def test_a_brain_with_a_grid_stops_only_on_it_and_one_without_stops_anywhere(self) -> None:
         brain = self.open(self.cells("n"))
         step_ns = self.capabilities.resolution_ns
         if step_ns is None:
@@ -142,6 +142,6 @@ class CapabilityTests(BrainKit):
             trains.append(train(heard))
         assert trains[0] == trains[1]
 
-    def test_options_that_do_not_exist_are_refused(self) -> None:
+    def test_unknown_options_are_refused(self) -> None:
         with pytest.raises(ValidationError):
             self.backend.options.model_validate({**self.options, "no_such_option": 1})

@@ -80,7 +80,7 @@ class ChangeTests(BrainKit):
         assert first < 50
         assert second > 90
 
-    def test_each_weight_changes_to_its_own(self) -> None:
+    def test_each_weight_gets_its_own_new_value(self) -> None:
         """The order is that of the synapses, which differs from that of the sources and of the targets."""
         self._require(WEIGHTS)
         strong = self.sample.strong
@@ -104,7 +104,7 @@ class ChangeTests(BrainKit):
         self.run(brain, 40)
         assert len(times(heard, 1)) == 1
 
-    def test_weights_can_be_read_as_they_are(self) -> None:
+    def test_current_weights_can_be_read(self) -> None:
         brain = self._with_synapse([10.0])
         name, weight = "s to n, excitatory", self.sample.strong
         assert brain.read_weights(name) == pytest.approx([weight], rel=PRECISION)
@@ -162,7 +162,7 @@ class ChangeTests(BrainKit):
         assert times(heard, 0) == pytest.approx([10.0, 40.0, 55.0], abs=self.tolerance_ms)
         assert times(heard, 1) == pytest.approx([12.0, 61.0], abs=self.tolerance_ms)
 
-    def test_changes_that_cannot_be_are_refused(self) -> None:
+    def test_impossible_changes_are_refused(self) -> None:
         brain = self._with_synapse([10.0])
         wrong: list[dict[str, Any]] = [
             {"no_such_parameter": 1.0},

@@ -69,7 +69,7 @@ class SpeedTests(BrainKit):
 
     level = "speed"
 
-    def test_how_fast_it_runs(self) -> None:
+    def test_the_speed(self) -> None:
         brain = self.open(*self.busy())
         self.run(brain, 20)
         started = perf_counter()

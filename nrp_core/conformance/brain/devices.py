@@ -30,7 +30,7 @@ class DeviceTests(BrainKit):
         assert {neuron for neuron, _ in found} == {1}
         assert all(time > 20 for _, time in found)
 
-    def test_a_late_recorder_hears_nothing_of_the_past(self) -> None:
+    def test_a_late_recorder_records_no_earlier_spikes(self) -> None:
         brain = self.open(*self.busy())
         always = record(brain)
         self.run(brain, 20)
@@ -61,7 +61,7 @@ class DeviceTests(BrainKit):
         assert neuron == 2
         assert 15 - self.tolerance_ms < time < 25
 
-    def test_a_recorder_of_voltages_samples_what_can_be_read_and_changes_nothing(self) -> None:
+    def test_a_voltage_recorder_samples_readable_values_and_changes_nothing(self) -> None:
         if "v" not in self.capabilities.state_variables:
             brain = self.open(self.cells("n"))
             with pytest.raises(CapabilityError):
@@ -77,7 +77,7 @@ class DeviceTests(BrainKit):
             self.run(read, time)
             assert row.tolist() == read.read_state("v", [1, 0]).tolist()
 
-    def test_spikes_of_a_device_that_come_at_once_add_up(self) -> None:
+    def test_simultaneous_spikes_of_a_device_add_up(self) -> None:
         """Two generators of half the strength on one neuron have the effect of one."""
         sample = self.sample
         brain = self.open(self.cells("n", 2))
@@ -139,7 +139,7 @@ class DeviceTests(BrainKit):
         assert [event for event in two if event[0] == 0] == one
         assert [time for neuron, time in two if neuron == 1] != [time for _, time in one]
 
-    def test_equal_seeds_give_equal_noise_and_others_other_noise(self) -> None:
+    def test_equal_seeds_give_equal_noise_and_different_seeds_different_noise(self) -> None:
         self.require_repeatable()
         assert self._heard() == self._heard()
         assert self._heard() != self._heard(seed=2)

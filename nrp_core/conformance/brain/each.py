@@ -95,7 +95,7 @@ class EachTests(BrainKit):
         self.run(brain, 40)
         assert {neuron for neuron, _ in train(heard)} == {1, 2}
 
-    def test_source_cells_that_fire_at_once_all_act(self) -> None:
+    def test_simultaneous_spikes_of_source_cells_all_act(self) -> None:
         pairs = [(0, 0), (1, 1), (2, 2)]
         hit = connect("s", "n", self.sample.strong, 2.0, pairs=pairs)
         brain = self.open(spikes("s", *[[5.0]] * 3), self.cells("n", 3), hit)
@@ -103,7 +103,7 @@ class EachTests(BrainKit):
         self.run(brain, 40)
         assert {neuron for neuron, _ in train(heard)} == {3, 4, 5}
 
-    def test_many_cells_keep_apart(self) -> None:
+    def test_many_cells_are_independent(self) -> None:
         one, other = 257, N_MANY - 2
         trains = [[5.0] if source == one else [] for source in range(N_MANY)]
         pairs = [(i, (i + other - one) % N_MANY) for i in range(N_MANY)]

@@ -15,24 +15,24 @@ from nrp_core.errors import LifecycleError
 class LifeTests(BrainKit):
     """The life cycle of a brain, from opening to closing."""
 
-    def test_a_fresh_brain_is_at_time_zero_with_the_seed_it_was_given(self) -> None:
+    def test_a_fresh_brain_is_at_time_zero_with_its_seed(self) -> None:
         brain = self.open(self.cells("n", 3), seed=12)
         assert (brain.now_ns, brain.seed, brain.network.size) == (0, 12, 3)
         assert self.backend.interface_version == BRAIN_INTERFACE_VERSION
 
-    def test_some_declared_cell_is_a_standard_one(self) -> None:
+    def test_at_least_one_declared_cell_is_a_standard_one(self) -> None:
         """Nearly all tests need one of the standard cells."""
         declared = self.capabilities.cells
         assert declared & SAMPLES.keys(), f"declared: {sorted(declared)}; standard: {sorted(SAMPLES)}"
 
-    def test_time_does_not_run_back(self) -> None:
+    def test_time_does_not_run_backwards(self) -> None:
         brain = self.open(self.cells("n"))
         self.run(brain, 10)
         with pytest.raises(LifecycleError):
             self.run(brain, 5)
         assert brain.now_ns == self.grid_ns(10)
 
-    def test_running_to_where_it_is_already_does_nothing(self) -> None:
+    def test_running_to_the_current_time_does_nothing(self) -> None:
         brain = self.open(*self.busy())
         heard = record(brain)
         self.run(brain, 20)
@@ -40,7 +40,7 @@ class LifeTests(BrainKit):
         self.run(brain, 20)
         assert len(heard.spikes()) == before
 
-    def test_a_closed_brain_takes_nothing_more_and_can_be_closed_again(self) -> None:
+    def test_a_closed_brain_refuses_every_call_and_can_be_closed_again(self) -> None:
         brain = self.open(self.cells("n"))
         self.run(brain, 5)
         brain.close()
@@ -54,7 +54,7 @@ class LifeTests(BrainKit):
             with pytest.raises(LifecycleError):
                 attempt()
 
-    def test_closing_one_brain_leaves_another_at_work(self) -> None:
+    def test_closing_one_brain_leaves_another_running(self) -> None:
         one, two = self.open(*self.busy()), self.open(*self.busy())
         heard = record(two)
         self.run(one, 10)
@@ -62,7 +62,7 @@ class LifeTests(BrainKit):
         self.run(two, 30)
         assert len(heard.spikes())
 
-    def test_an_empty_window_and_a_network_without_synapses_are_nothing_special(self) -> None:
+    def test_an_empty_window_and_a_network_without_synapses_are_valid(self) -> None:
         brain = self.open(self.cells("n", 1))
         heard = record(brain)
         for step in range(1, 6):

@@ -233,7 +233,7 @@ def _cell(sample: Sample, p: Mapping[str, float], current_na: float) -> _Cell:
         return _Izhikevich(sample, p, [v, initial["u"]], _izhikevich(p, current))
     if sample.cell_type == "HH_cond_exp":
         return _HodgkinHuxley(sample, p, [v, *_settled_gates(v - p["v_offset"])], _hodgkin_huxley(p, current))
-    if sample.cell_type == "IF_curr_exp_frozen":
+    if sample.loses_refractory_input:
         return _Frozen(sample, p, [v], _leaky(p, current))
     if sample.cell_type.startswith("EIF"):
         return _AdaptiveExponential(sample, p, [v, initial["w"]], _adaptive(p, current))

@@ -19,6 +19,8 @@ class Sample:
         strong: a weight with which one excitatory spike makes it fire once.
         weak: a weight whose potential stays far below the threshold.
         rest_mv: its resting potential, if not ``v_rest`` or PyNN's initial value.
+        loses_refractory_input: whether synapses stand still in the refractory period, and arriving spikes are
+            lost. Else the membrane alone is clamped.
     """
 
     cell_type: str
@@ -27,6 +29,7 @@ class Sample:
     strong: float = 5.0
     weak: float = 0.1
     rest_mv: float | None = None
+    loses_refractory_input: bool = False
 
     @property
     def all_parameters(self) -> dict[str, float]:
@@ -64,7 +67,7 @@ SAMPLES = {
         Sample("IF_curr_exp", _CURRENTS),
         Sample("IF_curr_alpha", _CURRENTS, strong=3.0, weak=0.05),
         Sample("IF_curr_delta", _LEAKY, strong=20.0, weak=2.0),
-        Sample("IF_curr_exp_frozen", _CURRENTS, strong=300.0, weak=4.0),
+        Sample("IF_curr_exp_frozen", _CURRENTS, strong=300.0, weak=4.0, loses_refractory_input=True),
         Sample("EIF_cond_alpha_isfa_ista", _ADAPTIVE, 1.0, 0.1, 0.001),
         Sample("EIF_cond_exp_isfa_ista", _ADAPTIVE, 1.0, 0.2, 0.002),
         Sample("Izhikevich", {"d": 8.0}, 0.01, 60.0, 1.0),

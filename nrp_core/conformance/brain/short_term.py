@@ -18,14 +18,14 @@ class ShortTermTests(BrainKit):
 
     level = "capability"
 
-    def test_each_synapse_depresses_by_constants_of_its_own(self) -> None:
+    def test_each_synapse_depresses_by_its_own_constants(self) -> None:
         heard, brain = self._depressing([USE, 0.02, USE], [5000.0, 5000.0, 2.0])
         self.run(brain, 70)
         assert len(times(heard, 1)) == 1, "the first synapse is empty when the second spike comes"
         assert not times(heard, 2), "the second synapse hardly releases anything"
         assert len(times(heard, 3)) == 2, "the third synapse is full again when the second spike comes"
 
-    def test_a_reset_fills_depressed_synapses_again(self) -> None:
+    def test_a_reset_restores_depressed_synapses(self) -> None:
         self.require_repeatable()
         heard, brain = self._depressing(USE, 5000.0)
         self.run(brain, 30)
@@ -35,7 +35,7 @@ class ShortTermTests(BrainKit):
         self.run(brain, 30)
         assert train(heard) == expected
 
-    def test_a_snapshot_keeps_what_synapses_have_released(self) -> None:
+    def test_a_snapshot_keeps_the_depression_of_synapses(self) -> None:
         self.require_snapshot()
         heard, brain = self._depressing(USE, 5000.0)
         self.run(brain, 30)

@@ -93,7 +93,7 @@ class StateTests(BrainKit):
         found = self._continued((spikes("s", [5.0]), self.cells("n"), slow), 12.0, 40.0)
         assert [neuron for neuron, _ in found] == [1]
 
-    def test_a_snapshot_keeps_what_a_device_has_sent(self) -> None:
+    def test_a_snapshot_keeps_spikes_in_flight_from_a_device(self) -> None:
         """The snapshot is taken between the emission of a device's spike and its arrival."""
 
         def drive(brain: Brain) -> None:
@@ -125,12 +125,12 @@ class StateTests(BrainKit):
 
         assert self._continued((self.cells("n"),), 3.0, 60.0, drive), "the current had no effect"
 
-    def test_a_snapshot_keeps_everything_that_happens_at_once(self) -> None:
+    def test_a_snapshot_keeps_simultaneous_activity(self) -> None:
         self.require_repeatable()
         for stop in (7.0, 18.0, 41.0):
             assert self._continued(self.busy(), stop, 80.0, self._drive), "no cell fired"
 
-    def test_a_snapshot_keeps_what_devices_show(self) -> None:
+    def test_a_snapshot_keeps_the_values_of_devices(self) -> None:
         self.require_snapshot()
         shown = []
         for restored in (False, True):

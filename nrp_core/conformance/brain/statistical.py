@@ -21,7 +21,7 @@ class StatisticalTests(BrainKit):
 
     level = "statistical"
 
-    def test_the_rate_of_a_poisson_source_is_what_it_should_be(self) -> None:
+    def test_a_poisson_source_has_the_given_rate(self) -> None:
         expected = RATE_HZ * DURATION_S * N_CELLS
 
         def probability(seed: int) -> float:

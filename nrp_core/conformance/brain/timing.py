@@ -15,7 +15,7 @@ from nrp_core.conformance.brain.reference import Arrival, first_spike_ms
 class TimingTests(BrainKit):
     """The timing of a brain."""
 
-    def test_every_spike_is_reported_in_the_window_it_lies_in(self) -> None:
+    def test_every_spike_is_reported_in_its_own_window(self) -> None:
         brain = self.open(*self.busy())
         heard = record(brain)
         since, known = 0.0, 0

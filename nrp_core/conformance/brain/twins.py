@@ -70,7 +70,7 @@ class TwinTests(BrainKit):
         self._check_twins(brain, [4, 5], 40)
 
     @pytest.mark.parametrize("facilitation", [0.0, 40.0])
-    def test_a_short_term_synapse_is_like_static_ones_of_the_weights_that_it_releases(
+    def test_a_short_term_synapse_acts_like_static_ones_of_its_released_weights(
         self, facilitation: float
     ) -> None:
         """The times between its spikes are like its time constants, so that those matter most."""
@@ -88,7 +88,7 @@ class TwinTests(BrainKit):
         self._check_twins(brain, [6, 7], 140)
 
     @pytest.mark.parametrize("receptor", ["excitatory", "inhibitory"])
-    def test_an_injected_spike_is_like_one_of_a_source(self, receptor: str) -> None:
+    def test_an_injected_spike_acts_like_a_spike_of_a_source(self, receptor: str) -> None:
         self._require_variable("v")
         weight = 3 * self.sample.weak * (1 if receptor == "excitatory" else self.sample.inhibitory_sign)
         brain = self.open(
@@ -125,7 +125,9 @@ class TwinTests(BrainKit):
             assert brain.read_state(variable, [1])[0] == pytest.approx(conductance(now), abs=allowed)
 
     @pytest.mark.parametrize(("cell_type", "variable", "current"), ADAPTING)
-    def test_a_recovery_follows_its_equation(self, cell_type: str, variable: str, current: float) -> None:
+    def test_a_recovery_variable_follows_its_equation(
+        self, cell_type: str, variable: str, current: float
+    ) -> None:
         self._require_variable(variable)
         if cell_type not in self.capabilities.cells:
             undeclared(f"cells {cell_type}")

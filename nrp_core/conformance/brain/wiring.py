@@ -42,7 +42,7 @@ class WiringTests(BrainKit):
         assert train(heard) == train(expected)
         assert train(other) != train(expected)
 
-    def test_inhibition_holds_a_cell_back(self) -> None:
+    def test_inhibition_keeps_a_cell_from_firing(self) -> None:
         sample = self.sample
         volley = spikes("s", [float(t) for t in range(5, 58, 2)])
         free = self.cells("free", i_offset=sample.current_na)
@@ -62,7 +62,7 @@ class WiringTests(BrainKit):
         assert times(heard, 1), "no cell fired"
         assert times(heard, 2) == pytest.approx(times(heard, 1), abs=self.tolerance_ms)
 
-    def test_a_source_acts_on_the_chosen_neurons_alone(self) -> None:
+    def test_a_source_acts_only_on_the_selected_neurons(self) -> None:
         brain = self.open(self.cells("a", 3), self.cells("b", 3))
         heard = record(brain)
         brain.add_source(DCSource(amplitude=[9 * self.sample.current_na] * 2), [4, 1], name="dc")
@@ -88,14 +88,14 @@ class WiringTests(BrainKit):
         assert times(heard, 1), "no cell fired"
         assert times(heard, 0) == pytest.approx(times(heard, 1), abs=self.tolerance_ms)
 
-    def test_a_sink_hears_the_chosen_neurons_alone(self) -> None:
+    def test_a_sink_reads_only_the_selected_neurons(self) -> None:
         brain = self.open(*self.busy())
         everything, some = record(brain), record(brain, [6, 0, 9], "some")
         self.run(brain, 50)
         assert train(some) == [event for event in train(everything) if event[0] in (0, 6, 9)]
         assert train(some)
 
-    def test_every_kind_of_cell_can_be_heard_under_its_own_id(self) -> None:
+    def test_every_kind_of_cell_can_be_recorded_under_its_own_id(self) -> None:
         """Global ids number all populations in the order of their definition, including sources."""
         strong = self.sample.strong
         brain = self.open(

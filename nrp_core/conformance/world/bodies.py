@@ -45,9 +45,7 @@ class BodyTests(WorldKit):
     level = "capability"
 
     @pytest.mark.parametrize(("geometry", "pose", "height"), SHAPES)
-    def test_a_shape_ends_where_its_size_and_its_place_say(
-        self, geometry: Geometry, pose: Pose, height: float
-    ) -> None:
+    def test_a_shape_has_its_size_and_place(self, geometry: Geometry, pose: Pose, height: float) -> None:
         """The body is lowered along a rail until it touches the ground."""
         self.require("dynamics")
         link = Link("link", inertial=Inertial(1.0), collisions=(Collision("shape", geometry, pose),))
@@ -97,7 +95,7 @@ class BodyTests(WorldKit):
         expected = 0.5 * (1 - exp(-1.0 / INERTIA))
         assert world.joint_states("arm").velocities[0] == pytest.approx(expected, rel=0.03)
 
-    def test_a_joint_takes_no_more_effort_than_its_limit(self) -> None:
+    def test_a_joint_limits_the_effort_of_commands(self) -> None:
         self.require("joint_control")
         model = arm("effort")
         world = self.open(
@@ -107,13 +105,13 @@ class BodyTests(WorldKit):
         self.run(world, 0.5)
         assert world.joint_states("arm").velocities[0] == pytest.approx(-0.25 / INERTIA, rel=0.02)
 
-    def test_a_joint_ends_at_its_lower_limit(self) -> None:
+    def test_a_joint_stops_at_its_lower_limit(self) -> None:
         self.require("dynamics")
         world = self.open(pendulum(), gravity=(0.0, 0.0, GRAVITY))
         self.run(world, 3.0)
         assert world.joint_states("pendulum").positions == pytest.approx([-0.5], abs=0.03)
 
-    def test_an_axis_is_along_the_frame_of_its_joint(self) -> None:
+    def test_an_axis_is_given_in_the_frame_of_its_joint(self) -> None:
         """The joint's frame is rotated about z: its x axis is the model's y axis."""
         self.require("dynamics")
         model = pendulum()

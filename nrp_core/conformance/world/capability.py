@@ -17,21 +17,21 @@ class CapabilityTests(WorldKit):
 
     level = "capability"
 
-    def test_capabilities_are_the_same_whenever_they_are_asked_for(self) -> None:
+    def test_capabilities_are_the_same_at_every_call(self) -> None:
         declared = self.capabilities
         assert self.backend.capabilities(self.chosen) == declared
         assert self.open(floor(), robot()).capabilities == declared
         assert declared.step_ns > 0
         assert len(set(declared.renderers)) == len(declared.renderers)
 
-    def test_cameras_are_refused_where_they_are_not_declared(self) -> None:
+    def test_undeclared_cameras_are_refused(self) -> None:
         if self.capabilities.renderers:
             assert self.look(self.open(floor(), robot(), screen("screen", 0.0, RED))).any()
         else:
             with pytest.raises(CapabilityError):
                 self.open(floor(), robot()).engine.render("robot", "eye", "camera")
 
-    def test_snapshots_are_refused_where_they_are_not_declared(self) -> None:
+    def test_undeclared_snapshots_are_refused(self) -> None:
         world = self.open(floor(), robot())
         self.run(world, 0.1)
         if self.capabilities.snapshot:
@@ -58,7 +58,7 @@ class CapabilityTests(WorldKit):
             options = self.backend.options.model_validate({**self.options, "renderer": renderer})
             assert self.backend.capabilities(options).renderers[0] == renderer
 
-    def test_options_that_do_not_exist_are_refused(self) -> None:
+    def test_unknown_options_are_refused(self) -> None:
         with pytest.raises(ValidationError):
             self.backend.options.model_validate({**self.options, "no_such_option": 1})
 

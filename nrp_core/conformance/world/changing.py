@@ -117,7 +117,7 @@ class ChangingTests(WorldKit):
         self.run(world, 1.0)
         assert world.model_motion("ball").linear == pytest.approx((0.0, 0.6, 0.0), abs=0.02)
 
-    def test_models_are_put_where_they_are_wanted_or_that_is_refused(self) -> None:
+    def test_models_can_be_moved_or_that_is_refused(self) -> None:
         ball = thing("ball", Sphere(0.1), at(0, 2, 5), mass=1.0)
         world = self.open(floor(), robot(), *self.movable(ball))
         turned = Pose(Point(1.0, 2.0, 3.0), Quaternion(0.0, 0.0, HALF, HALF))
@@ -132,7 +132,7 @@ class ChangingTests(WorldKit):
             assert motion.angular == pytest.approx((0.0, 0.0, 1.0), abs=0.01)
             assert world.model_motion("robot").pose.position[:2] == pytest.approx((0, 0), abs=0.01)
 
-    def test_models_come_and_go_and_leave_the_others_as_they_are_or_that_is_refused(self) -> None:
+    def test_models_can_be_added_and_removed_without_effect_on_others_or_that_is_refused(self) -> None:
         self.require("dynamics")
         world = self.open(floor(), robot(), pendulum())
         self.drive(world, 0.5, 0.2, 0.5)
@@ -165,7 +165,7 @@ class ChangingTests(WorldKit):
         if self.capabilities.renderers:
             assert self.look(world, "late").any()
 
-    def test_a_reset_brings_back_the_first_scene(self) -> None:
+    def test_a_reset_restores_the_first_scene(self) -> None:
         self.require("dynamics")
         self.require("changes")
         self.require_repeatable()
@@ -177,7 +177,7 @@ class ChangingTests(WorldKit):
         world.reset()
         assert self._later(world) == self._later(fresh)
 
-    def test_a_snapshot_keeps_what_was_spawned(self) -> None:
+    def test_a_snapshot_keeps_spawned_models(self) -> None:
         self.require("dynamics")
         self.require("changes")
         self.require_snapshot()

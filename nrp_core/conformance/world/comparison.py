@@ -24,7 +24,7 @@ class CrossTests(WorldKit):
 
     level = "cross"
 
-    def test_a_robot_gets_to_where_it_gets_in_every_other_world(self) -> None:
+    def test_a_robot_reaches_the_same_place_as_in_every_other_world(self) -> None:
         self.note("compared", len(others := self._others()))
         mine = self._ended(self.open(*_scene()))
         for name, world in others.items():
@@ -68,7 +68,7 @@ class SpeedTests(WorldKit):
 
     level = "speed"
 
-    def test_how_fast_it_runs(self) -> None:
+    def test_the_speed(self) -> None:
         world = self.open(*_scene())
         if self.capabilities.renderers:
             world.subscribe("/robot/camera")

@@ -23,7 +23,7 @@ class DrivingTests(WorldKit):
     """Commands and odometry."""
 
     @pytest.mark.parametrize("yaw", [0.0, pi / 2, -2.0])
-    def test_forward_is_along_the_robots_own_x(self, yaw: float) -> None:
+    def test_forward_is_along_the_x_axis_of_the_robot(self, yaw: float) -> None:
         world = self.open(floor(), robot(yaw=yaw))
         start = self._pose(world)
         self.drive(world, 0.5, 0.0, 2.0)
@@ -98,7 +98,7 @@ class DrivingTests(WorldKit):
         joints = world.joint_states("robot")
         assert joints.velocities == pytest.approx([0.5 / WHEEL_RADIUS] * 4, rel=2 * SLIP)
 
-    def test_a_command_holds_until_the_time_out_and_then_the_robot_stops(self) -> None:
+    def test_a_command_holds_until_the_timeout_and_then_the_robot_stops(self) -> None:
         world = self.open(floor(), robot())
         world.advertise("/robot/cmd_vel").publish(twist(0.5, 0.0))
         self.run(world, DRIVE_TIMEOUT_S - 0.02)
@@ -134,7 +134,7 @@ class DrivingTests(WorldKit):
             rolling = [float(world.joint_states(name).velocities.mean()) for name in "abc"]
             assert rolling == pytest.approx([0.5 / WHEEL_RADIUS, 0.0, 0.0], abs=0.3)
 
-    def test_a_planar_drive_goes_sideways_as_well(self) -> None:
+    def test_a_planar_drive_can_move_sideways(self) -> None:
         base = thing("robot", Box((0.6, 0.4, 0.2)), at(0, 0, 0.1, yaw=pi / 2), mass=5.0)
         world = self.open(floor(), replace(base, drives=(PlanarMove("drive", "/robot/cmd_vel"),)))
         world.advertise("/robot/cmd_vel").publish(Twist(Vector3(0.3, 0.2)))

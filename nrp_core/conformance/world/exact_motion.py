@@ -60,7 +60,7 @@ class ExactMotionTests(WorldKit):
         assert hypot(*motion.linear[:2]) == pytest.approx(0.5, rel=allowed)
         assert motion.angular[2] == pytest.approx(0.4, rel=allowed)
 
-    def test_a_robot_keeps_its_roll_and_pitch_where_nothing_tilts_it(self) -> None:
+    def test_a_robot_keeps_its_roll_and_pitch_on_level_ground(self) -> None:
         tilted = replace(robot(), pose=Pose.from_rpy((0.0, 0.0, 1.0), 0.2, -0.1, 0.5))
         world = self.open(floor(), tilted, gravity=(0.0, 0.0, 0.0))
         self.run(world, 0.2)

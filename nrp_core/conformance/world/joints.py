@@ -57,7 +57,7 @@ class JointTests(WorldKit):
         _, rates = self._after_a_while(world, "bob")
         assert rates == pytest.approx({"first": -self._rate(0.4), "second": -self._rate(0.6)}, rel=0.05)
 
-    def test_a_spring_swings_about_where_it_carries_its_load(self) -> None:
+    def test_a_spring_swings_about_its_equilibrium(self) -> None:
         """After half a period its displacement from equilibrium is the opposite of the initial one.
 
         A first-order method damps a swing of the frequency w like a damping ratio of ``w step / 2``.
@@ -96,7 +96,7 @@ class JointTests(WorldKit):
         along = zip(("hip_x", "hip_y", "hip_z"), motion.pose.rotate_back(motion.angular), strict=True)
         assert rates == pytest.approx(dict(along), abs=1e-6)
 
-    def test_a_joint_goes_as_far_as_the_one_that_it_follows_says(self) -> None:
+    def test_a_mimic_joint_follows_its_leader(self) -> None:
         """By the law of the lever, the first mass carries four times the second one."""
         self._require_coupled()
         pull = 1.4
@@ -107,7 +107,7 @@ class JointTests(WorldKit):
         assert rates["second_rail"] == pytest.approx(-2 * rates["first_rail"], rel=0.02)
         assert places["second_rail"] == pytest.approx(0.05 - 2 * places["first_rail"], abs=2e-3)
 
-    def test_ball_joints_are_refused_where_they_are_not_declared(self) -> None:
+    def test_undeclared_ball_joints_are_refused(self) -> None:
         self.require("dynamics")
         if self.capabilities.ball_joints:
             assert set(self.open(ball()).joint_states("bob").names) == {"hip_x", "hip_y", "hip_z"}
@@ -115,7 +115,7 @@ class JointTests(WorldKit):
         with pytest.raises(CapabilityError, match="bob/hip"):
             self.open(ball())
 
-    def test_joints_that_follow_others_are_refused_where_they_are_not_declared(self) -> None:
+    def test_undeclared_mimic_joints_are_refused(self) -> None:
         self.require("dynamics")
         if self.capabilities.coupled_joints:
             assert self.open(gears()).capabilities.coupled_joints

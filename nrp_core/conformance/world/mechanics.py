@@ -50,7 +50,7 @@ class MechanicsTests(WorldKit):
     level = "accuracy"
 
     @pytest.mark.parametrize("geometry", SHAPES)
-    def test_a_shape_ends_exactly_at_its_size(self, geometry: Geometry) -> None:
+    def test_a_shape_has_its_exact_size(self, geometry: Geometry) -> None:
         """The body is lowered along a rail until it touches the ground."""
         self.require("dynamics")
         link = Link("link", inertial=Inertial(1.0), collisions=(Collision("shape", geometry),))
@@ -159,7 +159,7 @@ class MechanicsTests(WorldKit):
             expected = -0.4 + ARM_KG * GRAVITY * ARM_M * cos(expected) / 200.0
         assert float(world.joint_states("arm").positions[0]) == pytest.approx(expected, abs=1e-4)
 
-    def test_a_servo_takes_no_more_effort_than_the_limit_of_its_joint(self) -> None:
+    def test_a_servo_obeys_the_effort_limit_of_its_joint(self) -> None:
         self.require("joint_control")
         world = self._free_arm("position", Pid(200.0, 0.0, 0.0), effort=0.5)
         world.advertise("/arm/cmd").publish(Float64(50.0))

@@ -25,7 +25,7 @@ class MotionTests(WorldKit):
     """The motion of bodies."""
 
     @pytest.mark.parametrize("direction", [(0, 0, -1), (1, 0, 0), (0, -1, 0)])
-    def test_a_thing_falls_along_gravity_by_half_g_t_squared(self, direction: Vector) -> None:
+    def test_a_body_falls_along_gravity_by_half_g_t_squared(self, direction: Vector) -> None:
         self.require("dynamics")
         ball = thing("ball", Sphere(0.1), at(0, 0, 10), mass=1.0)
         world = self.open(ball, gravity=tuple(GRAVITY * d for d in direction))  # type: ignore[arg-type]
@@ -44,7 +44,7 @@ class MotionTests(WorldKit):
         self.run(world, 0.5)
         assert world.model_motion("ball").pose.position == pytest.approx((0, 0, 1), abs=1e-9)
 
-    def test_a_thing_at_rest_stays_at_rest(self) -> None:
+    def test_a_body_at_rest_stays_at_rest(self) -> None:
         self.require("dynamics")
         world = self.open(floor(), thing("box", Box((0.4, 0.4, 0.4)), at(1, -2, 0.2), mass=5.0))
         self.run(world, 1.0)
@@ -52,7 +52,7 @@ class MotionTests(WorldKit):
         assert motion.pose.position == pytest.approx((1, -2, 0.2), abs=4e-3)
         assert motion.linear == pytest.approx((0, 0, 0), abs=0.01)
 
-    def test_a_static_thing_does_not_fall(self) -> None:
+    def test_a_static_body_does_not_fall(self) -> None:
         self.require("dynamics")
         world = self.open(
             thing("shelf", Box((1, 1, 0.1)), at(0, 0, 3)), thing("b", Sphere(0.1), at(5, 5, 9), mass=1)
@@ -72,7 +72,7 @@ class MotionTests(WorldKit):
             assert (sign * x, sign * y, sign * z, sign * w) == pytest.approx(expected, abs=1e-6)
             self.run(world, 0.02)
 
-    def test_a_turned_box_has_its_sides_where_they_belong(self) -> None:
+    def test_a_rotated_box_has_its_sides_in_the_right_places(self) -> None:
         """A long box, rotated upright, stands on its end: the height of its centre is half its length."""
         self.require("dynamics")
         upright = Pose.from_rpy((0, 0, 0.52), 0.0, pi / 2, 0.0)
@@ -116,7 +116,7 @@ class MotionTests(WorldKit):
         self.run(world, 3.0)
         assert world.joint_states("pendulum").positions == pytest.approx([0.6], abs=0.03)
 
-    def test_things_far_apart_do_not_disturb_each_other(self) -> None:
+    def test_distant_bodies_do_not_disturb_each_other(self) -> None:
         self.require("dynamics")
         ball = thing("ball", Sphere(0.2), at(0, 0, 0.5), mass=1.0)
         alone = self.open(floor(), ball)

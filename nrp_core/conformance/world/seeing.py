@@ -65,7 +65,7 @@ class SeeingTests(WorldKit):
         tilted = self.look(self.open(floor(), robot(tilt=0.3), ahead))
         assert centre(where(tilted, 0))[0] < centre(where(level, 0))[0] - 5 * PIXEL
 
-    def test_a_thing_is_as_wide_as_its_distance_and_the_field_of_view_make_it(self) -> None:
+    def test_an_object_has_the_width_given_by_its_distance_and_the_field_of_view(self) -> None:
         """In a 90 degree pinhole camera, 1 m at 2.95 m covers 1/5.9 of the width, and as many rows."""
         mask = where(self.look(self.open(floor(), robot(), screen("screen", 0.0, RED))), 0)
         width = mask.shape[1]
@@ -105,7 +105,7 @@ class SeeingTests(WorldKit):
         self.drive(world, 0.0, 0.5, 0.6)
         assert centre(where(self.look(world), 0))[1] > before + 3 * PIXEL
 
-    def test_coming_nearer_makes_things_larger(self) -> None:
+    def test_a_nearer_object_is_larger(self) -> None:
         world = self.open(floor(), robot(), screen("screen", 0.0, RED))
         before = where(self.look(world), 0).sum()
         self.drive(world, 0.8, 0.0, 1.5)
@@ -123,7 +123,7 @@ class SeeingTests(WorldKit):
         assert where(seen, 0).any()
         assert not where(seen, 2).any()
 
-    def test_a_colour_changes_its_own_visual_alone_and_can_be_read_back(self) -> None:
+    def test_a_colour_changes_only_its_visual_and_can_be_read_back(self) -> None:
         self.require_camera()
         world = self.open(floor(), robot(), screen("l", 1.5, GREY), screen("r", -1.5, GREY))
         paint(world, "l/link/visual", RED)
@@ -151,7 +151,7 @@ class SeeingTests(WorldKit):
         expected = np.asarray(other.engine.render("robot", "eye", "camera"), dtype=np.int64)
         assert centre(where(served, 0)) == pytest.approx(centre(where(expected, 0)), abs=PIXEL / 2)
 
-    def test_a_camera_sees_from_where_it_is_in_its_link(self) -> None:
+    def test_a_camera_has_its_pose_in_its_link(self) -> None:
         model = robot()
         eye = model.link("eye")
         (camera,) = eye.sensors
@@ -165,7 +165,7 @@ class SeeingTests(WorldKit):
         )
         assert row > 0.1, "the camera is higher: objects must move down"
 
-    def test_a_visual_is_where_and_as_it_lies_in_its_link(self) -> None:
+    def test_a_visual_has_its_pose_in_its_link(self) -> None:
         """A high slab that is rotated about x and moved to the left lies on its side there."""
         slab = screen("slab", 0.0, RED)
         (link,) = slab.links
@@ -178,7 +178,7 @@ class SeeingTests(WorldKit):
         assert centre(mask)[1] == pytest.approx(-0.3, abs=3 * PIXEL)
         assert mask.any(axis=0).sum() > 2 * mask.any(axis=1).sum()
 
-    def test_every_visual_of_a_link_is_seen(self) -> None:
+    def test_every_visual_of_a_link_is_rendered(self) -> None:
         (link,) = screen("screen", 0.0, RED).links
         (red,) = link.visuals
         blue = replace(red, name="second", rgba=BLUE, pose=Pose((0.0, -1.5, 0.0)))

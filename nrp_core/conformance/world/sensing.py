@@ -64,7 +64,7 @@ class SensingTests(WorldKit):
         expected[expected > LASER.range_max] = inf
         assert ranges == pytest.approx(expected, rel=1e-3)
 
-    def test_a_laser_sees_what_moves(self) -> None:
+    def test_a_laser_measures_moving_bodies(self) -> None:
         self.require("dynamics")
         self.require("links")
         ball = thing("ball", Sphere(0.5), at(3, 0, 5), mass=1.0)
@@ -82,7 +82,7 @@ class SensingTests(WorldKit):
         resting = self._sensed(world, "/imu", 3.0).linear_acceleration
         assert (resting.x, resting.y, resting.z) == pytest.approx((0, 0, GRAVITY), abs=0.1)
 
-    def test_contacts_carry_the_weight_or_are_refused(self) -> None:
+    def test_contacts_report_the_weight_or_are_refused(self) -> None:
         self.require("dynamics")
         world = self.open(floor(), carrier(ContactSensor("bumper", "/bumper", 50.0), pose=at(0, 0, 0.1)))
         if not self.capabilities.contacts:
@@ -99,7 +99,7 @@ class SensingTests(WorldKit):
         assert places[:, 2] == pytest.approx(0.0, abs=0.01)
         assert np.abs(places[:, :2]) == pytest.approx(np.full((len(places), 2), 0.1), abs=0.02), "its corners"
 
-    def test_contacts_carry_what_holds_a_box_on_a_slope(self) -> None:
+    def test_contacts_report_the_forces_on_a_box_on_a_slope(self) -> None:
         """Gravity is tilted; friction holds the box."""
         self.require("dynamics")
         self.require("contacts")
@@ -117,7 +117,7 @@ class SensingTests(WorldKit):
         world = self.open(floor(), carrier(ContactSensor("bumper", "/bumper", 50.0), pose=at(0, 0, 5)))
         assert self._sensed(world, "/bumper", 0.1).states == []
 
-    def test_the_load_in_a_joint_is_the_weight_that_hangs_on_it_or_is_refused(self) -> None:
+    def test_the_load_on_a_joint_is_the_weight_below_it_or_is_refused(self) -> None:
         self.require("dynamics")
         sensor = ForceTorque("load", "/load", 50.0, "wrist")
         moment = (0.01, 0.01, 0.01, 0.0, 0.0, 0.0)

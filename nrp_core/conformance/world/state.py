@@ -37,7 +37,7 @@ class StateTests(WorldKit):
         assert world.now_ns == 0
         assert self._went(world, 20) == expected
 
-    def test_a_reset_world_that_nobody_commands_equals_a_fresh_one(self) -> None:
+    def test_a_reset_world_without_commands_equals_a_fresh_one(self) -> None:
         """Without commands, the state of contacts and motors in the engine shows."""
         self.require_repeatable()
         expected = self._went(self._open_busy(), 5, silent=True)
@@ -46,7 +46,7 @@ class StateTests(WorldKit):
         world.reset()
         assert self._went(world, 5, silent=True) == expected
 
-    def test_a_reset_brings_back_the_first_colours(self) -> None:
+    def test_a_reset_restores_the_first_colours(self) -> None:
         self.require_camera()
         world = self._open_busy()
         before = self.look(world)
@@ -88,7 +88,7 @@ class StateTests(WorldKit):
             ends.append(states(world))
         assert ends[0] == ends[1] == ends[2]
 
-    def test_a_run_ends_exactly_at_the_given_time(self) -> None:
+    def test_a_run_ends_exactly_at_the_requested_time(self) -> None:
         self.require("dynamics")
         world = self.open(thing("ball", Sphere(0.1), at(0, 0, 10), mass=1.0))
         step_ns = self.capabilities.step_ns
@@ -99,7 +99,7 @@ class StateTests(WorldKit):
             speeds.append(-world.model_motion("ball").linear[2])
         assert speeds == pytest.approx([n * speeds[0] for n in (1, 2, 5, 6)], rel=1e-6)
 
-    def test_reading_and_looking_change_nothing(self) -> None:
+    def test_reading_and_rendering_change_nothing(self) -> None:
         self.require_repeatable()
         expected = self._went(self._open_busy(), 15)
         world = self._open_busy()
@@ -116,7 +116,7 @@ class StateTests(WorldKit):
     def test_a_snapshot_keeps_everything_that_moves(self) -> None:
         self._continued(lambda _: None)
 
-    def test_a_snapshot_keeps_a_command_and_its_time_out(self) -> None:
+    def test_a_snapshot_keeps_a_command_and_its_timeout(self) -> None:
         def command(world: World) -> None:
             world.advertise("/other/cmd_vel").publish(twist(0.4, -1.0))
 
@@ -140,7 +140,7 @@ class StateTests(WorldKit):
         with pytest.raises(SnapshotError):
             self.open(floor(), robot(x=1.0)).restore(snapshot)
 
-    def test_a_fresh_world_is_at_time_zero_where_its_scene_puts_it(self) -> None:
+    def test_a_fresh_world_is_at_time_zero_in_the_poses_of_its_scene(self) -> None:
         world = self._open_busy(seed=9)
         assert (world.now_ns, world.seed) == (0, 9)
         assert self.backend.interface_version == WORLD_INTERFACE_VERSION
@@ -149,7 +149,7 @@ class StateTests(WorldKit):
                 model.pose.position, abs=1e-6
             )
 
-    def test_time_does_not_run_back_and_stops_on_the_grid_alone(self) -> None:
+    def test_time_does_not_run_backwards_and_stops_only_on_the_grid(self) -> None:
         world = self.open(floor(), robot())
         self.run(world, 0.1)
         with pytest.raises(LifecycleError):
@@ -157,7 +157,7 @@ class StateTests(WorldKit):
         with pytest.raises(TimestepError):
             world.run_until(world.now_ns + self.capabilities.step_ns // 2 + 1)
 
-    def test_a_closed_world_takes_nothing_more_and_leaves_others_at_work(self) -> None:
+    def test_a_closed_world_refuses_every_call_and_leaves_others_running(self) -> None:
         world, other = self.open(floor(), robot()), self.open(floor(), robot())
         self.run(world, 0.1)
         world.close()

@@ -33,12 +33,12 @@ class TopicTests(WorldKit):
     """Messages to and from a world."""
 
     @pytest.mark.parametrize("name", sorted(SERVED))
-    def test_each_part_of_the_scene_is_served_with_its_type_direction_and_rate(self, name: str) -> None:
+    def test_each_part_of_the_scene_has_topics_with_type_direction_and_rate(self, name: str) -> None:
         topic = self.open(floor(), robot(), screen("screen", 0.0, RED)).topics[name]
         assert (topic.type, topic.direction, topic.rate_hz) == SERVED[name]
 
     @pytest.mark.parametrize(("name", "rate"), [("/robot/odom", 50), ("/robot/wheel_speeds", 50)])
-    def test_samples_come_at_their_rate_each_with_the_time_it_was_taken(self, name: str, rate: int) -> None:
+    def test_samples_come_at_their_rate_each_with_its_own_time(self, name: str, rate: int) -> None:
         if name.endswith("wheel_speeds"):
             self.require("dynamics")
         world = self.open(floor(), robot())
@@ -49,7 +49,7 @@ class TopicTests(WorldKit):
         assert taken == [schedule.sample_ns(k) for k in range(len(taken))]
         assert len(taken) == rate + 1  # one at time 0, one at 1 s
 
-    def test_messages_carry_the_time_they_were_taken_and_their_frame(self) -> None:
+    def test_messages_carry_their_time_and_frame(self) -> None:
         world = self.open(floor(), robot())
         heard = world.subscribe("/robot/odom", depth=9)
         self.run(world, 0.1)

@@ -26,24 +26,24 @@ found_by = register(FOUND_BY, SmallBackend, "brain")
     "a_device_acts_within_its_delay_and_a_step",
     "a_fixed_frequency_source_sends_equidistant_spikes",
     "a_snapshot_keeps_spikes_in_flight",
-    "a_snapshot_keeps_what_a_device_has_sent",
-    "a_source_acts_on_the_chosen_neurons_alone",
+    "a_snapshot_keeps_spikes_in_flight_from_a_device",
+    "a_source_acts_only_on_the_selected_neurons",
     "a_source_spike_at_the_edge_of_a_window_is_counted_once_and_acts_once",
     "a_spike_arrives_after_its_delay_and_not_before",
-    "a_synapse_moves_the_membrane_as_its_equations_say",
+    "a_synaptic_potential_follows_its_equations",
     "an_injected_spike_acts_after_its_delay",
     "each_synapse_has_its_own_delay",
     "each_synapse_has_its_own_weight",
-    "every_kind_of_cell_can_be_heard_under_its_own_id",
-    "inhibition_holds_a_cell_back",
-    "many_cells_keep_apart",
+    "every_kind_of_cell_can_be_recorded_under_its_own_id",
+    "inhibition_keeps_a_cell_from_firing",
+    "many_cells_are_independent",
     "projections_between_the_same_populations_add_to_each_other",
-    "source_cells_that_fire_at_once_all_act",
-    "spikes_of_a_device_that_come_at_once_add_up",
+    "simultaneous_spikes_of_source_cells_all_act",
+    "simultaneous_spikes_of_a_device_add_up",
     "spikes_reach_the_connected_cell_and_no_other",
     "the_noise_of_a_device_does_not_depend_on_other_devices",
     "two_synapses_onto_one_cell_add_up",
-    "input_during_a_refractory_period_acts_when_the_membrane_is_free",
+    "input_during_a_refractory_period_acts_after_it",
 )
 class SwapsReceptors(SmallBrain):
     def receive(self, target: int, weight: float, receptor: str) -> None:
@@ -51,9 +51,9 @@ class SwapsReceptors(SmallBrain):
 
 
 @found_by(
-    "a_synapse_moves_the_membrane_as_its_equations_say",
-    "an_injected_spike_is_like_one_of_a_source",
-    "inhibition_holds_a_cell_back",
+    "a_synaptic_potential_follows_its_equations",
+    "an_injected_spike_acts_like_a_spike_of_a_source",
+    "inhibition_keeps_a_cell_from_firing",
 )
 class IgnoresInhibition(SmallBrain):
     def receive(self, target: int, weight: float, receptor: str) -> None:
@@ -63,14 +63,14 @@ class IgnoresInhibition(SmallBrain):
 
 @found_by(
     "a_device_acts_within_its_delay_and_a_step",
-    "a_source_acts_on_the_chosen_neurons_alone",
+    "a_source_acts_only_on_the_selected_neurons",
     "an_injected_spike_acts_after_its_delay",
-    "an_injected_spike_is_like_one_of_a_source",
+    "an_injected_spike_acts_like_a_spike_of_a_source",
     "each_cell_has_its_own_parameters",
     "each_synapse_has_its_own_delay",
     "each_synapse_has_its_own_weight",
-    "every_kind_of_cell_can_be_heard_under_its_own_id",
-    "many_cells_keep_apart",
+    "every_kind_of_cell_can_be_recorded_under_its_own_id",
+    "many_cells_are_independent",
     "nothing_acts_before_its_delay",
     "projections_between_the_same_cells_keep_their_delays_and_receptors",
     "spikes_reach_the_connected_cell_and_no_other",
@@ -95,7 +95,7 @@ class KeepsOneSynapseAPair(SmallBrain):
 
 
 @found_by(
-    "spikes_of_a_device_that_come_at_once_add_up",
+    "simultaneous_spikes_of_a_device_add_up",
 )
 class KeepsOneEventAStep(SmallBrain):
     def _do_inject(self, events: SynapticEvents) -> None:
@@ -110,9 +110,9 @@ class KeepsOneEventAStep(SmallBrain):
 @found_by(
     "a_device_acts_within_its_delay_and_a_step",
     "a_fixed_frequency_source_sends_equidistant_spikes",
-    "a_snapshot_keeps_what_a_device_has_sent",
+    "a_snapshot_keeps_spikes_in_flight_from_a_device",
     "an_injected_spike_acts_after_its_delay",
-    "an_injected_spike_is_like_one_of_a_source",
+    "an_injected_spike_acts_like_a_spike_of_a_source",
     "the_noise_of_a_device_does_not_depend_on_other_devices",
 )
 class SendsDeviceSpikesAtOnce(SmallBrain):
@@ -122,7 +122,7 @@ class SendsDeviceSpikesAtOnce(SmallBrain):
 
 @found_by(
     "a_late_device_acts_from_then_on",
-    "a_source_acts_on_the_chosen_neurons_alone",
+    "a_source_acts_only_on_the_selected_neurons",
     "currents_of_several_sources_add_up",
     "removing_one_of_two_currents_leaves_the_other",
     "the_values_of_a_source_go_to_its_neurons_in_their_order",
@@ -136,7 +136,7 @@ class GivesCurrentsToTheNextNeuron(SmallBrain):
     "a_current_acts_from_the_moment_it_is_set",
     "a_late_device_acts_from_then_on",
     "a_removed_device_has_no_effect",
-    "a_source_acts_on_the_chosen_neurons_alone",
+    "a_source_acts_only_on_the_selected_neurons",
     "an_inactive_device_is_silent_and_keeps_its_settings",
     "currents_of_several_sources_add_up",
     "removing_one_of_two_currents_leaves_the_other",
@@ -160,7 +160,7 @@ class TakesCurrentsOneWindowLate(SmallBrain):
     "a_late_device_acts_from_then_on",
     "a_removed_device_has_no_effect",
     "a_snapshot_keeps_a_current",
-    "a_source_acts_on_the_chosen_neurons_alone",
+    "a_source_acts_only_on_the_selected_neurons",
     "an_inactive_device_is_silent_and_keeps_its_settings",
     "currents_of_several_sources_add_up",
     "removing_one_of_two_currents_leaves_the_other",
@@ -210,14 +210,14 @@ class SharesCurrentsBetweenBrains(SmallBrain):
     "each_cell_has_its_own_parameters",
     "each_synapse_has_its_own_delay",
     "each_synapse_has_its_own_weight",
-    "every_kind_of_cell_can_be_heard_under_its_own_id",
-    "inhibition_holds_a_cell_back",
-    "many_cells_keep_apart",
+    "every_kind_of_cell_can_be_recorded_under_its_own_id",
+    "inhibition_keeps_a_cell_from_firing",
+    "many_cells_are_independent",
     "projections_between_the_same_populations_add_to_each_other",
-    "source_cells_that_fire_at_once_all_act",
+    "simultaneous_spikes_of_source_cells_all_act",
     "spikes_reach_the_connected_cell_and_no_other",
     "two_synapses_onto_one_cell_add_up",
-    "input_during_a_refractory_period_acts_when_the_membrane_is_free",
+    "input_during_a_refractory_period_acts_after_it",
 )
 class CountsSourcesOut(SmallBrain):
     def _do_take_spikes(self) -> Spikes:
@@ -235,9 +235,9 @@ class DrawsFromTheGlobalGenerator(SmallBrain):
 
 
 @found_by(
-    "a_synapse_moves_the_membrane_as_its_equations_say",
+    "a_synaptic_potential_follows_its_equations",
     "reading_changes_nothing",
-    "state_is_read_in_the_order_it_is_asked_for",
+    "state_is_returned_in_the_requested_order",
 )
 class IsDisturbedByReading(SmallBrain):
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
@@ -247,7 +247,7 @@ class IsDisturbedByReading(SmallBrain):
 
 
 @found_by(
-    "state_is_read_in_the_order_it_is_asked_for",
+    "state_is_returned_in_the_requested_order",
 )
 class ReadsInTheOrderOfIds(SmallBrain):
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
@@ -256,9 +256,9 @@ class ReadsInTheOrderOfIds(SmallBrain):
 
 @found_by(
     "a_cell_can_act_on_itself",
-    "a_cell_fires_under_a_current_when_its_equations_say",
-    "a_refractory_cell_fires_no_faster_than_it_may",
-    "input_during_a_refractory_period_acts_when_the_membrane_is_free",
+    "a_cell_under_a_current_fires_at_the_times_of_its_equations",
+    "a_cell_does_not_fire_in_its_refractory_period",
+    "input_during_a_refractory_period_acts_after_it",
 )
 class IsNeverRefractory(SmallBrain):
     def fire(self, neuron: int) -> None:
@@ -268,7 +268,7 @@ class IsNeverRefractory(SmallBrain):
 
 @found_by(
     "a_device_acts_within_its_delay_and_a_step",
-    "a_synapse_moves_the_membrane_as_its_equations_say",
+    "a_synaptic_potential_follows_its_equations",
 )
 class HasSlowerSynapses(SmallBrain):
     def __init__(self, network: Network, *, seed: int, capabilities: BrainCapabilities) -> None:
@@ -277,9 +277,9 @@ class HasSlowerSynapses(SmallBrain):
 
 
 @found_by(
-    "a_cell_fires_under_a_current_when_its_equations_say",
+    "a_cell_under_a_current_fires_at_the_times_of_its_equations",
     "a_current_acts_from_the_moment_it_is_set",
-    "a_synapse_moves_the_membrane_as_its_equations_say",
+    "a_synaptic_potential_follows_its_equations",
 )
 class LeaksTooFast(SmallBrain):
     def __init__(self, network: Network, *, seed: int, capabilities: BrainCapabilities) -> None:
@@ -288,7 +288,7 @@ class LeaksTooFast(SmallBrain):
 
 
 @found_by(
-    "some_declared_cell_is_a_standard_one",
+    "at_least_one_declared_cell_is_a_standard_one",
 )
 class MisspellsItsCells(SmallBackend):
     def capabilities(self, options: BrainOptions) -> BrainCapabilities:
@@ -296,7 +296,7 @@ class MisspellsItsCells(SmallBackend):
 
 
 @found_by(
-    "cells_that_are_not_declared_are_refused",
+    "undeclared_cells_are_refused",
 )
 class TakesUnknownCellsForItsOwn(SmallBackend):
     def open(self, network: Network, *, seed: int, options: BrainOptions) -> Brain:
@@ -308,7 +308,7 @@ class TakesUnknownCellsForItsOwn(SmallBackend):
 
 
 @found_by(
-    "a_synapse_type_that_nobody_knows_is_refused",
+    "an_unknown_synapse_type_is_refused",
     "a_synapse_type_works_if_declared_and_is_refused_if_not",
 )
 class TakesEverySynapseForStatic(SmallBackend):
@@ -338,9 +338,9 @@ class _Unmoved(SmallBrain):
 
 @found_by(
     "a_reset_undoes_changes_and_a_snapshot_keeps_them",
-    "each_weight_changes_to_its_own",
+    "each_weight_gets_its_own_new_value",
     "parameters_change_from_now_on_or_are_refused",
-    "weights_can_be_read_as_they_are",
+    "current_weights_can_be_read",
     "weights_change_from_now_on_or_are_refused",
 )
 class PromisesChanges(SmallBackend):
@@ -352,14 +352,14 @@ class PromisesChanges(SmallBackend):
 
 @found_by(
     "a_snapshot_keeps_a_current",
-    "a_snapshot_keeps_everything_that_happens_at_once",
+    "a_snapshot_keeps_simultaneous_activity",
     "a_snapshot_keeps_spikes_in_flight",
     "a_snapshot_keeps_the_membrane_and_its_synapses",
     "a_snapshot_keeps_the_refractory_time",
-    "a_snapshot_keeps_what_a_device_has_sent",
-    "a_snapshot_keeps_what_devices_show",
+    "a_snapshot_keeps_spikes_in_flight_from_a_device",
+    "a_snapshot_keeps_the_values_of_devices",
     "a_snapshot_of_another_network_is_refused",
-    "snapshots_are_refused_where_they_are_not_declared",
+    "undeclared_snapshots_are_refused",
 )
 class PromisesSnapshots(SmallBrain):
     def _do_save(self) -> object:
@@ -367,13 +367,13 @@ class PromisesSnapshots(SmallBrain):
 
 
 @found_by(
-    "a_brain_with_a_grid_stops_on_it_alone_and_one_without_anywhere",
-    "a_cell_fires_under_a_current_when_its_equations_say",
+    "a_brain_with_a_grid_stops_only_on_it_and_one_without_stops_anywhere",
+    "a_cell_under_a_current_fires_at_the_times_of_its_equations",
     "a_device_acts_within_its_delay_and_a_step",
-    "a_refractory_cell_fires_no_faster_than_it_may",
+    "a_cell_does_not_fire_in_its_refractory_period",
     "a_spike_arrives_after_its_delay_and_not_before",
     "splitting_a_run_is_invisible",
-    "input_during_a_refractory_period_acts_when_the_membrane_is_free",
+    "input_during_a_refractory_period_acts_after_it",
 )
 class HidesItsGrid(SmallBackend):
     def capabilities(self, options: BrainOptions) -> BrainCapabilities:

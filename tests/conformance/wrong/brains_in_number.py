@@ -64,7 +64,7 @@ class KeepsThirtyTwoMillisecondsOfDelay(_Wires):
 
 @found_by(
     "each_synapse_has_its_own_weight",
-    "input_during_a_refractory_period_acts_when_the_membrane_is_free",
+    "input_during_a_refractory_period_acts_after_it",
 )
 class TakesTheFirstWeightOfAProjectionForAll(_Wires):
     def changed(self, projections: tuple[Projection, ...]) -> list[Projection]:
@@ -101,7 +101,7 @@ class LeavesOutSynapsesOntoOneself(SmallBrain):
 
 
 @found_by(
-    "many_cells_keep_apart",
+    "many_cells_are_independent",
 )
 class CountsTargetsInAByte(SmallBrain):
     def post(self, target: int, weight: float, time_ms: float, receptor: str) -> None:
@@ -110,7 +110,7 @@ class CountsTargetsInAByte(SmallBrain):
 
 @found_by(
     "projections_between_the_same_cells_keep_their_delays_and_receptors",
-    "source_cells_that_fire_at_once_all_act",
+    "simultaneous_spikes_of_source_cells_all_act",
 )
 class HearsOneSourceAtATime(SmallBrain):
     def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
@@ -141,8 +141,8 @@ class StartsAtRest(SmallBrain):
 
 
 @found_by(
-    "a_cell_fires_under_a_current_when_its_equations_say",
-    "a_refractory_cell_fires_no_faster_than_it_may",
+    "a_cell_under_a_current_fires_at_the_times_of_its_equations",
+    "a_cell_does_not_fire_in_its_refractory_period",
     "nothing_acts_before_its_delay",
 )
 class ResetsToTheRest(SmallBrain):
@@ -152,7 +152,7 @@ class ResetsToTheRest(SmallBrain):
 
 
 @found_by(
-    "a_refractory_cell_fires_no_faster_than_it_may",
+    "a_cell_does_not_fire_in_its_refractory_period",
 )
 class IsRefractoryForAStepTooFew(SmallBrain):
     def fire(self, neuron: int) -> None:
@@ -161,7 +161,7 @@ class IsRefractoryForAStepTooFew(SmallBrain):
 
 
 @found_by(
-    "input_during_a_refractory_period_acts_when_the_membrane_is_free",
+    "input_during_a_refractory_period_acts_after_it",
 )
 class HearsNothingWhileRefractory(SmallBrain):
     def receive(self, target: int, weight: float, receptor: str) -> None:
@@ -170,7 +170,7 @@ class HearsNothingWhileRefractory(SmallBrain):
 
 
 @found_by_with_short_term(
-    "a_snapshot_keeps_what_synapses_have_released",
+    "a_snapshot_keeps_the_depression_of_synapses",
 )
 class ForgetsDepressionInASnapshot(MinimalBrain):
     def _do_restore(self, saved: Any) -> None:
@@ -179,7 +179,7 @@ class ForgetsDepressionInASnapshot(MinimalBrain):
 
 
 @found_by_with_short_term(
-    "a_reset_fills_depressed_synapses_again",
+    "a_reset_restores_depressed_synapses",
 )
 class KeepsDepressionOverAReset(MinimalBrain):
     def _do_reset(self, seed: int) -> None:
@@ -189,7 +189,7 @@ class KeepsDepressionOverAReset(MinimalBrain):
 
 
 @found_by_with_short_term(
-    "each_synapse_depresses_by_constants_of_its_own",
+    "each_synapse_depresses_by_its_own_constants",
 )
 class TakesTheConstantsOfTheFirstSynapseForAll(MinimalBrain):
     def __init__(self, network: Network, *, seed: int, capabilities: BrainCapabilities) -> None:
@@ -200,7 +200,7 @@ class TakesTheConstantsOfTheFirstSynapseForAll(MinimalBrain):
 
 
 @found_by_with_short_term(
-    "each_synapse_depresses_by_constants_of_its_own",
+    "each_synapse_depresses_by_its_own_constants",
 )
 class SharesOneResourceAmongSynapses(MinimalBrain):
     def _send(self, neuron: int, time_ms: float) -> None:
@@ -213,27 +213,27 @@ class SharesOneResourceAmongSynapses(MinimalBrain):
     "a_cell_can_act_on_itself",
     "a_device_acts_within_its_delay_and_a_step",
     "a_fixed_frequency_source_sends_equidistant_spikes",
-    "a_reset_fills_depressed_synapses_again",
+    "a_reset_restores_depressed_synapses",
     "a_snapshot_keeps_spikes_in_flight",
-    "a_snapshot_keeps_what_a_device_has_sent",
-    "a_source_acts_on_the_chosen_neurons_alone",
+    "a_snapshot_keeps_spikes_in_flight_from_a_device",
+    "a_source_acts_only_on_the_selected_neurons",
     "a_source_spike_at_the_edge_of_a_window_is_counted_once_and_acts_once",
     "a_spike_arrives_after_its_delay_and_not_before",
-    "a_synapse_moves_the_membrane_as_its_equations_say",
-    "a_tsodyks_markram_synapse_releases_what_its_equations_say",
+    "a_synaptic_potential_follows_its_equations",
+    "a_tsodyks_markram_synapse_follows_its_equations",
     "an_injected_spike_acts_after_its_delay",
-    "each_synapse_depresses_by_constants_of_its_own",
+    "each_synapse_depresses_by_its_own_constants",
     "each_synapse_has_its_own_delay",
     "each_synapse_has_its_own_weight",
-    "every_kind_of_cell_can_be_heard_under_its_own_id",
-    "many_cells_keep_apart",
+    "every_kind_of_cell_can_be_recorded_under_its_own_id",
+    "many_cells_are_independent",
     "projections_between_the_same_populations_add_to_each_other",
-    "source_cells_that_fire_at_once_all_act",
-    "spikes_of_a_device_that_come_at_once_add_up",
+    "simultaneous_spikes_of_source_cells_all_act",
+    "simultaneous_spikes_of_a_device_add_up",
     "spikes_reach_the_connected_cell_and_no_other",
     "the_noise_of_a_device_does_not_depend_on_other_devices",
     "two_synapses_onto_one_cell_add_up",
-    "input_during_a_refractory_period_acts_when_the_membrane_is_free",
+    "input_during_a_refractory_period_acts_after_it",
 )
 class ScalesJumpsByTheStep(MinimalBrain):
     def _post(self, target: IntArray, receptor: IntArray, weight: FloatArray, at_ms: FloatArray) -> None:

@@ -18,8 +18,8 @@ found_by = register(FOUND_BY, SmallBackend, "brain")
     "a_cell_can_act_on_itself",
     "a_snapshot_keeps_spikes_in_flight",
     "a_spike_arrives_after_its_delay_and_not_before",
-    "a_synapse_moves_the_membrane_as_its_equations_say",
-    "an_injected_spike_is_like_one_of_a_source",
+    "a_synaptic_potential_follows_its_equations",
+    "an_injected_spike_acts_like_a_spike_of_a_source",
     "each_synapse_has_its_own_delay",
     "nothing_acts_before_its_delay",
 )
@@ -31,9 +31,9 @@ class IgnoresDelays(SmallBrain):
 
 @found_by(
     "a_spike_arrives_after_its_delay_and_not_before",
-    "a_synapse_moves_the_membrane_as_its_equations_say",
-    "an_injected_spike_is_like_one_of_a_source",
-    "input_during_a_refractory_period_acts_when_the_membrane_is_free",
+    "a_synaptic_potential_follows_its_equations",
+    "an_injected_spike_acts_like_a_spike_of_a_source",
+    "input_during_a_refractory_period_acts_after_it",
 )
 class AddsAMillisecondToDelays(SmallBrain):
     def send(self, neuron: int, time_ms: float) -> None:
@@ -52,8 +52,8 @@ class UsesTheFirstDelayForAll(SmallBrain):
 
 @found_by(
     "a_source_spike_at_the_edge_of_a_window_is_counted_once_and_acts_once",
-    "a_synapse_moves_the_membrane_as_its_equations_say",
-    "an_injected_spike_is_like_one_of_a_source",
+    "a_synaptic_potential_follows_its_equations",
+    "an_injected_spike_acts_like_a_spike_of_a_source",
     "projections_between_the_same_cells_keep_their_delays_and_receptors",
     "splitting_a_run_is_invisible",
 )
@@ -83,8 +83,8 @@ class DropsSpikesAtTheEdge(SmallBrain):
 
 
 @found_by(
-    "a_late_recorder_hears_nothing_of_the_past",
-    "every_spike_is_reported_in_the_window_it_lies_in",
+    "a_late_recorder_records_no_earlier_spikes",
+    "every_spike_is_reported_in_its_own_window",
 )
 class ReportsSpikesOneWindowLate(SmallBrain):
     def _do_take_spikes(self) -> Spikes:
@@ -98,15 +98,15 @@ class ReportsSpikesOneWindowLate(SmallBrain):
 
 @found_by(
     "a_cell_can_act_on_itself",
-    "a_cell_fires_under_a_current_when_its_equations_say",
-    "a_refractory_cell_fires_no_faster_than_it_may",
+    "a_cell_under_a_current_fires_at_the_times_of_its_equations",
+    "a_cell_does_not_fire_in_its_refractory_period",
     "a_snapshot_keeps_spikes_in_flight",
-    "a_snapshot_keeps_what_a_device_has_sent",
+    "a_snapshot_keeps_spikes_in_flight_from_a_device",
     "a_source_spike_at_the_edge_of_a_window_is_counted_once_and_acts_once",
     "an_injected_spike_acts_after_its_delay",
-    "every_kind_of_cell_can_be_heard_under_its_own_id",
+    "every_kind_of_cell_can_be_recorded_under_its_own_id",
     "spikes_reach_the_connected_cell_and_no_other",
-    "input_during_a_refractory_period_acts_when_the_membrane_is_free",
+    "input_during_a_refractory_period_acts_after_it",
 )
 class ReportsSpikesTwice(SmallBrain):
     def fire(self, neuron: int) -> None:
@@ -116,7 +116,7 @@ class ReportsSpikesTwice(SmallBrain):
 
 @found_by(
     "a_current_acts_from_the_moment_it_is_set",
-    "every_spike_is_reported_in_the_window_it_lies_in",
+    "every_spike_is_reported_in_its_own_window",
     "nothing_acts_before_its_delay",
 )
 class RunsTooFar(SmallBrain):
@@ -126,7 +126,7 @@ class RunsTooFar(SmallBrain):
 
 
 @found_by(
-    "a_synapse_moves_the_membrane_as_its_equations_say",
+    "a_synaptic_potential_follows_its_equations",
     "splitting_a_run_is_invisible",
     "two_brains_in_one_process_do_not_disturb_each_other",
 )
@@ -137,9 +137,9 @@ class StartsEveryWindowAnew(SmallBrain):
 
 
 @found_by(
-    "a_snapshot_keeps_everything_that_happens_at_once",
+    "a_snapshot_keeps_simultaneous_activity",
     "a_snapshot_keeps_spikes_in_flight",
-    "a_snapshot_keeps_what_a_device_has_sent",
+    "a_snapshot_keeps_spikes_in_flight_from_a_device",
 )
 class ForgetsSpikesInFlightInASnapshot(SmallBrain):
     def _do_restore(self, saved: State) -> None:
@@ -148,7 +148,7 @@ class ForgetsSpikesInFlightInASnapshot(SmallBrain):
 
 
 @found_by(
-    "a_snapshot_keeps_everything_that_happens_at_once",
+    "a_snapshot_keeps_simultaneous_activity",
     "a_snapshot_keeps_the_refractory_time",
 )
 class ForgetsTheRefractoryTimeInASnapshot(SmallBrain):
@@ -158,7 +158,7 @@ class ForgetsTheRefractoryTimeInASnapshot(SmallBrain):
 
 
 @found_by(
-    "a_snapshot_keeps_everything_that_happens_at_once",
+    "a_snapshot_keeps_simultaneous_activity",
     "a_snapshot_keeps_the_membrane_and_its_synapses",
 )
 class ForgetsSynapsesInASnapshot(SmallBrain):
@@ -169,7 +169,7 @@ class ForgetsSynapsesInASnapshot(SmallBrain):
 
 @found_by(
     "a_snapshot_keeps_a_current",
-    "a_snapshot_keeps_everything_that_happens_at_once",
+    "a_snapshot_keeps_simultaneous_activity",
 )
 class ForgetsCurrentsInASnapshot(SmallBrain):
     def _do_restore(self, saved: State) -> None:
@@ -179,11 +179,11 @@ class ForgetsCurrentsInASnapshot(SmallBrain):
 
 @found_by(
     "a_snapshot_keeps_a_current",
-    "a_snapshot_keeps_everything_that_happens_at_once",
+    "a_snapshot_keeps_simultaneous_activity",
     "a_snapshot_keeps_spikes_in_flight",
     "a_snapshot_keeps_the_membrane_and_its_synapses",
     "a_snapshot_keeps_the_refractory_time",
-    "a_snapshot_keeps_what_a_device_has_sent",
+    "a_snapshot_keeps_spikes_in_flight_from_a_device",
 )
 class SharesItsStateWithItsSnapshots(SmallBrain):
     def _do_save(self) -> object:

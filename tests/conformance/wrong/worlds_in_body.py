@@ -47,7 +47,7 @@ class KnowsOneFriction(ChangesTheScene):
 
 
 @found_by(
-    "a_shape_ends_where_its_size_and_its_place_say",
+    "a_shape_has_its_size_and_place",
 )
 class PutsShapesIntoTheMiddleOfTheirLink(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
@@ -57,8 +57,8 @@ class PutsShapesIntoTheMiddleOfTheirLink(ChangesTheScene):
 
 
 @found_by(
-    "a_shape_ends_exactly_at_its_size",
-    "a_shape_ends_where_its_size_and_its_place_say",
+    "a_shape_has_its_exact_size",
+    "a_shape_has_its_size_and_place",
 )
 class TakesLengthsForHalfLengths(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
@@ -72,8 +72,8 @@ class TakesLengthsForHalfLengths(ChangesTheScene):
 
 
 @found_by(
-    "a_shape_ends_exactly_at_its_size",
-    "a_shape_ends_where_its_size_and_its_place_say",
+    "a_shape_has_its_exact_size",
+    "a_shape_has_its_size_and_place",
 )
 class CutsTheEndsOffCapsules(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
@@ -110,7 +110,7 @@ class DampsNoJoint(ChangesTheScene):
 
 
 @found_by(
-    "a_joint_ends_at_its_lower_limit",
+    "a_joint_stops_at_its_lower_limit",
     "a_joint_stops_at_its_limit",
 )
 class KnowsUpperLimitsOnly(ChangesTheScene):
@@ -119,8 +119,8 @@ class KnowsUpperLimitsOnly(ChangesTheScene):
 
 
 @found_by(
-    "a_joint_takes_no_more_effort_than_its_limit",
-    "a_servo_takes_no_more_effort_than_the_limit_of_its_joint",
+    "a_joint_limits_the_effort_of_commands",
+    "a_servo_obeys_the_effort_limit_of_its_joint",
 )
 class KnowsNoLimitOfEffort(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
@@ -128,7 +128,7 @@ class KnowsNoLimitOfEffort(ChangesTheScene):
 
 
 @found_by(
-    "an_axis_is_along_the_frame_of_its_joint",
+    "an_axis_is_given_in_the_frame_of_its_joint",
 )
 class TakesAxesInTheFrameOfTheModel(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
@@ -136,7 +136,7 @@ class TakesAxesInTheFrameOfTheModel(ChangesTheScene):
 
 
 @found_by(
-    "a_camera_sees_from_where_it_is_in_its_link",
+    "a_camera_has_its_pose_in_its_link",
 )
 class PutsCamerasIntoTheMiddleOfTheirLink(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
@@ -146,7 +146,7 @@ class PutsCamerasIntoTheMiddleOfTheirLink(ChangesTheScene):
 
 
 @found_by(
-    "a_visual_is_where_and_as_it_lies_in_its_link",
+    "a_visual_has_its_pose_in_its_link",
 )
 class DoesNotTurnVisuals(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
@@ -157,7 +157,7 @@ class DoesNotTurnVisuals(ChangesTheScene):
 
 
 @found_by(
-    "a_reset_brings_back_the_first_scene",
+    "a_reset_restores_the_first_scene",
     "a_spawned_robot_drives_and_sees",
 )
 class SpawnsWithWFirst(MujocoEngine):
@@ -173,7 +173,7 @@ class SpawnsWithWFirst(MujocoEngine):
 
 @found_by(
     "an_imu_measures_gravity_at_rest_and_nothing_in_free_fall",
-    "the_load_in_a_joint_is_the_weight_that_hangs_on_it_or_is_refused",
+    "the_load_on_a_joint_is_the_weight_below_it_or_is_refused",
     "link_poses_are_reported_or_refused",
 )
 class TellsLinksWithWFirst(MujocoEngine):
@@ -192,7 +192,7 @@ class ReportsTurnsOfLinksAlongTheirOwnAxes(MujocoEngine):
 
 
 @found_by(
-    "models_are_put_where_they_are_wanted_or_that_is_refused",
+    "models_can_be_moved_or_that_is_refused",
 )
 class PlacesWithoutTurning(MujocoEngine):
     def _do_place(self, model: str, motion: ModelMotion) -> None:
@@ -239,7 +239,7 @@ class PushesAlongTheAxesOfTheBody(MujocoEngine):
 
 
 @found_by(
-    "a_planar_drive_goes_sideways_as_well",
+    "a_planar_drive_can_move_sideways",
     "a_planar_drive_moves_exactly_as_commanded",
 )
 class SlidesToTheWrongSide(MujocoEngine):
@@ -248,7 +248,7 @@ class SlidesToTheWrongSide(MujocoEngine):
 
 
 @found_by(
-    "contacts_carry_the_weight_or_are_refused",
+    "contacts_report_the_weight_or_are_refused",
 )
 class TouchesAtTheOrigin(MujocoEngine):
     def _do_touches(self) -> Sequence[Touch]:
@@ -270,7 +270,7 @@ class GivesEveryLinkSomeWeight(ChangesTheScene):
 
 @found_by(
     "a_ball_joint_turns_about_any_axis",
-    "ball_joints_are_refused_where_they_are_not_declared",
+    "undeclared_ball_joints_are_refused",
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
 )
 class TakesBallJointsForFixedOnes(ChangesTheScene):
@@ -291,7 +291,7 @@ class TellsTheTurnRateOfBallJointsAlongTheParent(MujocoEngine):
 
 
 @found_by(
-    "a_joint_goes_as_far_as_the_one_that_it_follows_says",
+    "a_mimic_joint_follows_its_leader",
 )
 class LetsNoJointFollowAnother(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
@@ -299,7 +299,7 @@ class LetsNoJointFollowAnother(ChangesTheScene):
 
 
 @found_by(
-    "a_joint_goes_as_far_as_the_one_that_it_follows_says",
+    "a_mimic_joint_follows_its_leader",
 )
 class LetsJointsFollowFromZero(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
@@ -310,7 +310,7 @@ class LetsJointsFollowFromZero(ChangesTheScene):
 
 
 @found_by(
-    "a_spring_swings_about_where_it_carries_its_load",
+    "a_spring_swings_about_its_equilibrium",
 )
 class HasNoSprings(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
@@ -318,7 +318,7 @@ class HasNoSprings(ChangesTheScene):
 
 
 @found_by(
-    "a_spring_swings_about_where_it_carries_its_load",
+    "a_spring_swings_about_its_equilibrium",
 )
 class LetsSpringsRestAtZero(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:

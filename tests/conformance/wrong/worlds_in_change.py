@@ -35,8 +35,8 @@ class TurnsWhatSeesBackwards(MujocoEngine):
 
 
 @found_by(
-    "a_laser_sees_what_moves",
-    "coming_nearer_makes_things_larger",
+    "a_laser_measures_moving_bodies",
+    "a_nearer_object_is_larger",
     "turning_left_moves_what_is_ahead_to_the_right",
 )
 class ShowsThePast(MujocoEngine):
@@ -62,8 +62,8 @@ class ReportsVelocitiesOfLinksWithoutTheTurn(MujocoEngine):
 
 
 @found_by(
-    "contacts_carry_the_weight_or_are_refused",
-    "contacts_carry_what_holds_a_box_on_a_slope",
+    "contacts_report_the_weight_or_are_refused",
+    "contacts_report_the_forces_on_a_box_on_a_slope",
 )
 class FeelsTheOtherSideOfAContact(MujocoEngine):
     def _do_touches(self) -> Sequence[Touch]:
@@ -71,7 +71,7 @@ class FeelsTheOtherSideOfAContact(MujocoEngine):
 
 
 @found_by(
-    "contacts_carry_the_weight_or_are_refused",
+    "contacts_report_the_weight_or_are_refused",
     "a_body_that_hangs_free_touches_nothing",
 )
 class TouchesWhatIsNear(MujocoEngine):
@@ -81,7 +81,7 @@ class TouchesWhatIsNear(MujocoEngine):
 
 
 @found_by(
-    "the_load_in_a_joint_is_the_weight_that_hangs_on_it_or_is_refused",
+    "the_load_on_a_joint_is_the_weight_below_it_or_is_refused",
 )
 class TellsLoadsFromTheOtherSide(MujocoEngine):
     def _do_joint_wrench(self, model: str, joint: str) -> Wrench:
@@ -103,12 +103,12 @@ class PullsInsteadOfPushing(MujocoEngine):
     "a_joint_reaches_its_target_except_for_its_sag_or_refuses",
     "a_joint_is_slowed_by_its_damping",
     "a_joint_stops_at_its_limit",
-    "a_joint_takes_no_more_effort_than_its_limit",
+    "a_joint_limits_the_effort_of_commands",
     "a_joint_turns_once_its_friction_is_overcome",
     "a_joint_without_limits_counts_its_turns",
     "a_position_servo_sags_by_load_over_gain",
     "a_position_servo_swings_by_its_gains",
-    "a_servo_takes_no_more_effort_than_the_limit_of_its_joint",
+    "a_servo_obeys_the_effort_limit_of_its_joint",
     "an_effort_accelerates_a_joint",
 )
 class TurnsJointsBackwards(MujocoEngine):
@@ -133,7 +133,7 @@ class IgnoresJointsSilently(Opens):
 
 
 @found_by(
-    "models_come_and_go_and_leave_the_others_as_they_are_or_that_is_refused",
+    "models_can_be_added_and_removed_without_effect_on_others_or_that_is_refused",
 )
 class StartsAllOverWhenSomethingComes(MujocoEngine):
     def _do_configure(self, model: str, configuration: Any) -> None:
@@ -141,7 +141,7 @@ class StartsAllOverWhenSomethingComes(MujocoEngine):
 
 
 @found_by(
-    "models_are_put_where_they_are_wanted_or_that_is_refused",
+    "models_can_be_moved_or_that_is_refused",
 )
 class PlacesModelsAtRest(MujocoEngine):
     def _do_place(self, model: str, motion: ModelMotion) -> None:

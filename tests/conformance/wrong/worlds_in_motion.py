@@ -23,11 +23,11 @@ found_by = register(FOUND_BY, Opens, "world")
     "a_joint_turns_by_the_right_hand_about_its_axis_until_its_limit",
     "a_positive_turn_is_to_the_left",
     "a_quarter_turn_is_reported_as_x_y_z_w",
-    "a_robot_keeps_its_roll_and_pitch_where_nothing_tilts_it",
+    "a_robot_keeps_its_roll_and_pitch_on_level_ground",
     "a_velocity_is_the_change_of_the_position",
-    "an_axis_is_along_the_frame_of_its_joint",
-    "forward_is_along_the_robots_own_x",
-    "models_are_put_where_they_are_wanted_or_that_is_refused",
+    "an_axis_is_given_in_the_frame_of_its_joint",
+    "forward_is_along_the_x_axis_of_the_robot",
+    "models_can_be_moved_or_that_is_refused",
     "odometry_reports_the_velocity_in_the_robots_own_frame",
     "odometry_reports_the_displacement_since_the_start",
     "several_robots_each_follow_their_own_commands",
@@ -57,7 +57,7 @@ class ReportsVelocitiesInTheBodysFrame(MujocoEngine):
     "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
     "a_velocity_is_the_change_of_the_position",
     "inertia_has_its_principal_axes_where_the_file_puts_them",
-    "models_are_put_where_they_are_wanted_or_that_is_refused",
+    "models_can_be_moved_or_that_is_refused",
     "odometry_reports_the_velocity_in_the_robots_own_frame",
     "several_robots_each_follow_their_own_commands",
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
@@ -72,10 +72,10 @@ class ReportsTurnsInDegrees(MujocoEngine):
 
 @found_by(
     "a_ball_joint_turns_about_any_axis",
-    "a_joint_goes_as_far_as_the_one_that_it_follows_says",
+    "a_mimic_joint_follows_its_leader",
     "a_light_link_between_two_joints_lets_its_child_turn_about_both",
-    "a_thing_falls_along_gravity_by_half_g_t_squared",
-    "contacts_carry_what_holds_a_box_on_a_slope",
+    "a_body_falls_along_gravity_by_half_g_t_squared",
+    "contacts_report_the_forces_on_a_box_on_a_slope",
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
     "a_sliding_joint_is_held_by_its_friction",
     "a_sliding_body_is_slowed_by_the_friction_of_its_shape",
@@ -87,24 +87,24 @@ class TakesGravityAlongZOnly(ChangesTheScene):
 
 @found_by(
     "a_ball_joint_turns_about_any_axis",
-    "a_joint_ends_at_its_lower_limit",
-    "a_joint_goes_as_far_as_the_one_that_it_follows_says",
+    "a_joint_stops_at_its_lower_limit",
+    "a_mimic_joint_follows_its_leader",
     "a_joint_is_slowed_by_its_damping",
     "a_joint_stops_at_its_limit",
-    "a_joint_takes_no_more_effort_than_its_limit",
+    "a_joint_limits_the_effort_of_commands",
     "a_joint_turns_once_its_friction_is_overcome",
     "a_joint_without_limits_counts_its_turns",
     "a_light_link_between_two_joints_lets_its_child_turn_about_both",
     "a_position_servo_swings_by_its_gains",
     "a_push_changes_a_velocity_by_force_times_time_over_mass_or_is_refused",
-    "a_servo_takes_no_more_effort_than_the_limit_of_its_joint",
-    "a_thing_falls_along_gravity_by_half_g_t_squared",
+    "a_servo_obeys_the_effort_limit_of_its_joint",
+    "a_body_falls_along_gravity_by_half_g_t_squared",
     "a_torque_turns_by_the_moment_about_its_axis_of_the_world",
     "a_velocity_servo_reaches_its_velocity_by_its_gain",
     "a_world_that_is_not_finite_is_reported_and_a_reset_repairs_it",
     "an_effort_accelerates_a_joint",
     "an_effort_on_a_joint_accelerates_it_by_effort_over_inertia",
-    "contacts_carry_what_holds_a_box_on_a_slope",
+    "contacts_report_the_forces_on_a_box_on_a_slope",
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
     "a_sliding_joint_is_held_by_its_friction",
     "a_sliding_body_is_slowed_by_the_friction_of_its_shape",
@@ -118,12 +118,12 @@ class HasGravityOfItsOwn(ChangesTheScene):
 @found_by(
     "a_position_servo_sags_by_load_over_gain",
     "a_robot_falls_like_everything_else",
-    "a_spring_swings_about_where_it_carries_its_load",
-    "a_thing_falls_along_gravity_by_half_g_t_squared",
+    "a_spring_swings_about_its_equilibrium",
+    "a_body_falls_along_gravity_by_half_g_t_squared",
     "an_imu_measures_gravity_at_rest_and_nothing_in_free_fall",
-    "contacts_carry_the_weight_or_are_refused",
-    "contacts_carry_what_holds_a_box_on_a_slope",
-    "the_load_in_a_joint_is_the_weight_that_hangs_on_it_or_is_refused",
+    "contacts_report_the_weight_or_are_refused",
+    "contacts_report_the_forces_on_a_box_on_a_slope",
+    "the_load_on_a_joint_is_the_weight_below_it_or_is_refused",
 )
 class HasALittleLessGravity(ChangesTheScene):
     def changed(self, scene: Scene) -> Scene:
@@ -147,19 +147,19 @@ class MakesEverythingSolid(ChangesTheScene):
 
 @found_by(
     "a_laser_measures_the_distance_to_a_wall",
-    "a_laser_sees_what_moves",
+    "a_laser_measures_moving_bodies",
     "a_link_stands_on_any_of_its_shapes",
     "a_low_wall_stops_a_robot_and_a_bridge_does_not",
     "a_robot_ends_at_half_its_length_in_every_heading",
     "a_robot_pushes_obstacles",
-    "a_shape_ends_exactly_at_its_size",
-    "a_shape_ends_where_its_size_and_its_place_say",
-    "a_thing_at_rest_stays_at_rest",
-    "a_turned_box_has_its_sides_where_they_belong",
+    "a_shape_has_its_exact_size",
+    "a_shape_has_its_size_and_place",
+    "a_body_at_rest_stays_at_rest",
+    "a_rotated_box_has_its_sides_in_the_right_places",
     "a_wall_stops_a_robot",
     "an_imu_measures_gravity_at_rest_and_nothing_in_free_fall",
-    "contacts_carry_the_weight_or_are_refused",
-    "contacts_carry_what_holds_a_box_on_a_slope",
+    "contacts_report_the_weight_or_are_refused",
+    "contacts_report_the_forces_on_a_box_on_a_slope",
     "a_sliding_joint_is_held_by_its_friction",
     "a_sliding_body_is_slowed_by_the_friction_of_its_shape",
 )
@@ -194,7 +194,7 @@ class TurnsTheWrongWay(MujocoEngine):
     "a_curve_is_exactly_the_commanded_arc",
     "a_planar_drive_moves_exactly_as_commanded",
     "a_spawned_robot_drives_and_sees",
-    "forward_is_along_the_robots_own_x",
+    "forward_is_along_the_x_axis_of_the_robot",
     "odometry_reports_the_velocity_in_the_robots_own_frame",
     "several_robots_each_follow_their_own_commands",
     "the_commanded_speed_is_reached",
@@ -217,7 +217,7 @@ class DrivesOneRobotForAll(MujocoEngine):
 
 
 @found_by(
-    "a_command_holds_until_the_time_out_and_then_the_robot_stops",
+    "a_command_holds_until_the_timeout_and_then_the_robot_stops",
     "a_command_of_zero_stops",
 )
 class NeverStopsADrive(MujocoEngine):
@@ -228,12 +228,12 @@ class NeverStopsADrive(MujocoEngine):
 
 @found_by(
     "a_ball_joint_turns_about_any_axis",
-    "a_joint_ends_at_its_lower_limit",
-    "a_joint_goes_as_far_as_the_one_that_it_follows_says",
+    "a_joint_stops_at_its_lower_limit",
+    "a_mimic_joint_follows_its_leader",
     "a_joint_reaches_its_target_except_for_its_sag_or_refuses",
     "a_joint_is_slowed_by_its_damping",
     "a_joint_stops_at_its_limit",
-    "a_joint_takes_no_more_effort_than_its_limit",
+    "a_joint_limits_the_effort_of_commands",
     "a_joint_turns_by_the_right_hand_about_its_axis_until_its_limit",
     "a_joint_turns_once_its_friction_is_overcome",
     "a_joint_without_limits_counts_its_turns",
@@ -242,12 +242,12 @@ class NeverStopsADrive(MujocoEngine):
     "a_link_turns_about_axes_of_the_world",
     "a_position_servo_sags_by_load_over_gain",
     "a_position_servo_swings_by_its_gains",
-    "a_servo_takes_no_more_effort_than_the_limit_of_its_joint",
-    "a_shape_ends_exactly_at_its_size",
-    "a_shape_ends_where_its_size_and_its_place_say",
-    "a_spring_swings_about_where_it_carries_its_load",
+    "a_servo_obeys_the_effort_limit_of_its_joint",
+    "a_shape_has_its_exact_size",
+    "a_shape_has_its_size_and_place",
+    "a_spring_swings_about_its_equilibrium",
     "a_velocity_servo_reaches_its_velocity_by_its_gain",
-    "an_axis_is_along_the_frame_of_its_joint",
+    "an_axis_is_given_in_the_frame_of_its_joint",
     "an_effort_accelerates_a_joint",
     "an_effort_on_a_joint_accelerates_it_by_effort_over_inertia",
     "several_robots_each_follow_their_own_commands",
@@ -277,12 +277,12 @@ class SortsJoints(MujocoEngine):
     "a_curve_is_exactly_the_commanded_arc",
     "a_positive_turn_is_to_the_left",
     "a_robot_falls_like_everything_else",
-    "a_run_ends_exactly_at_the_given_time",
+    "a_run_ends_exactly_at_the_requested_time",
     "a_spawned_robot_drives_and_sees",
-    "a_thing_falls_along_gravity_by_half_g_t_squared",
+    "a_body_falls_along_gravity_by_half_g_t_squared",
     "a_velocity_is_the_change_of_the_position",
     "an_imu_measures_gravity_at_rest_and_nothing_in_free_fall",
-    "forward_is_along_the_robots_own_x",
+    "forward_is_along_the_x_axis_of_the_robot",
     "splitting_a_run_is_invisible",
 )
 class TakesOneStepTooMany(MujocoEngine):
@@ -302,11 +302,11 @@ class JoltsWithEveryCall(MujocoEngine):
 
 
 @found_by(
-    "a_snapshot_keeps_a_command_and_its_time_out",
+    "a_snapshot_keeps_a_command_and_its_timeout",
     "a_snapshot_keeps_everything_that_moves",
     "a_snapshot_keeps_forces_and_targets",
     "a_snapshot_keeps_joint_commands",
-    "a_snapshot_keeps_what_was_spawned",
+    "a_snapshot_keeps_spawned_models",
 )
 class ForgetsVelocitiesInASnapshot(MujocoEngine):
     def _do_restore(self, saved: Any) -> None:
@@ -318,7 +318,7 @@ class ForgetsVelocitiesInASnapshot(MujocoEngine):
     "a_reset_ends_forces_and_targets",
     "a_reset_stops_the_robots",
     "a_reset_world_equals_a_fresh_one",
-    "a_reset_world_that_nobody_commands_equals_a_fresh_one",
+    "a_reset_world_without_commands_equals_a_fresh_one",
 )
 class KeepsVelocitiesOverAReset(MujocoEngine):
     def _do_reset(self, seed: int) -> None:

@@ -21,10 +21,10 @@ found_by = register(FOUND_BY, Opens, "world")
 
 
 @found_by(
-    "a_camera_sees_from_where_it_is_in_its_link",
-    "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
-    "a_visual_is_where_and_as_it_lies_in_its_link",
-    "every_visual_of_a_link_is_seen",
+    "a_camera_has_its_pose_in_its_link",
+    "a_colour_changes_only_its_visual_and_can_be_read_back",
+    "a_visual_has_its_pose_in_its_link",
+    "every_visual_of_a_link_is_rendered",
     "left_is_left",
     "turning_left_moves_what_is_ahead_to_the_right",
 )
@@ -34,7 +34,7 @@ class SwapsLeftAndRight(MujocoEngine):
 
 
 @found_by(
-    "a_camera_sees_from_where_it_is_in_its_link",
+    "a_camera_has_its_pose_in_its_link",
     "a_camera_that_is_tilted_down_sees_what_is_ahead_further_up",
     "up_is_up",
 )
@@ -45,18 +45,18 @@ class IsUpsideDown(MujocoEngine):
 
 @found_by(
     "a_camera_looks_along_the_x_axis_of_its_robot",
-    "a_camera_sees_from_where_it_is_in_its_link",
+    "a_camera_has_its_pose_in_its_link",
     "a_camera_that_is_tilted_down_sees_what_is_ahead_further_up",
-    "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
+    "a_colour_changes_only_its_visual_and_can_be_read_back",
     "an_image_shows_the_moment_of_its_stamp",
     "a_new_colour_is_seen_within_one_period",
-    "a_thing_is_as_wide_as_its_distance_and_the_field_of_view_make_it",
-    "a_visual_is_where_and_as_it_lies_in_its_link",
+    "an_object_has_the_width_given_by_its_distance_and_the_field_of_view",
+    "a_visual_has_its_pose_in_its_link",
     "channels_are_red_green_blue",
-    "coming_nearer_makes_things_larger",
+    "a_nearer_object_is_larger",
     "each_robot_sees_with_its_own_camera",
     "edges_are_in_the_pixels_of_a_pinhole",
-    "every_visual_of_a_link_is_seen",
+    "every_visual_of_a_link_is_rendered",
     "left_is_left",
     "turning_left_moves_what_is_ahead_to_the_right",
     "up_is_up",
@@ -85,7 +85,7 @@ class UsesOneBufferForAllImages(MujocoEngine):
 @found_by(
     "a_new_colour_is_seen_within_one_period",
     "an_image_shows_the_moment_of_its_stamp",
-    "coming_nearer_makes_things_larger",
+    "a_nearer_object_is_larger",
     "turning_left_moves_what_is_ahead_to_the_right",
 )
 class ShowsTheImageBefore(MujocoEngine):
@@ -107,8 +107,8 @@ class SeesWithTheFirstCamera(MujocoEngine):
 
 
 @found_by(
-    "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
-    "a_thing_is_as_wide_as_its_distance_and_the_field_of_view_make_it",
+    "a_colour_changes_only_its_visual_and_can_be_read_back",
+    "an_object_has_the_width_given_by_its_distance_and_the_field_of_view",
     "depth_is_the_distance_along_the_line_of_sight",
     "edges_are_in_the_pixels_of_a_pinhole",
     "left_is_left",
@@ -119,7 +119,7 @@ class TakesTheFieldOfViewForVertical(ChangesTheScene):
 
 
 @found_by(
-    "a_camera_sees_from_where_it_is_in_its_link",
+    "a_camera_has_its_pose_in_its_link",
     "a_camera_that_is_tilted_down_sees_what_is_ahead_further_up",
 )
 class IgnoresThePoseOfCameras(ChangesTheScene):
@@ -130,7 +130,7 @@ class IgnoresThePoseOfCameras(ChangesTheScene):
 @found_by(
     "channels_are_red_green_blue",
     "each_robot_sees_with_its_own_camera",
-    "every_visual_of_a_link_is_seen",
+    "every_visual_of_a_link_is_rendered",
     "left_is_left",
     "a_near_object_hides_those_behind_it",
 )
@@ -140,7 +140,7 @@ class SeesThroughThings(ChangesTheScene):
 
 
 @found_by(
-    "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
+    "a_colour_changes_only_its_visual_and_can_be_read_back",
     "a_new_colour_is_seen_within_one_period",
 )
 class IgnoresColours(MujocoEngine):
@@ -149,8 +149,8 @@ class IgnoresColours(MujocoEngine):
 
 
 @found_by(
-    "a_colour_changes_its_own_visual_alone_and_can_be_read_back",
-    "a_reset_brings_back_the_first_colours",
+    "a_colour_changes_only_its_visual_and_can_be_read_back",
+    "a_reset_restores_the_first_colours",
 )
 class ColoursEverything(MujocoEngine):
     def _do_set_color(self, visual: str, rgba: Rgba) -> None:
@@ -159,7 +159,7 @@ class ColoursEverything(MujocoEngine):
 
 
 @found_by(
-    "a_reset_brings_back_the_first_colours",
+    "a_reset_restores_the_first_colours",
 )
 class KeepsColoursOverAReset(MujocoEngine):
     def _do_reset(self, seed: int) -> None:
@@ -172,8 +172,8 @@ class KeepsColoursOverAReset(MujocoEngine):
 
 
 @found_by(
-    "cameras_are_refused_where_they_are_not_declared",
-    "capabilities_are_the_same_whenever_they_are_asked_for",
+    "undeclared_cameras_are_refused",
+    "capabilities_are_the_same_at_every_call",
 )
 class HidesItsCameras(Opens):
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
