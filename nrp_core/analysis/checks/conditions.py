@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 from nrp_core.analysis.checks.never import causes_of
 from nrp_core.analysis.registry import checks_experiment
@@ -11,7 +12,7 @@ from nrp_core.clock import NS_PER_S, seconds
 from nrp_core.dsl.testing.mocks import MockWorld
 from nrp_core.errors import ExperimentError, NrpError, did_you_mean
 from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity
-from nrp_core.experiment.model.event_schema import END, START, During, TopicIs
+from nrp_core.experiment.model.event_schema import END, START, During
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.tree import Key
 from nrp_core.experiment.reading.reader import experiment_of
@@ -65,7 +66,7 @@ def _time_of(moment: int | str, experiment: Experiment) -> int | str:
 @checks_experiment(Code.NRP248)
 def bounds_leave_something(study: Study) -> Iterator[Finding]:
     """Look for bounds that exclude each other."""
-    for keys, wanted in _conditions(study.experiment):
+    for keys, wanted in asked(study.experiment, "topic", "topic_stays"):
         if wanted.above is not None and wanted.below is not None and wanted.above >= wanted.below:
             message = f"nothing is above {wanted.above:g} and below {wanted.below:g}"
             yield study.experiment.place(*keys, "above").finding(Code.NRP248, message, Level.WARNING)
@@ -80,7 +81,7 @@ def topics_of_criteria_are_published(study: Study) -> Iterator[Finding]:
     spoken = {topic.name for declared in study.declared for topic in declared.function.published}
     spoken |= {one.topic for event in experiment.events.values() for one in event.publish}
     spoken = {experiment.aliases.get(name, name) for name in spoken}
-    for keys, wanted in _conditions(experiment):
+    for keys, wanted in asked(experiment, "topic", "topic_stays"):
         name = experiment.aliases.get(wanted.name, wanted.name)
         if keys[0] == "criteria" and name in experiment.topics and name not in spoken:
             message = f"no transfer function and no event publishes on '{wanted.name}': it has no value"
@@ -181,10 +182,17 @@ def _periods(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], During]]
                 yield ("criteria", name, kind), asked.during
 
 
-def _conditions(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], TopicIs]]:
+def asked(experiment: Experiment, when: str, criterion: str) -> Iterator[tuple[tuple[Key, ...], Any]]:
+    """Yield the conditions of one kind, with their keys in the experiment file.
+
+    Args:
+        experiment: the experiment.
+        when: the key of the condition in events.
+        criterion: its key in criteria.
+    """
     for name, event in experiment.events.items():
-        if event.when is not None and event.when.topic is not None:
-            yield ("events", name, "when", "topic"), event.when.topic
-    for name, criterion in experiment.criteria.items():
-        if criterion.topic_stays is not None:
-            yield ("criteria", name, "topic_stays"), criterion.topic_stays
+        if (condition := getattr(event.when, when, None)) is not None:
+            yield ("events", name, "when", when), condition
+    for name, each in experiment.criteria.items():
+        if (condition := getattr(each, criterion)) is not None:
+            yield ("criteria", name, criterion), condition

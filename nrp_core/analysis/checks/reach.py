@@ -1,17 +1,16 @@
-"""Places, times and topics of events and criteria that cannot be what was meant."""
+"""Places, times and topics of events and criteria that cannot be as intended."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import combinations
 
+from nrp_core.analysis.checks.conditions import asked
 from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
 from nrp_core.clock import milliseconds, seconds
 from nrp_core.dsl.functions.function import TIME
-from nrp_core.experiment.model.event_schema import Near
 from nrp_core.experiment.model.experiment import Experiment
-from nrp_core.experiment.model.tree import Key
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.raycast.extent import outside_m
 
@@ -21,22 +20,13 @@ def places_are_in_the_scene(study: Study) -> Iterator[Finding]:
     """Look for points that are farther outside the scene than a model may be away from them."""
     if study.scene is None:
         return
-    for keys, near in _nears(study.experiment):
+    for keys, near in asked(study.experiment, "near", "near"):
         away_m = 0.0 if near.point is None else outside_m(study.scene, near.point)
         if away_m > near.within:
             message = (
                 f"'point' is {away_m:.3g} m outside the scene: no model comes within {near.within:g} m of it"
             )
             yield study.experiment.place(*keys, "point").finding(Code.NRP248, message, Level.WARNING)
-
-
-def _nears(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], Near]]:
-    for name, event in experiment.events.items():
-        if event.when is not None and event.when.near is not None:
-            yield ("events", name, "when", "near"), event.when.near
-    for name, criterion in experiment.criteria.items():
-        if criterion.near is not None:
-            yield ("criteria", name, "near"), criterion.near
 
 
 @checks_experiment(Code.NRP248)
