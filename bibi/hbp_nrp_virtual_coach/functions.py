@@ -93,7 +93,7 @@ class Functions(Live):
         taken = set(drafts) & (set(self._names()) - {name})
         if taken:
             known = min(taken)
-            raise ExperimentError(f"there is a transfer function '{known}' already; edit it", subject=known)
+            raise ExperimentError(f"the transfer function '{known}' already exists; edit it", subject=known)
         self._runner.call(lambda run: self._apply(run, name, drafts))
         if name is not None:
             self._sources.pop(name, None)

@@ -53,7 +53,7 @@ def run_probe(
     *arguments: str,
     depends_on: str = "",
     timeout_s: float = 30.0,
-    anew: bool = False,
+    refresh: bool = False,
     keep_failures: bool = True,
 ) -> ChildResult:
     """Run ``python -m module arguments...`` in a child process and return how it ended.
@@ -64,13 +64,13 @@ def run_probe(
         depends_on: the dependencies of the result, such as versions; another text repeats the check.
             The interpreter, the module and the installed system libraries are always part of it.
         timeout_s: after this time the child, and whatever it started, is ended.
-        anew: ignore a kept result.
+        refresh: ignore a cached result.
         keep_failures: whether to keep the result of a child that failed.
     """
     question = [sys.executable, "-m", module, *arguments]
     answers = user_cache_path("nrp-core") / "probes"
     kept = answers / f"{_digest([*question, sys.version, _written(module), _libraries(), depends_on])}.json"
-    if not anew:
+    if not refresh:
         # not checked yet, or by an older version
         with suppress(OSError, ValueError, KeyError, TypeError):
             return ChildResult(**json.loads(kept.read_text())["answer"])

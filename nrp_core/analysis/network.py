@@ -86,10 +86,10 @@ class ChildBuilder:
 
     def _asked(self, question: str, depends_on: str) -> dict[str, Any]:
         """Return the answer of the child, or a cached one if the environment is the same for the script."""
-        for anew in (False, True):
+        for refresh in (False, True):
             answer = run_probe(
                 CHILD, question, _cpu_s(self._limit_s), depends_on=depends_on, timeout_s=self._limit_s,
-                keep_failures=False, anew=anew,
+                keep_failures=False, refresh=refresh,
             )  # fmt: skip
             data = _data(answer, self._limit_s)
             if not have_changed(data["variables"]):

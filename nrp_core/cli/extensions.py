@@ -22,7 +22,7 @@ from nrp_core.cli.failure import complain
 from nrp_core.registry import Provider, Registry
 
 _ALIKE = 0.85
-"""How alike two names are, from 0 to 1, if one is a misspelling of the other."""
+"""Minimum similarity, from 0 to 1, of a name and its misspelling."""
 
 ADDED: Registry[Any] = Registry("nrp_core.commands", "command")
 
@@ -42,7 +42,7 @@ class CommandGroup(TyperGroup):
         """Import a command and return it.
 
         Raises:
-            BackendError: the package that adds it is broken, or two packages add it.
+            BackendError: the package that adds the command is broken, or two packages add it.
         """
         if cmd_name not in self.commands:
             if cmd_name in COMMANDS:
@@ -55,7 +55,7 @@ class CommandGroup(TyperGroup):
         return super().get_command(ctx, cmd_name)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Find the command that was called, and note misspelt environment variables of its options."""
+        """Find the command that was called, and warn of misspelt environment variables of its options."""
         found = super().resolve_command(ctx, args)
         self._note_variables(os.environ)
         return found
@@ -64,7 +64,7 @@ class CommandGroup(TyperGroup):
         """Run the command that was called.
 
         Raises:
-            typer.Abort: Ctrl-C; typer itself would end without a message.
+            typer.Abort: Ctrl-C was pressed; Typer itself would end without a message.
         """
         try:
             return super().invoke(ctx)
@@ -72,7 +72,7 @@ class CommandGroup(TyperGroup):
             raise typer.Abort from None
 
     def _note_variables(self, variables: Mapping[str, str]) -> None:
-        """Note each environment variable that resembles one that options are read from."""
+        """Warn of each environment variable that resembles one of an option."""
         known = {
             str(one.envvar) for command in self.commands.values() for one in command.params if one.envvar
         }

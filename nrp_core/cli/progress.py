@@ -19,7 +19,7 @@ from nrp_core.experiment.running.run import Run
 
 PATIENCE_S = 2.0
 HINT = "the first run with a kind of brain or camera takes longer because code is compiled"
-SCRIPT_HINT = "this is the experiment's own code; brain.time_limit ends it"
+SCRIPT_HINT = "this is the experiment's own code; brain.time_limit stops it"
 
 _WIDE = 110
 _SHORT = {"transfer_functions": "functions", "engine": "loop"}

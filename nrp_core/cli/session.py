@@ -46,8 +46,8 @@ class RunRequest:
         snapshots: the time between two snapshots with its unit, or ``off``.
         plots: files to draw a figure into.
         control: a socket to listen on.
-        allow_incomplete: whether a run from which something is missing may succeed.
-        verbose: whether to print every problem, not only their numbers.
+        allow_incomplete: whether an incomplete run may succeed.
+        verbose: whether to print every problem, not only their number.
     """
 
     experiment: str
@@ -125,7 +125,7 @@ class Session:
             if too_far_ns and experiment.strict:
                 step = f"{milliseconds(experiment.timestep):g} ms"
                 raise ValueError(f"{self._request.until} is not a whole number of steps of {step}")
-            if too_far_ns:  # round up where the old platform's time step applies
+            if too_far_ns:  # an experiment with the old platform's time step rounds up
                 until_ns += experiment.timestep - too_far_ns
         if until_ns > experiment.duration:
             duration = f"{seconds(experiment.duration):g} s"
@@ -187,7 +187,7 @@ class Session:
 
     def _write_csv(self, simulation: Run) -> None:
         if self._request.record is not None:
-            return  # the recording has it
+            return  # the recording holds the rows
         try:
             simulation.write_csv()
         except NrpError as error:
@@ -195,7 +195,7 @@ class Session:
 
     def _run_guarded(self, simulation: Run, until_s: float | None) -> None:
         if self._control is not None:
-            self._control.answer()  # not before the recording has begun, which notes every change
+            self._control.answer()  # the recording must begin first, because it notes every change
         try:
             simulation.run(until_s)
         except KeyboardInterrupt:

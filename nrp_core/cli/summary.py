@@ -24,17 +24,17 @@ def summary(result: Result, *, recording: Path | None, figures: Sequence[Path], 
         result: the result of the run.
         recording: the folder of its recording, if any.
         figures: the files of its figure.
-        details: whether to write each problem, not only how many there are.
+        details: whether to write each problem, not only their number.
     """
     name = typer.style(result.experiment, bold=True)
     typer.echo(f"{name}: {result.brain} and {result.world}, seed {result.seed}")
-    tell_problems(result.judgement, details=details)
+    print_problems(result.judgement, details=details)
     for line in _lines(result, recording, figures):
         typer.echo(line)
     typer.echo(styled_headline(result.judgement))
 
 
-def tell_problems(judgement: Judgement, *, details: bool) -> None:
+def print_problems(judgement: Judgement, *, details: bool) -> None:
     """Write the problems of a run, coloured by weight."""
     for weight, line in judgement.lines(details=details):
         typer.secho(f"  {line}", fg=_WEIGHT_COLORS[weight])

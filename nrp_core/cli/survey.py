@@ -59,29 +59,36 @@ class Surveyed:
         return f"{self.reason}; try: {self.remedy}" if self.remedy else self.reason
 
 
-def survey(*, anew: bool = False, timeout_s: float = TIMEOUT_S) -> list[Surveyed]:
+def survey(*, refresh: bool = False, timeout_s: float = TIMEOUT_S) -> list[Surveyed]:
     """Examine all installed backends and return them sorted by kind and name.
 
     Args:
-        anew: ignore cached results.
+        refresh: ignore cached results.
         timeout_s: the time limit of each backend, s.
     """
     found = [(kind, provider) for kind, registry in KINDS.items() for provider in registry().providers()]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(lambda item: look_at(*item, anew=anew, timeout_s=timeout_s), found))
+        return list(pool.map(lambda item: examine(*item, refresh=refresh, timeout_s=timeout_s), found))
 
 
-def look_at(kind: str, provider: Provider, *, anew: bool = False, timeout_s: float = TIMEOUT_S) -> Surveyed:
+def examine(
+    kind: str, provider: Provider, *, refresh: bool = False, timeout_s: float = TIMEOUT_S
+) -> Surveyed:
     """Examine one installed backend."""
     depends_on = f"{provider} {_files_stamp(provider)} {_packages_stamp()}"
     answer = run_probe(
-        "nrp_core.cli.survey", kind, provider.name, depends_on=depends_on, timeout_s=timeout_s, anew=anew
+        "nrp_core.cli.survey",
+        kind,
+        provider.name,
+        depends_on=depends_on,
+        timeout_s=timeout_s,
+        refresh=refresh,
     )
     answers = [line for line in answer.output.splitlines() if line.startswith(_MARK)]
     if answer.exit_code == 0 and answers:
         return _surveyed(kind, provider, json.loads(answers[-1].removeprefix(_MARK)))
     remedy = f"pip install --force-reinstall {provider.distribution}"
-    return Surveyed(kind, provider, False, reason=_how_it_died(answer, timeout_s), remedy=remedy)
+    return Surveyed(kind, provider, False, reason=_cause_of_death(answer, timeout_s), remedy=remedy)
 
 
 def _surveyed(kind: str, provider: Provider, data: dict[str, Any]) -> Surveyed:
@@ -94,7 +101,7 @@ def _surveyed(kind: str, provider: Provider, data: dict[str, Any]) -> Surveyed:
     return Surveyed(kind, provider, not reason, data["capabilities"], reason, remedy, diagnoses)
 
 
-def _how_it_died(answer: ChildResult, timeout_s: float) -> str:
+def _cause_of_death(answer: ChildResult, timeout_s: float) -> str:
     if answer.exit_code is None:
         return f"importing it took more than {timeout_s:g} s"
     if answer.exit_code < 0:
@@ -149,5 +156,5 @@ def _look(registry: Registry[Any], name: str) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    # on a separate line, after any output of the backend
+    # on a line of its own, after any output of the backend
     print("\n" + _MARK + json.dumps(_look(KINDS[sys.argv[1]](), sys.argv[2])))

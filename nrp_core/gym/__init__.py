@@ -1,4 +1,4 @@
-"""Experiments as environments of Gymnasium. Importing this module registers those that ship.
+"""Experiments as environments of Gymnasium. Importing this module registers the shipped ones.
 
 ::
 
@@ -7,7 +7,7 @@
 
     env = gymnasium.make("nrp/SlalomPioneer-v0")
 
-The names here are imported when they are used; the rest of Gymnasium's world needs ``nrp_core.gym`` alone.
+The names are imported lazily; to use environments by id, ``import nrp_core.gym`` is enough.
 """
 
 from nrp_core._support.extras import require_extra

@@ -1,4 +1,4 @@
-"""What an environment acts on: commands on topics, and rates of sources that drive neurons."""
+"""The actions of an environment: commands on topics, and rates of sources that drive neurons."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SOURCE = "source:"
 _HIGHEST_HZ = 200.0
 _WEIGHT = 1.0
 Bounds = Mapping[str, tuple[float, float]]
-"""The numbers of a message that are acted on, by their dotted names, with their bounds."""
+"""The numbers of a message that an action sets, by their dotted names, with their bounds."""
 
 
 class Acted(ABC):
@@ -36,7 +36,7 @@ class Acted(ABC):
 
     @abstractmethod
     def apply(self, values: FloatArray) -> None:
-        """Let it take effect in the next step."""
+        """Apply the action; it takes effect in the next step."""
 
 
 class ActedTopic(Acted):
@@ -45,7 +45,7 @@ class ActedTopic(Acted):
     Args:
         run: the run.
         name: the topic.
-        bounds: which numbers of the message; the others are 0. By default all, with the limits of the topic.
+        bounds: numbers of the message to set; the others are 0. By default all, with the limits of the topic.
     """
 
     def __init__(self, run: Run, name: str, bounds: Bounds | None) -> None:
@@ -56,7 +56,7 @@ class ActedTopic(Acted):
         info = self._publication.topic
         layout, example = layout_of(info.type()), info.type()
         if layout is None:
-            raise ExperimentError(f"'{name}' carries more than numbers, so it cannot be an action")
+            raise ExperimentError(f"'{name}' carries not only numbers, so it cannot be an action")
         self._make, self._size = layout.made_of, layout.numbers
         fields = [path for path, _ in numbers_in(example)]
         chosen = bounds if bounds is not None else dict.fromkeys(fields, info.limits or (-1.0, 1.0))
@@ -92,7 +92,7 @@ def act_on(run: Run, names: Mapping[str, Any]) -> dict[str, Acted]:
     """Return the actions by their names.
 
     Raises:
-        ExperimentError: there is no such topic or group, or it cannot be acted on by numbers.
+        ExperimentError: a topic or group does not exist, or cannot be set by numbers.
     """
     found: dict[str, Acted] = {}
     for name, given in names.items():

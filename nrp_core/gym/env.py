@@ -19,9 +19,9 @@ from nrp_core.gym.acting import act_on
 from nrp_core.gym.observing import observe, values_of
 
 Reward: TypeAlias = Callable[[Run, dict[str, Any]], float]
-"""Returns the reward of the step that was taken, from the run and the observation by names."""
+"""Returns the reward of the last step, from the run and the observation by name."""
 Terminate: TypeAlias = Callable[[Run, dict[str, Any]], bool]
-"""Returns whether the episode has reached its end."""
+"""Returns whether the episode is over."""
 
 
 class NrpEnv(gymnasium.Env[Any, Any]):
@@ -29,27 +29,28 @@ class NrpEnv(gymnasium.Env[Any, Any]):
 
     Its transfer functions run as well, except those that publish on a topic that the agent acts on.
 
-    An episode is a run of the experiment from time 0. Each has noise of its own, which follows from the seed
-    of :meth:`reset`; the network is always that of the experiment's seed. What a file of transfer functions
-    keeps in plain global variables lives on from episode to episode; variables of the language do not.
+    An episode is a run of the experiment from time 0. Each has its own noise, which follows from the seed
+    of :meth:`reset`; the network is always that of the experiment's seed. Plain global variables in a file
+    of transfer functions keep their values between episodes; variables mapped with MapVariable do not.
 
     Args:
         experiment: as for :func:`nrp_core.run`.
         overrides: ``dotted.key=value``.
-        observe: topics, and ``rate:GROUP`` for the mean rate of neurons, Hz. Nothing else is subscribed.
+        observe: topics, and ``rate:GROUP`` for the mean rate of neurons, Hz. No other topic is subscribed.
         act: topics, or ``source:GROUP`` for the rate of a Poisson source. A mapping gives the bounds: of a
             topic ``{"linear.x": (0, 1)}``, of a source ``(lowest, highest, weight)``.
-        reward: by default the number of criteria that are newly met, less those newly missed.
-        terminate: by default when every criterion is decided.
-        steps: steps of the loop in each step of the environment.
-        same_noise: whether all episodes have the noise of the experiment's seed; a reset is a snapshot then.
+        reward: by default the number of criteria met in the step, minus those missed in it.
+        terminate: by default once every criterion is decided.
+        steps: number of loop steps in each step of the environment.
+        same_noise: whether all episodes have the noise of the experiment's seed; then a reset restores a
+            snapshot.
         render_mode: None or ``rgb_array``.
 
     Attributes:
         run: the run; it stays open until :meth:`close`.
 
     Raises:
-        ExperimentError: the experiment, or what is observed or acted on, is wrong.
+        ExperimentError: the experiment, an observation or an action is not valid.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 50}  # noqa: RUF012  as declared there
@@ -70,7 +71,7 @@ class NrpEnv(gymnasium.Env[Any, Any]):
         if render_mode not in (None, "rgb_array"):
             raise ExperimentError(f"render_mode is None or 'rgb_array', not {render_mode!r}")
         if steps < 1:
-            raise ExperimentError(f"an environment takes at least 1 step of the loop at once, not {steps}")
+            raise ExperimentError(f"a step of an environment is at least 1 step of the loop, not {steps}")
         self.render_mode = render_mode
         self.run = Run(load_experiment(experiment, overrides))
         try:
@@ -86,7 +87,7 @@ class NrpEnv(gymnasium.Env[Any, Any]):
 
     def _open(self, observed: list[str], acted: Mapping[str, Any]) -> None:
         if not observed:
-            raise ExperimentError("an environment observes something: a topic, or 'rate:GROUP'")
+            raise ExperimentError("an environment needs at least one observation: a topic, or 'rate:GROUP'")
         own = [function.name for function in self.run.loop.functions if _publishes(function, acted)]
         self.run.loop.change((), own)
         self._acted = act_on(self.run, acted)
@@ -98,7 +99,7 @@ class NrpEnv(gymnasium.Env[Any, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Begin an episode; its noise follows from ``seed``, or from the last seed that was given."""
+        """Begin an episode; its noise follows from ``seed``, or from the last given seed."""
         super().reset(seed=seed)
         if self._start is not None:
             self.run.restore(self._start)
@@ -152,7 +153,7 @@ class NrpEnv(gymnasium.Env[Any, Any]):
     def _open_camera(self) -> Any:
         cameras = [name for name, info in self.run.world.topics.items() if info.type.__name__ == "Image"]
         if not cameras:
-            raise ExperimentError("render_mode 'rgb_array' shows the image of a camera; the robots have none")
+            raise ExperimentError("render_mode 'rgb_array' shows the image of a camera, but no robot has one")
         return self.run.world.subscribe(cameras[0])
 
 

@@ -1,4 +1,4 @@
-"""What an environment observes: messages and rates of neurons, as arrays of known shape and bounds."""
+"""The observations of an environment: messages and firing rates, as arrays of known shape and bounds."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Observed(ABC):
 
     @abstractmethod
     def read(self) -> Any:
-        """Return the value now, a new array in the space."""
+        """Return the current value, a new array in the space."""
 
 
 class ObservedRate(Observed):
@@ -58,11 +58,11 @@ class ObservedTopic(Observed):
         self.name = name
 
     def has_message(self) -> bool:
-        """Return whether a message has arrived, from which the shape is known."""
+        """Return whether a message has arrived, so that the shape is known."""
         return self._subscription.latest is not None
 
     def learn(self) -> None:
-        """Find the shape and the bounds from the message that has arrived.
+        """Derive the shape and the bounds from the message that has arrived.
 
         Raises:
             ExperimentError: the messages have no numbers.
@@ -84,10 +84,10 @@ class ObservedTopic(Observed):
 
 
 def observe(run: Run, names: list[str]) -> dict[str, Observed]:
-    """Subscribe to what is observed, and to nothing else; the run is at time 0 before and after.
+    """Subscribe to the observed topics only; the run is at time 0 before and after.
 
     Raises:
-        ExperimentError: there is no such topic or group, or no message arrives within 500 steps.
+        ExperimentError: a topic or group does not exist, or no message arrives within 500 steps.
     """
     found: dict[str, Observed] = {
         name: ObservedRate(run, name.removeprefix(RATE))
@@ -102,7 +102,7 @@ def observe(run: Run, names: list[str]) -> dict[str, Observed]:
             break
         run.step()
     else:
-        raise ExperimentError(f"no message arrives on {' and '.join(silent)}, so its shape is not known")
+        raise ExperimentError(f"no message arrives on {' and '.join(silent)}, so its shape is unknown")
     for one in topics:
         one.learn()
     run.loop.reset()
@@ -113,7 +113,7 @@ def neurons_of(run: Run, group: str) -> Any:
     """Return the neurons of a population or a named group.
 
     Raises:
-        ExperimentError: there is none.
+        ExperimentError: the group does not exist.
     """
     network = run.brain.network
     if group in network.views:
@@ -125,7 +125,7 @@ def neurons_of(run: Run, group: str) -> Any:
 
 
 def values_of(message: Any) -> Any:
-    """Return the numbers of a message: an image or ranges as they are, else all its numbers."""
+    """Return the numbers of a message: an image or ranges unchanged, otherwise all its numbers."""
     if hasattr(message, "encoding"):
         return np.array(message.data, np.uint8).reshape(message.height, message.width, -1)
     if hasattr(message, "ranges"):

@@ -1,4 +1,4 @@
-"""The experiments that ship, as environments with a name: the agent moves the robot in place of the brain."""
+"""The shipped experiments as registered environments: the agent commands the robot instead of the brain."""
 
 from __future__ import annotations
 

@@ -1,15 +1,15 @@
-"""Many runs of one experiment whose settings vary, on one machine or on many.
+"""Many runs of one experiment with varying settings, on one machine or many.
 
 ::
 
     file ──axes, design──> plan ──tasks──> executor ──records──> journal ──> table ──> summary, figures
 
-Every run is independent of the others, so its row of the table is the same wherever and whenever it ran.
+Every run is independent of the others, so its row of the table does not depend on when and where it ran.
 """
 
 from nrp_core._support.lazy import lazily
 
-TYPE_CHECKING = False  # known to type checkers; typing itself takes 5 ms to import
+TYPE_CHECKING = False  # type checkers know this name; importing typing takes 5 ms
 if TYPE_CHECKING:
     from nrp_core.sweep.executors.interface import Executor as Executor
     from nrp_core.sweep.python import sweep as sweep

@@ -14,17 +14,17 @@ from nrp_core.errors import did_you_mean
 from nrp_core.experiment.model.ranges import Range
 
 Value: TypeAlias = "bool | int | float | str | list[Any]"
-"""A value of a setting, as an experiment file writes it."""
+"""A value of a setting, as in an experiment file."""
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S*)\s*")
 _KEYS = ("from", "to", "steps", "scale")
 _SCALES = ("linear", "log")
-_DIGITS = 12  # of a value: enough for any setting, and short in a table
+_DIGITS = 12  # significant digits: enough for any setting, and short in a table
 
 
 @dataclass(frozen=True, slots=True)
 class Choices:
-    """Some values, in any order."""
+    """A list of values, in any order."""
 
     levels: tuple[Value, ...]
 
@@ -32,7 +32,7 @@ class Choices:
         return len(self.levels)
 
     def at(self, share: float) -> Value:
-        """Return the value at a share of all, from 0 up to 1."""
+        """Return the value at a fraction of the list, from 0 up to 1."""
         return self.levels[min(int(share * len(self.levels)), len(self.levels) - 1)]
 
 
@@ -41,10 +41,10 @@ class Span:
     """The numbers from one to another.
 
     Args:
-        low, high: the ends; both belong to it.
-        unit: of both; may be empty.
-        steps: number of values in a grid; None: whole numbers, step by step.
-        is_log: whether equal steps are equal ratios.
+        low, high: the ends; both are included.
+        unit: their unit; may be empty.
+        steps: number of values in a grid; None: every whole number.
+        is_log: whether values are spaced logarithmically.
         is_whole: whether all values are whole numbers.
     """
 
@@ -62,14 +62,14 @@ class Span:
 
     @cached_property
     def levels(self) -> tuple[Value, ...]:
-        """The values of a grid; there are none of a span of real numbers without ``steps``."""
+        """The values of a grid; empty for a span of real numbers without ``steps``."""
         if self.steps is None:
             return tuple(range(int(self.low), int(self.high) + 1)) if self.is_whole else ()
         gaps = max(self.steps - 1, 1)
         return tuple(self._value(self._number(step / gaps)) for step in range(self.steps))
 
     def at(self, share: float) -> Value:
-        """Return the value at a share of the span, from 0 up to 1."""
+        """Return the value at a fraction of the span, from 0 up to 1."""
         if levels := self.levels:
             return Choices(levels).at(share)
         return self._value(self._number(share))
@@ -98,7 +98,7 @@ def axis_of(value: object) -> Axis:
     """Read the values of a setting.
 
     Raises:
-        ValueError: they are written in another form.
+        ValueError: they have another form.
     """
     match value:
         case Choices() | Span() | Range():
@@ -110,8 +110,8 @@ def axis_of(value: object) -> Axis:
         case str() if ".." in value:
             return Range.parse(value)
     raise ValueError(
-        f"what varies is a list of values, {{from: 0.5, to: 2, steps: 7}}, or a range to draw from with each "
-        f"seed, as 4..8 s; not {value!r}"
+        f"expected a list of values, {{from: 0.5, to: 2, steps: 7}}, or a range to draw from with each "
+        f"seed, such as 4..8 s; not {value!r}"
     )
 
 
@@ -121,9 +121,9 @@ def _choices(values: list[Any]) -> Choices:
     seen: set[str] = set()
     for value in values:
         if isinstance(value, Mapping) or value is None:
-            raise ValueError(f"a value is a number, a text, true, false or a list, not {value!r}")
+            raise ValueError(f"a value is a number, a string, true, false or a list, not {value!r}")
         if repr(value) in seen:  # 1 and true are equal in Python
-            raise ValueError(f"the value {value!r} is given twice")
+            raise ValueError(f"the value {value!r} appears twice")
         seen.add(repr(value))
     return Choices(tuple(values))
 
@@ -133,12 +133,12 @@ def _span(given: Mapping[str, Any]) -> Span:
         if key not in _KEYS:
             raise ValueError(f"a span has no key '{key}'{did_you_mean(key, _KEYS)}")
     if missing := [key for key in ("from", "to") if key not in given]:
-        raise ValueError(f"a span needs '{missing[0]}', as {{from: 0.5, to: 2, steps: 7}}")
+        raise ValueError(f"a span needs '{missing[0]}', as in {{from: 0.5, to: 2, steps: 7}}")
     (low, unit), (high, other) = _quantity(given["from"]), _quantity(given["to"])
     if unit != other:
         raise ValueError(f"both ends need the same unit, not '{given['from']}' and '{given['to']}'")
     if not low < high:
-        raise ValueError(f"a span rises: 'to' must be above 'from', not {given['from']} to {given['to']}")
+        raise ValueError(f"'to' of a span must be above 'from', not {given['from']} to {given['to']}")
     steps, scale = given.get("steps"), given.get("scale", "linear")
     if steps is not None and (isinstance(steps, bool) or not isinstance(steps, int) or steps < 2):
         raise ValueError(f"'steps' is the number of values, at least 2, not {steps!r}")

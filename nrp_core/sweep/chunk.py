@@ -1,10 +1,10 @@
-"""Perform a file of runs in this process: what a job of a cluster executes.
+"""Perform the runs of a file in this process, as a job of a cluster.
 
 ::
 
     python -m nrp_core.sweep.chunk DIR/jobs/0.jsonl DIR/journal.0.jsonl
 
-A job that was killed and begins again goes on where it was.
+A job that was killed resumes where it stopped.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def write_chunks(folder: Path, tasks: Sequence[Task], chunks: int) -> list[tuple
     """Write tasks into files of about equal length.
 
     Returns:
-        for each chunk the file of its tasks, and the journal that it will write.
+        the file of tasks of each chunk, and the journal that the chunk will write.
     """
     jobs = folder / JOBS
     with writing(jobs):
@@ -54,7 +54,7 @@ def read_tasks(path: Path) -> list[Task]:
 
 
 def perform_all(tasks: Iterable[Task], journal: Path) -> None:
-    """Perform the tasks of a chunk that its journal does not have yet."""
+    """Perform the tasks of a chunk that are not yet in its journal."""
     done = {record.id for record in records_in(journal)} if journal.exists() else set()
     with Journal(journal) as written:
         for task in tasks:
@@ -63,7 +63,7 @@ def perform_all(tasks: Iterable[Task], journal: Path) -> None:
 
 
 def _cut(tasks: Sequence[Task], chunks: int) -> list[Sequence[Task]]:
-    """Return contiguous parts: runs that differ in the seed alone stay together."""
+    """Return contiguous parts, so that runs that differ only in the seed stay together."""
     chunks = min(chunks, len(tasks))
     ends = [round(len(tasks) * n / chunks) for n in range(chunks + 1)] if chunks else [0]
     return [tasks[begin:end] for begin, end in pairwise(ends)]

@@ -31,7 +31,7 @@ def _length(axis: Axis) -> int:
 
 
 def combinations(sweep: SweepFile, own_seed: int) -> Iterator[dict[str, Value]]:
-    """Yield the values of every run; those that differ in nothing but the seed follow each other.
+    """Yield the values of every run; runs that differ only in the seed follow each other.
 
     Args:
         sweep: the sweep.
@@ -77,7 +77,7 @@ def _shares(design: Design, dimensions: int) -> FloatArray:
 
 @contextmanager
 def _any_number_of_points() -> Iterator[None]:
-    """Accept a number of Sobol points that is not a power of 2; the sample is a little less even then."""
+    """Accept a number of Sobol points that is not a power of 2; then the sample is slightly less even."""
     with catch_warnings():
         filterwarnings("ignore", message="The balance properties", category=UserWarning)
         yield

@@ -1,4 +1,4 @@
-"""Write a sweep as files that the tools of a computing centre run; ``nrp sweep`` then collects the rows."""
+"""Write a sweep as files for the tools of a computing centre; ``nrp sweep`` then collects the results."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def emit(kind: str, folder: Path, tasks: Sequence[Task], jobs: int) -> tuple[Pat
         the file to run, and the command that runs it.
 
     Raises:
-        ExperimentError: there is no such kind, nothing is left to run, or the disk refuses.
+        ExperimentError: the kind is unknown, all runs are done, or the files cannot be written.
     """
     if kind not in KINDS:
         raise ExperimentError(f"a sweep cannot be written for '{kind}'{did_you_mean(kind, KINDS)}")

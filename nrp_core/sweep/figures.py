@@ -19,7 +19,7 @@ from nrp_core.recording.figures.style import FAINT, colour, style
 from nrp_core.sweep.summary import Group, SweepTable, short_key
 
 _SIZE = (7.2, 4.6)
-_MOST_LINES = 7  # colours that can be told apart
+_MOST_LINES = 7  # distinguishable colours
 _AXES_OF_MAP = 2
 _MOST_CELLS_WITH_NUMBERS = 150
 _COLOURS = "viridis"
@@ -31,11 +31,11 @@ def draw(table: SweepTable, path: Path, measure: str | None = None, kind: str | 
     Args:
         table: the sweep.
         path: the suffix chooses between PNG, SVG and PDF.
-        measure: what is shown; by default the first measure.
+        measure: the measure to show; by default the first.
         kind: ``curve``, ``heat`` or ``parallel``; by default by the number of settings that vary.
 
     Raises:
-        ExperimentError: there is no such measure or kind, or too little varies for it; or the disk refuses.
+        ExperimentError: the measure or kind is unknown, too few settings vary, or the file cannot be written.
     """
     check_target(path)
     name = table.measure(measure)
@@ -60,7 +60,7 @@ def _usual(table: SweepTable) -> str:
 
 
 def _curve(_: Figure, axes: Axes, table: SweepTable, name: str) -> None:
-    """Draw the mean over a setting, a band of one standard deviation, and a line for each other value."""
+    """Draw the mean against a setting, with a band of one standard deviation, and a line per other value."""
     _require_keys(table, 1, "a curve")
     numeric = [key for key in table.keys if _is_number(table, key)]
     key = (numeric or list(table.keys))[0]
@@ -88,7 +88,7 @@ def _curve(_: Figure, axes: Axes, table: SweepTable, name: str) -> None:
 
 
 def _heat(figure: Figure, axes: Axes, table: SweepTable, name: str) -> None:
-    """Draw the mean over two settings, the mean over all others."""
+    """Draw the mean against two settings, averaged over all others."""
     _require_keys(table, _AXES_OF_MAP, "a heat map")
     across, up = table.keys[:_AXES_OF_MAP]
     columns, lines = _ticks(table, across), _ticks(table, up)
@@ -116,7 +116,7 @@ def _heat(figure: Figure, axes: Axes, table: SweepTable, name: str) -> None:
 
 
 def _parallel(figure: Figure, axes: Axes, table: SweepTable, name: str) -> None:
-    """Draw a line for each combination over all settings, coloured by the measure, which is the last axis."""
+    """Draw a line per combination through all settings, coloured by the measure, which is the last axis."""
     _require_keys(table, 1, "parallel coordinates")
     groups = [group for group in table.groups if group.numbers(name)]
     if not groups:
@@ -151,12 +151,12 @@ _KINDS: dict[str, Callable[[Figure, Axes, SweepTable, str], None]] = {
 def _require_keys(table: SweepTable, number: int, what: str) -> None:
     if len(table.keys) < number:
         raise ExperimentError(
-            f"{what} needs {number} settings that vary, besides the seed; here are {len(table.keys)}"
+            f"{what} needs {number} varying settings besides the seed; this sweep has {len(table.keys)}"
         )
 
 
 def _number(value: Any) -> float | None:
-    """Return a value as a number, also one with a unit."""
+    """Return a value, with or without a unit, as a number."""
     if isinstance(value, bool):
         return None
     try:
@@ -176,7 +176,7 @@ def _is_number(table: SweepTable, key: str) -> bool:
 
 
 def _ticks(table: SweepTable, key: str) -> dict[str, float]:
-    """Return the places of the values of a setting on an axis: numbers where they are, others one by one."""
+    """Return the positions of a setting's values on an axis: numbers by value, others in sequence."""
     values = _values(table, key)
     if _is_number(table, key):
         return {text: float(_number(value) or 0.0) for text, value in values.items()}

@@ -1,4 +1,4 @@
-"""The folder of a sweep: what it is of, its journals, its tables, and recordings if they were asked for."""
+"""The folder of a sweep: its description, journals, tables, and recordings if requested."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ _WORDS = {
 
 
 def claim(folder: Path, plan: Plan) -> None:
-    """Make the folder of a sweep, or take up the one that is there.
+    """Make the folder of a sweep, or reuse the existing one.
 
     Values and designs may differ, so that a sweep can be extended.
 
     Raises:
-        ExperimentError: it holds something else, another sweep, or the disk refuses.
+        ExperimentError: it contains other files or another sweep, or cannot be written.
     """
     path = folder / ABOUT
     if path.is_file():
         _require_same(read_about(folder)["identity"], plan, folder)
     elif folder.is_dir() and any(folder.iterdir()):
-        raise ExperimentError("the folder is not empty and holds no sweep; give another (--out)", path=folder)
+        raise ExperimentError("the folder contains other files; choose another (--out)", path=folder)
     else:
         with writing(folder):
             folder.mkdir(parents=True, exist_ok=True)
@@ -52,17 +52,17 @@ def claim(folder: Path, plan: Plan) -> None:
 
 
 def read_about(folder: Path) -> dict[str, Any]:
-    """Return what a folder is of.
+    """Return the description in a folder.
 
     Raises:
-        ExperimentError: it holds no sweep.
+        ExperimentError: the folder does not contain a sweep.
     """
     path = folder / ABOUT
     try:
         found = json.loads(path.read_text("utf-8"))
         assert isinstance(found["identity"], dict)
     except (OSError, ValueError, KeyError, TypeError, AssertionError) as error:
-        raise ExperimentError(f"the folder holds no sweep ({ABOUT})", path=folder) from error
+        raise ExperimentError(f"the folder does not contain a sweep ({ABOUT})", path=folder) from error
     return found  # type: ignore[no-any-return]
 
 
@@ -73,6 +73,6 @@ def _require_same(there: dict[str, Any], plan: Plan, folder: Path) -> None:
     other = [words for key, words in _WORDS.items() if there.get(key) != here[key]]
     if other:
         raise ExperimentError(
-            f"the folder holds another sweep: it differs in {', '.join(other)}; give another (--out)",
+            f"the folder contains another sweep, with different {', '.join(other)}; choose another (--out)",
             path=folder,
         )

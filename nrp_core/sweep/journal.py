@@ -1,6 +1,6 @@
-"""The records of a sweep, one line of JSON each, written the moment a run ends.
+"""The records of a sweep, one line of JSON each, written as soon as a run ends.
 
-Several processes may add to one folder, each to a file of its own. A line that a kill or a full disk cut is
+Several processes may add to one folder, each to its own file. A line truncated by a kill or a full disk is
 dropped; every line before it is on the disk.
 """
 
@@ -19,14 +19,14 @@ from nrp_core.sweep.record import Record
 
 JOURNAL = "journal.jsonl"
 JOURNALS = "journal*.jsonl"
-"""Jobs of a cluster write journals of their own."""
+"""Jobs of a cluster write their own journals."""
 
 
 class Journal:
     """A file that records are added to, by one process at a time.
 
     Raises:
-        ExperimentError: another process adds to it, or the disk refuses.
+        ExperimentError: another process adds to it, or it cannot be written.
     """
 
     def __init__(self, path: Path) -> None:
@@ -37,14 +37,14 @@ class Journal:
             fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
             os.close(self._descriptor)
-            raise ExperimentError("another process works on this sweep", path=path) from error
+            raise ExperimentError("another process is working on this sweep", path=path) from error
         self._drop_cut_line()
 
     def add(self, record: Record) -> None:
         """Add a record and wait until it is on the disk.
 
         Raises:
-            ExperimentError: the disk refuses; what was written before is kept.
+            ExperimentError: it cannot be written; earlier records are kept.
         """
         with writing(self._path):
             data = record.to_line().encode()
@@ -57,7 +57,7 @@ class Journal:
         os.close(self._descriptor)
 
     def _drop_cut_line(self) -> None:
-        """End the file with its last whole line, and continue there."""
+        """Truncate the file after its last complete line, and continue there."""
         data = self._path.read_bytes()
         with writing(self._path):
             os.ftruncate(self._descriptor, data.rfind(b"\n") + 1)
@@ -73,7 +73,7 @@ class Journal:
 
 
 def read_records(folder: Path) -> dict[str, Record]:
-    """Return the records of a folder by their ids; of several for one run, the last one without an error.
+    """Return the records of a folder by id; of several records of a run, the last one without an error.
 
     Raises:
         ExperimentError: a line is not a record.
@@ -87,7 +87,7 @@ def read_records(folder: Path) -> dict[str, Record]:
 
 
 def records_in(path: Path) -> Iterator[Record]:
-    """Yield the records of one journal; a line that was cut is not one.
+    """Yield the records of one journal, without a truncated line.
 
     Raises:
         ExperimentError: a line is not a record.

@@ -1,4 +1,4 @@
-"""The run that a worker keeps open, for the next task may differ from it in nothing but the seed."""
+"""The run that a worker keeps open, because the next task may differ only in the seed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _SEED = "seed="
 
 
 class KeptRun:
-    """At most one open run, and what it was opened for."""
+    """At most one open run, and the task that it was opened for."""
 
     def __init__(self) -> None:
         self._run: Run | None = None
@@ -22,11 +22,11 @@ class KeptRun:
 
     @contextmanager
     def opened(self, task: Task, *, keep: bool) -> Iterator[Run]:
-        """Open the run of a task at its time 0, or start the one that is open over.
+        """Return a run of a task at time 0: a new one, or the open one after a reset.
 
         Args:
             task: the task.
-            keep: whether the run may stay open after it; one that ended early never does.
+            keep: whether the run may stay open afterwards; a run that ended early is always closed.
         """
         others = tuple(text for text in task.overrides if not text.startswith(_SEED))
         run = self._started_over(task, (task.experiment, others)) if keep else None
@@ -50,7 +50,7 @@ class KeptRun:
             run.close()
 
     def _started_over(self, task: Task, of: tuple[str, tuple[str, ...]]) -> Run | None:
-        """Return the open run at time 0, if it is one of the same settings; it is the caller's then."""
+        """Return the open run at time 0 if it has the same settings; the caller then owns it."""
         seeds = [int(text.removeprefix(_SEED)) for text in task.overrides if text.startswith(_SEED)]
         if self._run is None or self._of != of or len(seeds) != 1:
             return None

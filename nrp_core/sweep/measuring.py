@@ -1,4 +1,4 @@
-"""Perform one run of a sweep: this is what workers execute."""
+"""Perform one run of a sweep, in a worker."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from nrp_core.sweep.record import Record, Task
 
 
 def perform(task: Task) -> Record:
-    """Perform a run and return its record; an error of the run is in the record.
+    """Perform a run and return its record, which also holds an error of the run.
 
     Raises:
-        BackendLoadError: this worker has other versions of the code.
+        BackendLoadError: this worker has another version of the code.
     """
     require_code(task.code)
     began_ns = work.now_ns()
@@ -50,8 +50,8 @@ def require_code(code: Mapping[str, str], where: str = "a worker") -> None:
     if other:
         names = " and ".join(f"'{package}'" for package in other)
         raise BackendLoadError(
-            f"{where} has another version of {names} than the process that began the sweep; "
-            "install the same on every machine"
+            f"{where} has a different version of {names} from the process that began the sweep; "
+            "install the same version on every machine"
         )
 
 
@@ -59,13 +59,13 @@ def scalar_metric(name: str) -> ScalarMetric:
     """Return a metric by its name.
 
     Raises:
-        ExperimentError: there is none of this name, or it compares two runs.
+        ExperimentError: the metric does not exist, or compares two runs.
     """
     if name not in METRICS.names():
-        raise ExperimentError(f"no metric is called '{name}'{did_you_mean(name, METRICS.names())}")
+        raise ExperimentError(f"there is no metric '{name}'{did_you_mean(name, METRICS.names())}")
     metric = METRICS.load(name)
     if not isinstance(metric, ScalarMetric):
-        raise ExperimentError(f"'{name}' compares two runs; it is not a number of one")
+        raise ExperimentError(f"'{name}' compares two runs, so a single run has no value of it")
     return metric
 
 
@@ -101,7 +101,7 @@ def _run(run: Run, task: Task, folder: Path | None) -> None:
 
 
 def _measured(metrics: list[ScalarMetric], signals: RunSignals, result: Result) -> dict[str, float | None]:
-    """Return all values; a failed run has those of its finding only."""
+    """Return all values; a failed run has only those of its finding."""
     measured: dict[str, float | None] = {}
     for metric in metrics:
         if result.error is None or metric.is_finding:

@@ -1,4 +1,4 @@
-"""The file of a sweep as typed data; its keys are documented here."""
+"""The file of a sweep as typed data, with the documentation of its keys."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _PARTS = 2
 
 @dataclass(frozen=True, slots=True)
 class Design:
-    """Which combinations of values are run.
+    """The combinations of values to run.
 
     Args:
         kind: ``grid`` or one of :data:`SAMPLED`.
@@ -66,9 +66,9 @@ DesignField = Annotated[
 
 
 def _text(value: object) -> str:
-    """Return a text as it is: one from a file knows its folder."""
+    """Return a string unchanged, because one from a file knows its folder."""
     if not isinstance(value, str):
-        raise ValueError(f"the name of an experiment is a text, not {value!r}")
+        raise ValueError(f"the name of an experiment is a string, not {value!r}")
     return value
 
 
@@ -76,18 +76,18 @@ ExperimentField = Annotated[str, PlainValidator(_text), WithJsonSchema({"type": 
 
 
 class SweepFile(Section):
-    """An experiment, what varies, and what is measured."""
+    """An experiment, the settings that vary, and the measures."""
 
     experiment: ExperimentField
     """A shipped experiment, or a file or folder, relative to this file."""
     settings: dict[str, Any] = Field(default_factory=dict)
     """Settings of every run, by their dotted keys."""
     vary: dict[str, AxisField] = Field(default_factory=dict)
-    """What varies, by its dotted key."""
+    """The values of the settings that vary, by dotted key."""
     design: DesignField = Design()
-    """Which combinations of the values are run."""
+    """The combinations of values to run."""
     measure: tuple[str, ...] = ("criteria", "time_to_event")
-    """Metrics, as of ``nrp diff``, that are a number for each run."""
+    """Metrics, as in ``nrp diff``, that give a number for each run."""
     until: DurationNs | None = None
     """Simulated time at which every run stops; by default the duration of the experiment."""
 
@@ -96,26 +96,26 @@ class SweepFile(Section):
     def _plain(cls, settings: dict[str, Any]) -> dict[str, Any]:
         for key, value in settings.items():
             if isinstance(value, Mapping) or value is None:
-                raise ValueError(f"a setting is one value under its dotted key, as '{key}.name: 1'")
+                raise ValueError(f"a setting is one value with a dotted key, such as '{key}.name: 1'")
         return settings
 
     @model_validator(mode="after")
     def _consistent(self) -> SweepFile:
         for key, axis in self.vary.items():
             if key in self.settings:
-                raise ValueError(f"'{key}' is given under 'settings' and under 'vary'")
+                raise ValueError(f"'{key}' appears under both 'settings' and 'vary'")
             needs_steps = self.design.kind == GRID or key == SEED
             if isinstance(axis, Span) and needs_steps and not len(axis):
                 raise ValueError(
-                    f"vary.{key}: a grid of numbers needs 'steps', as {{from: 0.5, to: 2, steps: 7}}"
+                    f"vary.{key}: a grid of numbers needs 'steps', as in {{from: 0.5, to: 2, steps: 7}}"
                 )
         if isinstance(self.vary.get(SEED), Range):
-            raise ValueError("vary.seed: seeds are not drawn; write {from: 1, to: 10}, or a list")
+            raise ValueError("vary.seed: seeds cannot be drawn; write {from: 1, to: 10}, or a list")
         if self.design.kind != GRID and not self.sampled:
-            raise ValueError(f"design: nothing varies that {self.design.kind} could sample")
+            raise ValueError(f"design: no setting varies that {self.design.kind} could sample")
         return self
 
     @property
     def sampled(self) -> list[str]:
-        """The keys whose values a design combines: all but the seed and what is drawn with it."""
+        """The keys whose values a design combines: all but the seed and the settings drawn with it."""
         return [key for key, axis in self.vary.items() if key != SEED and not isinstance(axis, Range)]

@@ -30,7 +30,7 @@ from nrp_core.sweep.model import SEED, SweepFile
 from nrp_core.sweep.record import Task
 
 MOST_RUNS = 100_000
-"""More runs are only made when that was confirmed."""
+"""The largest number of runs that needs no confirmation."""
 _BACKENDS = ("brain.backend", "world.backend")
 _MOST_CHECKED = 20
 
@@ -40,8 +40,8 @@ class PlannedRun:
     """One run.
 
     Args:
-        task: what a worker gets.
-        values: of what varies, by key.
+        task: the task for a worker.
+        values: the values of the varying settings, by key.
     """
 
     task: Task
@@ -74,18 +74,18 @@ class Plan:
 
         Args:
             sweep: the sweep.
-            source: its file, for the places of mistakes.
-            confirmed: whether there may be more than :data:`MOST_RUNS`.
+            source: its file, for the places of errors.
+            confirmed: whether more than :data:`MOST_RUNS` runs are allowed.
 
         Raises:
-            InvalidExperimentError: the experiment, a key, a value or a metric is wrong.
+            InvalidExperimentError: the experiment, a key, a value or a metric is not valid.
             ExperimentError: there are too many runs.
         """
         source = source or Tree({})
         total = number_of_runs(sweep)
         if total > MOST_RUNS and not confirmed:
             raise ExperimentError(
-                f"the sweep has {total:,} runs; up to {MOST_RUNS:,} are made without a confirmation (--yes)",
+                f"the sweep has {total:,} runs; more than {MOST_RUNS:,} need a confirmation (--yes)",
                 path=source.place.path,
             )
         mistakes = _Mistakes(source)
@@ -123,7 +123,7 @@ class Plan:
 
     @property
     def identity(self) -> dict[str, Any]:
-        """What all runs share: runs of one folder agree in it."""
+        """The properties that all runs of one folder share."""
         return {
             "experiment": self.name,
             "files": self.files,
@@ -151,14 +151,14 @@ class Plan:
 
 
 class _Mistakes:
-    """Collects mistakes at their places in the file of the sweep."""
+    """Collects errors with their places in the file of the sweep."""
 
     def __init__(self, source: Tree) -> None:
         self._source, self._findings = source, list[Finding]()
 
     @contextmanager
     def at(self, *keys: Key) -> Iterator[None]:
-        """Collect the error of a block; findings without a place get that of these keys."""
+        """Collect the error of a block; findings without a place get the place of these keys."""
         place = self._source.place_of(*keys)
         try:
             yield
@@ -167,20 +167,20 @@ class _Mistakes:
                 self._findings.append(one if one.path is not None else place.finding(one.code, one.message))
 
     def raise_all(self) -> None:
-        """Raise one error with all mistakes, if there are any."""
+        """Raise one error with all findings, if there are any."""
         if self._findings:
             raise InvalidExperimentError(dict.fromkeys(self._findings))
 
 
 def _located(experiment: str) -> str:
-    """Return a shipped experiment by its name, another one by its absolute path."""
+    """Return the name of a shipped experiment, or the absolute path of another one."""
     folder = experiment.folder if isinstance(experiment, TextFrom) else Path.cwd()
     found = find_file(experiment, folder)
     return str(experiment) if experiment.partition("/")[0] in SHIPPED.names() else str(found)
 
 
 def _absolute(value: Value) -> Value:
-    """Return the absolute path of a file that stands beside the sweep, any other value as it is."""
+    """Return the absolute path of a file beside the sweep; any other value unchanged."""
     if isinstance(value, TextFrom) and Path(value).suffix and (value.folder / value).is_file():
         return str((value.folder / value).resolve())
     return value
@@ -203,7 +203,7 @@ def _require_valid(experiment: str, settings: list[str], key: str, axis: Axis) -
 
 
 def _samples(key: str, axis: Axis) -> Iterator[Value]:
-    """Yield the values of an axis that are checked: all of a short list, the ends of the others."""
+    """Yield the values of an axis to check: all values of a short list, the ends of other axes."""
     match axis:
         case Choices():
             yield from axis.levels[:_MOST_CHECKED]

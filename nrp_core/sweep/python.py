@@ -31,7 +31,7 @@ def sweep(
     confirmed: bool = False,
     tell: Tell = lambda _: None,
 ) -> pd.DataFrame:
-    """Make the runs of a sweep and return their table, a row a run.
+    """Make the runs of a sweep and return their table, one row per run.
 
     Example::
 
@@ -40,18 +40,18 @@ def sweep(
 
     Args:
         description: the file of the sweep, or its contents.
-        out: its folder; runs that it already holds are not repeated. By default nothing is kept.
+        out: the folder of the results; runs that it already holds are not repeated. By default temporary.
         on: ``local``, ``dask``, ``slurm`` or ``tcp://scheduler:8786``.
         workers: number of runs at once.
         only: conditions on the runs, ``key=value``, or their numbers, ``0..9``.
-        retry_failed: whether runs that failed are made again.
+        retry_failed: whether to repeat the runs that failed.
         record: whether to keep a recording of every run, in ``out``.
-        confirmed: whether there may be more than 100 000 runs.
+        confirmed: whether more than 100 000 runs are allowed.
         tell: called after every run with the progress.
 
     Raises:
-        ExperimentError: the sweep or the folder is wrong.
-        BackendError: what is needed is not installed or not there.
+        ExperimentError: the sweep or the folder is not valid.
+        BackendError: a requirement is not installed or cannot be reached.
     """
     require_extra("pandas", "sweep", "a table of a sweep in Python")
     if isinstance(description, Mapping):

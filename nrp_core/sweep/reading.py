@@ -1,4 +1,4 @@
-"""Read the file of a sweep; mistakes are reported at their lines."""
+"""Read the file of a sweep, and report errors with their lines."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def read_sweep(path: Path) -> tuple[SweepFile, Tree]:
         the sweep, and the file with the place of every value.
 
     Raises:
-        InvalidExperimentError: it cannot be read, or anything in it is wrong; it carries all findings.
+        InvalidExperimentError: it cannot be read or is not valid; the error carries all findings.
     """
     if not path.is_file():
         raise ExperimentError("there is no such file; a sweep is a YAML file", path=path)
@@ -36,7 +36,7 @@ def sweep_of(tree: Tree) -> SweepFile:
     """Return the sweep of a tree.
 
     Raises:
-        InvalidExperimentError: anything in it is wrong; it carries all findings.
+        InvalidExperimentError: it is not valid; the error carries all findings.
     """
     try:
         return SweepFile.model_validate(tree.plain())

@@ -10,18 +10,18 @@ from typing import Any, Self
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One run, with everything that a worker on another machine needs; files have the same path there.
+    """One run, with all data for a worker on another machine, where files must have the same paths.
 
     Args:
-        id: a digest of what the run depends on.
+        id: a digest of all that determines the run.
         index: its place in the sweep, from 0.
         experiment: a shipped experiment, or the path of a file or folder.
         overrides: ``dotted.key=value``.
         measure: names of metrics.
-        until_s: where it stops, s; None: at the end of the experiment.
+        until_s: its end time, s; None: the end of the experiment.
         code: fingerprints of the packages of the core and the backends, by name.
-        recording: a folder to record into; None: the run is not kept.
-        attempt: 1, and one more each time a worker died at it.
+        recording: a folder to record into; None: the run is not recorded.
+        attempt: 1, plus the number of workers that died in it.
     """
 
     id: str
@@ -41,7 +41,7 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """What came of a run. Everything but times and attempts is the same on every machine.
+    """The result of a run. Everything but times and attempts is the same on every machine.
 
     Args:
         id, index: of the task.
@@ -49,14 +49,14 @@ class Record:
         brain, world: names of the backends.
         state: ``finished``, ``failed``, ``invalid`` (it could not begin) or ``died`` (its worker, each time).
         complete, passed: as of :class:`~nrp_core.experiment.running.result.Result`.
-        problems: codes of its findings, the weightiest first.
+        problems: codes of its findings, the most severe first.
         measured: values by ``metric.part``; None: the part has no value in this run.
-        sim_time_s: simulated time that was reached.
+        sim_time_s: simulated time at its end.
         wall_time_s: real time of the steps.
-        elapsed_s: real time of everything: reading, opening, stepping, measuring.
+        elapsed_s: real time of the whole run: reading, opening, stepping, measuring.
         trajectory_digest: hash of the poses of all robots at every step.
         error: the error that ended it.
-        attempts: how often it was begun.
+        attempts: number of attempts.
     """
 
     id: str
@@ -84,7 +84,7 @@ class Record:
     @classmethod
     def died(cls, task: Task, reason: str) -> Self:
         """Return the record of a run whose worker died each time."""
-        message = f"its worker died at each of {task.attempt} attempts, at last by {reason}"
+        message = f"its worker died in each of {task.attempt} attempts; the last cause: {reason}"
         return cls(task.id, task.index, state="died", error=message, attempts=task.attempt)
 
     def to_line(self) -> str:
@@ -96,7 +96,7 @@ class Record:
         """Read a line of :meth:`to_line`.
 
         Raises:
-            ValueError, TypeError: it is something else.
+            ValueError, TypeError: the line has another form.
         """
         data: dict[str, Any] = json.loads(line)
         return cls(**{**data, "problems": tuple(data["problems"])})

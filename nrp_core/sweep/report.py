@@ -17,7 +17,7 @@ _MOST_ERRORS = 3
 
 
 def report(table: SweepTable, console: Console) -> None:
-    """Print a line for each combination, and the problems and errors of all runs before it."""
+    """Print the problems and errors of all runs, then a line for each combination."""
     for line in _remarks(table):
         console.print(line, markup=False)
     groups, measures = table.groups, table.measures[:_MOST_MEASURES]
@@ -61,7 +61,7 @@ def report_data(table: SweepTable, folder: Path, figure: Path | None) -> dict[st
 
 
 def _remarks(table: SweepTable) -> list[str]:
-    """Return what is missing from the runs, before their results."""
+    """Return the lines about failed and incomplete runs, to be printed before the results."""
     errors = Counter(str(row["error"]) for row in table.rows if row["error"] is not None)
     incomplete = [row for row in table.rows if not row["complete"] and row["error"] is None]
     codes = Counter(code for row in incomplete for code in str(row["problems"] or "").split())

@@ -1,4 +1,4 @@
-"""Make the runs of a sweep that are not made yet."""
+"""Make the pending runs of a sweep."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from nrp_core.sweep.table import Row, rows_of, write_tables
 
 @dataclass(slots=True)
 class Progress:
-    """How far a sweep is.
+    """The progress of a sweep.
 
     Args:
-        total: runs of the sweep, those chosen by ``--only`` or all.
-        done: those that are made, earlier ones included.
-        failed: those of them that an error ended.
-        begun_with: those that were made before.
-        began_ns: when this process began, on the clock of the process.
+        total: number of runs, all or those selected by ``--only``.
+        done: number of finished runs, including earlier ones.
+        failed: number of these that an error ended.
+        begun_with: number of runs that were finished before.
+        began_ns: start of this process's work, on its monotonic clock.
     """
 
     total: int
@@ -37,12 +37,12 @@ class Progress:
 
     @property
     def left_s(self) -> float | None:
-        """The expected time that is left, s; None before the first run has ended."""
+        """The expected remaining time, s; None before the first run has ended."""
         made = self.done - self.begun_with
         return seconds(work.now_ns() - self.began_ns) / made * (self.total - self.done) if made else None
 
     def __str__(self) -> str:
-        """Return failures and the time that is left, as a progress bar shows them."""
+        """Return failures and remaining time as text, for a progress bar."""
         parts = [f"{self.failed} failed"] if self.failed else []
         if self.left_s is not None and self.done < self.total:
             parts.append(f"{duration_text(self.left_s)} left")
@@ -54,12 +54,12 @@ Tell = Callable[[Progress], None]
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Which runs are made.
+    """The selection of runs to make.
 
     Args:
-        only: conditions, each ``KEY=VALUE`` or the numbers of runs as ``0..9``; a run meets all keys.
+        only: conditions, each ``KEY=VALUE`` or numbers of runs such as ``0..9``; a run must match all keys.
         retry_failed: whether runs that failed are made again.
-        recorded: whether recordings are kept.
+        recorded: whether to keep recordings.
     """
 
     only: tuple[str, ...] = ()
@@ -72,11 +72,11 @@ class SweepRun:
 
     Args:
         plan: the sweep.
-        folder: its folder; made, or taken up if it holds the same sweep.
-        choice: which runs are made.
+        folder: its folder; created, or reused if it contains the same sweep.
+        choice: the selection of runs.
 
     Raises:
-        ExperimentError: the folder holds something else, or a choice leaves no run.
+        ExperimentError: the folder contains something else, or no run is selected.
     """
 
     def __init__(self, plan: Plan, folder: Path, choice: Choice | None = None) -> None:
@@ -87,16 +87,16 @@ class SweepRun:
 
     @property
     def pending(self) -> list[Task]:
-        """The runs that are to be made."""
+        """The runs that are still to be made."""
         return [self._task(run.task) for run in self._chosen if not self._is_done(run)]
 
     @property
     def rows(self) -> list[Row]:
-        """The rows of all runs that are made, also of those that were not chosen this time."""
+        """The rows of all finished runs, also of those not selected this time."""
         return rows_of(self.plan.runs, self.records)
 
     def expected_s(self, executor: Executor) -> float | None:
-        """Return the expected time of the pending runs, s, from those that are made; None if none is."""
+        """Return the expected time of the pending runs, s, from the finished ones; None if there are none."""
         known = [record.elapsed_s for record in self.records.values() if record.elapsed_s]
         if not known:
             return None
@@ -106,12 +106,12 @@ class SweepRun:
     def run(
         self, executor: Executor, tell: Tell = lambda _: None, tasks: Sequence[Task] | None = None
     ) -> None:
-        """Make runs, write each into the journal as it ends, and derive the tables, also if stopped.
+        """Make runs, write each into the journal as it ends, and derive the tables, even if interrupted.
 
         Args:
-            executor: where; it is open.
+            executor: the open executor.
             tell: called at the beginning and after every run.
-            tasks: which; by default all that are pending.
+            tasks: the runs to make; by default all pending ones.
 
         Raises:
             NrpError: the disk is full, or the executor gives up; finished runs are kept.
@@ -145,10 +145,10 @@ class SweepRun:
 
 
 def chosen(runs: Sequence[PlannedRun], only: Iterable[str], keys: Sequence[str]) -> list[PlannedRun]:
-    """Return the runs that meet conditions.
+    """Return the runs that match conditions.
 
     Raises:
-        ExperimentError: a condition is written differently, names what does not vary, or leaves no run.
+        ExperimentError: a condition has another form, names a setting that does not vary, or matches no run.
     """
     found = list(runs)
     for text in only:
@@ -159,7 +159,7 @@ def chosen(runs: Sequence[PlannedRun], only: Iterable[str], keys: Sequence[str])
             values = sorted({str(run.values[key]) for run in found})
             found = [run for run in found if str(run.values[key]) == value]
             if not found:
-                raise ExperimentError(f"--only {text}: no run has it{did_you_mean(value, values)}")
+                raise ExperimentError(f"--only {text}: no run has this value{did_you_mean(value, values)}")
         else:
             first, last = _numbers(text)
             found = [run for run in found if first <= run.task.index <= last]
@@ -172,13 +172,13 @@ def _numbers(text: str) -> tuple[int, int]:
     first, _, last = text.partition("..")
     if not (first.isdecimal() and (last or first).isdecimal()):
         raise ExperimentError(
-            f"--only takes KEY=VALUE, the number of a run, or numbers as 0..9, not '{text}'"
+            f"--only takes KEY=VALUE, the number of a run, or numbers such as 0..9, not '{text}'"
         )
     return int(first), int(last or first)
 
 
 def duration_text(duration_s: float) -> str:
-    """Return a duration for people, in two significant parts at most."""
+    """Return a duration as text, with at most two units."""
     total = round(duration_s)
     if total < 60:
         return f"{duration_s:.2g} s" if duration_s < 10 else f"{total} s"

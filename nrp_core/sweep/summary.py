@@ -1,4 +1,4 @@
-"""Sum up a sweep: the runs of one combination of values, over its seeds, are one line."""
+"""Summarize a sweep: one line for the runs of each combination of values, over all seeds."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Group:
     """The runs of one combination.
 
     Args:
-        values: of what varies, without the seed and what is drawn with it.
+        values: the values, without the seed and the settings drawn with it.
         rows: its runs.
     """
 
@@ -29,7 +29,7 @@ class Group:
     rows: tuple[Row, ...]
 
     def numbers(self, name: str) -> list[float]:
-        """Return the values of a measure in the runs that have one."""
+        """Return the values of a measure in the runs that have it."""
         return [float(row[name]) for row in self.rows if row.get(name) is not None]
 
     def mean(self, name: str) -> float:
@@ -38,7 +38,7 @@ class Group:
         return float(np.mean(found)) if found else float("nan")
 
     def spread(self, name: str) -> float:
-        """Return the standard deviation of a measure from seed to seed; 0 for one run."""
+        """Return the standard deviation of a measure between seeds; 0 for one run."""
         found = self.numbers(name)
         return float(np.std(found, ddof=1)) if len(found) > 1 else 0.0
 
@@ -53,8 +53,8 @@ class SweepTable:
 
     Args:
         name: name of the experiment.
-        keys: what varies and is set by the design.
-        measures: names of the numbers that were measured.
+        keys: the varying settings that the design combines.
+        measures: names of the measured numbers.
         rows: the runs.
     """
 
@@ -77,7 +77,7 @@ class SweepTable:
         return [Group({key: rows[0][key] for key in self.keys}, tuple(rows)) for rows in found.values()]
 
     def measure(self, name: str | None) -> str:
-        """Return the measure of a name, by default the first.
+        """Return the full name of a measure, by default the first.
 
         Raises:
             ExperimentError: it was not measured, or nothing was.
@@ -91,7 +91,7 @@ class SweepTable:
 
 
 def short_key(key: str, keys: Sequence[str]) -> str:
-    """Return the last part of a dotted key, and as many before it as tell it from the others."""
+    """Return the shortest end of a dotted key that distinguishes it from the others."""
     parts = key.split(".")
     names = (".".join(parts[-length:]) for length in range(1, len(parts)))
     others = [other for other in keys if other != key]
@@ -104,10 +104,10 @@ def _measures(rows: Sequence[Row], metrics: Sequence[str]) -> tuple[str, ...]:
 
 
 def read_table(folder: Path) -> SweepTable:
-    """Return the table of a folder, from what its journals have.
+    """Return the table of a folder, from its journals.
 
     Raises:
-        ExperimentError: it holds no sweep, or no run of it has ended.
+        ExperimentError: the folder does not contain a sweep, or no run has ended.
     """
     import csv
 
@@ -124,7 +124,7 @@ def read_table(folder: Path) -> SweepTable:
 
 
 def _value(text: str) -> Any:
-    """Return a cell as a number, a truth value or a text; None if it is empty."""
+    """Return a cell as a number, a Boolean or a string; None if it is empty."""
     if text in ("", "True", "False"):
         return {"": None, "True": True, "False": False}[text]
     try:

@@ -1,4 +1,4 @@
-"""The table of a sweep, a row a run, derived from its records."""
+"""The table of a sweep, one row per run, derived from its records."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 CSV, PARQUET = "results.csv", "results.parquet"
 VARYING = ("wall_time_s", "elapsed_s", "attempts")
-"""Columns that differ from one execution of a sweep to another."""
+"""Columns that differ between executions of a sweep."""
 
 Row = dict[str, Any]
 
 
 def rows_of(runs: Iterable[PlannedRun], records: Mapping[str, Record]) -> list[Row]:
-    """Return the rows of the runs that are done, in the order of the plan; all have the same columns."""
+    """Return the rows of the finished runs in the order of the plan; all have the same columns."""
     done = [(run, records[run.task.id]) for run in runs if run.task.id in records]
     measured = list(dict.fromkeys(name for _, record in done for name in record.measured))
     return [_row(run, record, measured) for run, record in done]
@@ -52,7 +52,7 @@ def _row(run: PlannedRun, record: Record, measured: Sequence[str]) -> Row:
 
 
 def _cell(value: Value) -> Value:
-    """Return a value as a cell holds it: numbers in a list stand in one cell, and a text loses its folder."""
+    """Return a value as a cell: a list of numbers is one cell, and a string loses its folder."""
     return (
         " ".join(map(str, value))
         if isinstance(value, list)
@@ -66,7 +66,7 @@ def write_tables(folder: Path, rows: Sequence[Row]) -> list[Path]:
     """Write ``results.csv``, and with pandas and PyArrow ``results.parquet``; return the files.
 
     Raises:
-        ExperimentError: the disk refuses.
+        ExperimentError: a file cannot be written.
     """
     written = [folder / CSV]
     with writing(written[0]):

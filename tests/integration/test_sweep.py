@@ -187,7 +187,7 @@ def test_workers_of_another_version_and_a_scheduler_that_is_not_there_are_refuse
     from dataclasses import replace
 
     other = replace(plan, code={**plan.code, "nrp_core": "0123456789abcdef"})
-    with pytest.raises(nrp_core.NrpError, match="has another version of 'nrp_core'"):
+    with pytest.raises(nrp_core.NrpError, match="has a different version of 'nrp_core'"):
         swept(other, tmp_path / "other", "local", 1)
     with pytest.raises(nrp_core.NrpError, match="there is no Dask scheduler at tcp:"):
         swept(plan, tmp_path / "none", "tcp://127.0.0.1:9")

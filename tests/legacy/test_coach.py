@@ -114,7 +114,7 @@ def test_an_edit_that_is_wrong_changes_nothing(launched: Launched) -> None:
         ("drve", AHEAD, "no transfer function 'drve'; did you mean 'drive'"),
         ("drive", "def drive(t:", "neither Python 3 nor Python 2"),
         ("drive", "x = 1\n", "does not declare a transfer function"),
-        ("drive", AHEAD.replace("def drive", "def grab_laser"), "a transfer function 'grab_laser' already"),
+        ("drive", AHEAD.replace("def drive", "def grab_laser"), "function 'grab_laser' already exists"),
         ("drive", AHEAD + "raise ValueError('no')\n", "no"),
     ):
         with pytest.raises(ExperimentError, match=said):

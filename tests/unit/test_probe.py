@@ -58,7 +58,7 @@ def test_an_answer_is_kept_under_all_that_it_depends_on(module: Path) -> None:
     first = run_probe("asked", depends_on="version 1")
     assert run_probe("asked", depends_on="version 1") == first
     assert run_probe("asked", depends_on="version 2") != first
-    assert run_probe("asked", depends_on="version 1", anew=True) != first
+    assert run_probe("asked", depends_on="version 1", refresh=True) != first
 
 
 def test_without_a_place_to_keep_answers_it_is_asked_every_time(

@@ -9,7 +9,7 @@ import pytest
 
 from nrp_core._support import probe
 from nrp_core.brain.backends import brains
-from nrp_core.cli.survey import Surveyed, look_at, survey
+from nrp_core.cli.survey import Surveyed, examine, survey
 from nrp_core.errors import BackendError
 
 GOOD = """
@@ -44,7 +44,7 @@ def install_brain(install: Callable[..., None]) -> Install:
 
 
 def looked(name: str, *, timeout_s: float = 30.0) -> Surveyed:
-    return look_at("brain", brains().provider(name), timeout_s=timeout_s)
+    return examine("brain", brains().provider(name), timeout_s=timeout_s)
 
 
 def test_a_backend_that_imports_lists_its_capabilities(install_brain: Install) -> None:
@@ -130,7 +130,7 @@ def test_two_distributions_with_one_name_are_both_refused(
 ) -> None:
     install_brain("good", GOOD)
     install("other", "[nrp_core.brain]\ngood = good:Backend\n")
-    twice = [look_at("brain", provider) for provider in brains().providers() if provider.name == "good"]
+    twice = [examine("brain", provider) for provider in brains().providers() if provider.name == "good"]
     assert [one.available for one in twice] == [False, False]
     assert all("two distributions provide the brain backend 'good'" in one.reason for one in twice)
     assert all(one.remedy.startswith("pip uninstall ") for one in twice)

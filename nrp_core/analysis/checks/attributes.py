@@ -10,7 +10,7 @@ from nrp_core.analysis.events import Read, Write, missing_name
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.shapes import Instance, Known, Names, Number, Row, can_set, names_of
 from nrp_core.analysis.study import Examined
-from nrp_core.dsl.devices.devices import Device, meant
+from nrp_core.dsl.devices.devices import Device, attribute_hint
 from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.functions.variables import Variable
@@ -26,7 +26,7 @@ def adapters_have_the_attribute(function: Examined) -> Iterator[Finding]:
     """Look for attributes that a parameter's device, topic or variable does not have."""
     for event in function.events:
         if isinstance(event, (Read, Write)) and not event.exists and _adapter(event) is not None:
-            hint = meant(event.name, names_of(event.owner))
+            hint = attribute_hint(event.name, names_of(event.owner))
             message = f"{_described(function, event)} has no attribute '{event.name}'{hint}"
             yield function.declared.finding(Code.NRP223, event.node, message, instead=hint.instead)
 
@@ -67,7 +67,7 @@ def only_writable_attributes_are_set(function: Examined) -> Iterator[Finding]:
         adapter = _adapter(event) if isinstance(event, Write) and event.exists else None
         if adapter is not None and isinstance(event, Write) and not can_set(adapter, event.name):
             level = Level.WARNING if isinstance(adapter, SubscribedTopic) else Level.ERROR
-            message = f"{_described(function, event).rstrip(',')}: '{event.name}' can only be read"
+            message = f"{_described(function, event).rstrip(',')}: '{event.name}' is read-only"
             yield function.declared.finding(Code.NRP224, event.node, message, level)
 
 

@@ -31,7 +31,7 @@ def indexed_values_have_items(function: Examined) -> Iterator[Finding]:
                     continue
                 group_text = ast.unparse(node.value if isinstance(node, ast.Subscript) else node)
                 message = (
-                    f"'{group_text}' has {len(group)} devices, 0..{len(group) - 1}; {index} is not among them"
+                    f"'{group_text}' has {len(group)} devices, 0..{len(group) - 1}; {index} is out of range"
                 )
             case Call(node, Known(callee), (owner,), _, True) if any(callee is one for one in _OF_MANY):
                 what = _without_items(function, owner)

@@ -26,7 +26,7 @@ def backends(
     """List the installed backends: their capabilities, or why they cannot be used."""
     from nrp_core.cli.survey import survey
 
-    found = survey(anew=refresh)
+    found = survey(refresh=refresh)
     if json:
         document({"backends": [as_data(backend) for backend in found]})
         return

@@ -1,4 +1,4 @@
-"""``nrp inspect --check``: whether a recording is as it was written."""
+"""``nrp inspect --check``: check that a recording is unchanged and undamaged."""
 
 from __future__ import annotations
 

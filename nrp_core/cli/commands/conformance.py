@@ -55,7 +55,7 @@ def conformance(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Test that a backend keeps the contract, has its declared capabilities and is as accurate as claimed."""
+    """Test whether a backend keeps the contract, has its declared capabilities and is accurate enough."""
     _require_packages()
     _require_backend(kind, name)
     require_folder_of(report, "--report")

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 RESULTS_SUFFIX = ".diff"
 _OF_RUNS = ("brains", "worlds", "seeds", "vary", "overrides", "models", "results", "jobs")
-"""Parameters that shape runs."""
+"""Parameters that affect runs."""
 
 
 def diff(
@@ -61,7 +61,7 @@ def diff(
     seeds: Annotated[
         int,
         typer.Option(
-            metavar="N", envvar="NRP_SEEDS", min=1, help="Number of seeds, from the experiment's seed on."
+            metavar="N", envvar="NRP_SEEDS", min=1, help="Number of seeds, counted up from the experiment's."
         ),
     ] = 20,
     vary: Annotated[
@@ -91,7 +91,7 @@ def diff(
             metavar="FILE",
             envvar="NRP_BASELINE",
             dir_okay=False,
-            help="Known differences of the engines: only new ones count. Written if it does not exist.",
+            help="Known differences between the engines; only new ones count. Created if it does not exist.",
         ),
     ] = None,
     overrides: Overrides = None,
@@ -114,7 +114,7 @@ def diff(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Report whether a result depends on the simulator and whether engines agree; fail if it does or may."""
+    """Report whether a result depends on the simulator and whether engines agree; fail if it may depend."""
     from nrp_core.comparison.engines.measures import EngineMargins, is_measure
     from nrp_core.comparison.metrics.base import Margins, all_metrics
 
@@ -149,7 +149,7 @@ def diff(
 
 
 def _refuse_options_of_runs(context: typer.Context) -> None:
-    """Refuse options that were written for runs, where two recordings are compared."""
+    """Refuse options that affect only runs when two recordings are compared."""
     given = [
         name
         for name in _OF_RUNS
@@ -158,15 +158,15 @@ def _refuse_options_of_runs(context: typer.Context) -> None:
     if given:
         options = ", ".join(f"--{'set' if name == 'overrides' else name}" for name in given)
         raise typer.BadParameter(
-            "two recordings are compared without a run; leave it out", param_hint=options
+            "two recordings are compared without a run; omit this option", param_hint=options
         )
 
 
 def _refuse_margins(margins: Margins) -> None:
-    """Refuse margins of metrics, which are held against seeds, where there are two recordings.
+    """Refuse margins of metrics when two recordings are compared; they need many seeds.
 
     Raises:
-        ValueError: there is one.
+        ValueError: there is such a margin.
     """
     from nrp_core.comparison.engines.measures import MEASURES
 
@@ -176,7 +176,7 @@ def _refuse_margins(margins: Margins) -> None:
 
 
 def _with_baseline(verdict: EngineVerdict, experiment: str, path: Path | None) -> EngineVerdict:
-    """Mark the differences that a baseline has; a file that does not exist is written with all of them."""
+    """Mark the differences that the baseline contains; create a missing file with all of them."""
     from nrp_core.comparison.engines.baseline import Baseline
 
     if path is None:
@@ -204,7 +204,7 @@ def _grid(
     grid = RunGrid.of(experiment, _names(brains), _names(worlds), seeds, settings, varied)
     if len(grid.brains) * len(grid.worlds) < 2:
         raise typer.BadParameter(
-            "give two names to at least one of the two options", param_hint="--brains, --worlds"
+            "at least one of the two options needs two names", param_hint="--brains, --worlds"
         )
     return grid
 

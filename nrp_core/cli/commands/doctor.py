@@ -24,7 +24,7 @@ def doctor(json: Json = False) -> None:
     from nrp_core._support.machine import describe, diagnose
     from nrp_core.cli.survey import survey
 
-    machine, looked_at = diagnose(), survey(anew=True)
+    machine, looked_at = diagnose(), survey(refresh=True)
     healthy = all(any(b.available for b in looked_at if b.kind == kind) for kind in ("brain", "world"))
     if json:
         from nrp_core.cli.commands.backends import as_data

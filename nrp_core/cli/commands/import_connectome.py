@@ -28,13 +28,13 @@ def import_connectome(
     ] = None,
     group: Annotated[
         list[str] | None,
-        typer.Option("--group", "-g", metavar="PATTERN", help="Name these groups only, e.g. 'MN9*'."),
+        typer.Option("--group", "-g", metavar="PATTERN", help="Make only these named groups, e.g. 'MN9*'."),
     ] = None,
     unit_mv: Annotated[float, typer.Option(min=0.0, help="The weight of one synapse, mV.")] = 0.275,
     delay_ms: Annotated[float, typer.Option(min=0.0, help="The delay of all synapses, ms.")] = 1.8,
     json: Json = False,
 ) -> None:
-    """Make a network file of a connectome, with the cells of the whole fly brain."""
+    """Make a network file from a connectome, with the cell model of the whole fly brain."""
     from nrp_core.brain.files.connectome.network import read_connectome
     from nrp_core.brain.files.network_file import SUFFIX, save_network
 
@@ -56,12 +56,12 @@ def import_connectome(
         return
     if made.left_out:
         complain(
-            f"{made.left_out} edges are left out: one end is not in the table of neurons",
+            f"{made.left_out} edges were left out because one of their neurons is not in the table",
             label="warning", color="yellow",
         )  # fmt: skip
     if made.unsigned:
         complain(
-            f"{made.unsigned} edges are taken as excitatory: their neuron has no transmitter of known sign",
+            f"{made.unsigned} edges were taken as excitatory: the sign of their transmitter is unknown",
             label="warning", color="yellow",
         )  # fmt: skip
     counts = ", ".join(f"{n} {label} edges" for label, n in sizes.items())

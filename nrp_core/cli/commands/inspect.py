@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from nrp_core.world.scene.model import Model, Scene
 
 IMAGES = (".png", ".jpg")
-_BEGINNING = 4096  # bytes to search for the first element of an XML file
+_BEGINNING = 4096  # number of bytes that are searched for the first element of an XML file
 _ROOTS = ("sdf", "robot", "gazebo")
 _SUFFIXES = (".sdf", ".world", ".urdf", ".xacro", ".zip")
 
@@ -47,7 +47,7 @@ def inspect(
     ] = False,
     check: Annotated[
         bool,
-        typer.Option("--check", help="Only check that every byte of a recording is as it was written."),
+        typer.Option("--check", help="Only check that a recording is unchanged and undamaged."),
     ] = False,
     json: Json = False,
 ) -> None:
@@ -93,7 +93,7 @@ def inspect(
 
 
 def _is_scene(file: Path) -> bool:
-    """Return whether a file is an archive, or XML of a robot or a room, also in a plugin's format."""
+    """Return whether a file is an archive, or XML of a robot or a room; plugins may add formats."""
     from zipfile import is_zipfile
 
     from nrp_core.world.scene.reading.formats import added_formats
@@ -133,7 +133,7 @@ def _inspect_scene(file: Path, image: Path | None, models: list[Path], *, as_jso
 
 
 def _open_joints(scene: Scene, file: Path) -> Iterator[str]:
-    """Yield what gives commands to joints of a robot that has none for them."""
+    """Yield the lines to write for each robot whose joints take no commands."""
     from nrp_core.world.fitting import section_for, without_commands
 
     moving = [model for model in scene.models if not model.static]

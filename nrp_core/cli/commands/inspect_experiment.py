@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def is_experiment(path: Path) -> bool:
-    """Return whether a path is an experiment's: a file that a reader knows, a folder with one, or a name."""
+    """Return whether a path is an experiment: a file in a known format, a folder with one, or a name."""
     from nrp_core.experiment.reading.find import READERS
     from nrp_core.recording.layout import MCAP_NAME
 
@@ -31,7 +31,7 @@ def inspect_experiment(text: str, overrides: Sequence[str], *, as_json: bool) ->
     """Print the parts of an experiment and the parameters of its scripts.
 
     Raises:
-        ExperimentError: there is none, or it is wrong.
+        ExperimentError: the experiment does not exist or is not valid.
     """
     from nrp_core.experiment.making.parameters import with_parameters
     from nrp_core.experiment.model.collector import Collector

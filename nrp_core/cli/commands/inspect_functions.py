@@ -58,7 +58,7 @@ def inspect_functions(file: Path, overrides: Sequence[str], *, as_json: bool) ->
 
 
 def _contents(file: Path, overrides: Sequence[str]) -> tuple[list[TransferFunction], list[Finding]]:
-    """Return the functions of a file, and the findings; a document that a platform runs is read as there."""
+    """Return the functions of a file, and the findings; other platforms' documents are read as they do."""
     from nrp_core.analysis.declarations import Declarations
     from nrp_core.experiment.making.maker import LISTERS, maker_of
     from nrp_core.experiment.model.collector import Collector

@@ -11,7 +11,7 @@ import typer
 
 from nrp_core.cli.failure import complain
 from nrp_core.cli.output import document
-from nrp_core.cli.summary import styled_headline, tell_problems
+from nrp_core.cli.summary import print_problems, styled_headline
 from nrp_core.clock import seconds
 from nrp_core.experiment.running.judgement import recorded_judgement
 from nrp_core.recording.layout import MCAP_NAME, SNAPSHOTS, STEPS
@@ -53,7 +53,7 @@ def inspect_recording(path: Path, *, as_json: bool, details: bool) -> None:
     about, *rest = _lines(data)
     typer.echo(about)
     if judgement is not None:
-        tell_problems(judgement, details=details)
+        print_problems(judgement, details=details)
     for line in rest:
         typer.echo(line)
     if judgement is not None:
@@ -71,7 +71,7 @@ def _data(recording: Recording) -> dict[str, Any]:
     steps = list(recording.messages({STEPS}))
     begin_s = seconds(min((t.first_ns for t in totals.values() if t.count), default=0))
     last_s = seconds(max((t.last_ns for t in totals.values() if t.count), default=0))
-    end_s = seconds(steps[-1].t_ns) if steps else last_s  # a failed step leaves messages after the last one
+    end_s = seconds(steps[-1].t_ns) if steps else last_s  # a failed step leaves later messages
     judgement = recorded_judgement(run, end_s)
     sides = {side: dict(run.get(side) or {}).get("backend") for side in ("brain", "world")}
     return {

@@ -35,6 +35,6 @@ def _about(name: str) -> dict[str, Any]:
     about: dict[str, Any] = {"name": name, "file": find_file(name), "description": "", "error": None}
     try:
         about["description"] = load_experiment(name).description
-    except NrpError as error:  # one that is broken hides no other
+    except NrpError as error:  # a broken experiment must not hide the others
         about["error"] = f"cannot be read: {error}"
     return about

@@ -41,7 +41,7 @@ def map(  # noqa: A001  the name of the command
     ] = None,
     json: Json = False,
 ) -> None:
-    """Report the resources that a brain backend needs for a network and the properties that it changes.
+    """Report the resources that a brain backend needs for a network and the values that it changes.
 
     This executes the brain script, in a process without network that can write only temporary files, where
     the system allows that (nrp doctor).

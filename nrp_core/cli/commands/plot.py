@@ -56,7 +56,7 @@ def plot(
         typer.Option(
             metavar="A,B",
             envvar="NRP_PANELS",
-            help="Only these parts of the page: map, timeline, spikes, devices, commands, camera.",
+            help="Draw only these parts of the page: map, timeline, spikes, devices, commands, camera.",
         ),
     ] = None,
     style: Annotated[

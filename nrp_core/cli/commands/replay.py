@@ -61,7 +61,7 @@ def replay(
     With --verify, a recording that was changed or damaged is not run, because it would prove nothing.
     """
     from nrp_core.cli.progress import display
-    from nrp_core.cli.summary import tell_problems
+    from nrp_core.cli.summary import print_problems
     from nrp_core.recording.folder.used_files import FilesRead
     from nrp_core.recording.layout import check_folder
     from nrp_core.recording.reading.recording import Recording
@@ -110,7 +110,7 @@ def replay(
             typer.echo(f"it ended like the recorded run: {outcome.error}")
         if not result.complete:
             typer.echo("the run is not complete:")
-            tell_problems(result.judgement, details=False)
+            print_problems(result.judgement, details=False)
         if record is not None:
             typer.echo(f"recorded in {record}")
     proved = outcome.verdict in (Verdict.IDENTICAL, Verdict.SAME)

@@ -48,17 +48,17 @@ def sweep(
     only: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="KEY=VALUE|N..M", help="Make only runs with a value, or some by number; repeatable."
+            metavar="KEY=VALUE|N..M", help="Make only the runs with this value or number; repeatable."
         ),
     ] = None,
     retry_failed: Annotated[
-        bool, typer.Option("--retry-failed", envvar="NRP_RETRY_FAILED", help="Make runs that failed again.")
+        bool, typer.Option("--retry-failed", envvar="NRP_RETRY_FAILED", help="Repeat the runs that failed.")
     ] = False,
     record: Annotated[
         bool, typer.Option("--record", help="Keep a recording of every run, images as hashes.")
     ] = False,
-    plan: Annotated[bool, typer.Option("--plan", help="Check the sweep and say what it would do.")] = False,
-    yes: Annotated[bool, typer.Option("--yes", help="Make any number of runs.")] = False,
+    plan: Annotated[bool, typer.Option("--plan", help="Check the sweep and print its plan.")] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="Allow any number of runs.")] = False,
     emit: Annotated[
         str | None,
         typer.Option(
@@ -78,17 +78,17 @@ def sweep(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Run an experiment many times with settings that vary; stop at any time and start again to resume.
+    """Run an experiment many times with varying settings. Stop at any time; repeat the command to resume.
 
     Ctrl-C keeps all finished runs. The exit code is 1 if a run failed.
     """
     if target == SHOW:
         if folder is None:
-            raise typer.BadParameter("give the folder of the results: nrp sweep show DIR", param_hint="DIR")
+            raise typer.BadParameter("name the folder of the results: nrp sweep show DIR", param_hint="DIR")
         _show(folder, measure, plot, kind, as_json=json)
         return
     if folder is not None:
-        raise typer.BadParameter("a folder stands after 'show' only; results go to --out", param_hint="DIR")
+        raise typer.BadParameter("only 'show' takes a folder; use --out for results", param_hint="DIR")
     require_folder_of(plot, "--plot")
     made = _opened(Path(target), out, only or [], retry_failed=retry_failed, record=record, confirmed=yes)
     if emit is not None:
@@ -129,7 +129,7 @@ def _headline(plan: Plan, made: SweepRun) -> str:
 def _make(made: SweepRun, on: str, workers: int | None, *, is_plan: bool) -> int:
     """Make the runs and return the number of those that failed.
 
-    Where no run has ended yet, the first one is made alone, to say how long all will take.
+    If no run has ended yet, the first one is made alone, to estimate the duration of all.
     """
     from nrp_core.cli.progress import display
     from nrp_core.sweep.executors.interface import executor
@@ -138,18 +138,18 @@ def _make(made: SweepRun, on: str, workers: int | None, *, is_plan: bool) -> int
     failed = 0
     with executor(on, made.folder, workers) as where, display() as shown:
 
-        def tell(progress: Progress) -> None:
+        def show(progress: Progress) -> None:
             nonlocal failed
             failed = progress.failed
             shown.count("runs", progress.done, progress.total, str(progress))
 
         if made.pending and made.expected_s(where) is None:
-            shown.begin_task("making the first run, to know how long one takes")
-            made.run(where, tell, made.pending[:1])
+            shown.begin_task("making the first run, to measure how long one takes")
+            made.run(where, show, made.pending[:1])
         if made.pending:
             _say(_expectation(made, where))
         if not is_plan:
-            made.run(where, tell)
+            made.run(where, show)
     return failed
 
 

@@ -40,7 +40,7 @@ def validate(
     """Check an experiment without starting a simulator or executing a transfer function.
 
     EXPERIMENT may also be a file with transfer functions. A BIBI file of the Neurorobotics Platform is
-    checked with its brain and robots, in the experiment beside it that names it.
+    checked with its brain and robots, as part of the experiment beside it that names it.
 
     The brain script is executed, in a process without network that can write only temporary files, where the
     system allows that (nrp doctor), for at most 20 s.

@@ -26,17 +26,17 @@ def video(
     camera: Annotated[
         str | None, typer.Option(metavar="NAME", help="Show the images of this camera, or topic.")
     ] = None,
-    view: Annotated[str, typer.Option(metavar=_VIEWS, help="Where the drawn scene is seen from.")] = "follow",
-    robot: Annotated[str | None, typer.Option(metavar="NAME", help="The robot that is followed.")] = None,
-    eye: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Place of the free view, m.")] = None,
-    target: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Point that it looks at, m.")] = None,
-    speed: Annotated[float, typer.Option(min=0.01, max=1000, help="Times as fast as in reality.")] = 1.0,
+    view: Annotated[str, typer.Option(metavar=_VIEWS, help="The viewpoint of the drawn scene.")] = "follow",
+    robot: Annotated[str | None, typer.Option(metavar="NAME", help="The robot to follow.")] = None,
+    eye: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Position of the free view, m.")] = None,
+    target: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Target of the free view, m.")] = None,
+    speed: Annotated[float, typer.Option(min=0.01, max=1000, help="Speed relative to simulated time.")] = 1.0,
     begin: Annotated[str, typer.Option("--from", metavar="TIME", help="Begin at this time, e.g. 2s.")] = "0s",
     until: Annotated[str | None, typer.Option("--until", metavar="TIME", help="End at this time.")] = None,
     size: Annotated[str, typer.Option(metavar="WxH", help="Size of drawn images, pixels.")] = "640x480",
     json: Json = False,
 ) -> None:
-    """Write a video of a recorded run: the images of a camera, or the scene from another place."""
+    """Write a video of a recorded run: the images of a camera, or the scene from another viewpoint."""
     from math import inf
 
     from nrp_core.cli.progress import display
@@ -86,7 +86,7 @@ def _size(text: str) -> tuple[int, int]:
         raise ValueError(
             f"a size is a width and a height from 16 to 7680 pixels, such as 640x480, not '{text}'"
         )
-    width, height = (int(side) + int(side) % 2 for side in sides)  # VP9 wants them even
+    width, height = (int(side) + int(side) % 2 for side in sides)  # VP9 requires even sizes
     return width, height
 
 

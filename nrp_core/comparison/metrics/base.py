@@ -173,7 +173,7 @@ class Margins(GivenMargins[Margin]):
                 raise ValueError(f"a margin is written METRIC=VALUE, not '{text}'")
             name = key.partition("/")[0]
             if name not in units:
-                raise ValueError(f"no metric is called '{name}'{did_you_mean(name, list(units))}")
+                raise ValueError(f"there is no metric '{name}'{did_you_mean(name, list(units))}")
             margins[key] = Margin.parse(value, units[name])
         return cls(margins)
 

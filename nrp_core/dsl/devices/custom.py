@@ -14,7 +14,7 @@ from nrp_core.dsl.selection.selection import Selection
 
 
 class CustomDevice(Adapter):
-    """Base of custom devices; the mapping takes an instance, the function sees a working copy.
+    """Base of custom devices; a mapping takes an instance, and the function gets a copy bound to neurons.
 
     ::
 
@@ -34,7 +34,7 @@ class CustomDevice(Adapter):
 
     @abstractmethod
     def apply(self, neurons: Selection | list[Selection], brain: Brain, **settings: Any) -> None:
-        """Start to work on neurons; devices added to the brain here are removed with this device.
+        """Bind the device to neurons; devices added to the brain here are removed with this device.
 
         Args:
             neurons: the selected neurons; a list if the selector gives one.
@@ -43,7 +43,7 @@ class CustomDevice(Adapter):
         """
 
     def bound(self, neurons: Selection | list[Selection], brain: Brain, settings: dict[str, Any]) -> Self:
-        """Return a copy that works on neurons."""
+        """Return a copy that is bound to neurons."""
         device = copy(self)
         known = set(map(id, brain.devices))
         device._brain = brain
@@ -57,7 +57,7 @@ class CustomDevice(Adapter):
         return device
 
     def _take(self, known: set[int]) -> None:
-        """Take over the ports of the brain that are new."""
+        """Own the ports that were added to the brain since then."""
         self._ports = [port for port in self._brain.devices if id(port) not in known]
 
     def set_active(self, active: bool) -> None:

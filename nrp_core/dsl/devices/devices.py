@@ -1,4 +1,4 @@
-"""Devices as a transfer function sees them: a few attributes, and an error for any other."""
+"""Devices in a transfer function: a few attributes, and an error for any other."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class ReadOnlyAttribute:
         return self if device is None else getattr(device.port, self.name)
 
     def __set__(self, device: Device, value: Any) -> None:
-        raise AttributeError(f"{device.parameter}.{self.name} can only be read")
+        raise AttributeError(f"{device.parameter}.{self.name} is read-only")
 
 
 class SettableAttribute(ReadOnlyAttribute):
@@ -46,13 +46,13 @@ class SettableAttribute(ReadOnlyAttribute):
             raise ValueError(f"{device.parameter}: {error}") from None
 
 
-def meant(name: str, valid: Iterable[str]) -> Hint:
-    """Return a hint: the attribute that was probably meant, or all valid ones."""
+def attribute_hint(name: str, valid: Iterable[str]) -> Hint:
+    """Return a hint: the attribute that was probably intended, or all valid ones."""
     return did_you_mean(name, valid, cutoff=0.75)
 
 
 class Device(Adapter):
-    """One device at work.
+    """A device that is bound to a parameter.
 
     Args:
         parameter: the parameter that it is bound to, for messages.
@@ -95,7 +95,8 @@ class Device(Adapter):
         object.__setattr__(self, name, value)
 
     def _unknown(self, name: str) -> str:
-        return f"the device '{self.parameter}' has no attribute '{name}'{meant(name, self.attributes())}"
+        hint = attribute_hint(name, self.attributes())
+        return f"the device '{self.parameter}' has no attribute '{name}'{hint}"
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.parameter} on {self.selection.size} of {self.selection.label}>"
@@ -135,7 +136,7 @@ class NoiseCurrentGenerator(Device):
 
     __slots__ = ()
     mean = SettableAttribute("Mean current into each neuron, nA: one number, or one for each neuron.")
-    stdev = SettableAttribute("Its standard deviation, nA.")
+    stdev = SettableAttribute("Standard deviation of the current, nA.")
 
 
 class LeakyIntegratorDevice(Device):
@@ -264,7 +265,7 @@ class SpikeRecorderDevice(RecorderDevice):
 
     @property
     def spiked(self) -> bool:
-        """Whether there was any spike."""
+        """Whether any neuron spiked."""
         return len(self._seen) > 0
 
     @property
@@ -279,7 +280,7 @@ class SpikeRecorderDevice(RecorderDevice):
 
     @property
     def population_name(self) -> str:
-        """The population that the neurons come from."""
+        """Name of the population of the neurons."""
         return self.selection.label
 
     def shown(self) -> str:

@@ -12,13 +12,13 @@ from nrp_core.dsl.parameters.adapter import Adapter
 
 
 class DeviceGroup(Adapter):
-    """Devices of one kind, side by side.
+    """Devices of one kind that are used together.
 
-    Reading an attribute gives the list of all values. Setting it to one number sets all, to a
-    sequence sets one each: ``red.rate = 2000.0 * colors.left_red``.
+    Reading an attribute gives the list of all values. Assigning one number sets all devices; assigning a
+    sequence sets each to its own value: ``red.rate = 2000.0 * colors.left_red``.
 
     Args:
-        devices: in the order of the selector, at least one.
+        devices: the devices in the order of the selector; at least one.
     """
 
     __slots__ = ("_devices",)

@@ -24,7 +24,7 @@ _MODES: Final = ("AllToAll", "OneToOne", "Fixed")
 _CONNECTED: Final = (
     sources.PoissonSource, sources.FixedFrequencySource, sinks.LeakyIntegratorAlpha, sinks.LeakyIntegratorExp,
 )  # fmt: skip
-"""The devices that have synapses with weights and delays."""
+"""The devices whose synapses have weights and delays."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -63,7 +63,7 @@ class DeviceKind:
         Args:
             binding: the brain.
             selection: the neurons.
-            options: keyword arguments, their names checked.
+            options: keyword arguments; their names have been checked.
             parameter: for messages.
             name: names its random stream.
 
@@ -87,9 +87,9 @@ class DeviceKind:
     def _connected(
         self, given: dict[str, Any], ids: IntArray, seed: int, name: str
     ) -> tuple[dict[str, Any], IntArray]:
-        """Return settings and neurons that a ``connector`` stands for.
+        """Return the settings and neurons that a ``connector`` describes.
 
-        That is ``{"mode": "AllToAll" | "OneToOne" | "Fixed", "n": ..., "weight": ..., "delay": ...}``. A
+        It is ``{"mode": "AllToAll" | "OneToOne" | "Fixed", "n": ..., "weight": ..., "delay": ...}``. A
         device reaches each neuron once; with ``Fixed`` a neuron has n generators, and a sink hears n neurons
         drawn at random.
         """
@@ -98,9 +98,9 @@ class DeviceKind:
             return given, ids
         mode, n = connector.get("mode"), int(connector.get("n", 1))
         if mode not in _MODES:
-            raise ValueError(f"connector has the mode {' or '.join(_MODES)}, not {mode!r}")
+            raise ValueError(f"the mode of a connector is {' or '.join(_MODES)}, not {mode!r}")
         if n < 1:
-            raise ValueError(f"connector has n of 1 or more, not {n}")
+            raise ValueError(f"n of a connector is 1 or more, not {n}")
         given = {**{key: connector[key] for key in ("weight", "delay") if key in connector}, **given}
         if mode == "Fixed" and self.drives:
             given.setdefault("n", n)

@@ -1,4 +1,4 @@
-"""The registration of transfer functions: with their loader, never process-wide."""
+"""The registration of transfer functions with their loader; there is no process-wide list."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _collected: ContextVar[list[TransferFunction] | None] = ContextVar("collected", 
 def collecting() -> Iterator[list[TransferFunction]]:
     """Collect the transfer functions declared in this context, in order.
 
-    Each thread or task has a context of its own, so two experiments that load at once stay apart.
+    Each thread or task has a context of its own, so experiments can load concurrently.
     """
     functions: list[TransferFunction] = []
     token = _collected.set(functions)
@@ -43,7 +43,7 @@ def require_new_name(function: TransferFunction, others: Iterable[TransferFuncti
     """Refuse a function whose name is taken.
 
     Raises:
-        TransferFunctionError: it is taken.
+        TransferFunctionError: the name is taken.
     """
     for other in others:
         if other.name == function.name:
@@ -51,5 +51,5 @@ def require_new_name(function: TransferFunction, others: Iterable[TransferFuncti
 
 
 def name_taken(name: str, place: object) -> str:
-    """Return the message about a function whose name another one at a place has."""
-    return f"there is a transfer function '{name}' already, at {place}; rename one"
+    """Return the message about a function whose name is already taken by a function at a place."""
+    return f"the transfer function '{name}' already exists, at {place}; rename one"

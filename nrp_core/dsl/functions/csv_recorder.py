@@ -1,4 +1,4 @@
-"""Rows that transfer functions record, and the CSV files that they make."""
+"""Rows that transfer functions record, and the CSV files made of them."""
 
 from __future__ import annotations
 

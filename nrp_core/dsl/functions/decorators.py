@@ -40,8 +40,8 @@ class _FunctionDecorator:
         """Return the transfer function, registered with the current collector."""
         if isinstance(function, TransferFunction):
             raise self.place.error(
-                f"'{function.name}' is a transfer function already; "
-                f"@{self.flow.value} must be the last decorator, right above the function"
+                f"'{function.name}' is already a transfer function; "
+                f"@{self.flow.value} must be the last decorator, directly above the function"
             )
         if not hasattr(function, "__code__"):
             raise self.place.error(f"@{self.flow.value} decorates a function, not {function!r}")
@@ -60,7 +60,8 @@ class Neuron2Robot(_FunctionDecorator):
     """Marks a function from the brain to the robot.
 
     Args:
-        robot_topic: the topic of the return value, unless that is None; without a topic it is ignored.
+        robot_topic: the topic that the return value is published on, unless the value is None. Without a
+                topic the value is ignored.
         triggers, throttling_rate, priority: see :class:`Robot2Neuron`.
     """
 
@@ -82,7 +83,7 @@ class Robot2Neuron(_FunctionDecorator):
     """Marks a function from the robot to the brain; its return value is ignored.
 
     Args:
-        triggers: names of subscribed parameters whose messages make the function run; by
+        triggers: names of subscribed parameters; a message on one of them makes the function run. By
             default it runs every step.
         throttling_rate: the largest number of runs per second.
         priority: functions with a higher priority run first within a step.

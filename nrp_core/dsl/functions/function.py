@@ -28,7 +28,7 @@ class Flow(Enum):
 
 
 class TransferFunction:
-    """A decorated function. Calling it calls the plain function with the given arguments.
+    """A decorated function. Calling it calls the undecorated function with the given arguments.
 
     Once bound, each parameter's device, topic or variable is an attribute:
     ``linear_twist.left_wheel_neuron``.
@@ -42,7 +42,7 @@ class TransferFunction:
         priority: functions with a higher priority run first within a step.
 
     Raises:
-        TransferFunctionError: the function does not have this form.
+        TransferFunctionError: the function has another form.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class TransferFunction:
             raise self._error("must be a plain function, not a generator and not async")
         given = inspect.signature(function).parameters.values()
         if any(p.kind is not inspect.Parameter.POSITIONAL_OR_KEYWORD for p in given):
-            raise self._error("takes plain parameters only: no *, ** or /")
+            raise self._error("takes plain parameters only, no *, ** or /")
         names = [parameter.name for parameter in given]
         if names[:1] != [TIME]:
             raise self._error("must have the time, t, as its first parameter")
@@ -93,7 +93,7 @@ class TransferFunction:
         """Bind a parameter.
 
         Raises:
-            TransferFunctionError: the parameter does not exist, or is bound already.
+            TransferFunctionError: the parameter does not exist, or is already bound.
         """
         name = mapping.parameter
         if name == TIME:
@@ -140,10 +140,10 @@ class TransferFunction:
 
         Raises:
             ExperimentError: a parameter is not mapped, or names something that does not exist.
-            LifecycleError: the function is bound already.
+            LifecycleError: the function is already bound.
         """
         if self.is_bound:
-            raise LifecycleError(f"transfer function '{self.name}' is bound already; unbind() it first")
+            raise LifecycleError(f"transfer function '{self.name}' is already bound; call unbind() first")
         for parameter in self.parameters:
             if parameter not in self.mappings:
                 raise self._error(f"has no mapping for its parameter '{parameter}', e.g. with MapSpikeSink")
@@ -168,7 +168,7 @@ class TransferFunction:
     def _trigger(self, name: str) -> SubscribedTopic:
         adapter = self._adapters[name]
         if not isinstance(adapter, SubscribedTopic):
-            raise self._trigger_error(f"'{name}'; only subscribed topics trigger")
+            raise self._trigger_error(f"'{name}'; only subscribed topics can trigger it")
         return adapter
 
     def _publisher_of(self, binding: Binding) -> PublishedTopic | None:
@@ -179,7 +179,7 @@ class TransferFunction:
             raise self.place.located(error, context) from None
 
     def unbind(self) -> None:
-        """Release everything in brain and world."""
+        """Release its devices and topics in brain and world."""
         for adapter in self._adapters.values():
             adapter.release()
         self._adapters = {}
@@ -189,7 +189,7 @@ class TransferFunction:
 
     @property
     def active(self) -> bool:
-        """Whether it runs; an inactive function's devices are silent."""
+        """Whether it runs; the devices of an inactive function are silent."""
         return self._active
 
     @active.setter
@@ -199,7 +199,7 @@ class TransferFunction:
             adapter.set_active(active)
 
     def is_due(self, t_ns: int) -> bool:
-        """Whether it runs in the step that began at ``t_ns``; asked once a step."""
+        """Return whether it runs in the step that began at ``t_ns``; called once per step."""
         return self._active and self._is_triggered() and self.throttle.admits(t_ns)
 
     def _is_triggered(self) -> bool:
@@ -210,14 +210,14 @@ class TransferFunction:
 
         Args:
             now_ns: the time that brain and world have reached.
-            t: the time in seconds that the function gets; by default the same.
+            t: the time in seconds that is passed to the function; by default ``now_ns``.
 
         Raises:
             LifecycleError: it is not bound.
             TopicError: its topic cannot carry the return value.
         """
         if self._arguments is None:
-            raise LifecycleError(f"transfer function '{self.name}' is not bound; bind(brain, world) it first")
+            raise LifecycleError(f"'{self.name}' is not bound; call bind(brain, world) first")
         for adapter in self._refreshed:
             adapter.refresh(now_ns)
         result = self.function(seconds(now_ns) if t is None else t, *self._arguments)
@@ -242,7 +242,7 @@ class TransferFunction:
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`, of this function or one of the same name.
 
-        Parameters that are new, or of another kind, stay as they are.
+        Parameters that are new or of another kind keep their values.
         """
         self._active, throttle, adapters = saved
         self.throttle.restore(throttle)
@@ -255,7 +255,7 @@ class TransferFunction:
         shown = {name: adapter.shown() for name, adapter in self._adapters.items()}
         return {name: text for name, text in shown.items() if text}
 
-    # -- as an object
+    # -- Python's protocols
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         return self.function(*args, **kwargs)
@@ -265,7 +265,7 @@ class TransferFunction:
         if name in adapters:
             return adapters[name]
         if name in parameters:
-            raise AttributeError(f"'{self.name}' is not bound: bind(brain, world) gives it its '{name}'")
+            raise AttributeError(f"'{self.name}' is not bound; bind(brain, world) creates '{name}'")
         raise AttributeError(f"transfer function has no attribute '{name}'{did_you_mean(name, parameters)}")
 
     def __repr__(self) -> str:

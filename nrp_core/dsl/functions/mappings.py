@@ -24,7 +24,7 @@ from nrp_core.errors import did_you_mean
 
 
 class _MappingDecorator(Mapping):
-    """A mapping written above a function; without another decorator it makes the transfer function."""
+    """A mapping used as a decorator; without another decorator it creates the transfer function."""
 
     flow: ClassVar[Flow]
 
@@ -47,7 +47,7 @@ class _DeviceMapping(_MappingDecorator):
         kwargs: settings of the device; in a group, a list gives each device its own.
 
     Raises:
-        TransferFunctionError: the kind does not fit, or lacks a setting.
+        TransferFunctionError: the kind does not fit, or a setting is missing.
     """
 
     drives: ClassVar[bool]
@@ -118,7 +118,7 @@ class MapRobotSubscriber(_MappingDecorator):
         key: name of the parameter.
         value: the topic.
         initial_value: the value before the first message.
-        queue_size, buff_size: accepted for users of ROS; in lockstep nothing is queued.
+        queue_size, buff_size: accepted for users of ROS, without effect: in lockstep nothing is queued.
     """
 
     flow = Flow.ROBOT_TO_NEURON
@@ -149,7 +149,7 @@ class MapRobotPublisher(_MappingDecorator):
     Args:
         key: name of the parameter.
         value: the topic.
-        queue_size: accepted for users of ROS; in lockstep nothing is queued.
+        queue_size: accepted for users of ROS, without effect: in lockstep nothing is queued.
     """
 
     flow = Flow.NEURON_TO_ROBOT
@@ -166,13 +166,13 @@ class MapRobotPublisher(_MappingDecorator):
 
 
 class MapVariable(_MappingDecorator):
-    """Binds a parameter to a variable that keeps its value from run to run.
+    """Binds a parameter to a variable that keeps its value between runs of the function.
 
     Args:
         parameter_name: name of the parameter.
         global_key: name of a shared variable; by default the name of the parameter.
-        initial_value: its value at time 0; it may depend on the brain. For a shared variable, the first
-            function that gives one decides.
+        initial_value: its value at time 0; it may depend on the brain. If several functions share it,
+            the first function with an initial value sets it.
         scope: ``nrp.GLOBAL`` (shared by all functions of an experiment) or
             ``nrp.TRANSFER_FUNCTION_LOCAL``.
 
@@ -191,7 +191,7 @@ class MapVariable(_MappingDecorator):
     ) -> None:
         super().__init__(parameter_name)
         if scope not in SCOPES:
-            raise self.place.error(f"no scope {scope!r}; valid: nrp.GLOBAL, nrp.TRANSFER_FUNCTION_LOCAL")
+            raise self.place.error(f"unknown scope {scope!r}; valid: nrp.GLOBAL, nrp.TRANSFER_FUNCTION_LOCAL")
         self.global_key = (global_key or parameter_name) if scope == GLOBAL else None
         self.initial_value = initial_value
 
@@ -208,11 +208,11 @@ class MapVariable(_MappingDecorator):
 
 
 class MapCSVRecorder(_MappingDecorator):
-    """Binds a parameter to a recorder of rows, which go to a CSV file.
+    """Binds a parameter to a recorder of rows of a CSV file.
 
     Args:
         parameter_name: name of the parameter.
-        filename: name of the file; recorders of an experiment that share a file write it in turn.
+        filename: name of the file; recorders with the same name share the file and append their rows in turn.
         headers: headers of the columns.
         erase_on_reset: whether a reset erases the rows; otherwise the next row is marked ``RESET``.
     """
@@ -225,7 +225,7 @@ class MapCSVRecorder(_MappingDecorator):
         super().__init__(parameter_name)
         if not isinstance(filename, str) or not filename.strip():
             raise self.place.error(
-                f"parameter '{parameter_name}': the file name must be a text, not {filename!r}"
+                f"parameter '{parameter_name}': the file name must be a string, not {filename!r}"
             )
         self.filename, self.headers, self.erase_on_reset = filename, tuple(map(str, headers)), erase_on_reset
 

@@ -31,10 +31,10 @@ _KINDS = {
 
 
 class NeuronMonitor(Neuron2Robot):
-    """Marks a function that selects whether its device is shown: it is, unless the function returns None.
+    """Marks a function that decides whether its device is shown: it is, unless the function returns None.
 
     Args:
-        neurons: a selector; of a list of selections each is shown by a message of its own.
+        neurons: a selector; if it gives a list of selections, each is shown by its own message.
         monitor_type: ``nrp.spike_recorder``, ``nrp.leaky_integrator_alpha``, ``nrp.leaky_integrator_exp`` or
             ``nrp.population_rate``; the topic is ``/monitor/`` and the name of the kind.
 
@@ -58,7 +58,7 @@ class NeuronMonitor(Neuron2Robot):
 
 
 class MonitoringFunction(TransferFunction):
-    """A transfer function with a device of its own that it shows on a topic.
+    """A transfer function that publishes the state of its own device on a topic.
 
     Args:
         function: returns whether the device is shown.

@@ -1,4 +1,4 @@
-"""How often a transfer function runs at most."""
+"""The maximum rate of a transfer function."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from nrp_core.clock import SampleSchedule
 
 
 class Throttle:
-    """Admits one run for each period of a rate, the first at once.
+    """Admits one run in each period of a rate; the first run is immediate.
 
-    The periods are counted from time 0 in rational arithmetic, so the mean rate is exact although
-    the steps need not divide it: 30 Hz at steps of 20 ms gives gaps of 40, 40 and 20 ms.
+    Periods are counted from time 0 in rational arithmetic, so the mean rate is exact even if
+    steps do not divide it: 30 Hz at steps of 20 ms gives gaps of 40, 40 and 20 ms.
 
     Args:
-        rate_hz: runs a second, positive; None: no limit.
+        rate_hz: runs per second, positive; None: no limit.
     """
 
     def __init__(self, rate_hz: float | None) -> None:
@@ -21,7 +21,7 @@ class Throttle:
         self._last = -1
 
     def admits(self, t_ns: int) -> bool:
-        """Whether there may be a run now; if so, it counts."""
+        """Return whether a run is admitted now; if so, count it."""
         if self._schedule is None:
             return True
         period = self._schedule.index_at(t_ns)
@@ -31,13 +31,13 @@ class Throttle:
         return True
 
     def save(self) -> int:
-        """Return what changes while running."""
+        """Return the state."""
         return self._last
 
     def restore(self, saved: int) -> None:
-        """Return to what :meth:`save` gave."""
+        """Restore a state from :meth:`save`."""
         self._last = saved
 
     def reset(self) -> None:
-        """Start anew at time 0."""
+        """Return to time 0."""
         self._last = -1

@@ -1,4 +1,4 @@
-"""Variables that a transfer function keeps from run to run."""
+"""Variables that keep their values between runs of a transfer function."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.dsl.parameters.brief import brief
 
 GLOBAL = "global_scope"
-"""One variable for all transfer functions of an experiment."""
+"""The scope of a variable that all transfer functions of an experiment share."""
 TRANSFER_FUNCTION_LOCAL = "transfer_function_scope"
-"""A variable of one transfer function."""
+"""The scope of a variable of one transfer function."""
 SCOPES = (GLOBAL, TRANSFER_FUNCTION_LOCAL)
 
 
 class Variable(Adapter):
-    """A value that stays.
+    """A value that persists between runs.
 
     Args:
         name: for messages.
-        initial: the value at time 0, copied, so that changing it in place does not outlive a reset;
-            what cannot be copied, such as an open file, stays the same object.
+        initial: the value at time 0; it is copied, so that changes in place are undone by a reset.
+            An object that cannot be copied, such as an open file, remains the same object.
 
     Attributes:
-        value: the value now.
+        value: the current value.
     """
 
     __slots__ = ("_initial", "name", "value")
@@ -35,7 +35,7 @@ class Variable(Adapter):
         self.reset()
 
     def begin_with(self, initial: Any) -> None:
-        """Take an initial value, unless there is one."""
+        """Set the initial value, unless there already is one."""
         if self._initial is None and initial is not None:
             self._initial = _copied(initial)
             self.reset()

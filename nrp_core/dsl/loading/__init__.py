@@ -1,1 +1,1 @@
-"""Files of transfer functions: their imports, their listing, their execution."""
+"""Files of transfer functions: imports, listing, execution."""

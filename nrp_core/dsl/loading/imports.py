@@ -1,7 +1,7 @@
-"""What transfer functions import by the names that their users know.
+"""The modules that transfer functions import by their usual names.
 
-Inside a transfer function file the message packages of ROS are always ours, whatever is installed: ROS 2's
-own classes take no positional arguments and store an integer in a float field as garbage. In
+Inside a transfer function file the message packages of ROS are always ours, even if ROS is installed: ROS 2's
+classes take no positional arguments and corrupt an integer that is stored in a float field. In
 plain scripts an installed ROS comes first.
 """
 
@@ -30,10 +30,10 @@ def file_scope(
     """Return the scope of a transfer function file.
 
     Args:
-        framework: what ``import hbp_nrp_client.tf_framework`` gives.
-        substitutes: further modules, by their dotted names.
-        folders: where modules are looked for that do not stand beside the file.
-        missing: returns what stands in for modules that are nowhere.
+        framework: the module that ``import hbp_nrp_client.tf_framework`` returns.
+        substitutes: further modules by their dotted names.
+        folders: where modules are searched for that are not beside the file.
+        missing: returns a substitute for a module that is not found.
         compiled: compiles an imported file; by default as Python.
     """
     known = {f"{name}.msg": package.msg for name, package in message_packages().items()}
@@ -65,7 +65,7 @@ class _MessageFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
 
 
 def _parts_of(package: str) -> dict[str, ModuleType]:
-    """Return a package by the empty name and its modules by theirs; nothing if it is none."""
+    """Return a package under the empty name and its modules under theirs; nothing for another name."""
     parts = {}
     if package in message_packages():
         parts["msg"] = message_packages()[package].msg

@@ -1,4 +1,4 @@
-"""Transfer functions as they are written: read, and not executed."""
+"""The source of transfer functions, parsed but not executed."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class PythonSource:
     Args:
         path: the file that it comes from.
         tree: its syntax tree, with the lines of that file.
-        has_columns: whether its columns are too.
+        has_columns: whether its columns are those of the file too.
     """
 
     path: Path
@@ -39,10 +39,10 @@ class PythonSource:
         Args:
             text: the code.
             path: the file that it comes from.
-            lines: for each line of the code its line in that file; None: they are the same.
+            lines: the line in the file of each line of the code; None: they are the same.
 
         Raises:
-            TransferFunctionError: it is not Python.
+            TransferFunctionError: the text is not Python.
         """
 
         def line_of(line: int) -> int:
@@ -65,7 +65,7 @@ class PythonSource:
 
 
 def relocate(tree: ast.AST, line_of: Callable[[int], int]) -> None:
-    """Map each line of a tree to another one, with unknown columns."""
+    """Map each line of a tree to another line and forget its columns."""
     for node in ast.walk(tree):
         if isinstance(node, _PLACED):
             node.lineno = node.end_lineno = line_of(node.lineno)
@@ -98,7 +98,7 @@ def python_listing(path: Path) -> Listing:
     """Read a file of transfer functions in Python.
 
     Raises:
-        TransferFunctionError: it is not there, or not Python.
+        TransferFunctionError: the file does not exist, or is not Python.
     """
     try:
         text = decoded_python(path.read_bytes())

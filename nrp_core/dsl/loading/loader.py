@@ -34,13 +34,13 @@ def load_transfer_functions(
 
     Args:
         path: the file.
-        module: the module for the file's names; by default a new one for each file.
+        module: the module that holds the file's names; by default a new one for each file.
         code: the compiled file, if it is not plain Python.
         scope: the modules that the file can import, if several files share them; see :func:`file_scope`.
         parameters: values of the parameters that the file declares; others have their defaults.
 
     Raises:
-        TransferFunctionError: the file cannot be read or executed, or declares nothing.
+        TransferFunctionError: the file cannot be read or executed, or declares no transfer function.
         ExperimentError: the file is invalid; the message names the place.
     """
     path = Path(path)
@@ -64,9 +64,9 @@ def load_transfer_functions(
 
 
 def file_names(parameters: Mapping[str, object] = MappingProxyType({})) -> dict[str, Any]:
-    """Return the names that a transfer function file begins with.
+    """Return the initial names of a transfer function file.
 
-    What can be changed, such as ``nrp.tf_lib.cam``, is its own.
+    Each file gets its own copy of mutable objects such as ``nrp.tf_lib.cam``.
 
     Args:
         parameters: the values that ``nrp.parameter`` returns; others have their defaults.

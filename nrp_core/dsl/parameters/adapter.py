@@ -11,13 +11,13 @@ class Adapter:
     __slots__ = ()
 
     def refresh(self, now_ns: int) -> None:
-        """Update it right before the function runs."""
+        """Update it just before the function runs."""
 
     def reset(self) -> None:
         """Return to the state at time 0."""
 
     def set_active(self, active: bool) -> None:
-        """Activate or silence it; settings stay."""
+        """Activate or silence it; it keeps its settings."""
 
     def release(self) -> None:
         """Release its resources in brain and world."""
@@ -27,8 +27,8 @@ class Adapter:
         return None
 
     def restore(self, saved: Any) -> None:
-        """Return to what :meth:`save` gave."""
+        """Restore a state from :meth:`save`."""
 
     def shown(self) -> str:
-        """Return the value that the function sees, for reports; empty if it only writes."""
+        """Return the value that the function reads as text, for reports; empty if it only writes."""
         return ""

@@ -43,8 +43,8 @@ class Mapping(ABC):
         parameter: name of the parameter.
 
     Attributes:
-        reads: the topic that the function subscribes to through it, if any.
-        writes: the topic that the function publishes on through it, if any.
+        reads: the topic that the mapping subscribes to, if any.
+        writes: the topic that the mapping publishes on, if any.
     """
 
     reads: Topic | None = None
@@ -53,7 +53,7 @@ class Mapping(ABC):
     def __init__(self, parameter: str) -> None:
         self.place = SourceLine.of_caller()
         if not isinstance(parameter, str):
-            raise self.place.error(f"a mapping begins with the name of a parameter, not {parameter!r}")
+            raise self.place.error(f"a mapping needs the name of a parameter, not {parameter!r}")
         self.parameter = parameter
 
     @final
@@ -61,9 +61,9 @@ class Mapping(ABC):
         """Return the parameter's value for the function.
 
         Raises:
-            ExperimentError: neurons, topic or settings do not exist; the message names the place of the
+            ExperimentError: neurons, topic or settings do not exist; the message names the line of the
                 binding.
-            CapabilityError: the backend does not have it.
+            CapabilityError: the backend lacks a capability.
         """
         context = f"transfer function '{binding.function}', parameter '{self.parameter}'"
         try:

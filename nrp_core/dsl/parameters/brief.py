@@ -1,4 +1,4 @@
-"""Values in a few words, for reports."""
+"""Short texts of values, for reports."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The message types that a transfer function file can name, and how they are named."""
+"""The message types of transfer function files, and their names."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from nrp_core.world.messages.generated import names as made_names
 
 @cache
 def message_packages() -> MappingProxyType[str, ModuleType]:
-    """Return every package as ROS lays it out, ``<package>.msg.<Type>`` and ``.srv.<Type>``, by its name."""
+    """Return every package in the layout of ROS, ``<package>.msg.<Type>`` and ``.srv.<Type>``, by name."""
     found = [module.name for module in pkgutil.iter_modules(messages.__path__)]
     names = {name for name in found if name.endswith(("_msgs", "_interfaces"))} | set(PACKAGES)
     return MappingProxyType({name: _package(name, found) for name in sorted(names)})
@@ -49,16 +49,16 @@ def _package(name: str, found: list[str]) -> ModuleType:
 
 
 def _made(package: str, name: str) -> type:
-    """Return a type that is not written out, by its definition in ROS."""
+    """Return a type that is made from its ROS definition."""
     kind = None if name.startswith("_") else made(f"{package}/msg/{name}")
     if kind is None:
         hint = "" if name.startswith("_") else did_you_mean(name, made_names(package))
-        raise AttributeError(f"no message type '{package}.msg.{name}'{hint}")
+        raise AttributeError(f"unknown message type '{package}.msg.{name}'{hint}")
     return kind
 
 
 def _services(package: str, name: str) -> ModuleType:
-    """Return ``<package>.srv``: the requests and responses, and for each pair a class that holds both."""
+    """Return ``<package>.srv``: the requests, the responses, and for each pair a class that holds both."""
     module = ModuleType(f"{package}.srv", "Services.")
     for value in list(vars(importlib.import_module(f"{messages.__name__}.{name}")).values()):
         if isinstance(value, type) and value.__name__.endswith(("Request", "Response")):
@@ -72,14 +72,14 @@ def _services(package: str, name: str) -> ModuleType:
 
 
 def message_type(given: Any) -> type:
-    """Return our class of messages for whatever names one.
+    """Return our message class for a class or a name.
 
     Args:
         given: one of our classes, any other dataclass, a class of ROS 1, ROS 2 or rosbags, or a
             name such as ``geometry_msgs/Twist`` or ``geometry_msgs/msg/Twist``.
 
     Raises:
-        TopicError: it names none.
+        TopicError: it is not a message type.
     """
     name = given if isinstance(given, str) else _foreign_name(given)
     if name is not None:
@@ -103,10 +103,10 @@ def _foreign_name(given: Any) -> str | None:
 def _named(name: str) -> type:
     package, _, short = name.replace(".", "/").replace("/msg/", "/").partition("/")
     if package not in message_packages():
-        raise TopicError(f"no package of messages '{package}'{did_you_mean(package, message_packages())}")
+        raise TopicError(f"unknown message package '{package}'{did_you_mean(package, message_packages())}")
     types = message_packages()[package].msg
     found = getattr(types, short, None) or type_of(f"{package}/{short}")
     if not isinstance(found, type):
         known = [key for key, value in vars(types).items() if isinstance(value, type)]
-        raise TopicError(f"no message type '{name}'{did_you_mean(short, known)}")
+        raise TopicError(f"unknown message type '{name}'{did_you_mean(short, known)}")
     return found

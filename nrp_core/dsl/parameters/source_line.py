@@ -1,4 +1,4 @@
-"""Where in a user's file something stands."""
+"""Lines of users' files."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class SourceLine:
     """A line of a file.
 
     Args:
-        path: as Python knows it; ``<stdin>`` and the like where there is no file.
+        path: the file name that Python reports; ``<stdin>`` and the like if there is no file.
         line: 1-based.
     """
 
@@ -29,7 +29,7 @@ class SourceLine:
     def of_caller(cls) -> SourceLine:
         """Return the line that called into this package, or into a module that extends it.
 
-        Such a module says so: it has a variable ``__extends_dsl__``.
+        Such a module defines the variable ``__extends_dsl__``.
         """
         frame = sys._getframe(1)
         while frame.f_back is not None and _is_language(frame.f_globals):
@@ -38,18 +38,18 @@ class SourceLine:
 
     @classmethod
     def of_code(cls, code: CodeType) -> SourceLine:
-        """Return where a function begins, its decorators included."""
+        """Return the first line of a function, including its decorators."""
         return cls(code.co_filename, code.co_firstlineno)
 
     def __str__(self) -> str:
         return f"{self.path}:{self.line}"
 
     def error(self, message: str, instead: Instead | None = None) -> TransferFunctionError:
-        """Return an error that points here."""
+        """Return an error at this line."""
         return TransferFunctionError(message, path=self.path, line=self.line, instead=instead)
 
     def located(self, error: E, context: str) -> E:
-        """Return an error of the same class that says where it comes from; one that knows stays."""
+        """Return an error of the same class with its place; an error that has a place is unchanged."""
         if error.path is not None:
             return error
         message = f"{context}: {error.message}"

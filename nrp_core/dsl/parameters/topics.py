@@ -1,4 +1,4 @@
-"""Topics as a transfer function names and sees them."""
+"""Topics in transfer functions."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ def _unchanged(message: Any) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class Topic:
-    """A topic of the robot or of the user's own.
+    """A topic of the robot, or one that the user declares.
 
     Args:
         name: absolute, ``/husky/camera``.
-        topic_type: the message class, or its ROS name; None where the world knows it.
+        topic_type: the message class or its ROS name; None if the world knows it.
 
     Raises:
-        TopicError: there is no such message type.
+        TopicError: the message type does not exist.
     """
 
     name: str
@@ -38,7 +38,7 @@ class Topic:
     def __post_init__(self) -> None:
         place = SourceLine.of_caller()
         if not isinstance(self.name, str) or not self.name:
-            raise place.error(f"a topic has a name such as '/husky/camera', not {self.name!r}")
+            raise place.error(f"the name of a topic is a string such as '/husky/camera', not {self.name!r}")
         if self.topic_type is not None:
             try:
                 object.__setattr__(self, "topic_type", message_type(self.topic_type))
@@ -47,21 +47,21 @@ class Topic:
 
     @classmethod
     def of(cls, given: Topic | str) -> Topic:
-        """Return a topic given as such or by its name."""
+        """Return a topic that is given as an object or by name."""
         if isinstance(given, (Topic, str)):
             return given if isinstance(given, Topic) else cls(given)
-        raise SourceLine.of_caller().error(f"expected a Topic or the name of one, not {given!r}")
+        raise SourceLine.of_caller().error(f"expected a Topic or its name, not {given!r}")
 
     @property
     def process(self) -> Callable[[Any], Any]:
-        """What becomes of a message on its way."""
+        """The function that converts each message."""
         return _unchanged
 
     def require_type(self, info: TopicInfo) -> None:
-        """Refuse a topic that carries something else.
+        """Refuse a topic of another type.
 
         Raises:
-            TopicError: it does.
+            TopicError: the type differs.
         """
         if self.topic_type is not None and type_name(self.topic_type) != type_name(info.type):
             raise TopicError(
@@ -78,8 +78,8 @@ class PreprocessedTopic(Topic):
 
     Args:
         name, topic_type: the name and the message type of the topic.
-        pre_processing: called with each message: of one that is read, it makes the ``value`` that the
-            function sees; of what the function sends, the message.
+        pre_processing: called with each message. It turns a received message into the ``value`` that the
+            function reads, and a value that the function sends into the message.
     """
 
     pre_processing: Callable[[Any], Any] = _unchanged
@@ -88,7 +88,7 @@ class PreprocessedTopic(Topic):
         Topic.__post_init__(self)
         if not callable(self.pre_processing):
             raise SourceLine.of_caller().error(
-                f"topic '{self.name}': pre_processing is a function, not {self.pre_processing!r:.60}"
+                f"topic '{self.name}': pre_processing must be a function, not {self.pre_processing!r:.60}"
             )
 
     @property
@@ -97,12 +97,12 @@ class PreprocessedTopic(Topic):
 
 
 class SubscribedTopic(Adapter):
-    """What came on a topic by the time the function runs.
+    """The last message on a topic.
 
     Attributes:
-        value: the last message, or the initial value before the first.
-        changed: whether a message came since the function last ran; what can be read at any
-            time, such as the poses of all models, always counts as changed.
+        value: the last message; before the first message, the initial value.
+        changed: whether a message came since the function last ran. A topic that can be read at any
+            time, such as the poses of all models, has always changed.
     """
 
     __slots__ = ("_initial", "_process", "_seen", "_subscription", "_world", "changed", "value")
@@ -158,7 +158,7 @@ class SubscribedTopic(Adapter):
 
     def restore(self, saved: Any) -> None:
         self.value, self.changed, self._seen, is_latest, kept = saved
-        if not self._subscription.kept():  # it began to listen only now
+        if not self._subscription.kept():  # the subscription began after the save
             for stamped in kept:
                 self._subscription.push(stamped)
         now_kept = self._subscription.kept()
@@ -192,23 +192,23 @@ class PublishedTopic(Adapter):
     def send_message(self, message: Any) -> None:
         """Send a message; it takes effect in the next step.
 
-        A number or text is taken for the one field of a message that has one field.
+        If the message type has one field, a plain number or string is its value.
 
         Raises:
-            TopicError: the message is of another type or holds a number that is not finite.
+            TopicError: the message has another type, or contains a number that is not finite.
         """
         message = self._process(message)
         self._publication.publish(self._wrap(message) if isinstance(message, _PLAIN) else message)
 
 
-_OWN = "; one of the experiment's own stands under 'topics', or is sent by one function and read by another"
+_OWN = "; declare a new topic under 'topics', or publish it in one function and read it in another"
 
 
 def _require(topic: Topic, world: World) -> None:
-    """Refuse a topic that there is not.
+    """Refuse a topic that does not exist.
 
     Raises:
-        TopicError: it does not exist.
+        TopicError: the topic does not exist.
     """
     if topic.name in world.topics:
         return
@@ -223,7 +223,7 @@ _PLAIN = (bool, int, float, str)
 
 
 def _wrapper(kind: type) -> Callable[[Any], Any]:
-    """Return what makes a plain value a message of a type, or leaves it to be refused."""
+    """Return a function that wraps a plain value in a message, or returns it unchanged to be refused."""
     if is_dataclass(kind) and len(fields(kind)) == 1:
         return kind
     return lambda value: value

@@ -1,1 +1,1 @@
-"""Neurons, chosen by name, index and location."""
+"""Selection of neurons by name, index and location."""

@@ -1,6 +1,6 @@
-"""Where neurons lie, for selectors by location; all lengths in um, as PyNN's positions.
+"""Regions of space, for selectors by location; all lengths in um, as PyNN's positions.
 
-A point of two numbers leaves the third coordinate out of account: ``Box((0, 0), (100, 50))`` is as high as
+A point of two numbers ignores the third coordinate: ``Box((0, 0), (100, 50))`` is as high as
 the brain.
 """
 
@@ -18,7 +18,7 @@ from nrp_core.errors import NeuronSelectionError
 
 
 class Region(ABC):
-    """Part of space."""
+    """A part of space."""
 
     @abstractmethod
     def contains(self, positions_um: FloatArray) -> npt.NDArray[np.bool_]:
@@ -29,20 +29,20 @@ class Box(Region):
     """A box along the axes.
 
     Args:
-        low, high: two opposite corners, um; infinite where a side is open.
+        low, high: two opposite corners, um; infinite on an open side.
 
     Raises:
-        NeuronSelectionError: these are no points, or the first lies beyond the second.
+        NeuronSelectionError: these are not points, or the first is not below the second.
     """
 
     def __init__(self, low: Sequence[float], high: Sequence[float]) -> None:
         self.low, self.high = point(low, "a corner of a box"), point(high, "a corner of a box")
         if len(self.low) != len(self.high):
             raise NeuronSelectionError(
-                f"{self!r}: its corners have {len(self.low)} and {len(self.high)} numbers"
+                f"{self!r}: its corners must be alike, not of {len(self.low)} and {len(self.high)} numbers"
             )
         if (self.low > self.high).any():
-            raise NeuronSelectionError(f"{self!r} is empty: its first corner is the one with smaller numbers")
+            raise NeuronSelectionError(f"{self!r} is empty: its first corner must have the smaller numbers")
 
     def contains(self, positions_um: FloatArray) -> npt.NDArray[np.bool_]:
         some = positions_um[:, : len(self.low)]
@@ -53,10 +53,10 @@ class Box(Region):
 
 
 class Sphere(Region):
-    """A ball; around a point of two numbers a cylinder.
+    """A ball, or a cylinder if the center has two numbers.
 
     Args:
-        center: um.
+        center: a point, um.
         radius: um.
 
     Raises:
@@ -81,10 +81,10 @@ def point(value: Any, what: str, *, finite: bool = False) -> FloatArray:
     Args:
         value: the numbers, um.
         what: name of the point, for the message.
-        finite: whether infinity is refused; NaN always is.
+        finite: whether to refuse infinity; NaN is always refused.
 
     Raises:
-        NeuronSelectionError: it is none.
+        NeuronSelectionError: the value is not a point.
     """
     try:
         array = np.asarray(value, dtype=float)
@@ -97,7 +97,7 @@ def point(value: Any, what: str, *, finite: bool = False) -> FloatArray:
 
 
 def distances_um(positions_um: FloatArray, center: FloatArray) -> FloatArray:
-    """Return how far positions, shape ``(n, 3)``, are from a point, in the coordinates that it has."""
+    """Return the distances of positions, shape ``(n, 3)``, from a point, in the coordinates of the point."""
     distances: FloatArray = np.linalg.norm(positions_um[:, : len(center)] - center, axis=1)
     return distances
 

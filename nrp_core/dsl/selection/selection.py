@@ -1,4 +1,4 @@
-"""Neurons of a brain that is there, chosen by name, index and location."""
+"""Selected neurons of an existing brain."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from nrp_core.errors import NeuronSelectionError
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Selection:
-    """Some neurons, in an order.
+    """An ordered selection of neurons.
 
-    An index means what it means to a NumPy array, but that a single one gives one neuron and a
-    tuple joins what its items give: ``sensors[0, 2]``, ``sensors[0, 3:5]``.
+    Indices work as in NumPy, with two differences: a single index gives a selection of one neuron, and a
+    tuple joins the selections of its items: ``sensors[0, 2]``, ``sensors[0, 3:5]``.
 
     Args:
         ids: global ids, shape ``(n,)``.
-        label: the population or view they come from.
-        network: that they are part of, for what asks where they lie.
+        label: the name of their population or view.
+        network: their network, which has their positions.
     """
 
     ids: IntArray
@@ -49,7 +49,7 @@ class Selection:
         return Selection(ids, f"{self.label} + {other.label}", self.network)
 
     def __radd__(self, other: int) -> Selection:
-        if other != 0:  # sum() begins with it
+        if other != 0:  # sum() begins with 0
             return NotImplemented
         return self
 
@@ -71,7 +71,7 @@ class Selection:
             NeuronSelectionError: they have no positions, or the argument is not a region.
         """
         if not isinstance(region, Region):
-            raise NeuronSelectionError(f"neurons lie within a Box or a Sphere, not within {region!r}")
+            raise NeuronSelectionError(f"a region is a Box or a Sphere, not {region!r}")
         return self._of(self.ids[region.contains(self.positions_um)])
 
     def nearest(self, center: Sequence[float], n: int = 1) -> Selection:
@@ -83,9 +83,9 @@ class Selection:
         """
         if not isinstance(n, (int, np.integer)) or isinstance(n, bool) or not 0 < n <= self.size:
             raise NeuronSelectionError(
-                f"'{self.label}' has {self.size} neurons; {n!r} of them cannot be nearest"
+                f"'{self.label}' has {self.size} neurons; cannot select the nearest {n!r}"
             )
-        distances = distances_um(self.positions_um, point(center, "what neurons are near", finite=True))
+        distances = distances_um(self.positions_um, point(center, "the center of a search", finite=True))
         return self._of(self.ids[np.argsort(distances, kind="stable")[:n]])
 
     def _of(self, ids: IntArray) -> Selection:
@@ -100,12 +100,12 @@ class Selection:
         if wanted.size == 0:
             return self.ids[:0]
         if wanted.dtype.kind not in ("iu" if wanted.ndim == 0 else "iub") or wanted.ndim > 1:
-            raise NeuronSelectionError(f"neurons are chosen by integers, slices and lists, not {index!r}")
+            raise NeuronSelectionError(f"neurons are selected by integers, slices and lists, not {index!r}")
         try:
             return np.atleast_1d(self.ids[wanted])
         except IndexError:
             raise NeuronSelectionError(
-                f"'{self.label}' has {self.size} neurons, 0..{self.size - 1}; {index!r} is not among them"
+                f"'{self.label}' has {self.size} neurons, 0..{self.size - 1}; {index!r} is out of range"
             ) from None
 
 

@@ -1,4 +1,4 @@
-"""Neuron selectors: expressions over ``nrp.brain`` that are evaluated once there is a brain."""
+"""Neuron selectors: expressions over ``nrp.brain`` that are evaluated once the brain exists."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Selector:
     """An expression over the brain, evaluated later.
 
     Attributes, indices and arithmetic are recorded: ``nrp.brain.sensors[0:3:2]``,
-    ``nrp.brain.left + nrp.brain.right``, ``nrp.brain.sensors.size - 1``. So are choices by location:
+    ``nrp.brain.left + nrp.brain.right``, ``nrp.brain.sensors.size - 1``. So are selections by location:
     ``nrp.brain.sensors.within(nrp.Sphere((0, 0), 50))``, ``nrp.brain.sensors.nearest((0, 0), 3)``.
 
     Args:
@@ -28,7 +28,7 @@ class Selector:
 
     __slots__ = ("_find", "_text")
 
-    # Without these, Python would index a selector until it ends, which it never does.
+    # Without these, Python would index a selector for ever, because no index is out of range.
     __iter__ = None
     __contains__ = None
 
@@ -40,7 +40,7 @@ class Selector:
         return self._text
 
     def __getattr__(self, name: str) -> Selector:
-        if name.startswith("_"):  # Python's own protocols: copying, pickling, displaying
+        if name.startswith("_"):  # Python's protocols for copying, pickling and display
             raise AttributeError(name)
         return Selector(lambda root: getattr(self._find(root), name), f"{self._text}.{name}")
 
@@ -51,7 +51,7 @@ class Selector:
         return Selector(find, f"{self._text}[{_index_text(index)}]")
 
     def within(self, region: Any) -> Selector:
-        """Choose the neurons in a region: ``nrp.brain.cells.within(nrp.Box((0, 0), (100, 50)))``.
+        """Select the neurons in a region: ``nrp.brain.cells.within(nrp.Box((0, 0), (100, 50)))``.
 
         Args:
             region: a :class:`~nrp_core.dsl.selection.regions.Box` or
@@ -60,7 +60,7 @@ class Selector:
         return self._choosing("within", region)
 
     def nearest(self, center: Any, n: Any = 1) -> Selector:
-        """Choose the ``n`` neurons nearest to a point (um), the nearest first."""
+        """Select the ``n`` neurons nearest to a point (um), the nearest first."""
         return self._choosing("nearest", center, n)
 
     def _choosing(self, method: str, *arguments: Any) -> Selector:
@@ -76,7 +76,7 @@ class Selector:
         return _combined(operator.add, "+", self, other)
 
     def __radd__(self, other: Any) -> Selector:
-        if isinstance(other, int) and other == 0:  # sum() begins with it
+        if isinstance(other, int) and other == 0:  # sum() begins with 0
             return self
         return _combined(operator.add, "+", other, self)
 
@@ -107,7 +107,7 @@ def nrange(start: Any, stop: Any, step: Any = 1) -> Selector:
 
 
 def resolve(function: Callable[[Any], Any]) -> Selector:
-    """Return the result of ``function(brain)``, evaluated once there is a brain, e.g. neurons or a number."""
+    """Return the result of ``function(brain)``, evaluated once the brain exists, e.g. neurons or a number."""
     if not callable(function):
         raise TypeError(f"resolve takes a function of the brain, not {function!r}")
     return Selector(lambda root: _evaluate(function(root), root), f"resolve({_name_of(function)})")
@@ -163,7 +163,7 @@ def select(selector: Any, root: Root) -> Selection | list[Selection]:
         if not isinstance(part, Selection):
             raise NeuronSelectionError(f"{selector!r} gives {part!r:.60}, which are not neurons")
     if not parts or not all(map(len, parts)):
-        raise NeuronSelectionError(f"{selector!r} selects no neuron")
+        raise NeuronSelectionError(f"{selector!r} selects no neurons")
     return parts if isinstance(found, list) else parts[0]
 
 

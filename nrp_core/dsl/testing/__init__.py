@@ -1,4 +1,4 @@
-"""Mocks and a rig to test transfer functions without simulators."""
+"""Mocks and a test rig for transfer functions, without simulators."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class MockBrain(Brain):
         values: state of its neurons, by variable, shape ``(network.size,)``.
 
     Raises:
-        CapabilityError: the capabilities given do not cover the network.
+        CapabilityError: the given capabilities do not cover the network.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class MockBrain(Brain):
 
 
 class MockEngine(Engine):
-    """Models that never move, touch nothing and do nothing; it has no cameras.
+    """An engine whose models never move or touch, without cameras.
 
     Args:
         scene: the models.
@@ -135,13 +135,13 @@ class MockEngine(Engine):
 
 
 class MockWorld(World):
-    """Topics without a world: they carry only published messages.
+    """A world without physics: its topics carry only published messages.
 
     Args:
         topics: message class of each topic, by name.
-        scene: models that never move, with their own topics; empty by default.
+        scene: models, which never move, with their topics; empty by default.
         step_ns: its physics step.
-        engine: instead of one that does nothing; it has the scene and the step.
+        engine: replaces the mock engine; it then has the scene and the step.
     """
 
     def __init__(
@@ -159,11 +159,11 @@ class MockWorld(World):
             self.declare(name, type_)
 
     def put(self, topic: str, message: Any) -> None:
-        """Send a message as the robot would."""
+        """Publish a message as the robot would."""
         self.advertise(topic).publish(message)
 
     def sent(self, topic: str) -> list[Any]:
-        """Return every message on a topic since reset, oldest first."""
+        """Return every message on a topic since the last reset, oldest first."""
         name = self._board.info(topic).name
         return [message for sent_on, message in self._sent if sent_on == name]
 

@@ -34,10 +34,10 @@ _POPULATION_SIZE = 1000
 
 
 class Rig:
-    """A transfer function between a mock brain and a mock world that have everything it maps.
+    """A transfer function between a mock brain and a mock world with all its populations and topics.
 
     Args:
-        function: the transfer function; it is bound again.
+        function: the transfer function; it is bound to the mocks.
         brain: by default one with every population that the function names, of 1000 neurons each.
         world: by default one with every topic of the function; the topics must then state their type.
     """
@@ -61,7 +61,7 @@ class Rig:
                 rate of a device (a list for a device group), the spike times in ms of a recorder.
 
         Raises:
-            TransferFunctionError: the function does not read such a parameter.
+            TransferFunctionError: the function has no such input.
         """
         for parameter, value in inputs.items():
             self._set(parameter, self.function.adapters.get(parameter), value)
@@ -72,16 +72,16 @@ class Rig:
         elif isinstance(adapter, Variable):
             adapter.value = value
         elif isinstance(adapter, Device) and _is_read(adapter):
-            _pretend(adapter, value)
+            _set_input(adapter, value)
         elif isinstance(adapter, DeviceGroup) and all(map(_is_read, adapter)):
             for device, one in zip(adapter, value, strict=True):
-                _pretend(device, one)
+                _set_input(device, one)
         else:
             hint = did_you_mean(parameter, self.function.parameters)
-            raise TransferFunctionError(f"'{self.function.name}' reads no parameter '{parameter}'{hint}")
+            raise TransferFunctionError(f"'{self.function.name}' has no input '{parameter}'{hint}")
 
     def run(self, t: float | None = None) -> Any:
-        """Run the function, due or not, and return its return value.
+        """Run the function, even if it is not due, and return its result.
 
         Args:
             t: the time in seconds; by default 20 ms after the last run.
@@ -94,8 +94,8 @@ class Rig:
         return self.world.sent(topic)
 
 
-class _Pretended:
-    """A port with another value."""
+class _PortWithValues:
+    """A port with values of a test."""
 
     def __init__(self, port: Any, **values: Any) -> None:
         self._port = port
@@ -109,12 +109,12 @@ def _is_read(device: Device) -> bool:
     return not isinstance(device.port, SourcePort)
 
 
-def _pretend(device: Device, value: Any) -> None:
+def _set_input(device: Device, value: Any) -> None:
     if isinstance(device.port, SpikeRecorderPort):
         times = np.sort(np.asarray(value, dtype=float))
         device.port.receive(Spikes(np.full(len(times), device.selection.ids[0]), times), milliseconds(0))
     else:
-        device.port = _Pretended(device.port, **{device.port.quantity: value})
+        device.port = _PortWithValues(device.port, **{device.port.quantity: value})
 
 
 class _AnyBrain:

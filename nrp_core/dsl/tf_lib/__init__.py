@@ -1,4 +1,4 @@
-"""``nrp.tf_lib``: functions for the bodies of transfer functions."""
+"""``nrp.tf_lib``: functions to call in transfer functions."""
 
 from __future__ import annotations
 

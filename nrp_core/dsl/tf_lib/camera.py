@@ -32,7 +32,7 @@ class PinholeCamera:
         self.width, self.height = self.cal_width, self.cal_height
 
     def set_image_size(self, width: int, height: int) -> bool:
-        """Use images of another size; returns False and changes nothing if the size is not positive."""
+        """Use images of another size. If the size is not positive, return False and change nothing."""
         if width <= 0 or height <= 0:
             return False
         self.width, self.height = width, height
@@ -101,4 +101,4 @@ class PinholeCamera:
 
 
 cam = PinholeCamera()
-"""The camera for plain scripts; each transfer function file gets its own under this name."""
+"""The camera for scripts; each transfer function file gets its own under this name."""

@@ -73,7 +73,7 @@ def detect_red(image: Image | None) -> RedShares:
 
 @dataclass(frozen=True, slots=True)
 class ColorValues:
-    """Intensities of a shrunken image, each half and channel row by row, shape ``(width / 2 * height,)``."""
+    """Intensities of a resized image, by half and channel, in rows, shape ``(width / 2 * height,)``."""
 
     left_red: FloatArray
     left_green: FloatArray
@@ -84,7 +84,7 @@ class ColorValues:
 
 
 def get_color_values(image: Image | None, width: int = 40, height: int = 30) -> ColorValues:
-    """Return the colours of an image shrunk to ``width`` x ``height``, made steep for neurons.
+    """Return the colours of an image resized to ``width`` x ``height``, on an exponential scale for neurons.
 
     A channel value ``v`` in 0..255 becomes ``5000 ** (v / 256) / 5000``.
 

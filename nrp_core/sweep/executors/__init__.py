@@ -1,1 +1,1 @@
-"""Where the runs of a sweep are performed: one module each; others are added by entry points."""
+"""Executors perform the runs of a sweep: one module each; entry points add others."""

@@ -1,4 +1,4 @@
-"""Runs on workers of Dask: of a cluster that is there, or of one on this machine."""
+"""Runs on workers of Dask, of an existing cluster or of one started on this machine."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from nrp_core.sweep.measuring import perform, require_code
 from nrp_core.sweep.record import Record, Task
 
 _AHEAD = 4
-"""Runs that are given to the scheduler at once, for each worker: it need not know a million of them."""
+"""Runs per worker that the scheduler holds at once, so that it need not hold a million."""
 _PATIENCE_S = 10
 
 
@@ -64,9 +64,8 @@ class DaskExecutor(Executor):
             except KilledWorker as error:
                 yield Record.died(task, str(error))
             except (CancelledError, OSError) as error:
-                message = (
-                    f"the Dask scheduler is gone ({error or type(error).__name__}); finished runs are kept"
-                )
+                cause = str(error) or type(error).__name__
+                message = f"the connection to the Dask scheduler was lost ({cause}); finished runs are kept"
                 raise BackendLoadError(message) from error
             future.release()
             if (following := next(waiting, None)) is not None:
@@ -86,7 +85,7 @@ class DaskExecutor(Executor):
         return sum(self._client.nthreads().values())
 
     def _require_code(self, code: Mapping[str, str]) -> None:
-        """Refuse workers with other code before the first run; allow a run as many attempts as elsewhere."""
+        """Refuse workers with other code before the first run, and set the number of attempts of a run."""
         self._client.run(require_code, dict(code))
         self._client.run_on_scheduler(_allow_attempts)
 

@@ -12,17 +12,17 @@ from nrp_core.registry import Registry
 from nrp_core.sweep.record import Record, Task
 
 ATTEMPTS = 5
-"""A run whose worker died that often is given up: most likely it is the run that ends the worker."""
+"""Number of attempts of a run whose worker dies; after that the run itself is the likely cause."""
 _ADDRESSES = {"tcp": "dask", "tls": "dask"}
 """Executors by the kind of address that they take."""
 
 
 class Executor(AbstractContextManager["Executor"], ABC):
-    """Performs runs somewhere; it is opened and closed as a context.
+    """Performs runs; it is opened and closed as a context.
 
     Attributes:
-        address: of a scheduler that is there already; empty: it begins one, or finds its own.
-        workers: number of runs at once; None: as many as there is room for.
+        address: address of a running scheduler; empty: it starts one, or finds its own.
+        workers: number of runs at once; None: as many as the machines have room for.
         folder: the folder of the sweep, which all machines can read and write.
     """
 
@@ -42,7 +42,7 @@ class Executor(AbstractContextManager["Executor"], ABC):
         A worker that dies is replaced and its run repeated, up to :data:`ATTEMPTS` times.
 
         Raises:
-            BackendError: a worker has another version of the code, or the scheduler is gone.
+            BackendError: a worker has another version of the code, or the scheduler was lost.
         """
 
     def __exit__(self, *_: object) -> None:
@@ -58,16 +58,16 @@ def executor(text: str, folder: Path, workers: int | None = None) -> Executor:
     Args:
         text: the name or the address.
         folder: the folder of the sweep.
-        workers: number of runs at once; by default as many as there is room for.
+        workers: number of runs at once; by default as many as the machines have room for.
 
     Raises:
-        ExperimentError: there is none.
+        ExperimentError: the executor does not exist.
         BackendError: it does not load.
     """
     kind, is_address, _ = text.partition("://")
     name = _ADDRESSES.get(kind, kind) if is_address else text
     if name not in EXECUTORS.names():
-        raise ExperimentError(f"no executor is called '{name}'{did_you_mean(name, EXECUTORS.names())}")
+        raise ExperimentError(f"there is no executor '{name}'{did_you_mean(name, EXECUTORS.names())}")
     made = EXECUTORS.load(name)
     made.address, made.workers, made.folder = text if is_address else "", workers, folder
     return made

@@ -14,7 +14,7 @@ from nrp_core.sweep.record import Record, Task
 
 
 class LocalExecutor(Executor):
-    """As many processes as processors, or as many as were asked for; one alone is this process."""
+    """As many processes as processors or as requested; if it is one, runs are performed in this process."""
 
     def __init__(self) -> None:
         self._pool: WorkerPool | None = None
@@ -52,7 +52,7 @@ class LocalExecutor(Executor):
 
 
 class _Queue(deque[Task]):
-    """Tasks that are taken out; more may be added after the last one was taken."""
+    """An iterator over tasks, to which tasks may be added even after it was exhausted."""
 
     def __iter__(self) -> Iterator[Task]:
         return self

@@ -1,4 +1,4 @@
-"""Runs as jobs of SLURM: an array of jobs, each performing a part of them one after the other."""
+"""Runs as jobs of SLURM: an array of jobs, each of which performs some of them in sequence."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ exec {python} -m nrp_core.sweep.chunk {folder}/jobs/$SLURM_ARRAY_TASK_ID.jsonl \
     {folder}/journal.$SLURM_ARRAY_TASK_ID.jsonl
 """
 _CHUNKS = 4
-"""Jobs for each worker, so that one that ends early can be given more."""
+"""Jobs per worker, so that workers that finish early get more work."""
 _WORKERS = 16
 _LOOK_S = 0.5
 
@@ -36,7 +36,7 @@ class SlurmExecutor(Executor):
 
     def __enter__(self) -> SlurmExecutor:
         if shutil.which("sbatch") is None:
-            raise BackendLoadError("there is no sbatch here: the executor slurm needs SLURM's commands")
+            raise BackendLoadError("sbatch was not found: the executor 'slurm' needs SLURM's commands")
         _command("squeue", "--noheader", "--me")
         return self
 
@@ -50,7 +50,7 @@ class SlurmExecutor(Executor):
             for record in self._array(list(waiting.values())):
                 if waiting.pop(record.id, None) is not None:
                     yield record
-            for task in list(waiting.values()):  # its job was killed, or did not begin
+            for task in list(waiting.values()):  # the job of the run was killed, or did not begin
                 if task.attempt < ATTEMPTS:
                     waiting[task.id] = task.again()
                 else:
@@ -94,9 +94,9 @@ def _command(*command: str, may_fail: bool = False) -> str:
     """Return the output of a command of SLURM.
 
     Raises:
-        BackendLoadError: it fails; the message has its own.
+        BackendLoadError: the command fails; the error quotes its message.
     """
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode and not may_fail:
-        raise BackendLoadError(f"{command[0]} of SLURM fails: {done.stderr.strip() or done.stdout.strip()}")
+        raise BackendLoadError(f"{command[0]} of SLURM failed: {done.stderr.strip() or done.stdout.strip()}")
     return done.stdout if not done.returncode else ""

@@ -155,7 +155,7 @@ def test_a_function_belongs_to_one_loop_until_it_is_closed() -> None:
     @nrp.Robot2Neuron()
     def f(t: float) -> None: ...
 
-    with loop_of(f), pytest.raises(LifecycleError, match="bound already"):
+    with loop_of(f), pytest.raises(LifecycleError, match="already bound"):
         loop_of(f)
     loop_of(f).step()
 

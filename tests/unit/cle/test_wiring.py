@@ -68,7 +68,7 @@ def test_two_functions_of_one_name_are_refused_with_both_places() -> None:
     first, second = reads("/husky/cmd_vel", "same"), publishes("/husky/cmd_vel", "same")
     with pytest.raises(TransferFunctionError) as caught:
         connect([first, second], *sides())
-    assert str(caught.value).startswith(f"{second.place}: there is a transfer function 'same' already")
+    assert str(caught.value).startswith(f"{second.place}: the transfer function 'same' already exists")
     assert str(first.place) in caught.value.message
 
 

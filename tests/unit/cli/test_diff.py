@@ -178,7 +178,7 @@ def test_two_recordings_are_compared_without_running_anything(nrp: Any, worlds: 
         (["--worlds", "disc"], 2, "give two names"),
         (["--worlds", "disc,dics"], 4, "did you mean 'disc'"),
         (["--worlds", "disc,disc"], 3, "given twice"),
-        (["--worlds", "disc,twin", "--margin", "time=1"], 2, "no metric is called 'time'"),
+        (["--worlds", "disc,twin", "--margin", "time=1"], 2, "there is no metric 'time'"),
         (["--worlds", "disc,twin", "--vary", "seed"], 2, "KEY=LOW..HIGH"),
         (["--worlds", "disc,twin", "--vary", "events.rad.at=1..2 s"], 3, "did you mean 'red'"),
         (["--worlds", "disc,twin", "--html", "no/page.html"], 2, "the folder does not exist"),

@@ -19,7 +19,7 @@ def test_the_command_writes_a_network_file_and_reports_checksums(
     assert done.code == 0, done.err
     assert "2 neurons, 1 excitatory edges, 1 inhibitory edges, 2 groups" in done.out
     assert done.out.count("sha256") == 2
-    assert "1 edges are left out: one end is not in the table of neurons" in done.err
+    assert "1 edges were left out because one of their neurons is not in the table" in done.err
     network = read_network("brain.nrpnet")
     assert network.populations["brain"].cell_type == "IF_curr_exp_frozen"
     weights = [float(one.weight[0]) for one in network.projections]

@@ -44,7 +44,7 @@ WRONG: list[tuple[type[ExperimentError], str, str, str]] = [
         NeuronSelectionError,
         "MapSpikeSink('x', nrp.brain.actors[2], nrp.population_rate)",
         "Neuron2Robot()",
-        "'actors' has 2 neurons, 0..1; 2 is not among them",
+        "'actors' has 2 neurons, 0..1; 2 is out of range",
     ),
     (
         TransferFunctionError,
@@ -164,7 +164,7 @@ def test_bound_parameters_are_attributes_and_are_given_back(load: Load) -> None:
     assert [wheel.port.name for wheel in function.wheels] == ["f/wheels/0", "f/wheels/1"]
     assert function.eye.port.name == "f/eye"
     assert len(mind.devices) == 3
-    with pytest.raises(LifecycleError, match="bound already"):
+    with pytest.raises(LifecycleError, match="already bound"):
         function.bind(mind, robot)
     function.unbind()
     assert not mind.devices

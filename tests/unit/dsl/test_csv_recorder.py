@@ -86,5 +86,5 @@ def test_a_file_stays_inside_its_folder(tmp_path: Path, name: str) -> None:
 
 
 def test_a_file_needs_a_name() -> None:
-    with pytest.raises(TransferFunctionError, match="parameter 'rows': the file name must be a text, not ''"):
+    with pytest.raises(TransferFunctionError, match="'rows': the file name must be a string, not ''"):
         nrp.MapCSVRecorder("rows", "", ["a"])

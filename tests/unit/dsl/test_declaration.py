@@ -48,10 +48,10 @@ Load = Callable[[str], list[TransferFunction]]
             "@nrp.MapSpikeSource('x', nrp.brain.a, nrp.poisson, wieght=3)\ndef f(t, x): pass",
             "poisson has no setting 'wieght'; did you mean 'weight'",
         ),
-        (1, "@nrp.MapVariable('x', scope='world')\ndef f(t, x): pass", "no scope 'world'"),
+        (1, "@nrp.MapVariable('x', scope='world')\ndef f(t, x): pass", "unknown scope 'world'"),
         (1, "@nrp.MapVariable(3)\ndef f(t, x): pass", "name of a parameter, not 3"),
         (1, "@nrp.MapRobotSubscriber('x', 5)\ndef f(t, x): pass", "expected a Topic .*, not 5"),
-        (1, "@nrp.Neuron2Robot(Topic('', None))\ndef f(t): pass", "a topic has a name"),
+        (1, "@nrp.Neuron2Robot(Topic('', None))\ndef f(t): pass", "the name of a topic is"),
         (1, "@nrp.Neuron2Robot(Topic('/a', 'std_msgs/Flaot64'))\ndef f(t): pass", "did you mean 'Float64'"),
         (1, "@nrp.Neuron2Robot(Topic('/a', 'std_msg/Float64'))\ndef f(t): pass", "did you mean 'std_msgs'"),
         (1, "@nrp.Neuron2Robot(Topic('/a', 3))\ndef f(t): pass", "3 is not a message type"),
@@ -69,12 +69,12 @@ Load = Callable[[str], list[TransferFunction]]
         (
             1,
             "@nrp.Robot2Neuron()\n@nrp.MapVariable('x')\ndef f(t, x): pass",
-            "'f' is a transfer function already; @Robot2Neuron must be the last decorator",
+            "'f' is already a transfer function; @Robot2Neuron must be the last decorator",
         ),
         (
             4,
             "@nrp.Robot2Neuron()\ndef f(t): pass\n\n@nrp.Robot2Neuron()\ndef f(t): pass",
-            "a transfer function 'f' already, at .*functions.py:1",
+            "the transfer function 'f' already exists, at .*functions.py:1",
         ),
     ],
 )
@@ -130,7 +130,7 @@ def test_a_transfer_function_prints_what_it_maps(load: Load) -> None:
 
 def test_a_mapped_parameter_is_an_attribute_only_once_it_is_bound(load: Load) -> None:
     (function,) = load("@nrp.MapVariable('count')\n@nrp.Robot2Neuron()\ndef f(t, count): pass")
-    with pytest.raises(AttributeError, match=r"'f' is not bound: bind\(brain, world\) gives it its 'count'"):
+    with pytest.raises(AttributeError, match=r"'f' is not bound; bind\(brain, world\) creates 'count'"):
         _ = function.count
     with pytest.raises(AttributeError, match="no attribute 'counts'"):
         _ = function.counts

@@ -59,7 +59,7 @@ def test_a_rate_that_cannot_be_is_refused_by_the_name_of_the_parameter(rate: obj
 
 
 def test_a_read_only_attribute_cannot_be_set() -> None:
-    with pytest.raises(AttributeError, match=r"wheel\.voltage can only be read"):
+    with pytest.raises(AttributeError, match=r"wheel\.voltage is read-only"):
         opened(kinds.leaky_integrator_alpha).voltage = 1.0
 
 
@@ -213,5 +213,5 @@ def test_a_fixed_connector_gives_each_neuron_so_many_generators_and_a_sink_so_ma
     device = opened(kinds.leaky_integrator_alpha, neurons=(0, 1, 2, 3), connector=fixed)
     assert len(set(device.port.neurons.tolist())) == 3
     for wrong in ({"mode": "Some"}, {"mode": "Fixed", "n": 0}):
-        with pytest.raises(ValueError, match="connector has"):
+        with pytest.raises(ValueError, match="connector is"):
             opened(kinds.poisson, connector=wrong)

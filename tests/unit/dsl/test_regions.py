@@ -111,7 +111,7 @@ def test_a_selector_shows_what_it_means() -> None:
     ("choose", "message"),
     [
         (lambda: nrp.Box((0, 0), (1,)), "two or three numbers in um"),
-        (lambda: nrp.Box((0, 0), (1, 1, 1)), "its corners have 2 and 3 numbers"),
+        (lambda: nrp.Box((0, 0), (1, 1, 1)), "its corners must be alike, not of 2 and 3 numbers"),
         (lambda: nrp.Box((0, 5), (1, 1)), r"Box\(\(0, 5\), \(1, 1\)\) is empty"),
         (lambda: nrp.Box((0, math.nan), (1, 1)), "two or three numbers"),
         (lambda: nrp.Box("corner", (1, 1)), "not 'corner'"),
@@ -129,10 +129,10 @@ def test_a_region_that_is_none_is_refused_where_it_is_written(choose: Any, messa
     ("selector", "message"),
     [
         (nrp.brain.cells.within(nrp.Box((5, 5), (6, 6))), r"brain\.cells\.within\(Box.*selects no neuron"),
-        (nrp.brain.cells.within((0, 0)), r"within a Box or a Sphere, not within \(0, 0\)"),
-        (nrp.brain.cells.nearest((0, 0), 9), "'cells' has 2 neurons; 9 of them cannot be nearest"),
-        (nrp.brain.cells.nearest((0, 0), 0), "0 of them cannot be nearest"),
-        (nrp.brain.cells.nearest(3, 1), "what neurons are near is two or three numbers"),
+        (nrp.brain.cells.within((0, 0)), r"a region is a Box or a Sphere, not \(0, 0\)"),
+        (nrp.brain.cells.nearest((0, 0), 9), "'cells' has 2 neurons; cannot select the nearest 9"),
+        (nrp.brain.cells.nearest((0, 0), 0), "cannot select the nearest 0"),
+        (nrp.brain.cells.nearest(3, 1), "the center of a search is two or three numbers"),
         (nrp.brain.cells.size.nearest((0, 0)), r"brain\.cells\.size are not neurons with a location"),
         (nrp.brain.other.nearest((0, 0)), "population 'other' has no positions; give it a structure"),
         ((nrp.brain.cells + nrp.brain.other).within(nrp.Box((0, 0), (1, 1))), "population 'other' has no"),

@@ -49,7 +49,7 @@ def test_a_function_can_go_from_rig_to_rig(load: Load) -> None:
 def test_an_input_that_the_function_does_not_read_cannot_be_set(load: Load) -> None:
     (function,) = load(EVERYTHING)
     rig = Rig(function)
-    with pytest.raises(TransferFunctionError, match="no parameter 'wheels'; did you mean 'wheel'"):
+    with pytest.raises(TransferFunctionError, match="no input 'wheels'; did you mean 'wheel'"):
         rig.set(wheels=1.0)
     with pytest.raises(TransferFunctionError, match="reads no parameter 'eye'"):
         rig.set(eye=1.0)

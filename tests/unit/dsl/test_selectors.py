@@ -131,8 +131,8 @@ def test_selectors_inside_values_are_replaced() -> None:
     ("selector", "message"),
     [
         (brain.sensor, "did you mean 'sensors'"),
-        (brain.sensors[8], "has 8 neurons, 0..7; 8 is not among them"),
-        (brain.sensors[0, 9], "9 is not among them"),
+        (brain.sensors[8], "has 8 neurons, 0..7; 8 is out of range"),
+        (brain.sensors[0, 9], "9 is out of range"),
         (brain.sensors["a"], "integers, slices and lists, not 'a'"),
         (brain.sensors[True], "not True"),
         (brain.sensors[1.5], "not 1.5"),

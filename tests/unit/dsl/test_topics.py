@@ -231,5 +231,5 @@ def test_a_preprocessed_topic_changes_what_is_sent() -> None:
 
 
 def test_a_preprocessing_that_is_not_callable_is_refused() -> None:
-    with pytest.raises(TransferFunctionError, match="pre_processing is a function, not 3"):
+    with pytest.raises(TransferFunctionError, match="pre_processing must be a function, not 3"):
         PreprocessedTopic("/x", Float64, 3)  # type: ignore[arg-type]

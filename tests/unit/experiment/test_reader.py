@@ -111,7 +111,7 @@ MISTAKES = [
     ("180 deg", "180 degrees", "180 degrees", "NRP202",
      "world.robots.husky.pose.5: 'degrees' is not a unit of an angle; did you mean 'deg'?"),
     ("Float64", "Flaot64", "std_msgs", "NRP202",
-     "topics./mood: no message type 'std_msgs/Flaot64'; did you mean 'Float64'?"),
+     "topics./mood: unknown message type 'std_msgs/Flaot64'; did you mean 'Float64'?"),
     ("/screens/left/color:", "screens/left:", "screens/left", "NRP202",
      "aliases.screens/left: a topic reads like '/husky/camera', not 'screens/left'"),
     ("value: red", "value: red, colour: red", "colour", "NRP201",

@@ -165,7 +165,7 @@ def test_a_file_that_no_loader_knows_is_refused(edit: Edit, drive_to_the_wall: P
 def test_two_functions_of_one_name_are_refused(edit: Edit, drive_to_the_wall: Path) -> None:
     (drive_to_the_wall / "again.py").write_text((drive_to_the_wall / "drive.py").read_text())
     (error,) = errors_of(edit("[drive.py]", "[drive.py, again.py]"))
-    assert "there is a transfer function 'drive' already" in error
+    assert "the transfer function 'drive' already exists" in error
 
 
 # -- what a run does with them

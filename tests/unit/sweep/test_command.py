@@ -171,13 +171,13 @@ def test_a_full_disk_ends_it_with_one_sentence_and_keeps_what_is_done(sweep: Swe
             FILE + "measure: [criterea]\n",
             [],
             3,
-            "sweep.yaml:6:10: no metric is called 'criterea'; did you mean",
+            "sweep.yaml:6:10: there is no metric 'criterea'; did you mean",
         ),
         (FILE + "measure: [trajectory]\n", [], 3, "'trajectory' compares two runs"),
         (FILE.replace("to: 4", "to: 1000000000"), [], 3, "the sweep has 3,000,000,000 runs"),
-        (FILE, ["--only", "seed=9"], 3, "--only seed=9: no run has it"),
+        (FILE, ["--only", "seed=9"], 3, "--only seed=9: no run has this value"),
         (FILE, ["--only", "sed=1"], 3, "'sed' does not vary; did you mean 'seed'?"),
-        (FILE, ["--on", "dusk"], 3, "no executor is called 'dusk'; did you mean 'dask'?"),
+        (FILE, ["--on", "dusk"], 3, "there is no executor 'dusk'; did you mean 'dask'?"),
         (FILE, ["--out", "drive_to_the_wall"], 3, "drive_to_the_wall: the folder is not empty"),
         (FILE.replace("drive_to", "drive_too"), [], 3, "there is no experiment or file 'drive_too_the_wall'"),
     ],
@@ -196,11 +196,11 @@ def test_a_folder_of_another_sweep_and_one_in_use_are_refused(sweep: Sweep) -> N
     assert sweep("sweep.yaml", "--only", "0", "--workers", 1)[0] == 0
     Path("sweep.yaml").write_text(FILE + "until: 1 s\n")
     _, _, err = sweep("sweep.yaml")
-    assert "the folder holds another sweep: it differs in end time" in err
+    assert "the folder contains another sweep, with different end time" in err
     Path("sweep.yaml").write_text(FILE)
     with Journal(Path("sweep.sweep", JOURNAL)):
         _, _, err = sweep("sweep.yaml", "--workers", 1)
-    assert "another process works on this sweep" in err
+    assert "another process is working on this sweep" in err
 
 
 def test_the_results_are_shown_as_text_data_and_figures(sweep: Sweep, here: Path) -> None:
@@ -224,7 +224,7 @@ def test_the_results_are_shown_as_text_data_and_figures(sweep: Sweep, here: Path
     _, _, err = sweep("show", "sweep.sweep", "--plot", "a.png", "--measure", "criteria.arives")
     assert "'criteria.arives' was not measured; did you mean 'criteria.arrives'?" in err
     _, _, err = sweep("show", here)
-    assert "the folder holds no sweep" in err
+    assert "the folder does not contain a sweep" in err
 
 
 def test_emitted_jobs_are_collected_by_the_same_command(sweep: Sweep) -> None:

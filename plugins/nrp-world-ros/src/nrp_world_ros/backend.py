@@ -61,4 +61,4 @@ def _look(ros: str, library: str, load: Callable[[], object], remedy: str) -> Di
         load()
     except BackendLoadError as error:
         return Diagnosis(ros, False, f"{library} cannot be loaded: {error.__cause__}", remedy)
-    return Diagnosis(ros, True, f"{library} is here", remedy)
+    return Diagnosis(ros, True, f"{library} is installed", remedy)

@@ -138,7 +138,7 @@ class Bridge(Closing):
                 self._mute(outlet)
 
     def restart(self, sent_ns: int = -1) -> None:
-        """Continue at another time of the world, by default 0; earlier messages count as sent."""
+        """Continue at another time of the world, by default 0; earlier messages are not sent again."""
         self._sent_ns = sent_ns
 
     def close(self) -> None:

@@ -64,7 +64,7 @@ class Calls:
         except TimeoutError:
             if not call.answer.cancel():  # it is being answered now
                 return call.answer.result()
-            raise TopicError(f"{service}: no answer within {PATIENCE_S:g} s; does time pass?") from None
+            raise TopicError(f"{service}: no answer within {PATIENCE_S:g} s; is it paused?") from None
 
     def answer(self) -> None:
         """Answer all waiting calls; those that timed out are not executed."""

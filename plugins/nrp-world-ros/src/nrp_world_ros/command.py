@@ -26,7 +26,7 @@ def ros_bridge(
     experiment: ExperimentName,
     without_brain: Annotated[
         bool,
-        typer.Option("--without-brain", help="Only the world: its robots are commanded from ROS."),
+        typer.Option("--without-brain", help="Run only the world; its robots are commanded from ROS."),
     ] = False,
     lockstep: Annotated[
         bool,
@@ -35,16 +35,14 @@ def ros_bridge(
     ros2: Annotated[bool, typer.Option("--ros2", help="ROS 2 instead of ROS 1.")] = False,
     domain: Annotated[
         int | None,
-        typer.Option(
-            min=0, max=LAST_DOMAIN, help="The domain of ROS 2; by default ROS_DOMAIN_ID says, else 0."
-        ),
+        typer.Option(min=0, max=LAST_DOMAIN, help="The domain of ROS 2; by default ROS_DOMAIN_ID, else 0."),
     ] = None,
     brain: BrainName = None,
     world: WorldName = None,
     overrides: Overrides = None,
     seed: Seed = None,
     pace: Annotated[
-        str, typer.Option(metavar="max|realtime|FACTOR", help="How fast simulated time passes.")
+        str, typer.Option(metavar="max|realtime|FACTOR", help="Speed relative to real time.")
     ] = "realtime",
     until: Annotated[
         str | None, typer.Option(metavar="TIME", help="Stop at this time; by default Ctrl-C ends it.")
@@ -60,11 +58,11 @@ def ros_bridge(
             "an experiment with a brain cannot wait for another loop", param_hint="--lockstep"
         )
     if domain is not None and not ros2:
-        raise typer.BadParameter("only ROS 2 has domains: say --ros2, too", param_hint="--domain")
+        raise typer.BadParameter("only ROS 2 has domains: add --ros2", param_hint="--domain")
     settings = overrides_of(overrides, brain=brain, world=world, seed=seed, pace=pace)
     loaded = load_experiment(experiment, settings)
     until_ns = None if until is None else time_ns(until)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # any end leaves ROS in order
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # leave ROS cleanly, whatever ends the run
     try:
         ros = Ros.TWO if ros2 else Ros.ONE
         with join(ros, "nrp_body", queue=0 if lockstep else _QUEUE, domain=domain) as node:
@@ -125,7 +123,7 @@ def _whole(experiment: Experiment, node: Node, until_ns: int | None) -> None:
 
 
 def _tell(bridge: Bridge) -> None:
-    topics = f"{len(bridge.outgoing)} topics to listen to, {len(bridge.incoming)} to command"
+    topics = f"{len(bridge.outgoing)} topics to subscribe to, {len(bridge.incoming)} to publish on"
     typer.echo(f"in ROS: {topics}, {len(bridge.services)} services")
     _warn(bridge)
 

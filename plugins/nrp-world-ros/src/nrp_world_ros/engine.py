@@ -177,19 +177,19 @@ class RosEngine(Engine):
             if time.monotonic() > end_s:
                 names = ", ".join(sorted(missing))
                 raise SimulationError(
-                    f"nobody in ROS is on the other side of {names} ({patience_s:g} s waited); "
-                    f"{self._node.tool} list shows what there is"
+                    f"no node in ROS is connected to {names} (waited {patience_s:g} s); "
+                    f"{self._node.tool} list shows the topics"
                 )
             self._node.check()
             time.sleep(0.05)
         if self._where.topics.keys() <= alone:
             reported = " and ".join(sorted(self._where.topics))
-            self.warnings.add(Code.NRP268, f"where the models are is not known: nobody publishes {reported}")
+            self.warnings.add(Code.NRP268, f"the poses of models are unknown: no node publishes {reported}")
 
     def _introduce(self, topic: str) -> None:
         """Wait for the subscribers of a new topic."""
         if topic in self._node.settle(seconds(self._options.patience)):
-            self.warnings.add(Code.NRP267, f"nobody in ROS listens to {topic}", subject=topic)
+            self.warnings.add(Code.NRP267, f"no node in ROS subscribes to {topic}", subject=topic)
 
     # -- required by the interface
 
@@ -219,7 +219,7 @@ class RosEngine(Engine):
         """Joints do this."""
 
     def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:
-        raise CapabilityError("a body behind ROS is not pushed from here")
+        raise CapabilityError("forces cannot be applied to a body behind ROS")
 
     def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
-        raise CapabilityError("a body behind ROS is not pushed from here")
+        raise CapabilityError("forces cannot be applied to a body behind ROS")

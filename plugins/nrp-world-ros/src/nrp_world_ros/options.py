@@ -40,10 +40,10 @@ class TimeSource(StrEnum):
 class RosOptions(WorldOptions):
     """Options of the ``ros`` backend."""
 
-    ros: Annotated[Ros, Field(description="1 or 2: which ROS the body is in")] = Ros.ONE
+    ros: Annotated[Ros, Field(description="version of ROS of the body, 1 or 2")] = Ros.ONE
     domain: Annotated[
         int | None,
-        Field(ge=0, le=LAST_DOMAIN, description="the domain of ROS 2; by default ROS_DOMAIN_ID says"),
+        Field(ge=0, le=LAST_DOMAIN, description="the domain of ROS 2; by default ROS_DOMAIN_ID"),
     ] = None
     time: Annotated[TimeSource, Field(description="source of the time: clock, wall or lockstep")] = (
         TimeSource.CLOCK
@@ -69,15 +69,15 @@ class RosOptions(WorldOptions):
     @model_validator(mode="after")
     def _agrees_with_itself(self) -> Self:
         if self.domain is not None and self.ros is Ros.ONE:
-            raise ValueError("only ROS 2 has domains: say 'ros: 2', too")
+            raise ValueError("only ROS 2 has domains: add 'ros: 2'")
         if self.body is None:
             if self.body_options:
-                raise ValueError("'body_options' are for a simulated body: say 'body', too")
+                raise ValueError("'body_options' are for a simulated body: add 'body'")
             return self
         if (self.ros, self.time) != (Ros.TWO, TimeSource.LOCKSTEP):
-            raise ValueError("a simulated body is behind ROS 2, in lockstep: leave out 'ros' and 'time'")
+            raise ValueError("a simulated body always uses ROS 2 in lockstep: remove 'ros' and 'time'")
         if "timestep" in self.model_fields_set:
-            raise ValueError("the step of a simulated body is said in 'body_options'")
+            raise ValueError("set the step of a simulated body in 'body_options'")
         try:
             Simulator.named(self.body, self.body_options)
         except BackendError as error:  # wrong options are reported unchanged

@@ -39,7 +39,7 @@ class Simulator:
             option = ".".join(map(str, first["loc"]))
             raise ExperimentError(f"option '{option}' of the body '{name}': {first['msg']}") from None
         if simulator.capabilities.real_time:
-            raise ExperimentError(f"in '{name}' time passes by itself; a simulated body waits for the loop")
+            raise ExperimentError(f"'{name}' runs in real time, but a simulated body must wait for the loop")
         return simulator
 
     @property

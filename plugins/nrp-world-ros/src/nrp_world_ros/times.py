@@ -91,13 +91,13 @@ class Clock(Timekeeper):
 
     def start(self, sent: Sent) -> None:
         self._said_ns = None
-        self._await(lambda: self._read() is not None, f"nobody has published on {CLOCK}")
+        self._await(lambda: self._read() is not None, f"no node has published on {CLOCK}")
         self._origin_ns = self._read() or 0
 
     def reach(self, t_ns: int, sent: Sent, heard: Collection[str]) -> Sent:
         target_ns = self._origin_ns + t_ns
         self.late_ns = max(0, (self._read() or 0) - target_ns)
-        stands = f"{CLOCK} has not come to {seconds(target_ns):g} s"
+        stands = f"{CLOCK} has not reached {seconds(target_ns):g} s"
         self._await(lambda: (self._read() or 0) >= target_ns, stands)
         sent.clear()
         return {}
@@ -119,7 +119,7 @@ class Lockstep(Timekeeper):
     def start(self, sent: Sent) -> None:
         bodies = self._node.peers(GO)
         if bodies > 1:
-            raise SimulationError(f"{bodies} bodies wait on {GO}; a loop steps one: end the others")
+            raise SimulationError(f"{bodies} bodies wait on {GO}, but a loop steps only one; stop the others")
         end_s = time.monotonic() + self._patience_s
         while (turn := self._go(0, sent, (), min(_ASK_S, self._patience_s))) is None:
             if time.monotonic() > end_s:  # a new body may miss the first message
@@ -138,7 +138,7 @@ class Lockstep(Timekeeper):
 
     def _silent(self) -> SimulationError:
         return SimulationError(
-            f"the body has not answered on {DONE}, or not sent what it says there, for "
+            f"the body has not answered on {DONE}, or not sent the messages announced there, for "
             f"{self._patience_s:g} s; is 'nrp ros-bridge --lockstep' running?"
         )
 

@@ -130,7 +130,7 @@ class HostedEngine(RosEngine):
             self._node.check()
             if time.monotonic() > end_s:
                 raise SimulationError(
-                    f"the body was not found on {', '.join(sorted(missing))} ({patience_s:g} s waited)"
+                    f"the body was not found on {', '.join(sorted(missing))} (waited {patience_s:g} s)"
                 )
             time.sleep(POLL_S)
 

@@ -76,7 +76,5 @@ class Notes:
         """
         code, data = note[:_LENGTH], note[_LENGTH:]
         if not hmac.compare_digest(code, hmac.digest(self._key, data, _HASH)):
-            raise SimulationError(
-                "somebody else in ROS speaks to a body that is not theirs; nothing was done"
-            )
+            raise SimulationError("a message from an unknown sender in ROS was refused by this body")
         return pickle.loads(data)

@@ -150,7 +150,7 @@ class Ros1Node(Node):
             raise self._gone(error) from error
 
     def _gone(self, error: Exception) -> SimulationError:
-        return SimulationError(f"the ROS master at {self._uri} is gone ({error})")
+        return SimulationError(f"the ROS master at {self._uri} was lost ({error})")
 
     def _look_for_master(self) -> None:
         on_loopback = urlsplit(self._uri).netloc.startswith(_LOOPBACK)
@@ -185,7 +185,7 @@ def _reach(uri: str) -> None:
     """
     parts = urlsplit(uri)
     if parts.hostname is None or parts.port is None:
-        raise ValueError("that is not http://host:port")
+        raise ValueError("the address is not of the form http://host:port")
     socket.create_connection((parts.hostname, parts.port), timeout=2.0).close()
 
 

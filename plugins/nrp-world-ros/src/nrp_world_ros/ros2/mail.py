@@ -16,7 +16,7 @@ from nrp_world_ros.inbox import Inbox, Letter
 _AT_ONCE = 64
 """Number of messages of a topic that are taken at a time."""
 
-_GONE = "somebody who has left"
+_GONE = "a node that has left"
 
 
 class Mail(Closing):
@@ -81,7 +81,7 @@ class Mail(Closing):
             SimulationError: they are not.
         """
         if self._error is not None:
-            raise SimulationError(f"DDS delivers no more: {self._error}") from self._error
+            raise SimulationError(f"DDS has stopped delivering messages: {self._error}") from self._error
 
     def _run(self) -> None:
         try:

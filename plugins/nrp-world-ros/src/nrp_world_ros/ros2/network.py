@@ -121,6 +121,6 @@ def _fence(sockets: set[int]) -> None:
                 each.setsockopt(socket.SOL_SOCKET, socket.SO_BINDTODEVICE, b"lo\0")
             except OSError as error:
                 raise BackendLoadError(
-                    f"this system cannot keep ROS 2 to this machine ({error}); to let the network in, set "
+                    f"this system cannot keep ROS 2 to this machine ({error}); to allow remote access, set "
                     f"{_RANGE}={_SUBNET}"
                 ) from error

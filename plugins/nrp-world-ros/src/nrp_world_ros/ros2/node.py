@@ -60,7 +60,7 @@ class Ros2Node(Node):
         self._matched: tuple[dict[str, int], float] = ({}, time.monotonic())
         self._joined_s = time.monotonic()
         self._presence = announce(name, self._participant, self.codec, self._types)
-        # its thread starts after all else
+        # its thread must start last
         self._mail = Mail(self._participant, self.inbox, self.codec)
 
     # -- topics
