@@ -46,7 +46,7 @@ def test_a_watcher_may_not_steer(opened: Cockpit) -> None:
     with opened.visit(steers=False) as watcher:
         for name, number in watcher.services.items():
             if name not in WATCHED:
-                with pytest.raises(RefusedError, match="you may watch this run, not steer it"):
+                with pytest.raises(RefusedError, match="you may watch this run but not control it"):
                     watcher.answer(watcher.ask_raw(number, b"{}"))
         watcher.publish("/husky/cmd_vel", {"linear": {"x": 1}})
         assert "not steer" in watcher.until(lambda: watcher.warnings)[0]
@@ -115,7 +115,7 @@ def test_the_whole_scene_is_sent_to_whoever_joins(opened: Cockpit, visitor: Visi
         (b"", "cut"),
         (b"\x02\x01", "cut"),
         (b"\x02\x01\x00\x00\x00\x01\x00\x00\x00\xff\xff\x00\x00", "cut"),
-        (b"\x63hello", "no binary operation 99"),
+        (b"\x63hello", "unknown binary operation 99"),
         (client_message(99, b"{}"), "channel 99 was not advertised"),
         ("hello", "not JSON"),
         ("[" * 100_000, "not JSON"),

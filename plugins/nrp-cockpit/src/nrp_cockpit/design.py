@@ -61,9 +61,9 @@ def design(
 
 
 def wanted(file: str, experiment: str | None) -> tuple[Path | None, str, list[str]]:
-    """Return the model to draw, the experiment that it is for, and what is changed there.
+    """Return the model to draw, its experiment, and the overrides of the experiment.
 
-    A model that the experiment does not name takes the place of all its transfer functions.
+    A model that the experiment does not name replaces all its transfer functions.
 
     Raises:
         ExperimentError: there is no experiment for the file.
@@ -73,7 +73,7 @@ def wanted(file: str, experiment: str | None) -> tuple[Path | None, str, list[st
     path = Path(file).absolute()
     if path.suffix not in _FILES:
         if experiment is not None:
-            raise ExperimentError(f"'{file}' is not a model: its name would end in .bibi")
+            raise ExperimentError(f"'{file}' is not a model; the name of a model ends in .bibi")
         return None, file, []
     if not path.parent.is_dir():
         raise ExperimentError("its folder does not exist", path=path)
@@ -93,7 +93,7 @@ def _beside(path: Path) -> str:
         try:
             if path in load_experiment(file).transfer_functions:
                 return str(file)
-        except NrpError:  # a broken neighbour is not the one
+        except NrpError:  # a broken neighbour cannot be the experiment
             continue
     try:
         return str(find_file(str(path.parent)))

@@ -18,15 +18,15 @@ from nrp_cockpit.wire.server import Server
 
 @dataclass(frozen=True, slots=True)
 class Serving:
-    """Where and how a session is served.
+    """The settings of the server.
 
     Args:
         host: the address to listen on.
-        port: the port; 0: any free one.
-        origins: of other pages that may connect.
-        browser: whether a browser is opened.
-        play: whether the session goes on at once.
-        view: the view of the page that is shown first; empty: the usual one.
+        port: the port; 0: any free port.
+        origins: origins of other pages that may connect.
+        browser: whether to open a browser.
+        play: whether the session starts playing immediately.
+        view: the initial view of the page; empty: the default one.
     """
 
     host: str = "127.0.0.1"
@@ -40,7 +40,7 @@ class Serving:
         """Open a session, print the address of its page, and serve it until Ctrl-C.
 
         Args:
-            opened: makes the session of a hub and offers its services.
+            opened: makes the session of a hub and adds its services.
         """
         hosts = LOOPBACK if self.host in ("127.0.0.1", "localhost", "::1") else ()
         guard, hub = Guard(hosts, self.origins), Hub()

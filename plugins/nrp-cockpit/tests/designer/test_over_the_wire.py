@@ -30,7 +30,7 @@ def test_what_is_drawn_runs_from_the_beginning_and_every_page_sees_it(tmp_path: 
         command = do("connect", source="topic:/husky/cmd_vel", target=function)
         twist = "geometry_msgs.msg.Twist(angular=geometry_msgs.msg.Vector3(0, 0, 1))"
         do("write", path=command, field="body", text=twist)
-        with pytest.raises(RefusedError, match="you may watch this run, not steer it"):
+        with pytest.raises(RefusedError, match="you may watch this run but not control it"):
             watcher.call("designer/undo")
         shown = artist.until(lambda: watcher.last("designer"))
         assert {box["name"] for box in shown["boxes"]} >= {"sensors", "/husky/camera", "/screens/left/color"}

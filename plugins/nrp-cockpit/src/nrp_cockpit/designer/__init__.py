@@ -1,1 +1,1 @@
-"""The designer: transfer functions as boxes and wires. Its model is the one of ``nrp_bibi``."""
+"""The designer: transfer functions as boxes and wires. It uses the model of ``nrp_bibi``."""

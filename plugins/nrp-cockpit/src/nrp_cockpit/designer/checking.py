@@ -1,4 +1,4 @@
-"""What is wrong with a model, each finding at its box."""
+"""Findings about a model, each at its box."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _CODE = "BIBI"
 
 
 def model_findings(model: Bibi, path: Path) -> list[dict[str, Any]]:
-    """Return what keeps a model from becoming Python: for each function, then for all of them together."""
+    """Return the reasons why a model cannot become Python: for each function, then for all together."""
     found = [finding for place in range(len(model.transfer_function))
              for finding in _of_function(model, place, path)]  # fmt: skip
     return found or list(_of_all(model, path))
 
 
 def generated(model: Bibi, path: Path) -> dict[str, Any]:
-    """Return the Python of a model, with the line of the model of each of its lines.
+    """Return the Python of a model, and for each of its lines the line in the model.
 
     Returns:
         ``text``, ``lines`` and, if there is no Python, ``error``.
@@ -42,7 +42,7 @@ def generated(model: Bibi, path: Path) -> dict[str, Any]:
 
 
 def located(model: Bibi, path: Path, findings: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Return the findings of a check of the experiment, those about this model with their places in it."""
+    """Return the findings of a check of the experiment, and for those about this model their places in it."""
     return [_placed(model, dict(finding), path) for finding in findings]
 
 

@@ -1,4 +1,4 @@
-"""What an editor of expressions proposes."""
+"""The completions of an editor of expressions."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def _variables(function: BIBITransferFunction) -> Iterator[dict[str, str]]:
 
 
 def _messages(kind: str) -> Iterator[dict[str, str]]:
-    """Yield a message and the messages that it holds."""
+    """Yield a message and the messages that it contains."""
     yield _word(kind, "class", "message")
     found = type_of(kind.replace(".", "/"))
     for field in dataclasses.fields(found) if found and dataclasses.is_dataclass(found) else ():

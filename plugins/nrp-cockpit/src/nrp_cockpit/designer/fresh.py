@@ -1,4 +1,4 @@
-"""New parts of a model: complete, with names that nothing else has."""
+"""New parts of a model: complete, with unique names."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ class Fresh:
     """Makes new parts.
 
     Args:
-        model: the model that they are for.
-        surroundings: where their neurons come from.
-        function: the transfer function that they are for.
+        model: their model.
+        surroundings: the populations and topics to use.
+        function: their transfer function.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class Fresh:
         self._model, self._surroundings, self._function = model, surroundings, function
 
     def make(self, kind: type[Node], **given: Any) -> Any:
-        """Return a node of a class, or of the first class that it can be; everything needed is there."""
+        """Return a complete node of a class, or of its first concrete subclass."""
         kind = kind if not kind.abstract else self._usual(kind)
         if kind is PythonTransferFunction:
             return PythonTransferFunction(code=_PYTHON.format(name=self.name("python_function")))
@@ -61,7 +61,7 @@ class Fresh:
         return kind(**given, **{feature.field: self._first(kind, feature) for feature in needed})
 
     def name(self, wanted: str) -> str:
-        """Return a name that is free where the part belongs: a text that is near the wanted one."""
+        """Return an unused name for a part, similar to the wanted one."""
         plain = re.sub(r"\W+", "_", wanted).strip("_") or "name"
         plain = f"_{plain}" if plain[0].isdigit() else plain
         taken = set(self._taken())
@@ -103,7 +103,7 @@ class Fresh:
         return next(iter(self._surroundings.populations), NO_POPULATION)
 
     def _device_settings(self) -> dict[str, Any]:
-        """Return the type that a new device of the function has; one that drives neurons has a body."""
+        """Return the type of a new device of the function; a device that drives neurons has a body."""
         match self._function:
             case Neuron2Robot():
                 kind = DeviceType.LEAKY_INTEGRATOR_ALPHA

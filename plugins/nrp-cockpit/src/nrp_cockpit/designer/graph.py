@@ -29,11 +29,11 @@ class Graph:
 
     Args:
         model: the model.
-        surroundings: what it is drawn between.
-        shown: names of topics that are shown though nothing uses them.
+        surroundings: the topics and populations of its experiment.
+        shown: names of unused topics that are shown.
 
     Attributes:
-        boxes: each with ``id``, ``kind``, ``name`` and what its kind has.
+        boxes: each with ``id``, ``kind``, ``name`` and the data of its kind.
         wires: each from one end to another; ``kind`` is message, drives or reads.
     """
 
@@ -62,7 +62,7 @@ class Graph:
         return {**box, "name": function.name, "rows": list(self._rows(function, path))}
 
     def _rows(self, function: BIBITransferFunction, path: str) -> Iterator[dict[str, Any]]:
-        """Yield what a function has, in the order in which it is drawn, and note the wires."""
+        """Yield the parts of a function in the order in which they are drawn, and add their wires."""
         for place, topic in enumerate(getattr(function, "topic", ())):
             yield self._topic_row(topic, f"{path}/topic/{place}", path)
         returned = getattr(function, "return_value", None)
@@ -104,7 +104,7 @@ class Graph:
             "type": device.type.value, "text": text, "neurons": neurons,
         }  # fmt: skip
 
-    # -- what they are between
+    # -- topics and populations
 
     def _topic_boxes(self) -> Iterator[Box]:
         known = self._surroundings.topics
@@ -159,7 +159,7 @@ def _wire(kind: str, source: list[str], target: list[str]) -> Wire:
 
 
 def _first_name(code: str) -> str:
-    """Return what a piece of Python defines, for its heading."""
+    """Return the name that a piece of Python defines, for its heading."""
     names = [line.partition("(")[0].removeprefix("def ") for line in code.split("\n")
              if line.startswith("def ")]  # fmt: skip
     return ", ".join(names[:3]) or "Python"

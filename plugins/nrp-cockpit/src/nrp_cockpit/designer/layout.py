@@ -1,4 +1,4 @@
-"""Where boxes are: arranged in columns, or where somebody put them, which is kept beside the model."""
+"""Positions of boxes: in columns, or as placed by a user, which are saved beside the model."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from nrp_cockpit.designer.graph import Graph
 from nrp_core.errors import ExperimentError
 
 Positions = Mapping[str, tuple[float, float]]
-"""Of boxes that somebody moved, by :func:`key_of`."""
+"""Positions of boxes that a user moved, by :func:`key_of`."""
 
 SUFFIX = ".layout.json"
 TOPIC_X, FUNCTION_X, POPULATION_X = 0, 264, 648
@@ -20,12 +20,12 @@ _APART = {"topic": 8, "function": 24, "python": 24, "population": 16}
 
 
 def key_of(box: Mapping[str, Any]) -> str:
-    """Return the name of a box in a layout: that of a function stays when others come before it."""
+    """Return the name of a box in a layout; that of a function remains if others are added before it."""
     return str(box["id"]) if box["kind"] in ("topic", "population") else str(box["name"])
 
 
 def placed(graph: Graph, moved: Positions) -> list[dict[str, Any]]:
-    """Return the boxes with ``x`` and ``y``: where they were moved to, or in columns."""
+    """Return the boxes with ``x`` and ``y``: as moved, or in columns."""
     y = _TOP
     at: dict[str, float] = {}
     functions = [box for box in graph.boxes if box["kind"] in ("function", "python")]
@@ -46,7 +46,7 @@ def placed(graph: Graph, moved: Positions) -> list[dict[str, Any]]:
 
 
 def height_of(box: Mapping[str, Any]) -> int:
-    """Return the height of a box in pixels of the page, as its style sheet has it."""
+    """Return the height of a box in pixels, as in the style sheet of the page."""
     if box["kind"] == "topic":
         return 44
     if box["kind"] == "population":
@@ -68,7 +68,7 @@ def _offsets(box: Mapping[str, Any]) -> Iterable[tuple[str, float]]:
 
 
 def _wanted(graph: Graph, at: Mapping[str, float]) -> dict[str, float]:
-    """Return the height at which a box would be beside the first part that it is connected to."""
+    """Return the y position of the first part that a box is connected to."""
     found: dict[str, float] = {}
     for wire in graph.wires:
         for one, other in (("source", "target"), ("target", "source")):
@@ -79,7 +79,7 @@ def _wanted(graph: Graph, at: Mapping[str, float]) -> dict[str, float]:
 
 
 def _stacked(boxes: list[dict[str, Any]], wanted: Mapping[str, float]) -> dict[str, float]:
-    """Return heights in one column: used boxes near what they are connected to, the others in the gaps."""
+    """Return y positions in one column: connected boxes near their partners, the others in the gaps."""
     key: Callable[[dict[str, Any]], Any] = lambda box: wanted.get(box["id"], float("inf"))  # noqa: E731
     taken: list[tuple[float, float]] = []
     at: dict[str, float] = {}
@@ -94,7 +94,7 @@ def _stacked(boxes: list[dict[str, Any]], wanted: Mapping[str, float]) -> dict[s
 
 
 def _gap(taken: list[tuple[float, float]], height: float) -> float:
-    """Return the first free place of a height, and take it."""
+    """Return the first free place with enough height, and occupy it."""
     y = float(_TOP)
     for begin, end in sorted(taken):
         if y + height <= begin:
@@ -110,7 +110,7 @@ def layout_path(model: Path) -> Path:
 
 
 def read_layout(model: Path) -> dict[str, tuple[float, float]]:
-    """Return the layout beside a model; empty where there is none that can be read."""
+    """Return the layout beside a model; empty if it does not exist or cannot be read."""
     try:
         found = json.loads(layout_path(model).read_text(encoding="utf-8"))
         return {str(name): (float(x), float(y)) for name, (x, y) in found["boxes"].items()}
@@ -119,7 +119,7 @@ def read_layout(model: Path) -> dict[str, tuple[float, float]]:
 
 
 def write_layout(model: Path, moved: Positions) -> None:
-    """Write a layout beside a model, or remove it where nothing was moved.
+    """Write a layout beside a model, or remove it if no box was moved.
 
     Raises:
         ExperimentError: the folder cannot be written.

@@ -1,4 +1,4 @@
-"""What a model is drawn between: the topics of the robot and the populations of the brain."""
+"""The topics of the robot and the populations of the brain, to which a model is connected."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ class Topic:
 
     Args:
         name: the name.
-        type: the message type as a model names it, ``geometry_msgs.msg.Twist``.
-        is_sent: whether the world sends it.
-        is_heard: whether the world hears it.
-        rate_hz: messages per second; None: the value of the moment.
-        is_near: whether it is shown before a function uses it: those of robots, and those with another name.
+        type: the message type in the form of models, ``geometry_msgs.msg.Twist``.
+        is_sent: whether the world publishes it.
+        is_heard: whether the world subscribes to it.
+        rate_hz: messages per second; None: it has a current value instead.
+        is_near: whether it is shown even if unused: topics of robots, and topics with an alias.
     """
 
     name: str

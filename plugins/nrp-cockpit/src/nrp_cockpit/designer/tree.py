@@ -17,14 +17,14 @@ from nrp_core.errors import ExperimentError
 
 FUNCTIONS = "transfer_function"
 NO_NEURONS = "?"
-"""The text of neurons whose population is not named, or not by a name of Python."""
+"""The text of neurons whose population has no name, or none that is valid in Python."""
 
 
 def at(model: Node, path: str) -> Any:
     """Return the node or nodes at a path.
 
     Raises:
-        ExperimentError: there is nothing.
+        ExperimentError: the path does not exist.
     """
     found: Any = model
     for step in _steps(path):
@@ -40,7 +40,7 @@ def at(model: Node, path: str) -> Any:
 
 
 def replaced(model: Any, path: str, value: Any) -> Any:
-    """Return a model with something else at a path; None takes an item out of its list."""
+    """Return a model with a new value at a path; None removes an item from its list."""
     return _replaced(model, _steps(path), value)
 
 
@@ -56,12 +56,12 @@ def _replaced(part: Any, steps: list[str], value: Any) -> Any:
 
 
 def parent_of(path: str) -> str:
-    """Return the path of what holds this."""
+    """Return the path of the parent."""
     return path.rpartition("/")[0]
 
 
 def function_of(path: str) -> str:
-    """Return the path of the transfer function that something is part of; empty where it is of none."""
+    """Return the path of the transfer function that contains a part; empty if there is none."""
     steps = _steps(path)
     return "/".join(steps[:2]) if steps[:1] == [FUNCTIONS] and len(steps) > 1 else ""
 
@@ -70,7 +70,7 @@ def feature_of(node: Node, field: str) -> Feature:
     """Return a feature of a node.
 
     Raises:
-        ExperimentError: it has none of this name.
+        ExperimentError: it has no feature of this name.
     """
     for feature in features(type(node)):
         if feature.field == field:
@@ -115,7 +115,7 @@ def text_of(node: Node) -> str:
     if isinstance(node, (NeuronSelector, NeuronGroupSelector)):
         try:
             return selection(node).replace("nrp.brain.", "").replace("nrp.", "")
-        except SyntaxError:  # a population has no name yet, or none that Python can say
+        except SyntaxError:  # the population has no name yet, or none that is valid in Python
             return NO_NEURONS
     return ""
 

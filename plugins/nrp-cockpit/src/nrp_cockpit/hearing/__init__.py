@@ -1,1 +1,1 @@
-"""What can be heard of a run, in the encoding of ROS 2."""
+"""The topics of a run for clients, in the encoding of ROS 2."""

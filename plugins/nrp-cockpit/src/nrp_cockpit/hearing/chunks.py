@@ -1,4 +1,4 @@
-"""Where the chunks of an MCAP file are, and which topics are in each, without unpacking them all."""
+"""The positions of the chunks of an MCAP file, and the topics in each, without unpacking them all."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from mcap.writer import MCAP0_MAGIC
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
 
 Records = Iterator[tuple[int, int, int]]
-"""Records of a file: opcode, where the content begins, and its length."""
+"""Records of a file: opcode, position of the content, and its length."""
 
 _HEAD = struct.Struct("<BQ")
 _CHUNK = struct.Struct("<QQQII")
@@ -33,12 +33,12 @@ _LENGTH = struct.Struct("<Q")
 
 @dataclass(slots=True)
 class Place:
-    """Where the messages of one topic are.
+    """The positions of the messages of one topic.
 
     Args:
         channel: the number of the topic in the file.
         chunks: the numbers of the chunks with messages of it, ascending.
-        indexes: for each of these, where in the file the index of its messages is.
+        indexes: for each of these, the position in the file of the index of its messages.
     """
 
     channel: int
@@ -47,15 +47,15 @@ class Place:
 
 
 class Chunks:
-    """The chunks of a file: of one that was closed by its summary, else by what heads each of them.
+    """The chunks of a file, by its summary, or by the headers of the chunks if the file was not closed.
 
     Args:
         path: the file; its end may be missing.
 
     Attributes:
-        topics: every topic by its name.
-        places: where its messages are, likewise.
-        closed: whether it was closed, so that nothing is missing at its end.
+        topics: all topics, by name.
+        places: the positions of their messages, by name.
+        closed: whether the file was closed, so that its end is complete.
     """
 
     def __init__(self, path: Path) -> None:
@@ -68,7 +68,7 @@ class Chunks:
             self._walk()
         starts, ends = np.array(self._starts, np.int64), np.array(self._ends, np.int64)
         self.span_ns = (int(starts.min()), int(ends.max())) if len(starts) else (0, 0)
-        # chunks overlap a little; with these bounds they are in order, and none is overlooked
+        # chunks overlap a little; these bounds are ascending, so that no chunk is missed
         self.starts = np.minimum.accumulate(starts[::-1])[::-1]
         self.ends = np.maximum.accumulate(ends)
 
@@ -77,7 +77,7 @@ class Chunks:
         self._file.close()
 
     def read(self, at: int, size: int) -> bytes:
-        """Return bytes of the file, as far as it has them."""
+        """Return bytes of the file, fewer at its end."""
         self._file.seek(min(at, self._size))
         return self._file.read(size)
 
@@ -85,7 +85,7 @@ class Chunks:
         """Return the records in a chunk; nothing if it is damaged."""
         return self._unpacked(self._at[number])
 
-    # -- reading where chunks are
+    # -- reading the positions of chunks
 
     def _begin(self) -> None:
         self.topics: dict[str, RecordedTopic] = {}
@@ -95,7 +95,7 @@ class Chunks:
         self._by_channel: dict[int, Place] = {}
 
     def _summary(self) -> int | None:
-        """Return where the summary begins; None in a file that was not closed."""
+        """Return the position of the summary; None if the file was not closed."""
         length = _FOOTER.size + len(MCAP0_MAGIC)
         end = self.read(max(0, self._size - length), length)
         if len(end) < length or end[_FOOTER.size :] != MCAP0_MAGIC:
@@ -123,7 +123,7 @@ class Chunks:
                 self._define(opcode, self.read(at, length))
 
     def _walk(self) -> None:
-        """Go from chunk to chunk as far as the file is whole; the first chunk of a topic describes it."""
+        """Go from chunk to chunk while the file is intact; the first chunk of a topic describes it."""
         for opcode, at, _ in self._records(len(MCAP0_MAGIC)):
             if opcode == Opcode.CHUNK:
                 first, last, *_ = _CHUNK.unpack(self.read(at, _CHUNK.size))
@@ -179,7 +179,7 @@ class Chunks:
             self.places[channel.topic] = self._by_channel[channel.id] = Place(channel.id)
 
     def _unpacked(self, at: int) -> bytes:
-        """Return the records in the chunk whose content begins there; nothing if it is damaged."""
+        """Return the records in the chunk whose content begins at a position; nothing if it is damaged."""
         try:
             *_, length = _CHUNK.unpack(self.read(at, _CHUNK.size))
             unpack = _UNPACK[self._file.read(min(length, self._size))]

@@ -1,4 +1,4 @@
-"""Sends what clients hear of a run; what nobody hears is neither sampled nor encoded."""
+"""Sends subscribed topics of a run to clients; other topics are neither sampled nor encoded."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ class Hearing:
     """The topics of a run, sent to a hub step by step. All methods belong to the thread of the run.
 
     Args:
-        run: the run; its topics are offered at once.
-        hub: takes the messages.
+        run: the run; its topics are advertised immediately.
+        hub: receives the messages.
     """
 
     def __init__(self, run: Run, hub: Hub) -> None:
@@ -60,11 +60,11 @@ class Hearing:
 
     @property
     def ms_per_step(self) -> float:
-        """Wall time by which a step in which somebody hears something is longer, ms, on average."""
+        """Mean additional wall time of a step with subscribers, ms."""
         return self._spent_ns / max(1, self._steps) / 1e6
 
     def take(self) -> None:
-        """Send what is new since the last call."""
+        """Send the new messages since the last call."""
         hub = self._hub
         if hub.heard is not self._heard or hub.joined[SCENE] != self._joined:
             self._follow()
@@ -78,13 +78,13 @@ class Hearing:
             self._spent_ns += time.perf_counter_ns() - began
 
     def begin_again(self) -> None:
-        """Forget what was sent: the time of the run went back, or its scene is another one."""
+        """Forget what was sent, because the time of the run went back or its scene changed."""
         self._close_all()
         self._hub.forget(self._sources)
         self._heard = frozenset()
 
     def take_poses_again(self) -> None:
-        """Send the poses again with the next :meth:`take`: somebody moved bodies between two steps."""
+        """Send the poses again with the next :meth:`take`, because bodies were moved between two steps."""
         for name in (TRANSFORMS, MODEL_STATES):
             if name in self._open:
                 self._open.pop(name).close()
@@ -94,10 +94,10 @@ class Hearing:
         """End all observation."""
         self._close_all()
 
-    # -- what is heard
+    # -- subscriptions
 
     def _follow(self) -> None:
-        """Open what is newly heard and close what is not heard any more."""
+        """Open newly subscribed topics and close topics without subscribers."""
         hub = self._hub
         joined, self._joined, self._heard = self._joined, hub.joined[SCENE], hub.heard
         wanted = {self._sources[topic] for topic in self._heard if topic in self._sources}
@@ -105,7 +105,7 @@ class Hearing:
             self._open.pop(name).close()
             hub.forget(topic for topic, source in self._sources.items() if source == name)
         if joined != self._joined and SCENE in self._open:
-            self._open.pop(SCENE).close()  # who joins gets the whole of it, not the last change
+            self._open.pop(SCENE).close()  # new subscribers get the complete state, not the last change
         for name in sorted(wanted - self._open.keys()):
             self._open[name] = self._openers[name]()
 
@@ -121,13 +121,13 @@ class Hearing:
         except TopicError:
             return  # a type of the user's own that ROS 2 cannot carry; recordings report it
         channel = self._hub.channels[entry.topic]
-        keep = entry.topic != SCENE and entry.kind is not nrp_msgs.Spikes  # whoever joins gets a whole scene
+        keep = entry.topic != SCENE and entry.kind is not nrp_msgs.Spikes  # new subscribers get all
         self._hub.send(Sent(channel, entry.t_ns, payload), keep=keep)
 
-    # -- what is offered
+    # -- advertised topics
 
     def offer_all(self) -> None:
-        """Offer all topics that there are now; functions and people can add some."""
+        """Advertise all present topics; functions and users can add some."""
         world, brain = self._run.world, self._run.brain
         frames = SceneFrames(world)
         transforms = made("tf2_msgs/msg/TFMessage")
@@ -160,7 +160,7 @@ class Hearing:
             self._offer(topic.name, topic.type, topic.name, lambda: Sensor(world, topic, period_ns))
 
     def _offer(self, topic: str, kind: type, source: str, opener: Open, lost: Kind = Kind.EVERY) -> None:
-        """Offer a topic, unless ROS 2 cannot carry its type."""
+        """Advertise a topic, unless ROS 2 cannot carry its type."""
         if topic in self._sources:
             return
         try:

@@ -9,7 +9,7 @@ from nrp_core.world.topics import Stamped
 
 
 class WholeImages(CameraImages):
-    """The images of one camera, not packed as recordings keep them: nobody would unpack them."""
+    """The images of one camera, uncompressed, unlike those in recordings."""
 
     def _entry(self, topic: str, stamped: Stamped) -> RecordEntry:
         parts = encoding.image(stamped.message, pack=False)

@@ -9,7 +9,7 @@ from nrp_core.world.world import World
 
 
 class PublishedMessages(Signal):
-    """The messages on all topics to which functions, events and people publish.
+    """The messages on all topics that functions, events and users publish on.
 
     Args:
         world: the world of the topics.

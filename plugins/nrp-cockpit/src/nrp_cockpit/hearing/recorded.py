@@ -1,4 +1,4 @@
-"""Sends what clients hear of a recording, byte for byte as it was recorded."""
+"""Sends subscribed topics of a recording to clients, byte for byte as recorded."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from nrp_core.recording.layout import SCENE, Role
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
 
 WINDOW_NS = 4 * NS_PER_S
-"""What is sent of the time before the one that somebody goes to, so that plots are not empty."""
+"""The time before the target of a seek that is sent too, so that plots are not empty."""
 
 _MOST_BYTES = 1_000_000
-"""Of the last seconds of one topic; of scans and clouds that are larger, the last one is sent."""
+"""The maximum size of the last seconds of a topic; of more data, only the last message is sent."""
 _LATEST = (Role.CAMERA, Role.TRANSFORMS, Role.MODELS)
 """The roles of topics of which only the last message counts."""
 
@@ -26,8 +26,8 @@ class RecordedHearing:
     """The topics of a recording, sent to a hub. All methods belong to the thread of the session.
 
     Args:
-        messages: of the recording; their topics are offered at once.
-        hub: takes the messages.
+        messages: those of the recording; their topics are advertised immediately.
+        hub: receives the messages.
     """
 
     def __init__(self, messages: StoredMessages, hub: Hub) -> None:
@@ -43,11 +43,11 @@ class RecordedHearing:
 
     @property
     def ms_per_step(self) -> float:
-        """Processor time of this thread for a step, ms, on average."""
+        """Mean processor time of this thread for a step, ms."""
         return self._spent_ns / max(1, self._taken) / 1e6
 
     def show(self, t_ns: int) -> None:
-        """Send what is true at a time, whatever was sent before."""
+        """Send the state at a time, whatever was sent before."""
         self._hub.forget(self._topics)
         self._joined.clear()
         self._at_ns = t_ns
@@ -55,7 +55,7 @@ class RecordedHearing:
         self._hub.flush()
 
     def take(self, t_ns: int) -> None:
-        """Send what came since the last call, and to who is new what is true."""
+        """Send the new messages since the last call, and the current state to new subscribers."""
         began = time.thread_time_ns()
         self._follow()
         if t_ns > self._at_ns:
@@ -66,7 +66,7 @@ class RecordedHearing:
         self._spent_ns += time.thread_time_ns() - began
 
     def _follow(self) -> None:
-        """Send what is true on the topics that somebody began to hear."""
+        """Send the current state of newly subscribed topics."""
         hub = self._hub
         heard = {name: hub.joined[name] for name in hub.heard if name in self._topics}
         if heard != self._joined:
@@ -75,7 +75,7 @@ class RecordedHearing:
             self._show([name for name, joined in heard.items() if joined != before.get(name)])
 
     def _show(self, topics: Iterable[str]) -> None:
-        """Send what is true on some topics, and of what is plotted the last seconds."""
+        """Send the current state of some topics, and the last seconds of plotted ones."""
         plotted = [name for name in topics if self._topics[name].role not in (*_LATEST, Role.SCENE)]
         window: dict[str, list[Stored]] = {name: [] for name in topics}
         for stored in self._messages.between(plotted, self._at_ns - WINDOW_NS, self._at_ns):
@@ -85,7 +85,7 @@ class RecordedHearing:
                 self._send(stored)
 
     def _shown(self, topic: RecordedTopic, window: list[Stored]) -> list[Stored]:
-        """Return what is sent of a topic: the last seconds if that is not too much, else the last message."""
+        """Return the messages to send of a topic: the last seconds if small enough, else the last message."""
         if topic.role == Role.SPIKES:
             return window
         if topic.role == Role.SCENE:

@@ -1,4 +1,4 @@
-"""The scene of a recording at any time: what was recorded of it are changes."""
+"""The scene of a recording at any time, from the recorded changes."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from nrp_core.world.messages.cdr import Codec
 from nrp_core.world.messages.foxglove_msgs import SceneEntity, SceneEntityDeletion, SceneUpdate
 
 SCENE_TYPE = type_name(SceneUpdate)
-"""Of the scenes that viewers draw; recordings of version 0.1 have another."""
+"""The type of scenes for viewers; recordings of version 0.1 have another type."""
 
 
 @dataclass(slots=True)
 class _Past:
-    """What became of one entity: when it changed, and what it was then; None: it was removed."""
+    """The history of one entity: the times of changes, and the entity then; None: it was removed."""
 
     times_ns: list[int] = field(default_factory=list)
     entities: list[SceneEntity | None] = field(default_factory=list)
@@ -28,7 +28,7 @@ class _Past:
 
 
 class RecordedScenes:
-    """Reads the changes of a scene as far as they are needed, each once.
+    """Reads the changes of a scene lazily, each once.
 
     Args:
         messages: of the recording.
@@ -42,9 +42,9 @@ class RecordedScenes:
         self._updates, self._until_ns = 0, -1
 
     def at(self, t_ns: int) -> bytes | None:
-        """Return the message after which any viewer of this recording shows the scene of that time.
+        """Return the message that makes any viewer show the scene of a time.
 
-        As long as nothing changed it is the recorded one.
+        Until the first change it is the recorded message.
         """
         self._read(t_ns)
         if self._updates < 2:
@@ -59,7 +59,7 @@ class RecordedScenes:
         return bytes(self._codec.encode(SceneUpdate(deletions, entities)))
 
     def entities(self, t_ns: int) -> list[SceneEntity]:
-        """Return the entities that are there at a time."""
+        """Return the entities that exist at a time."""
         self._read(t_ns)
         found = (past.at(t_ns) for past in self._pasts.values())
         return [entity for entity in found if entity is not None]

@@ -27,7 +27,7 @@ _ENTRY = np.dtype([("t_ns", "<u8"), ("offset", "<u8")])
 
 
 class Stored(NamedTuple):
-    """A message of a recording: its topic, its simulated time, and its bytes as they were recorded."""
+    """A message of a recording: its topic, its simulated time, and its recorded bytes."""
 
     topic: str
     t_ns: int
@@ -35,7 +35,7 @@ class Stored(NamedTuple):
 
 
 class _Place(NamedTuple):
-    """Where a message is: in which chunk, where in it, its time and its topic."""
+    """The position of a message: its chunk, its offset there, its time and its topic."""
 
     chunk: int
     offset: int
@@ -44,15 +44,15 @@ class _Place(NamedTuple):
 
 
 class StoredMessages:
-    """Finds messages by their time; of a long file only the chunks that hold them are read.
+    """Finds messages by their time; of a long file only the required chunks are read.
 
     Args:
         path: an MCAP file with chunks and indexes; its end may be missing, and chunks may be damaged.
 
     Attributes:
-        topics: every topic by its name.
+        topics: all topics, by name.
         span_ns: the first and the last time.
-        closed: whether the file was closed, so that nothing is missing at its end.
+        closed: whether the file was closed, so that its end is complete.
     """
 
     def __init__(self, path: Path) -> None:
@@ -81,9 +81,9 @@ class StoredMessages:
         return None
 
     def between(self, topics: Iterable[str], after_ns: int, until_ns: int) -> list[Stored]:
-        """Return the messages of some topics after one time and until another, in the order of time."""
+        """Return the messages of some topics after one time and up to another, in order of time."""
         places = [place for topic in topics for place in self._between(topic, after_ns, until_ns)]
-        places.sort()  # so that each chunk is unpacked once
+        places.sort()  # in this order each chunk is unpacked once
         found = [message for place in places if (message := self._message(place)) is not None]
         found.sort(key=lambda one: one.t_ns)
         return found
@@ -100,7 +100,7 @@ class StoredMessages:
                 yield _Place(chunk, offset, t_ns, topic)
 
     def _message(self, place: _Place) -> Stored | None:
-        """Return a message; None if it is not where the index says, because the file is damaged."""
+        """Return a message; None if the index is wrong because the file is damaged."""
         records, offset = self._unpacked(place.chunk), place.offset
         if not 0 <= offset <= len(records) - _MESSAGE.size:
             return None
@@ -112,7 +112,7 @@ class StoredMessages:
         return Stored(place.topic, t_ns, records[offset + _MESSAGE.size : end])
 
     def _read_entries(self, at: int, channel: int) -> tuple[IntArray, IntArray]:
-        """Return the times and the places of the messages of a channel in a chunk, as far as it is whole."""
+        """Return times and positions of the messages of a channel in the intact part of a chunk."""
         head = self._chunks.read(at, _MESSAGE_INDEX.size)
         found, size = _MESSAGE_INDEX.unpack(head) if len(head) == _MESSAGE_INDEX.size else (0, 0)
         data = self._chunks.read(at + _MESSAGE_INDEX.size, size) if found == channel else b""

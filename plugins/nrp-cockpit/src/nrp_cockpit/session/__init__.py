@@ -1,1 +1,1 @@
-"""A session: a run that people watch and steer, or a recording that they look through."""
+"""A session: a run that users watch and control, or a recording that they play."""

@@ -1,4 +1,4 @@
-"""A second run beside the one of a session, in step with it: another future, or another pair of engines."""
+"""A second run in step with that of a session: a branch of it, or the experiment on other engines."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from nrp_core.experiment.running.run import Run
 
 
 class Beside(LiveSession):
-    """A run that goes wherever the time of another one goes; all else is its own.
+    """A run that follows the time of another run; everything else is independent.
 
     Args:
-        run: an open run, at the time from which it goes along.
-        hub: of its clients.
-        lead: the session that it goes with; it owns the thread.
-        label: what the page calls it.
-        lead_label: what the page calls the other one.
+        run: an open run, at the time from which it follows.
+        hub: the hub of its clients.
+        lead: the session that it follows, which owns the thread.
+        label: its name on the page.
+        lead_label: the name of the leading run on the page.
 
     Attributes:
-        difference: between the two.
+        difference: the difference between the two.
     """
 
     def __init__(self, run: Run, hub: Hub, lead: LiveSession, label: str, lead_label: str) -> None:
@@ -37,11 +37,11 @@ class Beside(LiveSession):
 
     @property
     def state(self) -> str:
-        """What the lead does, but for an error of its own."""
+        """The mode of the lead, unless this run has failed."""
         return str(Mode.FAILED if self.mode is Mode.FAILED else self.lead.mode)
 
     def follow(self) -> None:
-        """Run to where the lead is, after a step of it."""
+        """Run to the time of the lead, after a step of it."""
         until_ns = self.lead.now_ns
         if self.mode is not Mode.FAILED and self.now_ns < until_ns:
             self.mode = Mode.RUNNING
@@ -50,30 +50,30 @@ class Beside(LiveSession):
             self.difference.look()
 
     def go_from_here(self) -> None:
-        """Forget what came later: the lead goes on from here."""
+        """Forget the later past, because the lead continues from here."""
         self.past.forget_after(self.now_ns)
 
     def go_along(self) -> None:
-        """Go to where the lead has gone, but not to before its own beginning."""
+        """Go to the time of the lead, but not before the beginning of this run."""
         t_ns = max(self.lead.now_ns, self._since_ns)
         if t_ns != self.now_ns or self.mode is Mode.FAILED:
             try:
                 self.seek(seconds(t_ns))
-            except CapabilityError:  # it keeps no snapshots
+            except CapabilityError:  # this run keeps no snapshots
                 self.reset()
                 self._guarded(lambda: self._run_through(t_ns))
         self.difference.cut(t_ns)
         self.reports.all()
 
     def idle(self) -> None:
-        """Do what is due while nothing goes on."""
+        """Do periodic work while paused."""
         self._idle()
 
     def end(self) -> None:
-        """End it, and release its engines."""
+        """Close the run and release its engines."""
         self._end()
         self.run.close()
 
     def data(self) -> dict[str, Any]:
-        """Return how the two differ, and what they are called."""
+        """Return the difference of the two runs and their names."""
         return {"labels": [self.lead_label, self.label], **self.difference.data()}

@@ -1,4 +1,4 @@
-"""What people do to bodies: push them, put them elsewhere."""
+"""Pushing and moving bodies."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Bodies:
         )
 
     def place(self, body: str, position: Sequence[float], orientation: Sequence[float]) -> None:
-        """Put a body elsewhere, at rest; positions in m, orientation x, y, z, w."""
+        """Move a body to a pose, at rest; position in m, orientation x, y, z, w."""
         x, y, z = _numbers(position, 3, "a position, m")
         a, b, c, d = _numbers(orientation, 4, "an orientation, x, y, z and w")
         self._run.world.place(body, ModelMotion(Pose((x, y, z), (a, b, c, d))))

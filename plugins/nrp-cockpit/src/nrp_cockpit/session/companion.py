@@ -1,4 +1,4 @@
-"""What goes with a session, as the session sees it."""
+"""The interface of a companion of a session."""
 
 from __future__ import annotations
 
@@ -6,22 +6,22 @@ from typing import Any, Protocol
 
 
 class Companion(Protocol):
-    """Goes wherever the time of a session goes."""
+    """Follows the time of a session."""
 
     def follow(self) -> None:
-        """Come to where the session is after a step."""
+        """Follow to the time of the session after a step."""
 
     def go_from_here(self) -> None:
-        """Note that the session goes on from here, maybe another way than before."""
+        """Note that the session continues from here, possibly differently from before."""
 
     def go_along(self) -> None:
-        """Go to where the session has gone, back or forward."""
+        """Follow to the time that the session went to, back or forward."""
 
     def idle(self) -> None:
-        """Do what is due while nothing goes on."""
+        """Do periodic work while paused."""
 
     def end(self) -> None:
-        """End, and release everything."""
+        """Close, and release all resources."""
 
     def data(self) -> dict[str, Any]:
-        """Return how the two differ, as the page shows it."""
+        """Return the difference of the two for the page."""

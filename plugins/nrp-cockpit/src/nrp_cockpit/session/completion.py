@@ -1,4 +1,4 @@
-"""The words that an editor of transfer functions proposes."""
+"""The completions of an editor of transfer functions."""
 
 from __future__ import annotations
 

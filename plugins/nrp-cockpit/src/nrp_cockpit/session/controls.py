@@ -1,4 +1,4 @@
-"""The services of sessions; each waits until the thread of the session has done it."""
+"""The services of sessions; each waits for the thread of the session."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from nrp_core.errors import CapabilityError, ExperimentError
 from nrp_core.experiment.running.commands import commands_of
 
 LAYOUT = ".cockpit.json"
-"""The end of the name of a layout's file."""
+"""The suffix of a layout's file."""
 
 
 def services_of(session: LiveSession) -> Services:
-    """Return the services of a run; one beside another goes with the time of that."""
+    """Return the services of a run; a second run follows the time of the first."""
     lead = getattr(session, "lead", session)
     commands = commands_of(session.run)
     functions, bodies, looks = session.functions, session.bodies, Looks(session.run)
@@ -78,11 +78,11 @@ _REFUSED = (
     "publish", "push", "place",
     "functions/apply", "functions/revert", "functions/save", "functions/activate",
 )  # fmt: skip
-"""What changes a run, and not a recording."""
+"""The services that change a run and do not apply to a recording."""
 
 
 def services_of_recording(session: RecordedSession) -> Services:
-    """Return the services of a recording; those that would change it refuse, and say how to go on from it."""
+    """Return the services of a recording; those that would change it explain how to branch a run from it."""
     folder = session.recording.folder.absolute()
     layout = Layout(folder.with_name(folder.name + LAYOUT))
     steering: dict[str, Service] = {
@@ -103,7 +103,7 @@ def _refuse(**_fields: Any) -> None:
 
 
 def going(session: Session) -> dict[str, Service]:
-    """Return the services with which time goes on, back and elsewhere."""
+    """Return the services that control time."""
     return {
         "play": asked(session, session.play),
         "pause": asked(session, session.pause),
@@ -117,13 +117,13 @@ def going(session: Session) -> dict[str, Service]:
 
 
 def asked(session: Session, method: Callable[..., Any], doing: str = "") -> Service:
-    """Return a service that lets the thread of a session call a method."""
+    """Return a service that calls a method in the thread of a session."""
     checked = validated(method)
     return lambda **fields: session.ask(lambda: checked(**fields), doing)
 
 
 def validated(method: Callable[..., Any]) -> Service:
-    """Return a method that refuses what it does not take in a sentence."""
+    """Return a method that refuses invalid arguments with one sentence."""
     checked = validate_call(method)
 
     def call(**fields: Any) -> Any:
@@ -149,14 +149,14 @@ class Layout:
     """The layout of the page, beside the experiment or the recording.
 
     Args:
-        path: where to keep it; None: there is no place for it.
+        path: its file; None: it cannot be saved.
     """
 
     def __init__(self, path: Path | None) -> None:
         self._path = path
 
     def load(self) -> dict[str, Any]:
-        """Return the layout, or nothing where there is none that can be read."""
+        """Return the layout, or nothing if it does not exist or cannot be read."""
         try:
             return {"layout": json.loads(self._path.read_text())} if self._path else {}
         except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""The time that transfer functions take."""
+"""The running time of transfer functions."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ RECENT = 60
 
 @dataclass(slots=True)
 class Cost:
-    """The time that a function took since the run came to where it is.
+    """The running time of a function since the last change of the run's time.
 
     Args:
-        calls: how often it ran.
+        calls: number of calls.
         total_ms: wall time of all calls.
         recent_ms: wall time of the last calls.
     """

@@ -1,4 +1,4 @@
-"""How two runs that go in step differ: where their robots are, what happened, and when that began."""
+"""The difference of two runs in step: positions of robots, events, and the time of the first difference."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from nrp_core.experiment.running.result import Result
 from nrp_core.experiment.running.run import Run
 
 MOST_POINTS = 600
-"""Of the distance over time; when there are more, every second one goes."""
+"""Maximum number of points of the distance over time; beyond it, every second point is removed."""
 
 
 class Difference:
-    """Looks at two runs after each step that both have taken.
+    """Compares two runs after each common step.
 
     Args:
-        one: the run that leads.
-        other: the run that goes with it.
+        one: the leading run.
+        other: the run that follows it.
 
     Attributes:
         since_ns: the time from which they are compared.
@@ -50,13 +50,13 @@ class Difference:
             self._distances, self._every = self._distances[::2], self._every * 2
 
     def cut(self, t_ns: int) -> None:
-        """Forget what came after a time."""
+        """Forget all differences after a time."""
         self._distances = [each for each in self._distances if each[0] <= t_ns]
         self._first = {name: first_ns for name, first_ns in self._first.items() if first_ns <= t_ns}
 
     @property
     def distance_m(self) -> float:
-        """The largest distance between a robot in one run and the same in the other, m."""
+        """The largest distance between the two positions of a robot, m."""
         there = {model.name for model in self._other.world.scene.models}
         robots = [
             name
@@ -69,7 +69,7 @@ class Difference:
         )
 
     def data(self) -> dict[str, Any]:
-        """Return it as the page shows it."""
+        """Return the difference as data for the page."""
         one, other = (run.result() for run in self._runs)
         return {
             "since_s": seconds(self.since_ns),

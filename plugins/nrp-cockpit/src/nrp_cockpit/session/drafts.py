@@ -1,4 +1,4 @@
-"""Drafts of files: copies with other texts, from which a run goes on while the files stay as they are."""
+"""Drafts of files: edited copies that a run uses while the files remain unchanged."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 
 
 class Drafts:
-    """Keeps drafts in a folder of its own until it is closed. Any thread may use it."""
+    """Keeps drafts in a temporary folder until it is closed. Any thread may use it."""
 
     def __init__(self) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="nrp-cockpit-")
@@ -34,7 +34,7 @@ class Drafts:
         return draft
 
     def remove(self, paths: Iterable[Path]) -> None:
-        """Remove those of these files that are drafts; nothing may need them any more."""
+        """Remove those of these files that are drafts; they must not be in use."""
         with self._replacing:
             gone = self._originals.keys() & {str(path) for path in paths}
             self._originals = {draft: path for draft, path in self._originals.items() if draft not in gone}
@@ -42,7 +42,7 @@ class Drafts:
             shutil.rmtree(Path(draft).parent, ignore_errors=True)
 
     def in_place(self, value: Any) -> Any:
-        """Return data with the names of drafts exchanged for those of their files."""
+        """Return data with the names of drafts replaced by those of their files."""
         match value:
             case str() if self._folder.name in value:
                 for draft, original in self._originals.items():

@@ -1,4 +1,4 @@
-"""What a session says about a run."""
+"""The reports of a session about a run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from nrp_core.experiment.running.run import Run
 
 
 class LiveReported(Reported, Protocol):
-    """A session with a run, as its reports see it."""
+    """The interface of a session with a run for its reports."""
 
     run: Run
     hearing: Hearing
@@ -54,7 +54,7 @@ class LiveReports(Reports):
 
     def _timeline_data(self) -> dict[str, Any]:
         run, snapshots = self._session.run, self._session.past.shown
-        self._result = result = run.result()  # too slow for every report of the state
+        self._result = result = run.result()  # too slow for each report of the state
         return timeline_data(run.experiment, result.events, result.criteria, result.failures, snapshots)
 
     def _findings_data(self) -> list[dict[str, Any]]:

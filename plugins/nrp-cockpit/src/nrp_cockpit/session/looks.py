@@ -1,4 +1,4 @@
-"""The membrane of a cell, the weights of a projection: read only when somebody looks."""
+"""The membrane of a cell and the weights of a projection, read on request."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ class Looks:
         """Return the membrane potential of a cell, mV, and the time.
 
         Raises:
-            ExperimentError: there is no such cell.
-            CapabilityError: the brain does not show it.
+            ExperimentError: the cell does not exist.
+            CapabilityError: the brain cannot read it.
         """
         network = self._run.brain.network
         if population not in network.populations:
@@ -42,15 +42,15 @@ class Looks:
         return {"t_s": seconds(self._run.loop.now_ns), "v_mv": v_mv}
 
     def weights(self, projection: str) -> dict[str, Any]:
-        """Return the weights of a projection as they are now, as a histogram.
+        """Return the current weights of a projection as a histogram.
 
         Returns:
             The number of synapses in each bin, the borders of the bins, and a summary: smallest, mean and
             largest weight.
 
         Raises:
-            NetworkError: there is no such projection.
-            CapabilityError: they change, and the brain does not show them.
+            NetworkError: the projection does not exist.
+            CapabilityError: they change, and the brain cannot read them.
         """
         weights = self._run.brain.read_weights(projection)
         counts, borders = np.histogram(weights, BINS) if len(weights) else (np.zeros(0), np.zeros(0))

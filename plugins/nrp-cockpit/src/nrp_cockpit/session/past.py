@@ -1,4 +1,4 @@
-"""The past of a run: snapshots, and what was published from outside since, so that it can be lived again."""
+"""The past of a run: snapshots, and the messages from outside since then, so that it can be repeated."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from nrp_core.errors import CapabilityError
 from nrp_core.experiment.running.run import Run
 
 WATCHED_NS, ALONE_NS = NS_PER_S, 5 * NS_PER_S
-"""Simulated time between two snapshots that are taken on their own, while somebody watches and else."""
+"""Simulated time between two automatic snapshots, with and without clients."""
 BYTES_A_SECOND = 4_000_000
-"""At most as much is kept of a simulated second: snapshots of a large network take long, so they are rare."""
+"""Maximum size of automatic snapshots per simulated second; those of a large network are slow, hence rare."""
 MOST_KEPT = 100
-"""Of snapshots that people asked for; all are sent with each report of the timeline, 4 kB at most."""
+"""Maximum number of requested snapshots; each report of the timeline lists all, in at most 4 kB."""
 MOST_BYTES = 256_000_000
-"""Of snapshots together; those taken on their own are thinned out first."""
+"""Maximum size of all snapshots; automatic ones are removed first."""
 
 
 @dataclass(slots=True)
@@ -28,10 +28,10 @@ class Moment:
 
     Args:
         id: its name.
-        t_ns: when it was taken.
+        t_ns: its time.
         data: the state.
-        kept: whether a person asked for it.
-        was: whether the run came here on its way to where it is now; else it went another way before.
+        kept: whether a user requested it.
+        was: whether it belongs to the past of the present run; else to an abandoned one.
     """
 
     id: str
@@ -44,13 +44,13 @@ class Moment:
 class Past:
     """Takes snapshots of a run and returns to any time of its past.
 
-    Going back forgets nothing: the same can be lived again up to where the run has been, until it is steered
-    another way.
+    Going back forgets nothing: the run can be repeated up to the latest time reached, until it is
+    changed from outside.
 
     Args:
         run: the run.
-        can_save: whether it can be saved at all; otherwise the past is empty.
-        halted: whether living again is to end where it is.
+        can_save: whether it can be saved; otherwise the past is empty.
+        halted: returns whether a repetition should stop.
     """
 
     def __init__(self, run: Run, *, can_save: bool, halted: Callable[[], bool] = lambda: False) -> None:
@@ -59,20 +59,20 @@ class Past:
         self._published: list[tuple[int, str, Any]] = []
         self._reach_ns, self._last_ns = run.loop.now_ns, -ALONE_NS
         self._number, self._rarer = 0, 1.0
-        self._again: deque[Any] | None = None  # what is published again, while the past is lived again
+        self._again: deque[Any] | None = None  # the messages to publish again, while the past is repeated
         run.loop.hooks.from_outside.append(self._note)
         self.after_step()
 
     @property
     def shown(self) -> list[dict[str, Any]]:
-        """The snapshots that a person asked for, as data."""
+        """The requested snapshots, as data."""
         return [{"id": each.id, "t_s": seconds(each.t_ns)} for each in self._moments if each.kept]
 
     def take(self) -> Moment:
-        """Take a snapshot because a person wants it.
+        """Take a requested snapshot.
 
         Raises:
-            CapabilityError: the run cannot be saved, or as much is kept already as there is room for.
+            CapabilityError: the run cannot be saved, or the memory for snapshots is full.
         """
         kept = [each for each in self._moments if each.kept]
         kept_bytes = sum(len(each.data) for each in kept)
@@ -87,15 +87,15 @@ class Past:
         """Forget a snapshot.
 
         Raises:
-            CapabilityError: there is none of this name.
+            CapabilityError: there is no snapshot of this name.
         """
         gone = self.named(name)
-        gone.kept = False  # as one that was taken on its own it may still help on the way back
+        gone.kept = False  # it remains as an automatic one, which helps to go back
         if not gone.was:
             self._moments.remove(gone)
 
     def after_step(self, every_ns: int = WATCHED_NS) -> None:
-        """Take a snapshot if it is time."""
+        """Take an automatic snapshot if it is due."""
         now_ns = self._run.loop.now_ns
         if now_ns > self._reach_ns:
             self._reach_ns = now_ns
@@ -103,7 +103,7 @@ class Past:
             self._take_own()
 
     def mark(self) -> None:
-        """Note that the run was steered in a way that living it again would miss."""
+        """Note that the run was changed in a way that a repetition would miss."""
         self.forget_after(self._run.loop.now_ns)
         if self._can_save:
             self._take_own()
@@ -112,7 +112,7 @@ class Past:
         """Return a snapshot by its name.
 
         Raises:
-            CapabilityError: there is none.
+            CapabilityError: there is no such snapshot.
         """
         found = next((each for each in self._moments if each.id == name), None)
         if found is None:
@@ -120,7 +120,7 @@ class Past:
         return found
 
     def restore(self, moment: Moment) -> None:
-        """Return to a snapshot; one of another way makes that way the past."""
+        """Return to a snapshot; one of an abandoned past makes that the past."""
         self._run.restore(moment.data)
         self._run.error = None
         if not moment.was:
@@ -129,13 +129,13 @@ class Past:
             self._reach_ns = self._last_ns = moment.t_ns
 
     def way_to(self, t_ns: int) -> Callable[[], None]:
-        """Return what lives again from the last snapshot before a time up to that time, or on from now.
+        """Return the repetition from the last snapshot before a time up to that time, or from now on.
 
-        What was published from outside then is published again. A time that was not reached yet is further
-        than the way goes.
+        The messages from outside are published again. A time that was not reached yet is beyond
+        the repetition.
 
         Raises:
-            CapabilityError: there is no snapshot before it.
+            CapabilityError: there is no earlier snapshot.
         """
         now_ns = self._run.loop.now_ns
         past = [each for each in self._moments if each.was and each.t_ns <= t_ns]
@@ -154,7 +154,7 @@ class Past:
         return go
 
     def forget_after(self, t_ns: int) -> None:
-        """Forget what came after a time, but what a person kept: from there the run goes another way."""
+        """Forget all after a time but requested snapshots, because the run continues differently."""
         for each in self._moments:
             each.was = each.was and each.t_ns <= t_ns
         self._moments = [each for each in self._moments if each.kept or each.was]
@@ -163,24 +163,24 @@ class Past:
         self._last_ns = max((each.t_ns for each in self._moments if each.was), default=-ALONE_NS)
 
     def begin_again(self) -> None:
-        """Forget everything but what a person kept: the run is at its beginning."""
+        """Forget all but requested snapshots, because the run is at its beginning."""
         self._leave()
         self._reach_ns = self._run.loop.now_ns
         self.after_step()
 
     def close(self) -> None:
-        """Stop taking notes."""
+        """Stop observing the run."""
         self._run.loop.hooks.from_outside.remove(self._note)
 
     def _leave(self) -> None:
-        """Leave the way on which the run was."""
+        """Abandon the present past."""
         self._moments = [each for each in self._moments if each.kept]
         for each in self._moments:
             each.was = False
         self._published, self._last_ns = [], -ALONE_NS
 
     def _relive(self, t_ns: int) -> None:
-        """Live up to a time again, unless somebody publishes meanwhile and the run goes another way."""
+        """Repeat up to a time, unless a message from outside makes the run continue differently."""
         loop, published = self._run.loop, self._published
         at = bisect_left(published, loop.now_ns, key=lambda each: each[0])
         again: deque[Any] = deque()
@@ -202,7 +202,7 @@ class Past:
         try:
             self._take(kept=False)
         except CapabilityError:
-            self._can_save = False  # a variable of a function holds what cannot be saved
+            self._can_save = False  # a variable of a function holds an object that cannot be saved
 
     def _take(self, *, kept: bool) -> Moment:
         self._number += 1
@@ -215,7 +215,7 @@ class Past:
         return moment
 
     def _thin_out(self) -> None:
-        """Remove every second snapshot that was taken on its own, while they need too much room."""
+        """Remove every second automatic snapshot while all need too much memory."""
         while sum(len(each.data) for each in self._moments) > MOST_BYTES:
             own = [each for each in self._moments[1:-1] if not each.kept][::2]
             if not own:

@@ -1,4 +1,4 @@
-"""A recording that people watch."""
+"""A recording that users watch."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ CHECKING = "nrp-cockpit-check"
 
 
 class RecordedSession(Session):
-    """Plays a recording, and goes to any time in it; nothing is computed.
+    """Plays a recording and seeks any time in it, without simulation.
 
     Args:
-        folder: of the recording.
-        hub: of the clients.
+        folder: the folder of the recording.
+        hub: the hub of the clients.
 
     Raises:
-        ExperimentError: there is no recording.
+        ExperimentError: the folder is not a recording.
     """
 
     def __init__(self, folder: Path, hub: Hub) -> None:
@@ -64,7 +64,7 @@ class RecordedSession(Session):
     # -- time
 
     def step(self, n: int = 1) -> None:
-        """Go on by some recorded steps."""
+        """Advance by a number of recorded steps."""
         self._require_going()
         self._go_to(self._now_ns + n * self.timestep_ns)
 
@@ -76,7 +76,7 @@ class RecordedSession(Session):
         """Go back to the beginning.
 
         Raises:
-            CapabilityError: only a part of it is to go back.
+            CapabilityError: only a part of it is to be reset.
         """
         if what != "all":
             raise CapabilityError(FIXED)
@@ -89,7 +89,7 @@ class RecordedSession(Session):
         self.reports.status()
 
     def _go_to(self, t_ns: int) -> None:
-        """Show a time, and stay there."""
+        """Show a time and pause."""
         self._now_ns = min(max(t_ns, self._begin_ns), self._end_ns)
         self.mode = Mode.FINISHED if self._now_ns == self._end_ns else Mode.PAUSED
         self.hearing.show(self._now_ns)
@@ -101,7 +101,7 @@ class RecordedSession(Session):
         self._pacing.start(self._now_ns)
 
     def _advance(self) -> None:
-        """Show the next step when it is time, unless somebody asks for something before."""
+        """Show the next step when it is due, unless a request comes first."""
         next_ns = min(self._now_ns + self.timestep_ns, self._until_ns, self._end_ns)
         self._pacing.wait(next_ns)
         if self._wanted:
@@ -119,20 +119,20 @@ class RecordedSession(Session):
         self._messages.close()
 
     def _paced(self, factor: float | None) -> Pacing:
-        """Return a pacing whose waiting ends when somebody asks for something."""
+        """Return a pacing whose wait ends with a request."""
         pacing = AsFastAsPossible() if factor is None else Paced(factor, sleep=self._rest)
         pacing.start(self._now_ns)
         return pacing
 
-    # -- whether it is whole
+    # -- integrity
 
     def _check(self) -> None:
-        """Compare the recording with its digests, beside everything else: that reads all of it."""
+        """Compare the recording with its digests in the background, because that reads all of it."""
         check = self.recording.check()
         found = [Finding(Code.NRP284, str(flaw)) for flaw in check.flaws]
-        if check.finished:  # else the run was killed, which is known already
+        if check.finished:  # without digests the run was killed, which is already reported
             found += [Finding(Code.NRP284, note, Level.NOTE) for note in check.notes]
-        with suppress(LifecycleError):  # it was closed meanwhile
+        with suppress(LifecycleError):  # the recording was closed meanwhile
             self.ask(lambda: self._note(found))
 
     def _note(self, found: list[Finding]) -> None:

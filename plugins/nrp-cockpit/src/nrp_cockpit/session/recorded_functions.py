@@ -17,13 +17,13 @@ def recorded_functions(paths: Iterable[Path], failures: Iterable[Mapping[str, An
     """Return the functions that files declare, and the files.
 
     Args:
-        paths: of the files.
-        failures: of the functions, as in a result.
+        paths: the files.
+        failures: failures of the functions, as in a result.
     """
     paths, failed = tuple(paths), {failure["function"]: failure for failure in failures}
     found: dict[str, dict[str, Any]] = {}
     for path in paths:
-        for function in _declared(path):  # one in a loop is written once for all its names
+        for function in _declared(path):  # one in a loop has many names
             found.setdefault(function.name, _function_data(function, path, failed.get(function.name)))
     return {
         "functions": list(found.values()),
@@ -35,7 +35,7 @@ def _declared(path: Path) -> Iterator[TransferFunction]:
     try:
         declarations = Declarations(LISTERS.load(path.suffix)(path))
     except NrpError:
-        return  # its source shows what it is
+        return  # the source shows the rest
     for declared in declarations.functions:
         yield declared.function
 

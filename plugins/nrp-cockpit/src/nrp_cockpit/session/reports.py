@@ -1,4 +1,4 @@
-"""What a session says about itself: a line of state often, the rest when it changes."""
+"""The reports of a session: its state often, the rest when it changes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _WINDOW_S = 2.0
 
 
 class Reported(Protocol):
-    """A session, as its reports see it."""
+    """The interface of a session for its reports."""
 
     hub: Hub
     doing: str
@@ -51,7 +51,7 @@ class Reports(ABC):
         session.hub.offer_json("/cockpit/log", Kind.EVERY)
 
     def after_step(self) -> None:
-        """Report what is due."""
+        """Send the reports that are due."""
         now, viewers = time.monotonic(), self._reported.hub.viewers
         if now - self._status_at >= STATUS_S and viewers:
             self.status()
@@ -60,7 +60,7 @@ class Reports(ABC):
             self._slow()
 
     def idle(self) -> None:
-        """Report what is due while nothing goes on."""
+        """Send the reports that are due while paused."""
         self._began = None
         if time.monotonic() - self._status_at >= STATUS_S * 5:
             self.status()
@@ -71,12 +71,12 @@ class Reports(ABC):
         self.progress()
 
     def progress(self) -> None:
-        """Report everything but what the session is made of, which takes long and seldom changes."""
+        """Report everything but the description of the session, which is slow and rarely changes."""
         self._slow()
         self.status()
 
     def timeline(self) -> None:
-        """Report what has happened."""
+        """Report the timeline."""
         self._say("timeline", self._timeline_data())
 
     def status(self) -> None:
@@ -100,11 +100,11 @@ class Reports(ABC):
         line = {"t_s": seconds(self._reported.now_ns), "level": level, "text": text}
         self._reported.hub.tell("/cockpit/log", line, self._reported.now_ns)
 
-    # -- what there is to say; the shapes are those of the page's state/types.ts
+    # -- the contents, in the shapes of the page's state/types.ts
 
     @abstractmethod
     def _experiment_data(self) -> dict[str, Any]:
-        """Return what it is made of, and what can be done with it."""
+        """Return the description of the session and its possibilities."""
 
     @abstractmethod
     def _functions_data(self) -> dict[str, Any]:
@@ -112,17 +112,17 @@ class Reports(ABC):
 
     @abstractmethod
     def _timeline_data(self) -> dict[str, Any]:
-        """Return what has happened and what is to happen."""
+        """Return past and future events."""
 
     @abstractmethod
     def _findings_data(self) -> list[dict[str, Any]]:
-        """Return what is wrong or worth knowing."""
+        """Return problems and notes."""
 
     @abstractmethod
     def _status_data(self) -> dict[str, Any]:
-        """Return what there is to say of the state besides what all sessions have."""
+        """Return the part of the state that only this kind of session has."""
 
-    # -- saying it
+    # -- sending
 
     def _slow(self) -> None:
         self._say("functions", self._functions_data())
@@ -130,13 +130,13 @@ class Reports(ABC):
         self._say("findings", self._findings_data())
 
     def _say(self, name: str, value: Any) -> None:
-        """Send a report if it says something new."""
+        """Send a report if it has changed."""
         if self._said.get(name) != value:
             self._said[name] = value
             self._reported.hub.tell(f"/cockpit/{name}", value, self._reported.now_ns)
 
     def _measured(self, now: float, t_ns: int) -> float:
-        """Return how fast time goes beside the wall clock, over the last seconds."""
+        """Return the speed of time relative to the wall clock over the last seconds."""
         if self._reported.state != "running":
             self._began = None
             return self._factor

@@ -1,1 +1,1 @@
-"""The wire: the Foxglove WebSocket protocol, who may use it, and what waits for each client."""
+"""The wire: the Foxglove WebSocket protocol, access control, and the queue of each client."""

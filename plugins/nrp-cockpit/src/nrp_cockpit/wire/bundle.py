@@ -1,4 +1,4 @@
-"""Many messages in one write: a system call costs more than all else that is done for a small message."""
+"""Many messages in one write, because a system call is the largest cost of a small message."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from contextlib import contextmanager
 from typing import Any
 
 LARGE_BYTES = 1 << 16
-"""What is as large is written by itself: to copy it into a bundle would cost more. Nor is a bundle larger."""
+"""Maximum size of a bundle; larger messages are written alone, because copying them would cost more."""
 
 
 class Bundle:
-    """A transport that keeps what is written while it is open, and then writes it in one piece.
+    """A transport that collects writes while a block is open, and then writes them in one piece.
 
     Args:
-        transport: of a connection; it does everything else.
+        transport: the transport of a connection, which does everything else.
     """
 
     def __init__(self, transport: Transport) -> None:
@@ -29,12 +29,12 @@ class Bundle:
 
     @property
     def is_full(self) -> bool:
-        """Whether it should be written now, so that whoever sends waits if the client does not read."""
+        """Whether to write now, so that the sender waits if the client does not read."""
         return self._bytes >= LARGE_BYTES
 
     @contextmanager
     def open(self) -> Iterator[None]:
-        """Keep what is written in this block until its end."""
+        """Collect the writes of this block until its end."""
         self._bytes, self._is_open = 0, True
         try:
             yield
@@ -43,7 +43,7 @@ class Bundle:
             self._write_parts()
 
     def write(self, data: bytes) -> None:
-        """Write, or keep until the end of the block."""
+        """Write, or collect until the end of the block."""
         self._bytes += len(data)
         if self._is_open and len(data) < LARGE_BYTES:
             self._parts.append(data)

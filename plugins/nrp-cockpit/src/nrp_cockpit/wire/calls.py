@@ -1,4 +1,4 @@
-"""What one client asks of the services."""
+"""The calls of one client to the services."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from nrp_core.errors import NrpError
 PREFIX = "/cockpit/"
 PUBLISH = "publish"
 """The service behind the messages that clients publish."""
-WATCHER = "you may watch this run, not steer it"
+WATCHER = "you may watch this run but not control it"
 
 
 class Calls:
-    """Calls services for one client, each in a thread, so that none holds up another.
+    """Calls services for one client, each in a thread, so that none delays another.
 
     Args:
-        services: what there is.
+        services: the services.
         may_steer: whether the client may change the run.
     """
 
     def __init__(self, services: Services, *, may_steer: bool) -> None:
         self._services, self._may_steer = services, may_steer
-        self._publishing = asyncio.Lock()  # lets in whoever came first: messages keep their order
+        self._publishing = asyncio.Lock()  # first come, first served, so that messages keep their order
 
     async def answer(self, request: ServiceRequest) -> bytes | str:
         """Return the frame that answers a request."""
@@ -44,7 +44,7 @@ class Calls:
             return protocol.failure(request, _sentence(error))
 
     async def publish(self, topic: str, payload: bytes) -> str | None:
-        """Publish a message of the client; return why that failed, if it did."""
+        """Publish a message of the client; return the reason for a failure, else None."""
         try:
             arguments = {"topic": topic, "value": _json(payload)}
         except ProtocolError as error:
@@ -54,7 +54,7 @@ class Calls:
         return None if failure is None else f"{topic}: {failure}"
 
     async def make(self, service: str, arguments: dict[str, Any]) -> str | None:
-        """Call a service of the cockpit; return why that failed, if it did."""
+        """Call a service of the cockpit; return the reason for a failure, else None."""
         try:
             await self._call(PREFIX + service, arguments)
         except Exception as error:  # noqa: BLE001  likewise
@@ -73,7 +73,7 @@ class Calls:
 
 def _json(payload: bytes) -> Any:
     def refuse(word: str) -> Any:
-        raise ValueError(f"{word} is no number of JSON")
+        raise ValueError(f"{word} is not a number in JSON")
 
     try:
         return json.loads(payload, parse_constant=refuse)
@@ -82,6 +82,6 @@ def _json(payload: bytes) -> Any:
 
 
 def _sentence(error: Exception) -> str:
-    """Return what went wrong; an error that is not ours shows what it is."""
+    """Return the message of an error, with its class if it is not ours."""
     ours = isinstance(error, (NrpError, ProtocolError))
     return str(error) if ours else f"{type(error).__name__}: {error}"

@@ -1,4 +1,4 @@
-"""The channels that a server offers, and what goes over them."""
+"""The channels that a server advertises, and their messages."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from typing import Any, NamedTuple
 
 
 class Kind(Enum):
-    """What a client that is too slow loses."""
+    """The messages that a slow client loses."""
 
     LATEST = auto()
     """Older messages: the latest one wins (images, poses, states)."""
     EVERY = auto()
-    """Only what exceeds a bound, and it is counted (spikes, events, values)."""
+    """Only messages beyond a bound, which are counted (spikes, events, values)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """A topic as clients see it.
+    """An advertised topic.
 
     Args:
         id: its number.
@@ -26,7 +26,7 @@ class Channel:
         encoding: ``json`` or ``cdr``.
         schema_name: the name of its message type.
         schema: the definition of that type.
-        kind: what a slow client loses.
+        kind: the messages that a slow client loses.
     """
 
     id: int
@@ -37,7 +37,7 @@ class Channel:
     kind: Kind = Kind.EVERY
 
     def to_dict(self) -> dict[str, Any]:
-        """Return it as the protocol announces it."""
+        """Return its advertisement in the protocol."""
         return {
             "id": self.id, "topic": self.topic, "encoding": self.encoding, "schemaName": self.schema_name,
             "schema": self.schema,
@@ -54,7 +54,7 @@ class Sent(NamedTuple):
 
 
 class Channels:
-    """All channels by name; numbers stay what they are."""
+    """All channels by name; their numbers never change."""
 
     def __init__(self) -> None:
         self._by_topic: dict[str, Channel] = {}
@@ -62,7 +62,7 @@ class Channels:
     def open(
         self, topic: str, schema_name: str, schema: str, *, encoding: str = "cdr", kind: Kind = Kind.EVERY
     ) -> Channel:
-        """Return the channel of a topic; it is new, or the one that there is."""
+        """Return the channel of a topic, a new or the existing one."""
         if topic not in self._by_topic:
             number = len(self._by_topic) + 1
             self._by_topic[topic] = Channel(number, topic, encoding, schema_name, schema, kind)

@@ -1,4 +1,4 @@
-"""One client of the server: what it hears and what it is sent."""
+"""One client of the server: its subscriptions and its messages."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from nrp_cockpit.wire.outbox import Outbox
 from nrp_cockpit.wire.protocol import ClientMessage, PlaybackRequest, ProtocolError, ServiceRequest
 
 EXPERIMENT = "/cockpit/experiment"
-"""The topic that tells each client also what it may do."""
+"""The topic that describes the session, with the permissions of each client."""
 
 
 class Client:
-    """Serves one connection: what it hears, what it asks, what it publishes.
+    """Serves one connection: subscriptions, calls and published messages.
 
     Args:
         connection: an open connection.
@@ -44,11 +44,11 @@ class Client:
 
     @property
     def dropped(self) -> int:
-        """Number of messages that it was too slow for."""
+        """Number of messages dropped because the client was too slow."""
         return self._outbox.dropped
 
     async def serve(self, session_id: str) -> None:
-        """Serve it until it leaves."""
+        """Serve the client until it disconnects."""
         self._say(protocol.server_info("nrp-cockpit", session_id, self._hub.playback.end_ns))
         self.announce(self._hub.channels)
         self._say(protocol.advertise_services(enumerate(self._hub.services.names, 1)))
@@ -63,23 +63,23 @@ class Client:
             sender.cancel()
             self._hub.leave(self, [channel.topic for channel in self._heard.values()])
 
-    # -- what the hub calls
+    # -- called by the hub
 
     def announce(self, channels: Iterable[Channel]) -> None:
-        """Tell it about channels, each once."""
+        """Advertise channels, each once."""
         new = [channel for channel in channels if channel.id not in self._announced]
         self._announced.update(channel.id for channel in new)
         if new:
             self._say(protocol.advertise([channel.to_dict() for channel in new]))
 
     def hear(self, sent: Sent) -> None:
-        """Hand it a message, if it hears that channel."""
+        """Queue a message, if the client subscribes to its channel."""
         for subscription in self._subscriptions.get(sent.channel.id, ()):
             self._outbox.add(subscription, sent)
             self._wake.set()
 
     def tick(self, t_ns: int) -> None:
-        """Tell it the time."""
+        """Queue the time."""
         self._outbox.tick(protocol.clock(t_ns))
         self._wake.set()
 
@@ -90,7 +90,7 @@ class Client:
         self._wake.set()
 
     async def _send(self) -> None:
-        """Send what waits; a client that does not read holds up only itself."""
+        """Send queued messages; a client that does not read delays only itself."""
         while True:
             await self._wake.wait()
             self._wake.clear()
@@ -145,14 +145,14 @@ class Client:
                 for channel in message["channelIds"]:
                     self._topics.pop(channel, None)
             case other:
-                self._warn(f"this server does not offer '{other}'")
+                self._warn(f"this server does not support '{other}'")
 
     def _subscribe(self, subscription: int, channel_id: int) -> None:
         channel = next((one for one in self._hub.channels if one.id == channel_id), None)
         if channel is None:
             raise ProtocolError(f"there is no channel {channel_id}")
         if subscription in self._heard or not protocol.is_id(subscription):
-            raise ProtocolError(f"{subscription!r} cannot be the id of a new subscription")
+            raise ProtocolError(f"{subscription!r} is not a valid id of a new subscription")
         self._heard[subscription] = channel
         self._subscriptions.setdefault(channel_id, []).append(subscription)
         last = self._hub.hear(channel.topic)

@@ -16,11 +16,11 @@ _TYPES = {".js": "text/javascript", ".css": "text/css", ".html": "text/html; cha
 
 
 def file_response(path: str, folder: Path = STATIC) -> Response:
-    """Return a file of the page, or that there is none.
+    """Return the response with a file of the page, or with "not found".
 
     Args:
-        path: of the request.
-        folder: of the page, without symbolic links.
+        path: the path of the request.
+        folder: the folder of the page, without symbolic links.
     """
     if not folder.is_dir():
         return plain(HTTPStatus.NOT_FOUND, "the page has not been built: npm run build, in page/")
@@ -37,13 +37,13 @@ def _file(path: str, folder: Path) -> Path | None:
     try:
         wanted = (folder / (path.lstrip("/") or "index.html")).resolve()
         inside = wanted.is_relative_to(folder) and wanted.is_file()
-    except (OSError, ValueError):  # a name that no file can have
+    except (OSError, ValueError):  # the name is not valid for a file
         return None
     return wanted if inside and not wanted.name.startswith(".") else None
 
 
 def plain(status: HTTPStatus, text: str) -> Response:
-    """Return one sentence."""
+    """Return a response with one sentence."""
     return _response(status, "text/plain; charset=utf-8", f"{text}\n".encode(), "no-store")
 
 

@@ -1,8 +1,8 @@
-"""Who may come in: the token, and the Host and Origin of a request.
+"""Access control: the token, and the Host and Origin of a request.
 
-A page of another site can open a connection to this machine from the visitor's browser. It cannot know the
-token, and neither can it forge ``Origin``; a name of its own that it points at this machine (DNS rebinding)
-shows in ``Host``.
+A page of another site can open a connection to this machine from the visitor's browser. It does not know the
+token and cannot forge ``Origin``. A host name of that site that points at this machine (DNS rebinding)
+appears in ``Host``.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ CONTENT_POLICY = (
     "connect-src 'self'; font-src 'self'; worker-src 'self' blob:; base-uri 'none'; form-action 'none'; "
     "frame-src 'self'; frame-ancestors 'self'"
 )
-"""Nothing comes from outside; styles may be made by the editor, which needs them in the page."""
+"""Nothing is loaded from other servers; inline styles are allowed because the editor needs them."""
 
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 
@@ -29,7 +29,7 @@ class Guard:
     Args:
         hosts: the names under which the server may be called, without a port; empty: any.
         origins: further origins whose pages may connect.
-        token: lets its owner steer.
+        token: lets its owner control the run.
         watch_token: lets its owner watch.
     """
 
@@ -39,10 +39,10 @@ class Guard:
     watch_token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
 
     def refusal(self, headers: Headers) -> str | None:
-        """Return why a request is refused, by its Host and Origin; None if it is not."""
+        """Return the reason to refuse a request, by its Host and Origin; None to accept it."""
         hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
         if len(hosts) != 1 or len(origins) > 1:
-            return "a request has one Host, and at most one Origin"
+            return "a request must have one Host and at most one Origin"
         host = hosts[0].lower()
         if self.hosts and _name(host) not in self.hosts:
             return f"this server is not '{_name(host)}'"
@@ -59,7 +59,7 @@ class Guard:
         return _same(token, self.watch_token) or self.may_steer(token)
 
     def may_steer(self, token: str) -> bool:
-        """Return whether a token lets its owner steer."""
+        """Return whether a token lets its owner control the run."""
         return _same(token, self.token)
 
 

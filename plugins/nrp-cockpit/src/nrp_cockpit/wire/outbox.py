@@ -1,4 +1,4 @@
-"""What waits to be sent to one client, bounded."""
+"""The bounded queue of messages to one client."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from collections import deque
 from nrp_cockpit.wire.channels import Kind, Sent
 
 MOST_BYTES = 8_000_000
-"""Of messages of which every one counts; about four seconds of 20 000 spikes a second with all else."""
+"""Bound for messages that must not be skipped; about four seconds of 20 000 spikes/s and all else."""
 
 
 class Outbox:
-    """Holds the messages of a client until it takes them, in the order in which they came.
+    """Holds the messages to a client until it takes them, in order of arrival.
 
-    Of a channel where the latest wins at most one message waits: a newer one takes its place. Of the others
-    all do up to a bound; what exceeds it is dropped and counted. A message larger than the bound waits alone.
-    Answers to the client's own requests are never dropped, and go first; of the time only the latest is kept.
+    On a channel where the latest wins at most one message waits: a newer one replaces it. On other channels
+    all wait up to a bound; messages beyond it are dropped and counted. A message above the bound waits alone.
+    Answers to the client's requests are never dropped and go first; only the latest time is kept.
 
     Args:
         most_bytes: the bound.
 
     Attributes:
-        dropped: number of messages that were dropped since the beginning.
+        dropped: number of dropped messages since the beginning.
     """
 
     def __init__(self, most_bytes: int = MOST_BYTES) -> None:
@@ -29,7 +29,7 @@ class Outbox:
         self._most_bytes, self._bytes = most_bytes, 0
         self._clock: bytes | None = None
         self._answers: deque[str | bytes] = deque()
-        self._queue: deque[tuple[int, Sent | None]] = deque()  # None: the latest one of that subscription
+        self._queue: deque[tuple[int, Sent | None]] = deque()  # None: the latest message of that subscription
         self._latest: dict[int, Sent] = {}
 
     def __bool__(self) -> bool:
@@ -58,16 +58,16 @@ class Outbox:
             self._queue.append((subscription_id, sent))
 
     def forget(self, subscription_id: int) -> None:
-        """Remove what waits for a subscription that has ended."""
+        """Remove the messages of a subscription that has ended."""
         self._latest.pop(subscription_id, None)
         self._queue = deque(waiting for waiting in self._queue if waiting[0] != subscription_id)
         self._bytes = sum(len(sent.payload) for _, sent in self._queue if sent is not None)
 
     def take(self) -> str | bytes | tuple[int, Sent]:
-        """Remove and return the next.
+        """Remove and return the next message.
 
         Raises:
-            IndexError: nothing waits.
+            IndexError: the queue is empty.
         """
         if self._answers:
             return self._answers.popleft()

@@ -1,4 +1,4 @@
-"""The time of a session as other viewers show and steer it: play, pause, speed, and a slider."""
+"""The time of a session for other viewers, which can play, pause, seek and set the speed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from nrp_cockpit.wire.protocol import PlaybackRequest, PlaybackStatus
 
 FASTEST = 1000.0
-"""The speed that stands for as fast as it can."""
+"""The speed that means as fast as possible."""
 
 _STATUS = {
     "running": PlaybackStatus.PLAYING,
@@ -19,13 +19,13 @@ _STATUS = {
 
 @dataclass(frozen=True, slots=True)
 class Playback:
-    """Where a session is.
+    """The state of a session's time.
 
     Args:
-        state: what it does, in one word.
+        state: its mode, in one word.
         t_ns: the simulated time.
         end_ns: the simulated time at which it ends.
-        pace: simulated seconds a wall second at most; None: as fast as it can.
+        pace: maximum simulated seconds per wall second; None: as fast as possible.
     """
 
     state: str = "paused"
@@ -35,7 +35,7 @@ class Playback:
 
     @property
     def status(self) -> PlaybackStatus:
-        """What it does, as the protocol says it."""
+        """The mode in the protocol."""
         return _STATUS.get(self.state, PlaybackStatus.PAUSED)
 
     @property
@@ -44,7 +44,7 @@ class Playback:
         return FASTEST if self.pace is None else self.pace
 
     def calls_for(self, request: PlaybackRequest) -> list[tuple[str, dict[str, object]]]:
-        """Return the services that do what a viewer asks for, with their arguments."""
+        """Return the services for a request of a viewer, with their arguments."""
         calls: list[tuple[str, dict[str, object]]] = []
         if request.speed > 0 and abs(request.speed - self.speed) > 1e-3:
             calls.append(("pace", {"factor": None if request.speed >= FASTEST else request.speed}))

@@ -15,11 +15,11 @@ from enum import IntEnum
 from typing import Any
 
 SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
-"""Two names of the same protocol: that of the SDK of today, and that of the specification."""
+"""Two names of the same protocol: that of the current SDK, and that of the specification."""
 
 CAPABILITIES = ("clientPublish", "services", "time", "playbackControl")
 ENCODINGS = ("json",)
-"""Of requests and of messages from clients."""
+"""The encodings of requests and of messages from clients."""
 
 _MESSAGE, _TIME, _RESPONSE, _PLAYBACK = 1, 2, 3, 5
 _CLIENT_MESSAGE, _CLIENT_REQUEST, _CLIENT_PLAYBACK = 1, 2, 3
@@ -32,7 +32,7 @@ _PLAYBACK_REQUEST = struct.Struct("<BBf?QI")
 
 
 class ProtocolError(ValueError):
-    """A client sent what the protocol does not allow."""
+    """A client violated the protocol."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,14 +47,14 @@ class ServiceRequest:
 
 @dataclass(frozen=True, slots=True)
 class ClientMessage:
-    """A message that a client publishes on a channel of its own."""
+    """A message that a client publishes on its own channel."""
 
     channel_id: int
     payload: bytes
 
 
 class PlaybackStatus(IntEnum):
-    """What a playback does."""
+    """The mode of a playback."""
 
     PLAYING = 0
     PAUSED = 1
@@ -64,13 +64,13 @@ class PlaybackStatus(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class PlaybackRequest:
-    """A client plays, pauses, seeks or changes the speed.
+    """A request to play, pause, seek or change the speed.
 
     Args:
-        play: whether it is to play.
-        speed: simulated seconds a wall second.
-        seek_ns: the time to go to; None: where it is.
-        request_id: a name that the answer repeats.
+        play: whether to play.
+        speed: simulated seconds per wall second.
+        seek_ns: the time to seek; None: the present time.
+        request_id: an id that the answer repeats.
     """
 
     play: bool
@@ -90,7 +90,7 @@ def server_info(name: str, session_id: str, end_ns: int) -> str:
 
 
 def status(message: str) -> str:
-    """Return a warning for the people at the client."""
+    """Return a warning for the user of the client."""
     return _text("status", level=1, message=message)
 
 
@@ -143,15 +143,15 @@ def playback_state(
 
 
 def is_id(number: object) -> bool:
-    """Return whether this can be a number of something in the protocol: 32 bits without a sign."""
+    """Return whether a number is valid as an id in the protocol: unsigned, 32 bits."""
     return isinstance(number, int) and not isinstance(number, bool) and 0 <= number < 1 << 32
 
 
 def read_binary(frame: bytes) -> ServiceRequest | ClientMessage | PlaybackRequest:
-    """Return what a client sent in binary.
+    """Decode a binary message of a client.
 
     Raises:
-        ProtocolError: the frame is cut, or its operation is unknown.
+        ProtocolError: the frame is truncated, or its operation is unknown.
     """
     try:
         if frame[0] == _CLIENT_MESSAGE:
@@ -161,31 +161,31 @@ def read_binary(frame: bytes) -> ServiceRequest | ClientMessage | PlaybackReques
             _, service, call, length = _CALL.unpack_from(frame)
             end = _CALL.size + length
             if end > len(frame):
-                raise ProtocolError(f"a binary message is cut: it has {len(frame)} bytes of at least {end}")
+                raise ProtocolError(f"a binary message is cut off: {len(frame)} of {end} bytes")
             return ServiceRequest(service, call, frame[_CALL.size : end].decode(), frame[end:])
         if frame[0] == _CLIENT_PLAYBACK:
             _, command, speed, has_seek, seek_ns, length = _PLAYBACK_REQUEST.unpack_from(frame)
             name = frame[_PLAYBACK_REQUEST.size :]
             if command > 1 or length != len(name):
-                raise ProtocolError("a request for playback is neither 0 (play) nor 1 (pause), or is cut")
+                raise ProtocolError("a request for playback is neither 0 (play) nor 1 (pause), or is cut off")
             return PlaybackRequest(command == 0, speed, seek_ns if has_seek else None, name.decode())
     except (IndexError, struct.error, UnicodeDecodeError) as error:
-        raise ProtocolError(f"a binary message is cut: {error}") from None
-    raise ProtocolError(f"no binary operation {frame[0]}")
+        raise ProtocolError(f"a binary message is cut off: {error}") from None
+    raise ProtocolError(f"unknown binary operation {frame[0]}")
 
 
 def read_text(text: str) -> dict[str, Any]:
     """Return the JSON object that a client sent.
 
     Raises:
-        ProtocolError: it is not one, or has no operation.
+        ProtocolError: it is not an object, or has no operation.
     """
     try:
         message = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise ProtocolError(f"a text is not JSON: {error}") from None
+        raise ProtocolError(f"a text message is not JSON: {error}") from None
     if not isinstance(message, dict) or not isinstance(message.get("op"), str):
-        raise ProtocolError("a text is a JSON object with an 'op'")
+        raise ProtocolError("a text message must be a JSON object with an 'op'")
     return message
 
 

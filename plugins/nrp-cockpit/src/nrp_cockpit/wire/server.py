@@ -25,7 +25,7 @@ from nrp_cockpit.wire.protocol import SUBPROTOCOLS
 from nrp_core.errors import ExperimentError
 
 LARGEST_REQUEST = 8 << 20
-"""Bytes of a message from a client: sources of transfer functions."""
+"""Maximum size of a message from a client, bytes; the largest are sources of transfer functions."""
 
 
 class Server:
@@ -35,14 +35,14 @@ class Server:
         hub: the run's side.
         host: the address to listen on.
         port: the port; 0: any free one.
-        guard: who may come in.
+        guard: the access control.
         static: the folder of the page.
 
     Attributes:
         port: the port that it listens on.
 
     Raises:
-        ExperimentError: it cannot listen there.
+        ExperimentError: it cannot listen on this address.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class Server:
         started.result()
 
     def close(self) -> None:
-        """Say goodbye to all clients and stop; calling it again does nothing."""
+        """Disconnect all clients and stop; calling it again does nothing."""
         if self._thread.is_alive():
             self._loop.call_soon_threadsafe(self._closing.set)
             self._thread.join()
@@ -81,7 +81,7 @@ class Server:
 
     async def _listen(self) -> Listening:
         quiet = logging.getLogger("nrp_cockpit.wire")
-        quiet.setLevel(logging.CRITICAL)  # a visitor that hangs up is no news
+        quiet.setLevel(logging.CRITICAL)  # a client that disconnects is not an error
         return await serve(
             self._serve, sock=self._socket, process_request=self._enter, compression=None, logger=quiet,
             subprotocols=[Subprotocol(name) for name in SUBPROTOCOLS], select_subprotocol=_chosen,
@@ -89,7 +89,7 @@ class Server:
         )  # fmt: skip
 
     def _enter(self, _connection: ServerConnection, request: Request) -> Response | None:
-        """Answer requests for files, and those that may not come in; let the others open a connection."""
+        """Answer requests for files and refused ones; let the others open a connection."""
         refusal = self._guard.refusal(request.headers)
         if refusal is not None:
             return plain(HTTPStatus.FORBIDDEN, refusal)
@@ -126,6 +126,6 @@ def _of(request: Request, name: str) -> str:
 
 
 def _chosen(_connection: ServerConnection, offered: object) -> Subprotocol | None:
-    """Return the first of our names that a client offers; one that offers none is served all the same."""
+    """Return the first of our protocol names that a client offers; one that offers none is served too."""
     names = list(offered) if isinstance(offered, (list, tuple)) else []
     return next((Subprotocol(name) for name in SUBPROTOCOLS if name in names), None)
