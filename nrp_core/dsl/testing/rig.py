@@ -77,7 +77,8 @@ class Rig:
             for device, one in zip(adapter, value, strict=True):
                 _set_input(device, one)
         else:
-            hint = did_you_mean(parameter, self.function.parameters)
+            inputs = [name for name in self.function.parameters if name != parameter]
+            hint = did_you_mean(parameter, inputs)
             raise TransferFunctionError(f"'{self.function.name}' has no input '{parameter}'{hint}")
 
     def run(self, t: float | None = None) -> Any:
