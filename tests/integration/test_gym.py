@@ -118,7 +118,7 @@ def test_a_source_drives_neurons() -> None:
     [
         (["/pioneer/scna"], {}, "no topic '/pioneer/scna' to observe; did you mean '/pioneer/scan'?"),
         (["rate:wheel"], {}, "no group of neurons 'wheel'; did you mean 'wheels'?"),
-        ([], {}, "an environment observes something"),
+        ([], {}, "an environment needs at least one observation"),
         (["rate:wheels"], {"/pioneer/cmd_vl": None}, "did you mean '/pioneer/cmd_vel'?"),
         (["rate:wheels"], {"/pioneer/cmd_vel": {"linear.w": (0, 1)}}, "has no number 'linear.w'"),
         (

@@ -60,7 +60,8 @@ class BulletFirmJoints(FirmJoints):
         self._learnt = learnt.copy()
 
     def _do_efforts(self) -> FloatArray:
-        return self._states()[2][self.on]
+        efforts: FloatArray = self._states()[2][self.on]
+        return efforts
 
     def _do_select(self, number: int) -> None:
         self._learnt[number] = 0.0

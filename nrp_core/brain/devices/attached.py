@@ -90,8 +90,10 @@ class AttachedDevices:
         self.recorders = [sink for sink in self.sinks if isinstance(sink, StateRecorderPort)]
 
     def _stateful(self) -> Iterable[PopulationTrains | SourcePort | SinkPort]:
-        return [*self.trains, *self.sources, *(sink for sink in self.sinks if not sink.passing)]
+        return [*self.trains, *self._ports()]
 
     def _names(self) -> list[str]:
-        sinks = (sink for sink in self.sinks if not sink.passing)
-        return [f"{type(port).__name__} {port.name}" for port in (*self.sources, *sinks)]
+        return [f"{type(port).__name__} {port.name}" for port in self._ports()]
+
+    def _ports(self) -> list[SourcePort | SinkPort]:
+        return [*self.sources, *(sink for sink in self.sinks if not sink.passing)]

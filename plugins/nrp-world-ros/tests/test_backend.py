@@ -73,11 +73,11 @@ def test_only_ros_2_has_domains() -> None:
     [
         ({"body": "mujocco"}, r"did you mean 'mujoco'"),
         ({"body": "mujoco", "body_options": {"image_skale": 1}}, "option 'image_skale' of the body 'mujoco'"),
-        ({"body": "mujoco", "time": "clock"}, "behind ROS 2, in lockstep"),
-        ({"body": "mujoco", "ros": 1}, "behind ROS 2, in lockstep"),
-        ({"body": "mujoco", "timestep": "1 ms"}, "said in 'body_options'"),
-        ({"body": "ros"}, "time passes by itself"),
-        ({"body_options": {"image_scale": 1}}, "say 'body', too"),
+        ({"body": "mujoco", "time": "clock"}, "uses ROS 2 in lockstep"),
+        ({"body": "mujoco", "ros": 1}, "uses ROS 2 in lockstep"),
+        ({"body": "mujoco", "timestep": "1 ms"}, "of a simulated body in 'body_options'"),
+        ({"body": "ros"}, "runs in real time"),
+        ({"body_options": {"image_scale": 1}}, "add 'body'"),
     ],
 )
 def test_a_body_that_cannot_be_is_refused_before_anything_is_started(

@@ -54,7 +54,7 @@ def test_a_master_that_goes_away_ends_both_sides_with_one_error_each(ros: Ros) -
     ros.master.kill()
     for process in (loop, body):
         (error,) = errors(process)
-        assert f"the ROS master at http://127.0.0.1:{ros.port} is gone" in error
+        assert f"the ROS master at http://127.0.0.1:{ros.port} was lost" in error
         assert process.returncode == 1
 
 

@@ -178,7 +178,7 @@ def test_a_full_disk_ends_it_with_one_sentence_and_keeps_what_is_done(sweep: Swe
         (FILE, ["--only", "seed=9"], 3, "--only seed=9: no run has this value"),
         (FILE, ["--only", "sed=1"], 3, "'sed' does not vary; did you mean 'seed'?"),
         (FILE, ["--on", "dusk"], 3, "there is no executor 'dusk'; did you mean 'dask'?"),
-        (FILE, ["--out", "drive_to_the_wall"], 3, "drive_to_the_wall: the folder is not empty"),
+        (FILE, ["--out", "drive_to_the_wall"], 3, "drive_to_the_wall: the folder contains other files"),
         (FILE.replace("drive_to", "drive_too"), [], 3, "there is no experiment or file 'drive_too_the_wall'"),
     ],
 )
