@@ -91,7 +91,7 @@ def test_a_drawn_range_follows_the_seed_as_in_a_comparison() -> None:
         ({"vary": {"a": {"from": 0.5, "to": 2}}}, "a grid of numbers needs 'steps'"),
         ({"vary": {"a": {"from": 1, "to": 2, "step": 3}}}, "no key 'step'; did you mean 'steps'?"),
         ({"vary": {"a": {"from": "1 mV", "to": "2 V", "steps": 3}}}, "both ends need the same unit"),
-        ({"vary": {"a": {"from": 2, "to": 1}}}, "'to' must be above 'from'"),
+        ({"vary": {"a": {"from": 2, "to": 1}}}, "must be above 'from'"),
         ({"vary": {"a": {"from": 0, "to": 1, "steps": 3, "scale": "log"}}}, "needs values above 0"),
         ({"vary": {"a": []}}, "the list of values is empty"),
         ({"vary": {"a": [1, 1]}}, "the value 1 appears twice"),
