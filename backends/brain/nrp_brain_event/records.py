@@ -46,6 +46,10 @@ FULL: Final = 1
 DIVERGED: Final = 2
 
 
+Short = Annotated[int, np.int32]
+"""An integer of 32 bits in a :class:`Record`."""
+
+
 class Record:
     """Declares the fields of a structured array: floats, integers, small arrays with their shape.
 
@@ -57,7 +61,9 @@ class Record:
         """Return the type of an array of such records."""
         fields: list[Any] = []
         for name, hint in get_type_hints(cls, include_extras=True).items():
-            if get_origin(hint) is Annotated:
+            if hint == Short:
+                fields.append((name, "i4"))
+            elif get_origin(hint) is Annotated:
                 fields.append((name, "f8", hint.__metadata__[0]))
             else:
                 fields.append((name, "i8" if hint is int else "f8"))

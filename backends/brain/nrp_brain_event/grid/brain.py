@@ -67,6 +67,7 @@ class GridBrain(Brain):
         options: EventOptions,
         resolution_ns: int,
     ) -> None:
+        self._options = options
         self._drawn = drawable(network) if options.poisson == "grid" else frozenset()
         self._times = TimeGrid(resolution_ns, "the grid")
         identity = f"event:{options.model_dump_json(exclude={'threads'})}"

@@ -161,7 +161,7 @@ def test_a_busy_network_becomes_a_plain_grid_without_a_difference() -> None:
     network = parts.network(busy, parts.connect("n", "n", 0.4, 1.5, pairs=pairs))
     with opened(network, "always") as lazy, opened(network, "never") as plain:
         assert isinstance(lazy, LazyBrain)
-        lazy._may_leave = True
+        lazy._options = lazy._options.model_copy(update={"lazy": "auto"})
         lazy.run_until(from_milliseconds(33.3))
         assert lazy._lazy is not None
         assert fired(lazy, 160.0) == [spike for spike in fired(plain, 160.0) if spike[0] > 33.35]

@@ -8,14 +8,14 @@ from typing import Final
 from nrp_brain_event.grid.advance import accept, emit
 from nrp_brain_event.grid.delivery import delivering, transmitted
 from nrp_brain_event.grid.lazy.neuron import bring, may_fire, receive
-from nrp_brain_event.grid.lazy.records import FREE, Lazy, V, X
+from nrp_brain_event.grid.lazy.records import Lazy
 from nrp_brain_event.grid.lazy.show import show
 from nrp_brain_event.grid.probes import take_samples
-from nrp_brain_event.grid.records import PLASTIC, Grid, GridClock
+from nrp_brain_event.grid.records import PLASTIC, Grid, GridClock, Table
 from nrp_brain_event.handles import opened
 from nrp_brain_event.records import DIVERGED, DONE, FULL, Array
 from nrp_brain_event.short_term import released_share
-from nrp_core._support.jit import inlined, jit, prefetch
+from nrp_core._support.jit import borrowed, inlined, jit, prefetch
 
 _AHEAD: Final = 12
 """Number of targets that are prefetched."""
@@ -59,51 +59,66 @@ def run(places: Array, own: Array, sources: Array, inputs: Array, weights: Array
 @jit
 def _look(clock: GridClock, grid: Grid, lazy: Lazy, rows: Array, n: int, step: int) -> int:
     """Advance the listed neurons, fire those above threshold; return how many stay in the list."""
+    grid, lazy = borrowed(grid), borrowed(lazy)
     neurons, kept, driven = lazy.neurons, 0, lazy.clock[0].driven
     lazy.clock[0].n_checked += n
     for k in range(n):
         row = rows[k]
-        kind = lazy.kinds[lazy.kind_of[row]]
+        neuron = neurons[row]
+        kind = lazy.kinds[neuron.kind]
         current = grid.drive[row] if driven else 0.0
-        bring(neurons, lazy.courses, kind, row, current, step)
+        bring(neuron, lazy.courses, kind, current, step)
         if kind.jump:
-            neurons[row, V] += neurons[row, X]
-            neurons[row, X] = 0.0
-        if not isfinite(neurons[row, V]):
+            neuron.v += neuron.x[0]
+            neuron.x[0] = 0.0
+        if not isfinite(neuron.v):
             clock.failed = grid.ids[row]
-        if neurons[row, V] >= kind.threshold and step > neurons[row, FREE]:
+        if neuron.v >= kind.threshold and step > neuron.free:
             grid.fired[clock.n_fired] = row
             clock.n_fired += 1
-            neurons[row, V] = kind.reset
-            neurons[row, FREE] = step + kind.refractory
+            neuron.v = kind.reset
+            neuron.free = step + kind.refractory
             if kind.frozen:
-                for receptor in range(2 - kind.single):
-                    neurons[row, X + receptor] = 0.0
-        if may_fire(neurons, kind, row, current):
+                neuron.x[0] = neuron.x[1] = 0.0
+        if may_fire(neuron, kind, current):
             rows[kept] = row
             kept += 1
         else:
-            lazy.listed[row] = False
+            neuron.listed = 0
     return kept
 
 
 @jit
 def _arrive(clock: GridClock, grid: Grid, lazy: Lazy, segment: int, step: int) -> None:
+    grid, lazy = borrowed(grid), borrowed(lazy)
     table = grid.tables[grid.segment_table[segment]]
     first, n = grid.segment_start[segment], grid.segment_length[segment]
     variable, base = table.line // len(grid.drive), table.line % len(grid.drive)
-    targets, width = grid.targets[first : first + n], lazy.neurons.shape[1]
+    targets, driven = grid.targets[first : first + n], lazy.clock[0].driven
     lazy.clock[0].n_arrived += n
+    if table.dynamic:
+        for k in range(n):
+            row = base + targets[k]
+            weight = _modulated(grid, table, first + k, step * clock.h)
+            receive(lazy, grid.drive[row], row, variable, weight, step)
+        return
+    own, weight = table.own, table.weight
+    weights = grid.weights[first + table.weights : first + table.weights + n * own]
     for k in range(n):
-        prefetch(lazy.neurons, (base + targets[min(k + _AHEAD, n - 1)]) * width, 0)
-        weight = table.weight
-        if table.dynamic == PLASTIC:
-            weight = transmitted(grid, grid.plastic_rows[first + k + table.dynamics], step * clock.h)
-        elif table.own:
-            weight = grid.weights[first + k + table.weights]
-            if table.dynamic:
-                weight *= released_share(grid.short_term[first + k + table.dynamics], step * clock.h)
-        receive(lazy, grid.drive, base + targets[k], variable, weight, step)
+        prefetch(lazy.neurons, base + targets[min(k + _AHEAD, n - 1)], 0)
+        row = base + targets[k]
+        if own:
+            weight = weights[k]
+        receive(lazy, grid.drive[row] if driven else 0.0, row, variable, weight, step)
+
+
+@jit
+def _modulated(grid: Grid, table: Table, synapse: int, t: float) -> float:
+    """Return the weight with which a spike arrives at a time (ms) over a synapse with dynamics."""
+    if table.dynamic == PLASTIC:
+        return transmitted(grid, grid.plastic_rows[synapse + table.dynamics], t)
+    weight: float = grid.weights[synapse + table.weights]
+    return weight * released_share(grid.short_term[synapse + table.dynamics], t)
 
 
 _deliver = delivering(_arrive)
@@ -117,7 +132,8 @@ def _let_in(clock: GridClock, grid: Grid, lazy: Lazy, inputs: Array, weights: Ar
         line, synapse, weight = inputs[1, clock.n_inputs], inputs[2, clock.n_inputs], weights[clock.n_inputs]
         if synapse >= 0:
             weight = transmitted(grid, synapse, step * clock.h)
-        receive(lazy, grid.drive, line % n_rows, line // n_rows, weight, step)
+        row = line % n_rows
+        receive(lazy, grid.drive[row], row, line // n_rows, weight, step)
         clock.n_inputs += 1
 
 

@@ -17,13 +17,10 @@ from nrp_brain_event.grid.lazy.show import show_all
 from nrp_brain_event.grid.live import offsets_of
 from nrp_brain_event.grid.loader import enlarged
 from nrp_brain_event.handles import Handle, handle
-from nrp_brain_event.options import EventOptions
 from nrp_brain_event.records import FULL
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import COMPILED
 from nrp_core.brain.changes import ParameterChange
-from nrp_core.brain.interface import BrainCapabilities
-from nrp_core.brain.network.data import Network
 from nrp_core.errors import CapabilityError
 
 _PLAIN_STEP_NS: Final = 0.6
@@ -46,18 +43,6 @@ class LazyBrain(GridBrain):
     _lazy: Handle[Lazy] | None = None
     """None where the plain grid has taken over."""
     _kinds: Kinds
-    _may_leave: bool
-
-    def __init__(
-        self,
-        network: Network,
-        seed: int,
-        capabilities: BrainCapabilities,
-        options: EventOptions,
-        resolution_ns: int,
-    ) -> None:
-        self._may_leave = options.lazy != "always"
-        super().__init__(network, seed, capabilities, options, resolution_ns)
 
     def _step_to(self, step: int) -> int:
         if self._lazy is None:
@@ -74,12 +59,12 @@ class LazyBrain(GridBrain):
 
     def _judge(self, lazy: Lazy) -> None:
         """Continue as a plain grid where this has been cheaper for some time."""
-        clock, n_rows = lazy.clock[0], len(lazy.kind_of)
+        clock, n_rows = lazy.clock[0], len(lazy.neurons)
         plain = _PLAIN_STEP_NS * n_rows * self._patience + _PLAIN_ARRIVAL_NS * clock["n_arrived"]
         own = _LAZY_STEP_NS * clock["n_checked"] + _LAZY_ARRIVAL_NS * clock["n_arrived"]
         clock["costly"] = clock["costly"] + 1 if own > plain else 0
         clock["n_arrived"] = clock["n_checked"] = 0
-        if clock["costly"] >= _PATIENCE and self._may_leave:
+        if clock["costly"] >= _PATIENCE and self._options.lazy != "always":
             self._leave()
 
     def _leave(self) -> None:
@@ -142,9 +127,9 @@ class LazyBrain(GridBrain):
         self._lazy = None
         if own is not None:
             arrays, self._kinds = own
-            kinds, kind_of, courses = self._kinds
+            kinds, _, courses = self._kinds
             copies = {name: array.copy() for name, array in arrays.items()}
-            self._lazy = handle(Lazy(kinds=kinds, kind_of=kind_of, courses=courses, **copies))
+            self._lazy = handle(Lazy(kinds=kinds, courses=courses, **copies))
 
     def _do_close(self) -> None:
         super()._do_close()

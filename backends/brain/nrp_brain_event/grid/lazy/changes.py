@@ -16,11 +16,12 @@ def set_currents(places: Array, own: Array, currents: Array) -> None:
     grid, lazy = opened(Grid, places), opened(Lazy, own)
     lazy.clock[0].driven = 0
     for row in range(len(currents)):
+        neuron = lazy.neurons[row]
         if currents[row] != grid.drive[row]:
-            kind = lazy.kinds[lazy.kind_of[row]]
-            bring(lazy.neurons, lazy.courses, kind, row, grid.drive[row], grid.clock[0].step)
+            kind = lazy.kinds[neuron.kind]
+            bring(neuron, lazy.courses, kind, grid.drive[row], grid.clock[0].step)
             grid.drive[row] = currents[row]
-            if not lazy.listed[row]:
-                watch(lazy, kind, row, currents[row])
+            if not neuron.listed:
+                watch(lazy, neuron, kind, row, currents[row])
         if currents[row] != 0.0:
             lazy.clock[0].driven = 1

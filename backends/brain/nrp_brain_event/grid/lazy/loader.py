@@ -12,22 +12,16 @@ from nrp_brain_event.grid.lazy.neuron import watch
 from nrp_brain_event.grid.lazy.records import (
     CHANGING,
     DEPTH,
-    FREE,
     KEPT,
     LEAK,
     N_COURSE,
-    N_NARROW,
-    N_WIDE,
     S_EFFECT,
     SECOND,
     X_EFFECT,
     Kind,
     Lazy,
     LazyClock,
-    S,
-    T,
-    V,
-    X,
+    Neuron,
 )
 from nrp_brain_event.grid.lazy.show import show_all
 from nrp_brain_event.grid.records import JUMP, Grid
@@ -78,23 +72,19 @@ def from_plain(grid: Grid, kinds: Kinds) -> Lazy:
     """Return the lazy grid that goes on where a grid is."""
     records, kind_of, courses = kinds
     n_rows, step = len(kind_of), int(grid.clock["step"][0])
-    narrow = ((records["jump"] == 1) | ((records["single"] == 1) & (records["alpha"] == 0))).all()
-    neurons = np.zeros((n_rows, N_NARROW if narrow else N_WIDE))
-    waiting = np.isnan(grid.state[grid_records.V])
-    neurons[:, V] = np.where(waiting, records["reset"][kind_of], grid.state[grid_records.V])
-    neurons[:, T] = step
-    neurons[:, FREE] = np.where(waiting, grid.release - 1, step - 1)
-    single = records["single"][kind_of] == 1
-    for column, line in ((X, grid_records.X), (S, grid_records.S)):
-        if column < neurons.shape[1]:
-            both = grid.state[line : line + 2]
-            neurons[:, column] = np.where(single, both.sum(axis=0), both[0])
-            if not narrow:
-                neurons[:, column + 1] = np.where(single, 0.0, both[1])
+    waiting, single = np.isnan(grid.state[grid_records.V]), records["single"][kind_of] == 1
+    neurons = np.zeros(n_rows, Neuron.dtype())
+    neurons["v"] = np.where(waiting, records["reset"][kind_of], grid.state[grid_records.V])
+    neurons["step"], neurons["kind"] = step, kind_of
+    neurons["free"] = np.where(waiting, grid.release - 1, step - 1)
+    for name, line in (("x", grid_records.X), ("s", grid_records.S)):
+        both = grid.state[line : line + 2]
+        neurons[name][:, 0] = np.where(single, both.sum(axis=0), both[0])
+        neurons[name][:, 1] = np.where(single, 0.0, both[1])
     clock = np.zeros(1, LazyClock.dtype())
     clock["driven"] = (grid.drive != 0.0).any()
     rows = np.zeros((2, n_rows), np.int32)
-    lazy = Lazy(clock, records, kind_of, neurons, courses, rows[0], rows[1], np.zeros(n_rows, np.bool_))
+    lazy = Lazy(clock, records, neurons, courses, rows[0], rows[1])
     _watch_all(handle(grid).places, handle(lazy).places)
     return lazy
 
@@ -104,9 +94,9 @@ def to_plain(grid: Grid, lazy: Lazy) -> Grid:
     grid = grid._replace(
         state=grid.state.copy(), runs=grid.runs.copy(), queue=grid.queue.copy(), release=grid.release.copy()
     )
-    show_all(handle(grid).places, handle(lazy).places, np.arange(len(lazy.kind_of)))
+    show_all(handle(grid).places, handle(lazy).places, np.arange(len(lazy.neurons)))
     waiting = np.isnan(grid.state[grid_records.V])
-    grid.release[:] = lazy.neurons[:, FREE] + 1
+    grid.release[:] = lazy.neurons["free"] + 1
     grid.runs["head"] = grid.runs["n_waiting"] = 0
     rows = np.flatnonzero(waiting)
     rows = rows[np.argsort(grid.release[rows], kind="stable")]
@@ -129,6 +119,7 @@ def _fill(kind: Any, run: Any, cell: Any, h: float, courses: FloatArray) -> None
     kind["jump"], kind["resistance"] = run["kind"] == JUMP, cell["tau_m"] / cell["cm"]
     tau_m, taus = float(cell["tau_m"]), cell["tau_syn"].tolist()
     kind["single"] = kind["jump"] or taus[0] == taus[1]
+    kind["simple"] = kind["single"] and not (kind["jump"] or kind["alpha"])
     unit = tau_m if kind["frozen"] else float(cell["cm"])
     steps = np.arange(DEPTH)
     courses[:, LEAK] = np.exp(-steps * h / tau_m)
@@ -152,5 +143,6 @@ def _effect(t: float, tau_m: float, tau: float, x: float, s: float) -> float:
 @jit
 def _watch_all(places: Array, own: Array) -> None:
     grid, lazy = opened(grid_records.Grid, places), opened(Lazy, own)
-    for row in range(len(lazy.kind_of)):
-        watch(lazy, lazy.kinds[lazy.kind_of[row]], row, grid.drive[row])
+    for row in range(len(lazy.neurons)):
+        neuron = lazy.neurons[row]
+        watch(lazy, neuron, lazy.kinds[neuron.kind], row, grid.drive[row])

@@ -7,7 +7,6 @@ from typing import Final
 from nrp_brain_event.grid import records as grid_records
 from nrp_brain_event.grid.lazy.records import (
     DEPTH,
-    FREE,
     KEPT,
     LEAK,
     S_EFFECT,
@@ -15,10 +14,7 @@ from nrp_brain_event.grid.lazy.records import (
     X_EFFECT,
     Kind,
     Lazy,
-    S,
-    T,
-    V,
-    X,
+    Neuron,
 )
 from nrp_brain_event.records import Array
 from nrp_core._support.jit import inlined, jit
@@ -29,89 +25,116 @@ _STATE_S: Final = grid_records.S
 
 
 @inlined
-def bring(neurons: Array, courses: Array, kind: Kind, row: int, current: float, step: int) -> None:
+def bring(neuron: Neuron, courses: Array, kind: Kind, current: float, step: int) -> None:
     """Bring a neuron to a step that is not before its last one."""
-    if neurons[row, T] != step:
-        _move(neurons, courses, kind, row, current, step)
+    elapsed = step - neuron.step
+    if elapsed == 0:
+        return
+    if kind.simple and current == 0.0 and elapsed < DEPTH and neuron.free <= neuron.step:
+        at, x = kind.course + elapsed, neuron.x[0]
+        neuron.v = neuron.v * courses[at, LEAK] + x * courses[at, X_EFFECT]
+        neuron.x[0] = x * courses[at, KEPT]
+        neuron.step = step
+    else:
+        _move(neuron, courses, kind, current, step)
 
 
 @jit
-def _move(neurons: Array, courses: Array, kind: Kind, row: int, current: float, step: int) -> None:
+def _move(neuron: Neuron, courses: Array, kind: Kind, current: float, step: int) -> None:
     if kind.jump:
-        neurons[row, V] += neurons[row, X]
-        neurons[row, X] = 0.0
-    if neurons[row, T] < neurons[row, FREE]:
-        held = min(neurons[row, FREE], step) - neurons[row, T]
-        voltage = neurons[row, V]
-        _flow(neurons, courses, kind, row, 0.0, int(held))
-        neurons[row, V] = voltage
-        neurons[row, T] += held
-    _flow(neurons, courses, kind, row, current, int(step - neurons[row, T]))
-    neurons[row, T] = step
+        neuron.v += neuron.x[0]
+        neuron.x[0] = 0.0
+    if neuron.step < neuron.free:
+        held = min(neuron.free, step) - neuron.step
+        voltage = neuron.v
+        _flow(neuron, courses, kind, 0.0, held)
+        neuron.v = voltage
+        neuron.step += held
+    _flow(neuron, courses, kind, current, step - neuron.step)
+    neuron.step = step
 
 
 @jit
-def _flow(neurons: Array, courses: Array, kind: Kind, row: int, current: float, steps: int) -> None:
+def _flow(neuron: Neuron, courses: Array, kind: Kind, current: float, steps: int) -> None:
     """Let a neuron follow its course for some steps."""
     while steps > 0:
         n = min(steps, DEPTH - 1)
         steps -= n
         at = kind.course + n
         leak = courses[at, LEAK]
-        v = neurons[row, V] * leak
+        v = neuron.v * leak
         if current != 0.0:
             v += current * kind.resistance * (1.0 - leak)
         if not kind.jump:
             for k in range(2 - kind.single):
-                x, j = neurons[row, X + k], k * SECOND
+                x, j = neuron.x[k], k * SECOND
                 v += x * courses[at, X_EFFECT + j]
                 if kind.alpha:
-                    s = neurons[row, S + k]
+                    s = neuron.s[k]
                     v += s * courses[at, S_EFFECT + j]
                     x += s * kind.grown[k] * n
-                    neurons[row, S + k] = s * courses[at, KEPT + j]
-                neurons[row, X + k] = x * courses[at, KEPT + j]
-        neurons[row, V] = v
+                    neuron.s[k] = s * courses[at, KEPT + j]
+                neuron.x[k] = x * courses[at, KEPT + j]
+        neuron.v = v
 
 
 @inlined
-def receive(lazy: Lazy, drive: Array, row: int, variable: int, weight: float, step: int) -> None:
-    """Deliver an input to a variable of the state of the plain grid, now."""
-    neurons, kind, current = lazy.neurons, lazy.kinds[lazy.kind_of[row]], 0.0
-    if lazy.clock[0].driven:
-        current = drive[row]
-    bring(neurons, lazy.courses, kind, row, current, step)
-    if (kind.jump or kind.frozen) and step <= neurons[row, FREE]:
+def receive(lazy: Lazy, current: float, row: int, variable: int, weight: float, step: int) -> None:
+    """Deliver an input to a variable of the state of the plain grid, now.
+
+    Args:
+        lazy: the lazy grid.
+        current: constant current into the neuron, nA.
+        row: its row.
+        variable: row of the state.
+        weight: of the input.
+        step: the present one.
+    """
+    neuron = lazy.neurons[row]
+    kind = lazy.kinds[neuron.kind]
+    bring(neuron, lazy.courses, kind, current, step)
+    if step <= neuron.free and (kind.jump or kind.frozen):
         return
-    if variable >= _STATE_S:
-        neurons[row, S + (variable - _STATE_S) * (1 - kind.single)] += weight
+    if kind.simple:
+        neuron.x[0] += weight
+    elif variable >= _STATE_S:
+        neuron.s[(variable - _STATE_S) * (1 - kind.single)] += weight
     else:
-        neurons[row, X + (variable - grid_records.X) * (1 - kind.single)] += weight
-    if weight > 0.0 and not lazy.listed[row]:
-        watch(lazy, kind, row, current)
+        neuron.x[(variable - grid_records.X) * (1 - kind.single)] += weight
+    if weight > 0.0 and not neuron.listed:
+        watch(lazy, neuron, kind, row, current)
 
 
 @jit
-def may_fire(neurons: Array, kind: Kind, row: int, current: float) -> bool:
+def _highest(neuron: Neuron, kind: Kind, current: float) -> float:
+    highest = max(neuron.v, current * kind.resistance)
+    for k in range(2 - kind.single):
+        highest += max(neuron.x[k], 0.0) * kind.x_peak[k]
+        if kind.alpha:
+            highest += max(neuron.s[k], 0.0) * kind.s_peak[k]
+    return highest
+
+
+@inlined
+def may_fire(neuron: Neuron, kind: Kind, current: float) -> bool:
     """Return whether a neuron may reach the threshold without further input.
 
     Each input alone can raise the voltage by its peak at most, and the rest moves towards the voltage to
     which the current leads. A voltage that is not a number counts.
     """
-    highest = max(neurons[row, V], current * kind.resistance)
-    for k in range(2 - kind.single):
-        highest += max(neurons[row, X + k], 0.0) * kind.x_peak[k]
-        if kind.alpha:
-            highest += max(neurons[row, S + k], 0.0) * kind.s_peak[k]
+    if kind.simple and current == 0.0:
+        highest = max(neuron.v, 0.0) + max(neuron.x[0], 0.0) * kind.x_peak[0]
+    else:
+        highest = _highest(neuron, kind, current)
     return not highest < kind.threshold - _MARGIN_MV
 
 
 @inlined
-def watch(lazy: Lazy, kind: Kind, row: int, current: float) -> None:
+def watch(lazy: Lazy, neuron: Neuron, kind: Kind, row: int, current: float) -> None:
     """Put a neuron that may reach the threshold into the list of those that are looked at in each step."""
-    if may_fire(lazy.neurons, kind, row, current):
+    if may_fire(neuron, kind, current):
         clock = lazy.clock[0]
-        lazy.listed[row] = True
+        neuron.listed = 1
         if kind.jump:
             lazy.late[clock.n_late] = row
             clock.n_late += 1

@@ -6,20 +6,7 @@ from typing import Annotated, Final, NamedTuple
 
 import numpy as np
 
-from nrp_brain_event.records import Array, Record
-
-# Columns of a neuron.
-V: Final = 0
-"""Voltage above rest at the step ``T``, mV."""
-T: Final = 1
-FREE: Final = 2
-"""The last step of its refractory period."""
-X: Final = 3
-"""Input of both receptors as in the grid, one if they decay alike; for jumps, the input of this step."""
-S: Final = 5
-N_NARROW: Final = 4
-N_WIDE: Final = 8
-"""Columns of a neuron with one input, and with several: 32 and 64 bytes."""
+from nrp_brain_event.records import Array, Record, Short
 
 # Columns of the course of a neuron over some steps.
 LEAK: Final = 0
@@ -33,6 +20,23 @@ DEPTH: Final = 1024
 """Number of steps for which courses are tabulated; longer ones are put together."""
 
 
+class Neuron(Record):
+    """A neuron at its last event: 64 bytes, of which an arrival needs the first 48."""
+
+    v: float
+    """Voltage above rest, mV."""
+    step: int
+    """The step at which this held."""
+    free: int
+    """The last step of its refractory period."""
+    kind: Short
+    listed: Short
+    """Whether it is in a list of those that may reach the threshold."""
+    x: Annotated[Array, (2,)]
+    """Input of both receptors as in the grid, one if they decay alike; for jumps, the input of this step."""
+    s: Annotated[Array, (2,)]
+
+
 class Kind(Record):
     """Neurons with equal parameters, see :class:`~nrp_brain_event.grid.records.Run`."""
 
@@ -41,6 +45,8 @@ class Kind(Record):
     frozen: int
     single: int
     """Whether the inputs of both receptors decay alike and are one."""
+    simple: int
+    """Whether the input is one, and exponential."""
     refractory: int
     reset: float
     threshold: float
@@ -75,23 +81,19 @@ class Lazy(NamedTuple):
     Args:
         clock: ``LazyClock``, shape ``(1,)``.
         kinds: ``Kind``.
-        kind_of: kind of each row.
-        neurons: state of each row, shape ``(n_rows, N_NARROW)`` or ``(n_rows, N_WIDE)``.
+        neurons: ``Neuron`` in each row.
         courses: factors of the state of a kind after 0, 1, ... steps, ``DEPTH`` rows a kind.
         early, late: rows that may reach the threshold: those that advance before the arrivals of a step, and
             those on which they act at once.
-        listed: whether a row is in one of these.
     """
 
     clock: Annotated[Array, LazyClock]
     kinds: Annotated[Array, Kind]
-    kind_of: Annotated[Array, np.uint8]
-    neurons: Annotated[Array, np.float64, 2]
+    neurons: Annotated[Array, Neuron]
     courses: Annotated[Array, np.float64, 2]
     early: Annotated[Array, np.int32]
     late: Annotated[Array, np.int32]
-    listed: Annotated[Array, np.bool_]
 
 
-CHANGING: Final = ("clock", "neurons", "early", "late", "listed")
+CHANGING: Final = ("clock", "neurons", "early", "late")
 """The parts that change while running."""
