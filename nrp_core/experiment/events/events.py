@@ -42,6 +42,11 @@ class Events:
         self._times: dict[str, int] = {}
 
     @property
+    def names(self) -> list[str]:
+        """Names of all events, in the order in which they were added."""
+        return list(self._all)
+
+    @property
     def times(self) -> Times:
         """Times of past events, ns, in order."""
         return self._times

@@ -20,6 +20,7 @@ from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
 from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
 from nrp_core.experiment.backends import load_backend, named
+from nrp_core.experiment.making.interventions import check_capabilities, with_variants
 from nrp_core.experiment.making.maker import maker_of
 from nrp_core.experiment.making.parameters import Parameters, with_parameters
 from nrp_core.experiment.making.start_poses import things_fall, wrong_starts
@@ -150,7 +151,8 @@ def network_of(experiment: Experiment, collector: Collector, build: Build | None
     """
     with collector.during(Code.NRP208, "brain", "model"):
         try:
-            return maker_of(experiment).network(experiment, build or partial(_built_in_time, experiment))
+            network = maker_of(experiment).network(experiment, build or partial(_built_in_time, experiment))
+            return with_variants(network, experiment, collector)
         except NeuronSelectionError as error:
             keys = ("brain", "populations", error.subject or "")
             collector.add(Code.NRP211, error.message, *keys, subject=error.subject)
@@ -296,6 +298,7 @@ class Examination:
         if self.brain is None or self.network is None:
             return False
         name, before = self._experiment.brain.backend, len(self.collector.findings)
+        check_capabilities(self._experiment, self.brain.capabilities, self.collector)
         with self.collector.during(Code.NRP216, "brain", "backend"):
             self.brain.capabilities.require(self.network, name)
             with self.collector.during(Code.NRP208, "brain", "model"), named(name, "accept the network"):

@@ -33,6 +33,7 @@ from nrp_core.experiment.model.event_schema import END, START, Criterion, Event
 from nrp_core.experiment.model.ranges import Range
 from nrp_core.experiment.model.section import Name, Section, TopicName
 from nrp_core.experiment.model.tree import Key, Place, Tree
+from nrp_core.experiment.model.variant_schema import InterventionSection, WiringControl
 from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
 from nrp_core.paths import ExistingFile, ExistingFolder
 from nrp_core.quantities import AngleRad, DurationNs, LengthM, time_ns
@@ -150,6 +151,10 @@ class BrainSection(BackendSection):
     """Wall time that the script may take to build the network, or ``off``."""
     parameters: dict[Name, ParameterValue] = Field(default_factory=dict)
     """Values of the parameters that the script declares with ``sim.parameter``."""
+    controls: tuple[WiringControl, ...] = ()
+    """Random changes of the wiring before the interventions: ``[rewire: degree_preserving]``."""
+    interventions: tuple[InterventionSection, ...] = ()
+    """Cells that are silenced, lesioned or activated, and weights that are scaled."""
 
 
 class ControlSection(Section):

@@ -39,6 +39,7 @@ from nrp_core.errors import (
 )
 from nrp_core.experiment.events.criteria import Verdict
 from nrp_core.experiment.events.values import to_message
+from nrp_core.experiment.making.interventions import Interventions
 from nrp_core.experiment.making.maker import load_functions, maker_of
 from nrp_core.experiment.making.prepare import Plan, ProgressCallback, network_for, no_progress, prepare
 from nrp_core.experiment.making.watch import Watch, declare_missing_topics, declare_own
@@ -141,6 +142,7 @@ class Run(Closing):
             declare_own(experiment, self.world, collector)
             declare_missing_topics(experiment, self.world, plan.functions)
             self._watch = Watch(experiment, self.world, collector)
+            self._interventions = Interventions(experiment, self.brain, self._watch.events)
             collector.raise_errors()
             self._falls = FallWatch(plan.scene, experiment.world.robots, self.world.capabilities)
             unheard = UnheardCommands(self.world, experiment.topics, lambda: self.loop.functions)
@@ -305,6 +307,7 @@ class Run(Closing):
     def _reset_part(self, part: str) -> None:
         if part == "brain":
             self.brain.start_over()
+            self._interventions.renew(self._watch.events.times)
             return
         robots = self.experiment.world.robots
         models = [each.name for each in self.world.scene.models if (each.name in robots) is (part == "robot")]
@@ -428,7 +431,7 @@ class Run(Closing):
 
     def result(self) -> Result:
         """Return the result so far."""
-        times, where = self._watch.events.times, self._watch.where
+        events, where = self._watch.events, self._watch.where
         wall_s = seconds(self._wall_ns)
         is_over = self.loop.now_ns >= self.experiment.duration and self.error is None
         outcomes = self._watch.outcomes(self.loop.now_ns if is_over else None)
@@ -454,7 +457,9 @@ class Run(Closing):
             final_pose={name: pose_data(where.pose(name)) for name in self._robots()},
             trajectory_digest=self._digest.hexdigest(),
             spikes=self.spikes,
-            events={name: seconds(times[name]) if name in times else None for name in self.experiment.events},
+            events={
+                name: seconds(events.times[name]) if name in events.times else None for name in events.names
+            },
             failures=[failure_data(failure) for failure in self.loop.failures],
         )
 

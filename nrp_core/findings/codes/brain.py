@@ -97,3 +97,19 @@ UNLIKE_SCRIPT = Explanation(
     "{n} parts of brain scripts contradict others or have no effect",
     Weight.REMARK,
 )
+
+IMPOSSIBLE_VARIANT = Explanation(
+    "An intervention in the brain, or a control of its wiring, cannot be applied.",
+    "The run would show the unchanged brain.",
+    "Use one of the names in the message, or leave out the intervention or control.",
+    "{n} interventions or controls cannot be applied",
+    Weight.ALTERED,
+)
+
+IDLE_INTERVENTION = Explanation(
+    "An intervention does not meet any synapse.",
+    "It has no effect: the run is that of the brain without it.",
+    "Name cells that have synapses, and both ends in the right order.",
+    "{n} interventions have no effect",
+    Weight.REMARK,
+)

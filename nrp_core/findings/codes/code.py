@@ -126,6 +126,8 @@ class Code(Enum):
     NRP307 = experiment.NEVER_FAILS
     NRP308 = brain.UNLIKE_SCRIPT
     NRP309 = functions.HIDDEN_ERRORS
+    NRP335 = brain.IMPOSSIBLE_VARIANT
+    NRP336 = brain.IDLE_INTERVENTION
 
     def __repr__(self) -> str:
         return f"Code.{self.name}"

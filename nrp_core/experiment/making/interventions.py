@@ -1,0 +1,138 @@
+"""Interventions in the brain of an experiment, and controls of its wiring."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from math import inf
+from typing import Final
+
+from nrp_core.brain.changes import WEIGHTS
+from nrp_core.brain.devices.sources import PoissonSource
+from nrp_core.brain.interface import Brain, BrainCapabilities
+from nrp_core.brain.network.data import Network, Projection
+from nrp_core.brain.network.interventions import Intervention
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.clock import milliseconds
+from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.experiment.events.conditions import Times
+from nrp_core.experiment.events.events import Action, Events
+from nrp_core.experiment.model.collector import Collector
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.model.variant_schema import ActivateSection
+from nrp_core.findings import Code, Level
+from nrp_core.seeds import Seeds
+
+_KEYS: Final = ("brain", "interventions")
+
+
+def with_variants(network: Network, experiment: Experiment, collector: Collector) -> Network:
+    """Return the network after the controls, then the interventions from the start, of an experiment.
+
+    Mistakes go to the collector, those in later interventions as well.
+    """
+    seeds = Seeds(experiment.seed).child("controls")
+    for i, section in enumerate(experiment.brain.controls):
+        with collector.during(Code.NRP335, "brain", "controls", i):
+            network = section.control(network, seeds.child(str(i)))
+    has_synapses = any(projection.size for projection in network.projections)
+    for i, intervention in enumerate(experiment.brain.interventions):
+        with collector.during(Code.NRP335, *_KEYS, i):
+            change = intervention.change
+            if change is None:
+                assert intervention.activate is not None
+                network.neurons(intervention.activate.cells)
+                continue
+            met = change.met(network)
+            if not met and has_synapses:
+                message = f"'{intervention.name}' meets no synapse"
+                collector.add(Code.NRP336, message, *_KEYS, i, level=Level.WARNING)
+            if intervention.at == 0:
+                network = change.of(network)
+            else:
+                _require_lasting(met, intervention.name)
+    return network
+
+
+def check_capabilities(experiment: Experiment, capabilities: BrainCapabilities, collector: Collector) -> None:
+    """Check that a brain can change weights during a run, if the experiment needs it."""
+    for i, intervention in enumerate(experiment.brain.interventions):
+        if intervention.at and intervention.change and WEIGHTS not in capabilities.changes:
+            with collector.during(Code.NRP335, *_KEYS, i):
+                raise CapabilityError(
+                    f"'{experiment.brain.backend}' cannot change weights during a run, so "
+                    f"'{intervention.name}' is possible only from the start: leave out 'at'"
+                )
+
+
+class Interventions:
+    """The interventions of a run: devices that drive cells, and events that change weights.
+
+    Args:
+        experiment: the experiment.
+        brain: its brain.
+        events: receives an event for each change during the run.
+    """
+
+    def __init__(self, experiment: Experiment, brain: Brain, events: Events) -> None:
+        self._actions: dict[str, Action] = {}
+        taken = set(experiment.events)
+        for intervention in experiment.brain.interventions:
+            name = _free(intervention.name, taken)
+            change = intervention.change
+            if intervention.activate is not None:
+                _drive(brain, intervention.activate, intervention.at, name)
+            elif change is not None and intervention.at > 0:
+                action = partial(_apply, change, brain)
+                self._actions[name] = action
+                events.add(name, partial(_is_due, intervention.at), (action,))
+
+    def renew(self, times: Times) -> None:
+        """Apply the past changes again, to a brain that was reset alone."""
+        for name, action in self._actions.items():
+            if name in times:
+                action()
+
+
+def _drive(brain: Brain, section: ActivateSection, at_ns: int, name: str) -> None:
+    receptor = "excitatory" if section.weight >= 0 else "inhibitory"
+    source = PoissonSource(
+        rate=section.rate,
+        weight=section.weight,
+        receptor_type=receptor,
+        start=milliseconds(at_ns),
+        duration=inf if section.duration is None else milliseconds(section.duration),
+    )
+    brain.add_source(source, brain.network.neurons(section.cells), name=f"intervention/{name}")
+
+
+def _apply(change: Intervention, brain: Brain) -> None:
+    for projection in brain.network.projections:
+        meant = change.synapses(brain.network, projection)
+        if meant.any():
+            weights = brain.read_weights(projection.label)
+            weights[meant] *= change.factor
+            brain.set_weights(projection.label, weights)
+
+
+def _is_due(at_ns: int, now_ns: int, _times: Times) -> bool:
+    return now_ns >= at_ns
+
+
+def _require_lasting(met: Sequence[Projection], name: str) -> None:
+    for projection in met:
+        if projection.synapse_type == STDP:
+            raise NetworkError(
+                f"'{name}' changes weights during the run, but projection "
+                f"'{projection.label}' is plastic and would recover; leave out 'at'"
+            )
+
+
+def _free(name: str, taken: set[str]) -> str:
+    """Return the name, or one with a number if it is taken; it is taken then."""
+    number, free = 1, name
+    while free in taken:
+        number += 1
+        free = f"{name}_{number}"
+    taken.add(free)
+    return free

@@ -1,0 +1,102 @@
+"""Interventions in a brain and controls of its wiring, as they are written in the experiment file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from nrp_core.brain.network.controls import CONTROLS, Control
+from nrp_core.brain.network.interventions import Intervention
+from nrp_core.experiment.model.section import Section
+from nrp_core.quantities import DurationNs, RateHz, TimeNs
+
+
+class ScaleSection(Section):
+    """Weights that are multiplied."""
+
+    sources: str | None = None
+    """The cells before the synapses, a population or named group; by default any cell."""
+    targets: str | None = None
+    """The cells behind the synapses; by default any cell."""
+    by: Annotated[float, Field(ge=0)]
+    """The factor."""
+
+    @model_validator(mode="after")
+    def _some_cells(self) -> ScaleSection:
+        if self.sources is None and self.targets is None:
+            raise ValueError("needs 'sources', 'targets' or both")
+        return self
+
+
+class ActivateSection(Section):
+    """Cells that are driven by Poisson trains of their own."""
+
+    cells: str
+    """The cells, a population or named group."""
+    rate: RateHz
+    """Rate of each train."""
+    weight: float
+    """Weight of each spike, in the unit of the cells' synapses: uS, nA or mV."""
+    duration: DurationNs | None = None
+    """How long it lasts; by default to the end."""
+
+
+class InterventionSection(Section):
+    """An intervention in the brain."""
+
+    silence: str | None = None
+    """Cut all synapses from these cells, a population or named group."""
+    lesion: str | None = None
+    """Cut all synapses from and to these cells."""
+    scale: ScaleSection | None = None
+    """Multiply weights."""
+    activate: ActivateSection | None = None
+    """Drive cells."""
+    at: TimeNs = 0
+    """When: at the first step not before this time; by default from the start."""
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> InterventionSection:
+        self._require_one_of(("silence", "lesion", "scale", "activate"))
+        return self
+
+    @property
+    def change(self) -> Intervention | None:
+        """The change of weights; None if it drives cells."""
+        if self.silence is not None:
+            return Intervention.silence(self.silence)
+        if self.lesion is not None:
+            return Intervention.lesion(self.lesion)
+        if self.scale is not None:
+            return Intervention(self.scale.sources, self.scale.targets, self.scale.by)
+        return None
+
+    @property
+    def name(self) -> str:
+        """The kind of the intervention and its cells."""
+        if self.scale is not None:
+            return "_to_".join(["scale", *filter(None, (self.scale.sources, self.scale.targets))])
+        if self.activate is not None:
+            return f"activate_{self.activate.cells}"
+        return f"silence_{self.silence}" if self.silence is not None else f"lesion_{self.lesion}"
+
+
+class WiringControl(Section):
+    """A control: a random network that shares some statistics with the brain."""
+
+    rewire: Literal["degree_preserving"] | None = None
+    """Exchange the targets of the synapses of each projection; every cell keeps its numbers of synapses."""
+    shuffle: Literal["signs", "weights"] | None = None
+    """Exchange the signs of cells, or the weights of the synapses of each projection."""
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> WiringControl:
+        self._require_one_of(("rewire", "shuffle"))
+        return self
+
+    @property
+    def control(self) -> Control:
+        """The function that makes the network."""
+        key = "rewire" if self.rewire is not None else "shuffle"
+        return CONTROLS[key, str(getattr(self, key))]
