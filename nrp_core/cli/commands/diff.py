@@ -114,7 +114,7 @@ def diff(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Report whether a result depends on the simulator and whether engines agree; fail if it may depend."""
+    """Report whether a result depends on the simulator and whether engines agree; fail if it does or may."""
     from nrp_core.comparison.engines.measures import EngineMargins, is_measure
     from nrp_core.comparison.metrics.base import Margins, all_metrics
 

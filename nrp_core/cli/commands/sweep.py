@@ -62,7 +62,7 @@ def sweep(
     emit: Annotated[
         str | None,
         typer.Option(
-            metavar="slurm|snakemake", help="Write jobs for the tools of a centre; run nothing here."
+            metavar="slurm|snakemake", help="Write job files for a computing centre instead of running here."
         ),
     ] = None,
     measure: Annotated[
