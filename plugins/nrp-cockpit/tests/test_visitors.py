@@ -125,9 +125,9 @@ def test_the_whole_scene_is_sent_to_whoever_joins(opened: Cockpit, visitor: Visi
             '{"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 99999}]}',
             "no channel 99999",
         ),
-        ('{"op": "subscribe", "subscriptions": [{"id": -1, "channelId": 1}]}', "-1 cannot be the id"),
+        ('{"op": "subscribe", "subscriptions": [{"id": -1, "channelId": 1}]}', "-1 is not a valid id"),
         ('{"op": "unsubscribe", "subscriptionIds": [77]}', "there is no subscription 77"),
-        ('{"op": "subscribeConnectionGraph"}', "does not offer 'subscribeConnectionGraph'"),
+        ('{"op": "subscribeConnectionGraph"}', "does not support 'subscribeConnectionGraph'"),
     ],
 )
 def test_nonsense_is_a_warning_and_ends_nothing(opened: Cockpit, frame: str | bytes, said: str) -> None:
