@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from browsing import HUSKY, Cockpits, Watched, time_s, wait_until
+from browsing import HUSKY, Kept, Watched, time_s, wait_until
 from playwright.sync_api import FrameLocator, Page, expect
 
 EVENT = ("-s", "events.left_red.at=0.2 s")
@@ -12,8 +12,8 @@ def frame(page: Page, title: str) -> FrameLocator:
     return page.frame_locator(f"iframe[title='{title}']")
 
 
-def test_a_branch_is_changed_and_the_difference_is_shown(cockpits: Cockpits, watched: Watched):
-    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY, *EVENT))
+def test_a_branch_is_changed_and_the_difference_is_shown(kept: Kept, watched: Watched):
+    page = watched.open(kept.open("braitenberg_husky", *HUSKY, *EVENT))
     page.get_by_role("slider", name="Simulated time").press("PageUp")
     expect(page.get_by_role("timer")).to_contain_text("1.00 s", timeout=30_000)
     page.keyboard.press("b")
@@ -30,12 +30,16 @@ def test_a_branch_is_changed_and_the_difference_is_shown(cockpits: Cockpits, wat
     selected.get_by_role("button", name="Place", exact=True).click()
     page.get_by_role("button", name="Step", exact=True).click()
     expect(verdict).to_contain_text("The robot's path differs first, at 1.04 s", timeout=60_000)
+    lane = page.get_by_role("list", name="Differences from Branch of 1.00 s")
+    expect(lane.get_by_role("button", name="The robot's path differs from 1.04 s: go there")).to_be_visible()
+    expect(lane.get_by_text("apart", exact=False).first).to_be_attached()
     page.get_by_role("button", name="Close the second run").click()
+    expect(lane).to_have_count(0)
     expect(page.get_by_role("region", name="Comparison")).to_be_visible()
 
 
-def test_another_pair_of_engines_is_chosen_in_the_page_and_goes_in_step(cockpits: Cockpits, watched: Watched):
-    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY, *EVENT))
+def test_another_pair_of_engines_is_chosen_in_the_page_and_goes_in_step(kept: Kept, watched: Watched):
+    page = watched.open(kept.open("braitenberg_husky", *HUSKY, *EVENT))
     page.get_by_role("link", name="Compare", exact=True).click()
     choice = page.get_by_role("region", name="Comparison")
     choice.get_by_label("World").select_option("pybullet")

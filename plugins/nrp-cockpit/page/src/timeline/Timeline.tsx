@@ -1,7 +1,9 @@
 import { useState } from "react";
+import { useComparison } from "../compare/comparison";
 import { useRun } from "../state/run";
 import type { TimelineData } from "../state/types";
 import { CriteriaLane } from "./CriteriaLane";
+import { DifferenceLane } from "./DifferenceLane";
 import { ErrorBanner } from "./ErrorBanner";
 import { EventLane } from "./EventLane";
 import { Now } from "./Now";
@@ -27,6 +29,7 @@ export function Timeline() {
 function Lines({ data }: { data: TimelineData }) {
   const [zoom, setZoom] = useState<Span | null>(null);
   const whole = useWhole(data);
+  const comparison = useComparison((state) => state.comparison);
   const shown = useShown(zoom, whole);
   const zoomBy = (factor: number, at_s = useRun.getState().status?.t_s ?? 0) => {
     const next = zoomed(shown, whole, factor, at_s);
@@ -34,11 +37,12 @@ function Lines({ data }: { data: TimelineData }) {
   };
   return (
     <div className="timeline">
-      <TimelineHead onZoom={zoomBy} zoomedIn={zoom !== null} />
+      <TimelineHead onZoom={zoomBy} zoomedIn={zoom !== null} compared={comparison !== null} />
       <Track span={shown} end_s={whole.to_s} onZoom={zoomBy}>
         <EventLane data={data} span={shown} />
         <CriteriaLane criteria={data.criteria} span={shown} />
         <SnapshotLane snapshots={data.snapshots} span={shown} />
+        {comparison && <DifferenceLane comparison={comparison} span={shown} />}
         <Now span={shown} />
       </Track>
     </div>

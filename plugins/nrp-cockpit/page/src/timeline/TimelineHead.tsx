@@ -5,11 +5,13 @@ import { Icon } from "../ui/Icon";
 
 interface TimelineHeadProps {
   zoomedIn: boolean;
+  /** Whether there is a second run, and a lane for how it differs. */
+  compared: boolean;
   onZoom: (factor: number) => void;
 }
 
 /** The names of the lanes, the verdict, and the buttons of the timeline. */
-export function TimelineHead({ zoomedIn, onZoom }: TimelineHeadProps) {
+export function TimelineHead({ zoomedIn, compared, onZoom }: TimelineHeadProps) {
   const blocked = useBlocked();
   const missing = useMissing("snapshot");
   const live = useRun((run) => run.experiment?.source !== "recording");
@@ -49,6 +51,7 @@ export function TimelineHead({ zoomedIn, onZoom }: TimelineHeadProps) {
           />
         )}
       </div>
+      {compared && <div>Differences</div>}
     </div>
   );
 }
