@@ -1,12 +1,29 @@
 import react from "@vitejs/plugin-react";
+import type { Plugin } from "vite";
 import { defineConfig } from "vitest/config";
 
 /** The server (for `npm run dev`): the port of a running `nrp cockpit EXPERIMENT --no-browser`. */
 const server = process.env.NRP_COCKPIT ?? "http://127.0.0.1:8765";
 
+/** Lets the browser fetch and compile the scene beside the first script, not after it: it is in the first picture. */
+const sceneAtOnce: Plugin = {
+  name: "scene-at-once",
+  transformIndexHtml: {
+    order: "post",
+    handler: (_html, { bundle = {} }) =>
+      Object.values(bundle)
+        .filter(({ name }) => name === "ScenePanel")
+        .map(({ fileName }) => ({
+          tag: "link",
+          attrs: { rel: "modulepreload", crossorigin: true, href: `./${fileName}` },
+          injectTo: "head",
+        })),
+  },
+};
+
 export default defineConfig({
   base: "./",
-  plugins: [react()],
+  plugins: [react(), sceneAtOnce],
   build: {
     outDir: "../src/nrp_cockpit/static",
     emptyOutDir: true,

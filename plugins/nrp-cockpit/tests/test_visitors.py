@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
+from nrp_cockpit.session import session
 from nrp_cockpit.session.controls import services_of
 from nrp_cockpit.session.live import LiveSession
 from nrp_cockpit.wire.hub import Hub
@@ -234,3 +235,12 @@ def test_reports_are_json_that_a_browser_can_read(opened: Cockpit) -> None:
         visitor.until(lambda: visitor.heard["/cockpit/test"])
         text = visitor.heard["/cockpit/test"][0].payload
     assert json.loads(text, parse_constant=pytest.fail) == {"nan": None, "list": [None, 1.5, "x"]}
+
+
+def test_a_topic_that_is_newly_heard_is_sent_though_nothing_goes_on(
+    opened: Cockpit, visitor: Visitor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(session, "_REST_S", 60.0)
+    visitor.call("pause")  # the wait after it is a long one
+    visitor.subscribe("/scene")
+    visitor.until(lambda: visitor.heard["/scene"], 20)

@@ -19,7 +19,7 @@ class Requests:
     def __init__(self) -> None:
         self._waiting: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
         self._changed = threading.Condition()
-        self.is_closed = False
+        self.is_closed = self._woken = False
 
     @property
     def wanted(self) -> bool:
@@ -58,6 +58,18 @@ class Requests:
         """Wait until somebody wants something, at most for a time."""
         with self._changed:
             self._changed.wait_for(lambda: self.wanted, wall_s)
+
+    def idle(self, wall_s: float) -> None:
+        """Wait until somebody wants something or wakes the owner, at most for a time."""
+        with self._changed:
+            self._changed.wait_for(lambda: self.wanted or self._woken, wall_s)
+            self._woken = False
+
+    def wake(self) -> None:
+        """Let an owner that idles look around, such as for a topic that is newly heard; for any thread."""
+        with self._changed:
+            self._woken = True
+            self._changed.notify_all()
 
     def close(self) -> None:
         """Take no more calls; any thread may call this, and more than once."""

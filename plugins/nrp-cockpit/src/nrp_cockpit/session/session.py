@@ -52,6 +52,7 @@ class Session(ABC):
         self.pace: float | None = 1.0
         self._until_ns = 0
         self.requests = Requests() if requests is None else requests
+        hub.wake = self.requests.wake
 
     @property
     def state(self) -> str:
@@ -83,7 +84,7 @@ class Session(ABC):
                     self._advance()
                 else:
                     self._idle()
-                    self._rest(_REST_S)
+                    requests.idle(_REST_S)
                 requests.answer()
         except KeyboardInterrupt:
             pass

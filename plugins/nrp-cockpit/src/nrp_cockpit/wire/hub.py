@@ -61,6 +61,7 @@ class Hub:
         playback: where the session is.
         joined: how often clients began to hear each topic.
         beside: the hub of a second run on the same server, if there is one.
+        wake: called when a client begins to hear a topic; the session sets it.
     """
 
     def __init__(self) -> None:
@@ -71,6 +72,7 @@ class Hub:
         self.listeners: dict[Listener, None] = {}
         self.playback = Playback()
         self.beside: Hub | None = None
+        self.wake: Callable[[], None] = _nothing
         self._counts: Counter[str] = Counter()
         self._last: dict[str, Sent] = {}
         self._waiting: list[tuple[Sent, bool]] = []
@@ -161,6 +163,7 @@ class Hub:
         self._counts[topic] += 1
         self.heard = frozenset(self._counts)
         self.joined[topic] += 1
+        self.wake()
         return self._last.get(topic)
 
     def unhear(self, topic: str) -> None:
@@ -199,6 +202,9 @@ class Hub:
             loop.call_soon_threadsafe(call, argument)
         except RuntimeError:  # the server has ended since
             call(argument)
+
+
+def _nothing() -> None: ...
 
 
 def to_json(value: Any) -> bytes:
