@@ -8,10 +8,12 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from urllib.parse import urlsplit
 
 from playwright.sync_api import Browser, Page, sync_playwright
+from visitors import RefusedError, Visitor
+from websockets.sync.client import connect
 
 CHROMIUM = (
     "--no-sandbox",
@@ -40,7 +42,7 @@ def time_s(page: Page) -> float:
     return float(re.match(r"\s*([\d.]+) s", shown).group(1))  # type: ignore[union-attr]
 
 
-def wait_until(page: Page, t_s: float, timeout_ms: float = 30_000) -> None:
+def wait_until(page: Page, t_s: float, timeout_ms: float = 90_000) -> None:
     page.wait_for_function(
         "t => parseFloat(document.querySelector('[role=timer]')?.innerText) >= t", arg=t_s, timeout=timeout_ms
     )
@@ -105,3 +107,40 @@ class Watched:
         page.goto(address)
         page.get_by_role("button", name="Play").wait_for()
         return page
+
+
+class Kept:
+    """Cockpits that tests use one after the other: each finds its run as if it had just been opened."""
+
+    def __init__(self) -> None:
+        self._cockpits = Cockpits()
+        self._addresses: dict[tuple[str, ...], str] = {}
+
+    def open(self, experiment: str, *options: str) -> str:
+        """Return the address of a cockpit whose run is at its beginning."""
+        words = (experiment, *options)
+        if words in self._addresses:
+            begin_again(self._addresses[words])
+        else:
+            self._addresses[words] = self._cockpits.open(*words)
+        return self._addresses[words]
+
+    def close(self) -> None:
+        """End all."""
+        self._cockpits.close()
+
+
+def begin_again(address: str) -> None:
+    """Undo all that somebody did to a run."""
+    with connect(address.replace("http", "ws", 1), max_size=None, proxy=None) as connection:
+        visitor = Visitor(connection)
+        visitor.subscribe("/cockpit/timeline", "/cockpit/status")
+        visitor.call("pause")
+        with suppress(RefusedError):  # mostly there is no second run
+            visitor.call("part")
+        visitor.call("functions/revert")
+        visitor.call("reset", what="all")
+        visitor.call("pace", factor=1.0)
+        for snapshot in visitor.until(lambda: visitor.last("timeline"))["snapshots"]:
+            visitor.call("forget", id=snapshot["id"])
+        visitor.status(state="paused", t_s=0.0, pace=1.0)

@@ -2,7 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
+import pytest
 from hypothesis import settings
+from visitors import Cockpit, Visitor
 
 settings.register_profile("untimed", deadline=None)  # machines are busy at times; no test is timed
 settings.load_profile("untimed")
+
+
+@pytest.fixture
+def visitor(opened: Cockpit) -> Iterator[Visitor]:
+    """Somebody who steers a run that is at its beginning."""
+    with opened.visit() as visitor:
+        visitor.subscribe("/cockpit/status", "/cockpit/timeline", "/cockpit/functions", "/cockpit/log")
+        visitor.call("pause")
+        visitor.call("functions/revert")
+        visitor.call("reset", what="all")
+        visitor.call("pace", factor=None)
+        visitor.status(state="paused", t_s=0.0, pace=None)
+        yield visitor
+        visitor.call("pause")
+        visitor.call("record", folder=None)

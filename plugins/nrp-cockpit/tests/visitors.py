@@ -187,6 +187,11 @@ class Cockpit:
         self.session, self.server, self.guard = session, server, guard
         self.run = session.run
 
+    @property
+    def address(self) -> str:
+        """The address of its page."""
+        return f"http://127.0.0.1:{self.server.port}/?token={self.guard.token}"
+
     @contextmanager
     def visit(
         self,
@@ -197,9 +202,9 @@ class Cockpit:
     ) -> Iterator[Visitor]:
         """Let somebody in; ``run="beside"``: to the second run."""
         token = self.guard.token if steers else self.guard.watch_token
-        address = f"ws://127.0.0.1:{self.server.port}/?token={token}&run={run}"
+        wire = f"ws://127.0.0.1:{self.server.port}/?token={token}&run={run}"
         names = [Subprotocol(name) for name in protocols]
-        with connect(address, subprotocols=names, max_size=None, proxy=None, close_timeout=0.5) as connection:
+        with connect(wire, subprotocols=names, max_size=None, proxy=None, close_timeout=0.5) as connection:
             yield Visitor(connection)
 
 

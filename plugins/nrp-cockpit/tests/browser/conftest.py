@@ -7,10 +7,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browsing import Cockpits, Watched, chromium
-from playwright.sync_api import Browser
+from browsing import HUSKY, Cockpits, Kept, Watched, chromium
+from playwright.sync_api import Browser, expect
 
-from nrp_core.experiment.reading.find import find_file
+from nrp_core.experiment.reading.find import find_file, load_experiment
+from nrp_core.experiment.running.run import Run
+from nrp_core.recording.folder.recording_folder import RecordingFolder
+
+expect.set_options(timeout=30_000)  # machines are busy at times; what is there already costs nothing
 
 BROKEN = """\
 @nrp.MapRobotSubscriber("states", Topic("/gazebo/model_states", gazebo_msgs.msg.ModelStates))
@@ -32,6 +36,30 @@ def cockpits() -> Iterator[Cockpits]:
     cockpits = Cockpits()
     yield cockpits
     cockpits.close()
+
+
+@pytest.fixture(scope="session")
+def kept() -> Iterator[Kept]:
+    kept = Kept()
+    yield kept
+    kept.close()
+
+
+@pytest.fixture
+def husky(kept: Kept) -> str:
+    """The address of a cockpit with the experiment of the Husky, at its beginning."""
+    return kept.open("braitenberg_husky", *HUSKY)
+
+
+@pytest.fixture(scope="session")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The recording of two seconds."""
+    folder = tmp_path_factory.mktemp("recordings") / "husky"
+    with Run(load_experiment("braitenberg_husky", ["duration=2 s", "world.options.image_scale=0.25"])) as run:
+        recorded = RecordingFolder(run, folder)
+        run.run_until(2.0)
+        recorded.close("finished")
+    return folder
 
 
 @pytest.fixture

@@ -24,8 +24,8 @@ def end_of_line(page: Page, text: str) -> None:
     page.keyboard.press("End")
 
 
-def test_what_is_typed_is_checked_and_a_wrong_text_is_not_applied(cockpits: Cockpits, watched: Watched):
-    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+def test_what_is_typed_is_checked_and_a_wrong_text_is_not_applied(husky: str, watched: Watched):
+    page = watched.open(husky)
     functions(page, "listing2.py")
     end_of_line(page, "red_right_eye.rate")
     page.keyboard.type("\nred_right_eye.rates = 1.0")
@@ -40,8 +40,8 @@ def test_what_is_typed_is_checked_and_a_wrong_text_is_not_applied(cockpits: Cock
     expect(page.get_by_text("Nothing is edited.")).to_be_visible()
 
 
-def test_an_edit_outlives_the_view_is_compared_and_runs_once_applied(cockpits: Cockpits, watched: Watched):
-    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+def test_an_edit_outlives_the_view_is_compared_and_runs_once_applied(husky: str, watched: Watched):
+    page = watched.open(husky)
     functions(page, "listing2.py")
     end_of_line(page, "red_right_eye.rate")
     page.keyboard.type(" * 0.5")
@@ -60,8 +60,8 @@ def test_an_edit_outlives_the_view_is_compared_and_runs_once_applied(cockpits: C
     expect(second.locator(".cm-line", has_text="* 0.5")).to_be_visible()
 
 
-def test_the_editor_proposes_the_names_of_the_experiment(cockpits: Cockpits, watched: Watched):
-    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+def test_the_editor_proposes_the_names_of_the_experiment(husky: str, watched: Watched):
+    page = watched.open(husky)
     functions(page, "listing2.py")
     end_of_line(page, "red_right_eye.rate")
     page.keyboard.type("\nnrp.brain.sen", delay=40)
@@ -69,8 +69,8 @@ def test_the_editor_proposes_the_names_of_the_experiment(cockpits: Cockpits, wat
     expect(page.locator(".cm-line", has_text="nrp.brain.sensors").last).to_be_visible()
 
 
-def test_a_function_is_switched_off_and_on(cockpits: Cockpits, watched: Watched):
-    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+def test_a_function_is_switched_off_and_on(husky: str, watched: Watched):
+    page = watched.open(husky)
     functions(page, "listing1.py")
     switch = page.get_by_role("switch", name="linear_twist runs")
     expect(switch).to_be_checked()
@@ -105,3 +105,26 @@ def test_a_file_is_saved_to_the_disk_only_when_asked(cockpits: Cockpits, watched
     page.get_by_role("button", name="Save").click()
     expect(page.get_by_text("Saved broken.py.")).to_be_visible()
     assert "return" in file.read_text()
+
+
+def test_a_misspelt_name_is_mended_by_a_click_or_a_key_and_that_can_be_undone(husky: str, watched: Watched):
+    page = watched.open(husky)
+    functions(page, "listing2.py")
+    end_of_line(page, "red_right_eye.rate")
+    page.keyboard.type("\nred_right_eye.rates = 1.0")
+    wrong = page.locator(".cm-line", has_text="red_right_eye.rates")
+    mended = page.locator(".cm-line", has_text="red_right_eye.rate = 1.0")
+    wrong.get_by_role("button", name="Replace with rate").click(timeout=SLOW_MS)
+    expect(mended).to_be_visible()
+    expect(page.get_by_text(MISTAKE)).to_have_count(0, timeout=SLOW_MS)
+    mended.click()
+    page.keyboard.press("Control+z")
+    expect(wrong).to_contain_text(MISTAKE, timeout=SLOW_MS)
+    page.keyboard.press("Control+.")
+    expect(mended).to_be_visible()
+    page.keyboard.press("Control+z")
+    row = page.get_by_role("region", name="Findings").get_by_role("listitem").filter(has_text=MISTAKE)
+    row.get_by_role("button", name="Replace with rate").click(timeout=SLOW_MS)
+    expect(mended).to_be_visible()
+    page.keyboard.press("Control+Enter")
+    expect(page.get_by_text("Nothing is edited.")).to_be_visible(timeout=SLOW_MS)

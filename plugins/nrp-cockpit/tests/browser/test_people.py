@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from browsing import HUSKY, Cockpits, Watched, time_s, wait_until
+from browsing import Watched, time_s, wait_until
 from cutting import Way
 from playwright.sync_api import Browser, Page, expect
 
@@ -18,8 +18,8 @@ def tab_to(page: Page, name: str) -> None:
     raise AssertionError(f"Tab does not reach '{name}'")
 
 
-def test_a_run_is_steered_and_a_body_is_moved_without_a_pointer(cockpits: Cockpits, watched: Watched):
-    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+def test_a_run_is_steered_and_a_body_is_moved_without_a_pointer(husky: str, watched: Watched):
+    page = watched.open(husky)
     page.keyboard.press("Space")
     wait_until(page, 0.2)
     page.keyboard.press("Space")
@@ -43,8 +43,8 @@ def test_a_run_is_steered_and_a_body_is_moved_without_a_pointer(cockpits: Cockpi
     expect(inspector.get_by_role("button", name="husky", exact=True)).to_be_visible()
 
 
-def test_at_200_percent_nothing_is_lost_sideways(cockpits: Cockpits, watched: Watched):
-    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY), width=720, height=450)
+def test_at_200_percent_nothing_is_lost_sideways(husky: str, watched: Watched):
+    page = watched.open(husky, width=720, height=450)
     page.get_by_role("button", name="Play").click()
     wait_until(page, 0.1)
     for view in ("Cockpit", "Functions", "Compare"):
@@ -54,8 +54,8 @@ def test_at_200_percent_nothing_is_lost_sideways(cockpits: Cockpits, watched: Wa
         expect(page.get_by_role("button", name="Pause")).to_be_in_viewport()
 
 
-def test_the_page_comes_back_when_its_server_does(cockpits: Cockpits, browser: Browser):
-    way = Way(cockpits.open("braitenberg_husky", *HUSKY))
+def test_the_page_comes_back_when_its_server_does(husky: str, browser: Browser):
+    way = Way(husky)
     page = Watched(browser).open(way.address)
     page.get_by_role("button", name="Play").click()
     wait_until(page, 0.2)
@@ -71,8 +71,8 @@ def test_the_page_comes_back_when_its_server_does(cockpits: Cockpits, browser: B
     page.context.close()
 
 
-def test_a_cell_shows_its_membrane_and_a_projection_its_weights(cockpits: Cockpits, watched: Watched):
-    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+def test_a_cell_shows_its_membrane_and_a_projection_its_weights(husky: str, watched: Watched):
+    page = watched.open(husky)
     inspector = page.get_by_role("region", name="Selected")
     projection = inspector.get_by_role("button", name="→ circuit", exact=False).first
     projection.click()

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from browsing import HUSKY, Cockpits, Watched, wait_until
+from browsing import HUSKY, Kept, Watched, wait_until
 from playwright.sync_api import Locator, Page, expect
 
 GREEN = [0, 158, 115]
@@ -29,12 +29,21 @@ def pixels(canvas: Locator, colour: list[int]) -> int:
     return count
 
 
-@pytest.fixture
-def opened(tmp_path: Path, cockpits: Cockpits, watched: Watched) -> Page:
-    """A page of a run that has gone on for a second and stands, with a folder of its own for its layout."""
-    file = tmp_path / "plotted.yaml"
+@pytest.fixture(scope="module")
+def experiment(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An experiment in a folder of its own, where the layout is kept."""
+    file = tmp_path_factory.mktemp("plotted") / "plotted.yaml"
     file.write_text("extends: braitenberg_husky\nname: plotted\n")
-    page = watched.open(cockpits.open(str(file), *HUSKY))
+    return file
+
+
+@pytest.fixture
+def opened(experiment: Path, kept: Kept, watched: Watched) -> Page:
+    """A page of a run that has gone on for a second and stands, with the usual layout."""
+    for each in experiment.parent.iterdir():
+        if each != experiment:
+            each.unlink()
+    page = watched.open(kept.open(str(experiment), *HUSKY))
     page.get_by_role("button", name="Play").click()
     wait_until(page, 1.0)
     page.get_by_role("button", name="Pause").click()
@@ -115,7 +124,7 @@ def test_the_camera_shows_the_room(opened: Page):
     assert colours > 5
 
 
-def test_who_only_looks_leaves_no_file_beside_the_experiment(opened: Page, tmp_path: Path):
+def test_who_only_looks_leaves_no_file_beside_the_experiment(opened: Page, experiment: Path):
     expect(opened.get_by_role("img", name="Curves of linear.x, angular.z")).to_be_visible()
     opened.wait_for_timeout(1500)  # a change is saved after half a second
-    assert [each.name for each in tmp_path.iterdir()] == ["plotted.yaml"]
+    assert [*experiment.parent.iterdir()] == [experiment]

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import pytest
-from browsing import HUSKY, Cockpits, Watched, time_s, wait_until
+from browsing import HUSKY, Kept, Watched, time_s, wait_until
 from playwright.sync_api import expect
+from visitors import cockpit
+
+PAIRS: dict[tuple[str, str], tuple[str, ...]] = {
+    ("event", "mujoco"): (),  # those of the experiment
+    ("spinnaker", "pybullet"): ("--brain", "spinnaker", "--world", "pybullet"),
+}
 
 
-@pytest.mark.parametrize("pair", [("event", "mujoco"), ("spinnaker", "pybullet")], ids="-".join)
-def test_a_run_is_played_paused_stepped_and_reset(
-    pair: tuple[str, str], cockpits: Cockpits, watched: Watched
-):
-    page = watched.open(cockpits.open("braitenberg_husky", "--brain", pair[0], "--world", pair[1], *HUSKY))
+@pytest.mark.parametrize("pair", PAIRS, ids="-".join)
+def test_a_run_is_played_paused_stepped_and_reset(pair: tuple[str, str], kept: Kept, watched: Watched):
+    page = watched.open(kept.open("braitenberg_husky", *HUSKY, *PAIRS[pair]))
     expect(page.get_by_text(pair[0], exact=True)).to_be_visible()
     page.get_by_role("button", name="Play").click()
     wait_until(page, 0.5)
@@ -30,8 +34,8 @@ def test_a_run_is_played_paused_stepped_and_reset(
     expect(page.get_by_role("timer")).to_contain_text("0.00 s")
 
 
-def test_the_keys_steer_a_run(cockpits: Cockpits, watched: Watched):
-    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+def test_the_keys_steer_a_run(husky: str, watched: Watched):
+    page = watched.open(husky)
     page.keyboard.press(".")
     page.keyboard.press(".")
     expect(page.get_by_role("timer")).to_contain_text("0.04 s")
@@ -48,8 +52,8 @@ def test_the_keys_steer_a_run(cockpits: Cockpits, watched: Watched):
     expect(page.get_by_role("heading", name="Transfer functions").first).to_be_visible()
 
 
-def test_a_first_visit_is_told_what_to_do_until_it_is_done(cockpits: Cockpits, watched: Watched):
-    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+def test_a_first_visit_is_told_what_to_do_until_it_is_done(husky: str, watched: Watched):
+    page = watched.open(husky)
     foot = page.get_by_role("contentinfo")
     expect(foot).to_contain_text("Press Play")
     page.keyboard.press("Space")
@@ -60,8 +64,8 @@ def test_a_first_visit_is_told_what_to_do_until_it_is_done(cockpits: Cockpits, w
     expect(foot).not_to_contain_text("of 3")
 
 
-def test_two_pages_show_one_run_and_a_watcher_cannot_steer(cockpits: Cockpits, watched: Watched):
-    address = cockpits.open("braitenberg_husky", *HUSKY)
+def test_two_pages_show_one_run_and_a_watcher_cannot_steer(husky: str, watched: Watched):
+    address = husky
     first, second = watched.open(address), watched.open(address)
     first.get_by_role("button", name="Play").click()
     wait_until(second, 0.3)
@@ -70,13 +74,18 @@ def test_two_pages_show_one_run_and_a_watcher_cannot_steer(cockpits: Cockpits, w
     expect(first.get_by_text("2 viewers", exact=False)).to_be_attached()
 
 
-@pytest.mark.parametrize("experiment", ["slalom_pioneer", "walking_hexapod", "following_head"])
 @pytest.mark.parametrize("world", ["mujoco", "pybullet"])
-def test_every_experiment_opens_and_runs_without_a_complaint(
-    experiment: str, world: str, cockpits: Cockpits, watched: Watched
+@pytest.mark.parametrize("brain", ["event", "spinnaker"])
+@pytest.mark.parametrize("experiment", ["slalom_pioneer", "walking_hexapod", "following_head"])
+def test_every_experiment_opens_and_runs_on_every_pair_without_a_complaint(
+    experiment: str, brain: str, world: str, watched: Watched
 ):
-    page = watched.open(cockpits.open(experiment, "--world", world))
-    page.get_by_role("button", name="Play").click()
-    wait_until(page, 0.3)
-    for panel in ("Scene", "Camera", "From above", "Brain", "Spikes", "Devices and topics"):
-        expect(page.get_by_role("region", name=panel, exact=False).first).to_be_visible()
+    with cockpit(f"brain.backend={brain}", f"world.backend={world}", experiment=experiment) as opened:
+        page = watched.open(opened.address, width=1280, height=720)
+        page.get_by_role("button", name="Play").click()
+        wait_until(page, 0.1)
+        shown = page.get_by_role("banner")
+        expect(shown).to_contain_text(brain)
+        expect(shown).to_contain_text(world)
+        for panel in ("Scene", "Camera", "From above", "Brain", "Spikes", "Devices and topics"):
+            expect(page.get_by_role("region", name=panel, exact=False).first).to_be_visible()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 from browsing import HUSKY, Cockpits, Watched, time_s, wait_until
@@ -17,9 +15,9 @@ def paused_at(page: Page, t_s: float) -> None:
 
 
 def test_a_click_on_the_timeline_runs_to_a_later_time_and_goes_back_to_an_earlier_one(
-    cockpits: Cockpits, watched: Watched
+    husky: str, watched: Watched
 ):
-    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+    page = watched.open(husky)
     slider = page.get_by_role("slider", name="Simulated time")
     box = slider.bounding_box()
     assert box is not None
@@ -33,8 +31,8 @@ def test_a_click_on_the_timeline_runs_to_a_later_time_and_goes_back_to_an_earlie
     assert time_s(page) < there
 
 
-def test_the_arrows_of_the_timeline_move_a_run(cockpits: Cockpits, watched: Watched):
-    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+def test_the_arrows_of_the_timeline_move_a_run(husky: str, watched: Watched):
+    page = watched.open(husky)
     slider = page.get_by_role("slider", name="Simulated time")
     slider.press("PageUp")
     paused_at(page, 1.0)
@@ -44,8 +42,8 @@ def test_the_arrows_of_the_timeline_move_a_run(cockpits: Cockpits, watched: Watc
     paused_at(page, 0.0)
 
 
-def test_a_snapshot_stands_on_the_timeline_and_a_click_restores_it(cockpits: Cockpits, watched: Watched):
-    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY))
+def test_a_snapshot_stands_on_the_timeline_and_a_click_restores_it(husky: str, watched: Watched):
+    page = watched.open(husky)
     page.get_by_role("slider", name="Simulated time").press("PageUp")
     paused_at(page, 1.0)
     page.get_by_role("button", name="Take a snapshot").click()
@@ -72,12 +70,9 @@ def test_an_error_says_where_the_run_stopped_and_opens_the_function(
 
 
 def test_a_drag_through_a_recording_shows_the_times_that_it_passes(
-    cockpits: Cockpits, watched: Watched, tmp_path: Path
+    recording: Path, cockpits: Cockpits, watched: Watched
 ):
-    folder = tmp_path / "visit"
-    run = [sys.executable, "-m", "nrp_core", "run", "braitenberg_husky", "--until", "2s", *HUSKY]
-    subprocess.run([*run, "--record", str(folder)], check=True, capture_output=True)
-    page = watched.open(cockpits.open(str(folder)))
+    page = watched.open(cockpits.open(str(recording)))
     box = page.get_by_role("slider", name="Simulated time").bounding_box()
     assert box is not None
     page.mouse.move(box["x"] + 0.1 * box["width"], box["y"] + 5)

@@ -47,8 +47,8 @@ def test_a_click_turns_a_screen_red_and_the_robot_drives_to_it(
     expect(page.get_by_text("passed", exact=False).first).to_be_visible(timeout=90_000)
 
 
-def test_a_robot_is_put_elsewhere_by_its_fields(cockpits: Cockpits, watched: Watched):
-    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY), width=1600, height=1000)
+def test_a_robot_is_put_elsewhere_by_its_fields(husky: str, watched: Watched):
+    page = watched.open(husky, width=1600, height=1000)
     page.get_by_role("button", name="Step", exact=True).click()
     expect(page.get_by_role("timer")).to_contain_text("0.02 s")
     select_in_scene(page, "husky")

@@ -1,0 +1,255 @@
+"""A run is steered, and its functions are changed, over a real websocket."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from visitors import Cockpit, RefusedError, Visitor, cockpit
+
+COLOUR = "/left_vr_screen/body/screen_glass/color"
+
+
+@pytest.fixture(scope="module")
+def opened() -> Iterator[Cockpit]:
+    with cockpit() as opened:
+        yield opened
+
+
+def listing(visitor: Visitor, name: str) -> tuple[str, str]:
+    """Return the path and the text of a file with transfer functions."""
+    files = visitor.until(lambda: visitor.last("functions"))["files"]
+    found = next(each for each in files if each["path"].endswith(name))
+    return found["path"], found["source"]
+
+
+# -- steering
+
+
+def test_a_publication_arrives(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("publish", topic=COLOUR, value="red")
+    visitor.call("step")
+    assert opened.run.world.engine.visual_colors[COLOUR[1:].removesuffix("/color")][:3] == (1.0, 0.0, 0.0)
+
+
+def test_a_wrong_topic_is_refused_with_the_one_that_was_meant(visitor: Visitor) -> None:
+    with pytest.raises(RefusedError, match=r"did you mean '?/husky/cmd_vel"):
+        visitor.call("publish", topic="/husky/cmd_vell", value={"linear": {"x": 1}})
+
+
+def test_messages_of_another_program_keep_their_order(opened: Cockpit, visitor: Visitor) -> None:
+    speeds = [number / 100 for number in range(50)]
+    visitor.publish("/husky/cmd_vel", *({"linear": {"x": speed}} for speed in speeds))
+    for _ in range(30):
+        visitor.call("pause")  # answered, however many messages wait before it
+    visitor.until(lambda: len(opened.run.loop._published) == len(speeds))
+    assert [message.linear.x for _, message in opened.run.loop._published] == speeds
+
+
+def test_a_message_that_cannot_be_published_is_a_warning(visitor: Visitor) -> None:
+    visitor.publish("/nowhere", 1)
+    assert "/nowhere" in visitor.until(lambda: visitor.warnings)[0]
+
+
+@pytest.mark.parametrize(
+    ("service", "arguments", "said"),
+    [
+        ("seek", {}, "t_s: missing required"),
+        ("seek", {"t_s": "soon"}, "t_s: input should be a valid number"),
+        ("seek", {"t_s": 1, "fast": True}, "fast: unexpected keyword argument"),
+        ("step", {"n": 0}, "a run takes 1 step or more, not 0"),
+        ("push", {"body": "husky", "force_n": [1], "duration_s": 1}, "a force, N is 3 finite numbers"),
+        ("push", {"body": "huskie", "force_n": [1, 0, 0], "duration_s": 1}, "husky"),
+        (
+            "place",
+            {"body": "husky", "position": [0, 0, 0], "orientation": [0]},
+            "an orientation, x, y, z and w is 4",
+        ),
+        ("functions/activate", {"name": "nothing", "active": True}, "nothing"),
+        ("functions/save", {"files": {"/etc/passwd": ""}}, "is not a file with transfer functions"),
+    ],
+)
+def test_a_wrong_request_is_refused_in_a_sentence(
+    visitor: Visitor, service: str, arguments: dict[str, Any], said: str
+) -> None:
+    with pytest.raises(RefusedError) as refused:
+        visitor.call(service, **arguments)
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_run_is_recorded_until_time_goes_back(visitor: Visitor, tmp_path: Path) -> None:
+    folder = tmp_path / "recording"
+    assert visitor.call("record", folder=str(folder)) == {"path": str(folder)}
+    with pytest.raises(RefusedError, match="is being recorded already"):
+        visitor.call("record", folder=str(tmp_path / "other"))
+    visitor.call("step", n=3)
+    assert visitor.status(t_s=0.06)["recording"]["path"] == str(folder)
+    visitor.call("step_back")
+    visitor.status(recording=None)
+    assert (folder / "run.json").is_file()
+    assert (folder / "recording.mcap").stat().st_size > 1000
+    assert "the recording has ended" in visitor.until(lambda: visitor.last("log"))["text"]
+
+
+# -- transfer functions
+
+
+def test_findings_about_a_draft_stand_at_its_lines(visitor: Visitor) -> None:
+    path, source = listing(visitor, "listing2.py")
+    found = visitor.call("functions/check", files={path: source + "\n\ndef (:\n"})["findings"]
+    lines = source.count("\n") + 3
+    assert (path, lines) in [(each["file"], each["line"]) for each in found]
+
+
+@pytest.mark.parametrize("wrong", ["\ndef (:\n", "\n@nrp.Nothing\ndef f(t): pass\n"])
+def test_of_several_files_all_are_applied_or_none(opened: Cockpit, visitor: Visitor, wrong: str) -> None:
+    first, second = listing(visitor, "listing2.py"), listing(visitor, "listing1.py")
+    functions = opened.run.loop.functions
+    renamed = first[1].replace("def eye_sensor_transmit", "def another_name")
+    answer = visitor.call("functions/apply", files={first[0]: renamed, second[0]: second[1] + wrong})
+    assert not answer["applied"]
+    assert {each["file"] for each in answer["findings"]} == {second[0]}
+    assert all(each["line"] > second[1].count("\n") for each in answer["findings"])
+    assert opened.run.loop.functions == functions
+
+
+def test_an_edit_is_applied_and_reverted(opened: Cockpit, visitor: Visitor) -> None:
+    path, source = listing(visitor, "listing2.py")
+    edited = source.replace("def eye_sensor_transmit", "def another_name")
+    assert visitor.call("functions/apply", files={path: edited}) == {"applied": True, "findings": []}
+    names = {each.name for each in opened.run.loop.functions}
+    assert "another_name" in names
+    assert "eye_sensor_transmit" not in names
+    visitor.until(lambda: listing(visitor, "listing2.py")[1] == edited)
+    visitor.call("step")
+    assert Path(path).read_text() == source
+    visitor.call("functions/revert")
+    assert {each.name for each in opened.run.loop.functions} == {"eye_sensor_transmit", "linear_twist"}
+
+
+def test_a_body_is_coloured_by_the_topic_that_the_experiment_names(visitor: Visitor) -> None:
+    visitor.subscribe("/cockpit/experiment")
+    bodies = visitor.until(lambda: visitor.last("experiment"))["bodies"]
+    topics = {body["name"]: (body["colorable"], body["colored_part"]) for body in bodies}
+    assert topics["left_vr_screen"] == ("/screens/left/color", "left_vr_screen/body/screen_glass")
+    assert topics["sofa"] == ("/sofa/link/seat/color", "sofa/link/seat")
+
+
+def test_the_page_is_told_where_the_camera_looks(visitor: Visitor) -> None:
+    visitor.subscribe("/cockpit/experiment")
+    [mount] = visitor.until(lambda: visitor.last("experiment"))["mounts"]
+    assert (mount["topic"], mount["frame"]) == ("/husky/camera", "husky/base_link")
+    assert mount["position"] == pytest.approx([-0.16, 0, 0.362])
+    assert mount["view"] == {"fov_rad": 1.57, "aspect": pytest.approx(4 / 3)}
+
+
+def test_a_text_that_is_saved_and_not_applied_does_not_run(
+    opened: Cockpit, visitor: Visitor, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    path, source = listing(visitor, "listing2.py")
+    elsewhere = tmp_path / "listing2.py"
+    elsewhere.write_text(source)
+    monkeypatch.setitem(opened.session.functions._files, path, elsewhere)
+    edited = source.replace("def eye_sensor_transmit", "def another_name")
+    visitor.call("functions/save", files={path: edited})
+    assert elsewhere.read_text() == edited
+    assert visitor.call("functions/apply", files={})["applied"]
+    assert "another_name" not in {each.name for each in opened.run.loop.functions}
+    assert listing(visitor, "listing2.py")[1] == source
+
+
+def test_the_time_of_a_call_is_that_of_the_calls_that_are_counted(visitor: Visitor) -> None:
+    visitor.call("step", n=5)
+    visitor.call("seek", t_s=0.04)
+    visitor.call("step")
+    for each in visitor.until(lambda: counted(visitor, 1)):
+        assert each["mean_ms"] == pytest.approx(each["recent_ms"][-1], abs=1e-3)
+
+
+def counted(visitor: Visitor, calls: int) -> list[dict[str, Any]] | None:
+    """Return the functions, once each was called that often."""
+    functions = (visitor.last("functions") or {"functions": []})["functions"]
+    return functions if functions and {each["calls"] for each in functions} == {calls} else None
+
+
+def test_an_error_of_a_draft_is_shown_in_its_file(opened: Cockpit, visitor: Visitor) -> None:
+    path, source = listing(visitor, "listing2.py")
+    broken = f"{source}    missing = []\n    missing[0]\n"
+    assert visitor.call("functions/apply", files={path: broken}) == {"applied": True, "findings": []}
+    visitor.call("step")
+    error = visitor.status(state="failed")["error"]
+    assert (error["file"], error["line"]) == (path, broken.count("\n"))
+    assert "nrp-cockpit-" not in error["message"]
+    with pytest.raises(RefusedError, match="the run is over"):
+        visitor.call("play")
+    visitor.call("functions/revert")
+    visitor.call("step_back")
+    visitor.status(state="paused", error=None)
+
+
+def test_a_function_that_is_not_active_does_not_run(visitor: Visitor) -> None:
+    def calls(active: bool) -> int:
+        visitor.call("functions/activate", name="linear_twist", active=active)
+        visitor.call("step", n=2)
+        return int(visitor.until(lambda: shown(active))["calls"])
+
+    def shown(active: bool) -> dict[str, Any] | None:
+        functions = (visitor.last("functions") or {"functions": []})["functions"]
+        fits = (each for each in functions if each["name"] == "linear_twist" and each["active"] is active)
+        return next(fits, None)
+
+    assert calls(active=False) == 0
+    assert calls(active=True) > 0
+
+
+def test_an_editor_is_offered_topics_populations_and_words(visitor: Visitor) -> None:
+    labels = {word["label"] for word in visitor.call("functions/complete")["words"]}
+    assert {"/husky/camera", "nrp.brain.sensors", "nrp.MapRobotSubscriber"} <= labels
+
+
+def test_snapshots_are_bounded_and_one_that_is_removed_makes_room(
+    opened: Cockpit, visitor: Visitor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("nrp_cockpit.session.past.MOST_KEPT", len(opened.session.past.shown) + 2)
+    first = visitor.call("snapshot")
+    visitor.call("snapshot")
+    with pytest.raises(RefusedError, match="there is no room for more: remove one first"):
+        visitor.call("snapshot")
+    visitor.call("forget", id=first["id"])
+    assert first["id"] not in [each["id"] for each in opened.session.past.shown]
+    visitor.call("snapshot")
+
+
+def test_a_long_way_to_another_time_is_halted_where_it_is(opened: Cockpit, visitor: Visitor) -> None:
+    way = visitor.ask("seek", t_s=30.0)
+    visitor.until(lambda: opened.run.now_s > 0.1)
+    visitor.call("halt")
+    visitor.answer(way)
+    assert 0.1 < opened.session.ask(lambda: opened.run.now_s) < 30
+    visitor.status(state="paused")
+
+
+def test_a_cell_and_a_projection_are_read_when_somebody_looks(opened: Cockpit, visitor: Visitor) -> None:
+    visitor.call("step", n=3)
+    brain = opened.run.brain
+    label, population = next(each for each in brain.network.populations.items() if not each[1].is_source)
+    looked = visitor.call("membrane", population=label, index=1)
+    neuron = int(brain.network.offsets[label]) + 1
+    assert looked == {"t_s": 0.06, "v_mv": opened.session.ask(lambda: brain.read_state("v", [neuron])[0])}
+    projection = brain.network.projections[0]
+    weights = visitor.call("weights", projection=projection.label)
+    assert sum(weights["counts"]) == projection.size
+    assert weights["summary"][0] == pytest.approx(projection.weight.min(), rel=0.01)
+    for call, said in (
+        (
+            lambda: visitor.call("membrane", population=label, index=10_000),
+            f"the cells of '{label}' are 0 to",
+        ),
+        (lambda: visitor.call("weights", projection="nothing"), "nothing"),
+    ):
+        with pytest.raises(RefusedError, match=said):
+            call()
+    assert population.size > 1
