@@ -7,6 +7,7 @@ from nrp_cockpit.session import past
 from nrp_cockpit.session.past import Past
 from visitors import SMALL
 
+from nrp_core.clock import NS_PER_S
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 
@@ -32,3 +33,20 @@ def test_large_snapshots_are_taken_more_rarely(
         run.loop.hooks.after_step.append(lambda loop: kept.after_step())
         run.run_until(UNTIL_S)
     assert counted == taken
+
+
+def test_of_long_ago_few_snapshots_are_kept_and_every_time_is_still_reached(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(past, "RECENT_NS", NS_PER_S)
+    monkeypatch.setattr(past, "ALONE_NS", 2 * NS_PER_S)
+    with Run(load_experiment("braitenberg_husky", [SMALL])) as run:
+        whole = Past(run, can_save=True)
+        run.loop.hooks.after_step.append(lambda loop: whole.after_step())
+        run.run_until(3.5)
+        there = run.result().final_pose
+        run.run_until(5.0)
+        assert [each.t_ns // NS_PER_S for each in whole._moments] == [0, 2, 4, 5]
+        whole.way_to(7 * NS_PER_S // 2)()  # from the snapshot of 2 s
+        assert run.now_s == 3.5
+        assert run.result().final_pose == there

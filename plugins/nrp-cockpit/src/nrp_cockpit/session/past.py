@@ -14,6 +14,8 @@ from nrp_core.experiment.running.run import Run
 
 WATCHED_NS, ALONE_NS = NS_PER_S, 5 * NS_PER_S
 """Simulated time between two automatic snapshots, with and without clients."""
+RECENT_NS = 60 * NS_PER_S
+"""Older automatic snapshots are kept as far apart as without clients, so long runs need little memory."""
 BYTES_A_SECOND = 4_000_000
 """Maximum size of automatic snapshots per simulated second; those of a large network are slow, hence rare."""
 MOST_KEPT = 100
@@ -211,8 +213,19 @@ class Past:
         self._rarer = max(1.0, len(moment.data) / BYTES_A_SECOND)
         self._moments.sort(key=lambda each: each.t_ns)
         self._last_ns = max(self._last_ns, moment.t_ns)
+        self._let_age()
         self._thin_out()
         return moment
+
+    def _let_age(self) -> None:
+        """Remove snapshots of long ago that were taken on their own and stand close to the one before."""
+        recent_ns = self._run.loop.now_ns - RECENT_NS
+        stays: list[Moment] = []
+        for each in self._moments:
+            is_close = bool(stays) and stays[-1].was and each.t_ns - stays[-1].t_ns < ALONE_NS
+            if each.kept or each.t_ns >= recent_ns or not is_close:
+                stays.append(each)
+        self._moments = stays
 
     def _thin_out(self) -> None:
         """Remove every second automatic snapshot while all need too much memory."""
