@@ -85,7 +85,12 @@ class Expressions:
         self.observe(Index(node, owner, index))
         if isinstance(owner, Known) and isinstance(owner.value, NEURONS):
             neurons: Any = owner.value
-            return Known(neurons[index.value]) if isinstance(index, Known) else UNKNOWN
+            match index:
+                case Known(value):
+                    return Known(neurons[value])
+                case Row(items) if all(isinstance(item, Known) for item in items):
+                    return Known(neurons[[item.value for item in items if isinstance(item, Known)]])
+            return UNKNOWN
         if isinstance(node.slice, ast.Slice):
             return owner if isinstance(owner, Items) else UNKNOWN
         return self.item_of(owner, index)

@@ -9,7 +9,7 @@ from itertools import pairwise
 from nrp_core.analysis.events import Add, Compute, Event, Index, Rename, Return, Write
 from nrp_core.analysis.expressions import Expressions, with_hidden
 from nrp_core.analysis.scopes import own_nodes
-from nrp_core.analysis.shapes import UNKNOWN, Shape, attribute, item_of, joined
+from nrp_core.analysis.shapes import UNKNOWN, Instance, Known, Number, Shape, attribute, item_of, joined
 
 _ENDS = (ast.Return, ast.Raise, ast.Continue, ast.Break)
 _ASKS = frozenset({"hasattr", "isinstance", "getattr", "callable"})
@@ -61,7 +61,7 @@ class FunctionBody(Expressions):
             if isinstance(operation, ORDERS):
                 self.observe(Compute(nodes[i], sides[i]))
                 self.observe(Compute(nodes[i + 1], sides[i + 1]))
-        return UNKNOWN
+        return Instance(bool) if all(map(_is_scalar, sides)) else UNKNOWN
 
     # -- statements
 
@@ -178,6 +178,10 @@ class FunctionBody(Expressions):
 
     def _do_classdef(self, node: ast.ClassDef) -> None:
         self.names[node.name] = UNKNOWN
+
+
+def _is_scalar(shape: Shape) -> bool:
+    return isinstance(shape, Number) or (isinstance(shape, Known) and isinstance(shape.value, (int, float)))
 
 
 def _is_part_of(value: ast.expr, name: str) -> bool:

@@ -44,6 +44,7 @@ from nrp_core.errors import (
 )
 from nrp_core.experiment.backends import load_backend
 from nrp_core.experiment.making.maker import Maker, maker_of
+from nrp_core.experiment.making.mappings import doubtful_mappings
 from nrp_core.experiment.making.prepare import Examination, ProgressCallback
 from nrp_core.experiment.making.watch import warn_of_missing_topics
 from nrp_core.experiment.model.collector import Collector
@@ -218,6 +219,7 @@ class Study(Examination):
         self.collector.findings += _beyond(self._reading.slices, BrainRoot(network))
         variables: dict[str, Any] = {}
         for declared in ordered:
+            self.collector.findings += doubtful_mappings(declared.function, network)
             adapters = self._bound(declared, brain, world, variables)
             events = _events(declared, adapters)
             self.examined.append(Examined(declared, adapters, events, self._experiment, world))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,6 +13,8 @@ from nrp_core.parameters.parameter import Parameter
 CALL = "parameter"
 _ARGUMENTS = ("name", "default")
 _OPTIONS = ("unit", "low", "high", "doc")
+_LOOKING = frozenset({"globals", "locals", "vars", "exec", "eval"})
+"""Functions with which a script may read names that it does not write."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,10 +47,12 @@ class Declared:
     Args:
         parameters: by name, in the order of the script.
         mistakes: declarations that cannot be read, or contradict themselves or another.
+        trees: the files of the script.
     """
 
     parameters: dict[str, Parameter] = field(default_factory=dict)
     mistakes: list[ExperimentError] = field(default_factory=list)
+    trees: dict[Path, ast.Module] = field(default_factory=dict)
 
     def add(self, parameter: Parameter) -> None:
         """Add a parameter; one of a known name must be the same."""
@@ -59,6 +63,30 @@ class Declared:
                 "make the two equal, or rename one"
             )
             self.mistakes.append(ExperimentError(message, path=parameter.path, line=parameter.line))
+
+    @property
+    def unused(self) -> list[Parameter]:
+        """The parameters declared at the top of a file, and kept under no name or one that no file reads.
+
+        A script that looks names up (``globals()``, ``exec``) may read any of them.
+        """
+        nodes = [node for tree in self.trees.values() for node in ast.walk(tree)]
+        read = {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
+        if read & _LOOKING:
+            return []
+        for node in nodes:
+            match node:
+                case ast.Attribute(attr=name):
+                    read.add(name)
+                case ast.ImportFrom(names=names):
+                    read |= {one.name for one in names}
+        kept_nowhere = {
+            (path, statement.lineno)
+            for path, tree in self.trees.items()
+            for statement in tree.body
+            if _is_kept_nowhere(statement, read)
+        }
+        return [one for one in self.parameters.values() if (one.path, one.line) in kept_nowhere]
 
 
 def parsed(path: Path) -> ast.Module:
@@ -92,6 +120,7 @@ def read_parameters(
             tree = tree_of(file)
         except (SyntaxError, ValueError, OSError):  # reported where the script is executed or checked
             continue
+        declared.trees[file] = tree
         for call in _calls(tree, dialect):
             _declare(call, file, declared)
         waiting += _neighbours(tree, file.parent)
@@ -156,6 +185,16 @@ def _calls(tree: ast.Module, dialect: Dialect) -> Iterator[ast.Call]:
                 yield node
             case ast.Call(func=ast.Name(id=name)) if name in functions:
                 yield node
+
+
+def _is_kept_nowhere(node: ast.stmt, read: Collection[str]) -> bool:
+    """Return whether a statement drops a parameter's value, or assigns it to a name that nothing reads."""
+    match node:
+        case ast.Expr(ast.Call(func)):
+            return _last(func) == CALL
+        case ast.Assign([ast.Name(name)], ast.Call(func)) | ast.AnnAssign(ast.Name(name), _, ast.Call(func)):
+            return _last(func) == CALL and name not in read
+    return False
 
 
 def _last(node: ast.expr) -> str:

@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 
 from nrp_core.analysis.validate import validate_file
-from nrp_core.findings import Level
+from nrp_core.experiment.making.prepare import prepare
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.findings import Code, Level
 
 HEAD = """\
 import os
@@ -16,12 +18,13 @@ import threading
 import urllib.request
 
 import geometry_msgs.msg
+import std_msgs.msg
 
 
-@nrp.MapSpikeSource("red", nrp.brain.sensors[0], nrp.{device})
-@nrp.MapCSVRecorder("rows", "rows.csv", headers=["t", "{header}"])
-@nrp.Robot2Neuron()
-def see(t, red, rows):
+@nrp.MapSpikeSource("red", nrp.brain.sensors{neurons}, nrp.{device})
+@nrp.MapCSVRecorder("rows", "{file}", headers=["t", "{header}"])
+{mapped}@nrp.Robot2Neuron()
+def see(t, red, rows{taken}):
     red.rate = 1.0
     rows.record_entry(t, t)
     {body}
@@ -32,6 +35,9 @@ def drive(t):
     return geometry_msgs.msg.Twist()
 """
 
+OWN = "@nrp.MapRobotPublisher('topic', Topic('/mine', std_msgs.msg.Float64))\n"
+SEND = "topic.send_message(std_msgs.msg.Float64(t))"
+
 
 def said(husky: Path, *overrides: str) -> list[str]:
     """Return the errors and warnings about an experiment."""
@@ -39,11 +45,12 @@ def said(husky: Path, *overrides: str) -> list[str]:
     return [str(finding) for finding in found if finding.level is not Level.NOTE]
 
 
-def of_functions(
-    husky: Path, body: str = "pass", device: str = "poisson", header: str = "x", extra: str = ""
-) -> list[str]:
-    (husky / "mine.py").write_text(HEAD.format(body=body, device=device, header=header))
-    return said(husky, f"transfer_functions=[{husky}/mine.py]", *([extra] if extra else []))
+def of_functions(husky: Path, body: str = "pass", **changes: str) -> list[str]:
+    given = {"device": "poisson", "header": "x", "neurons": "[0]", "file": "rows.csv"} | changes
+    given |= {"mapped": OWN, "taken": ", topic"} if "topic" in body else {"mapped": "", "taken": ""}
+    (husky / "mine.py").write_text(HEAD.format(body=body, **given))
+    functions = f"transfer_functions=[{husky}/mine.py]"
+    return said(husky, functions, *(["topics={/mine: std_msgs/Float64}"] if "send" in body else []))
 
 
 @pytest.mark.parametrize(
@@ -53,6 +60,7 @@ def of_functions(
         ("criteria.x={near: {model: husky, point: [1000, 0], within: 1 m}}", "'point' is 993 m outside"),
         ("criteria.reaches_left.near.model=left_vr_screen", "'left_vr_screen' is always near itself"),
         ("brain.populations.more=[0, 0, 1]", "the population 'more' has 2 neurons, some of them twice"),
+        ("world.sensors={/husky/camera: {noise: 30}}", "is 30, and full brightness is 1 [NRP298]"),
         ("world.sensors={/husky/camera: {}}", "sets nothing; valid: noise, bias, delay, drop_out"),
         (
             "events.blue={at: 5 s, publish: {topic: /left_vr_screen/body/screen_glass/color, value: blue}}",
@@ -77,6 +85,7 @@ def test_what_an_experiment_asks_in_vain_is_reported(husky: Path, override: str,
         "events.again={at: 5 s, publish: {topic: /screens/left/color, value: Gazebo/RedGlow}}",
         "brain.populations.more=[0, 1]",
         "world.sensors={/husky/camera: {noise: 0.02}}",
+        "world.sensors={/husky/camera: {noise: 0.5, bias: -0.2}}",
     ],
 )
 def test_what_an_experiment_may_ask_is_not_reported(husky: Path, override: str) -> None:
@@ -107,6 +116,9 @@ def test_what_a_body_takes_from_elsewhere_is_reported(husky: Path, body: str, wo
         "threading = 3; print(threading)",
         "try:\n        print(1 / t)\n    except ZeroDivisionError:\n        pass",
         "try:\n        print(1 / t)\n    except Exception as error:\n        print(error)",
+        "red.rate = 100.0 * (t > 1)",
+        "red.rate = 100.0 if t > 1 else 0.0",
+        f"if t > 1:\n        {SEND}\n        return\n    {SEND}",
     ],
 )
 def test_what_stays_in_the_body_is_not_reported(husky: Path, body: str) -> None:
@@ -124,6 +136,13 @@ def test_what_stays_in_the_body_is_not_reported(husky: Path, body: str) -> None:
             "'amplitude' is 500 nA; is it meant in pA",
         ),
         ({"header": "t"}, "two columns have the header 't'"),
+        ({"device": "poisson, weight=-0.01"}, "the conductances of 'circuit' are never negative"),
+        ({"body": "red.rate = t > 1"}, "'rate' is in Hz and is set to true or false, which is 1 or 0 Hz"),
+        ({"body": "red.rate = True"}, "'rate' is in Hz and is set to true or false, which is 1 or 0 Hz"),
+        ({"neurons": "[[0, 0]]"}, "'red' drives one neuron 2 times: brain.sensors[[0, 0]] [NRP211]"),
+        ({"neurons": "[0, 0:2]"}, "'red' drives one neuron 2 times"),
+        ({"file": "/tmp/rows.csv"}, "are written to 'tmp/rows.csv', not to '/tmp/rows.csv' [NRP315]"),
+        ({"body": f"{SEND}; {SEND}"}, "sends another message on '/mine': this one is not used [NRP319]"),
     ],
 )
 def test_settings_in_a_wrong_unit_are_reported(husky: Path, changes: dict[str, str], words: str) -> None:
@@ -137,22 +156,70 @@ def test_a_tag_in_a_yaml_file_is_refused_with_its_line(husky: Path) -> None:
     assert "experiment.yaml:8:7: the tag '!env' has no meaning here" in message
 
 
-@pytest.mark.parametrize(
-    ("line", "found"),
-    [
-        ("numpy.random.default_rng()", 1),
-        ("numpy.random.seed()", 1),
-        ("numpy.random.default_rng(3)", 0),
-        ("numpy.random.rand()", 0),
-    ],
-)
-def test_a_brain_script_without_a_seed_is_reported(husky: Path, line: str, found: int) -> None:
+def test_a_brain_script_without_a_seed_is_reported(husky: Path) -> None:
     path = husky / "brain.py"
-    path.write_text(f"import numpy\n{line}\n{path.read_text()}")
-    messages = said(husky)
-    assert ["brain.py:2:1" in one and "has no seed" in one for one in messages] == [True] * found
+    calls = ["default_rng()", "seed()", "default_rng(3)", "rand()"]
+    lines = "".join(f"numpy.random.{call}\n" for call in calls)
+    path.write_text(f"import numpy\n{lines}{path.read_text()}")
+    first, second = said(husky)
+    assert "brain.py:2:1" in first
+    assert "brain.py:3:1" in second
+    assert "has no seed" in first
+    assert "has no seed" in second
 
 
 def test_an_own_topic_that_nobody_uses_is_noted(husky: Path) -> None:
     found = validate_file(husky / "experiment.yaml", ["topics={/mine: std_msgs/Float64}"])
     assert any("nothing publishes on the topic '/mine' and nothing reads it" in one.message for one in found)
+
+
+SCREEN = ("room.sdf", "0 -2.44 0.65", "0 -2.44 {}")
+JOINT = ("husky.sdf", "<axis><xyz>0 1 0</xyz></axis>", "<axis><xyz>0 1 0</xyz>{}</axis>")
+CAMERA = (
+    "husky.sdf",
+    "<clip><near>0.1</near><far>100</far></clip>",
+    "<clip><near>0.1</near><far>{}</far></clip>",
+)
+RATE = ("husky.sdf", "<update_rate>30<", "<update_rate>{}<")
+SUN = ("room.sdf", "-0.1698 0.1 -0.3", "{}")
+STEP = ("room.sdf", "<gravity>", "<physics><max_step_size>{}</max_step_size></physics><gravity>")
+LIMITS = "<limit><lower>-{0}</lower><upper>{0}</upper></limit>"
+FILES = [
+    (SCREEN, "-3", "the model 'left_vr_screen' lies below 'floor/link/floor', which the robots stand"),
+    (SCREEN, "0.1", ""),  # its stand is in the floor
+    (JOINT, LIMITS.format(1), "'back_left_joint' is continuous: it turns past its <limit> of -1 to 1 rad"),
+    (JOINT, LIMITS.format(3.14159), ""),
+    (JOINT, LIMITS.format(1e16), ""),
+    (CAMERA, "0.3", "the camera 'camera' of 'husky' sees 0.3 m far, and the robot is 1.32 m large"),
+    (CAMERA, "3", ""),
+    (RATE, "1e9", "the sensor 'camera' of 'husky' measures 1e+09 times a second"),
+    (RATE, "1000", ""),
+    (SUN, "0 0 1", "the light 'sun' shines upward"),
+    (STEP, "0.1", "asks for a step of 0.1 s, and the world takes one of 0.002 s [NRP317]"),
+    (STEP, "0.002", ""),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("edit", "value", "words"), FILES, ids=lambda one: str(one)[-12:])
+def test_a_value_of_a_file_is_reported_if_it_cannot_be_meant(
+    husky: Path, edit: tuple[str, str, str], value: str, words: str
+) -> None:
+    name, old, new = edit
+    path = husky / name
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new.format(value), 1))
+    found = [str(one) for one in validate_file(husky / "experiment.yaml") if one.code is not Code.NRP238]
+    assert [words in message for message in found] == [True] * bool(words)
+
+
+def test_a_run_reports_what_devices_files_and_parameters_ask_in_vain(husky: Path) -> None:
+    (husky / "mine.py").write_text(
+        "@nrp.MapSpikeSource('red', nrp.brain.sensors[0, 0], nrp.poisson)\n"
+        "@nrp.MapCSVRecorder('rows', '../rows.csv', headers=['t'])\n"
+        "@nrp.Robot2Neuron()\ndef see(t, red, rows):\n    red.rate = 1.0\n"
+        "gain = nrp.parameter('gain', 1.0)\n"
+    )
+    plan = prepare(load_experiment(husky, [f"transfer_functions=[{husky}/mine.py]"]))
+    assert sorted((one.code.name, one.line) for one in plan.warnings) == [
+        ("NRP211", 1), ("NRP315", 2), ("NRP318", 6),
+    ]  # fmt: skip

@@ -29,6 +29,19 @@ def a_step_is_short(study: Study) -> Iterator[Finding]:
         yield study.experiment.place("timestep").finding(Code.NRP296, message, Level.WARNING)
 
 
+@checks_experiment(Code.NRP317)
+def the_room_asks_for_the_same_step(study: Study) -> Iterator[Finding]:
+    """Look for a ``<physics>`` with another time step than that of the world."""
+    wanted_s = None if study.scene is None else study.scene.step_s
+    step_ns = study.world.capabilities.step_ns if study.world else None
+    if wanted_s and step_ns and round(wanted_s * NS_PER_S) != step_ns:
+        message = (
+            f"the <physics> of the room asks for a step of {wanted_s:g} s, and the world takes one of "
+            f"{seconds(step_ns):g} s"
+        )
+        yield study.experiment.place("world", "scene").finding(Code.NRP317, message, Level.NOTE)
+
+
 @checks_experiment(Code.NRP248)
 def criteria_count_some_time(study: Study) -> Iterator[Finding]:
     """Look for criteria that are never evaluated."""

@@ -15,7 +15,7 @@ from nrp_core.analysis.study import Examined
 from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.dsl.parameters.adapter import Adapter
-from nrp_core.findings import Code, Finding
+from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.base import type_name
 
 _OF_VALUES: tuple[Any, ...] = (min, max, abs, float, int, round, sum, len)
@@ -72,6 +72,22 @@ def settings_are_numbers(function: Examined) -> Iterator[Finding]:
                 if wrong:
                     message = f"'{name}' takes a number: {wrong}"
                     yield function.declared.finding(Code.NRP225, node, message)
+
+
+@checks_function(Code.NRP225)
+def settings_are_not_truth_values(function: Examined) -> Iterator[Finding]:
+    """Look for settings of devices that are assigned true or false, which count as 1 and 0."""
+    for event in function.events:
+        match event:
+            case Write(node, Known(Device() | DeviceGroup()), name, True, value) if name in UNITS:
+                shapes = value.items if isinstance(value, Row) else (value,)
+                if any(shape == Instance(bool) or _is(shape, bool) for shape in shapes):
+                    unit = UNITS[name]
+                    message = (
+                        f"'{name}' is in {unit} and is set to true or false, which is 1 or 0 {unit}; "
+                        f"write the value: 100.0 if ... else 0.0"
+                    )
+                    yield function.declared.finding(Code.NRP225, node, message, Level.WARNING)
 
 
 def _takes_values(callee: Any) -> bool:

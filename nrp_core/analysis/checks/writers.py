@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Iterator
 from itertools import combinations
 
@@ -17,6 +18,10 @@ from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.messages.base import type_name
+
+_OF_ONE_THING = ("std_msgs/", "geometry_msgs/")
+"""Packages whose messages hold the whole state of what they command."""
 
 
 @checks_experiment(Code.NRP235)
@@ -55,6 +60,48 @@ def topics_have_one_writer(study: Study) -> Iterator[Finding]:
                 message = twice if other is function else also
                 node = examined.declared.nodes.get(parameter)
                 yield examined.declared.finding(Code.NRP229, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP319)
+def messages_are_not_overwritten(function: Examined) -> Iterator[Finding]:
+    """Look for two messages on one topic in a sequence of statements that all run.
+
+    Messages about several things, such as trajectories of some joints each, may follow each other.
+    """
+    whole = {
+        name: mapping.writes.name
+        for name, mapping in function.function.mappings.items()
+        if mapping.writes is not None and _is_of_one_thing(function, mapping.writes.name)
+    }
+    for statements in _sequences(function.declared.node):
+        first: dict[str, ast.Expr] = {}
+        for statement in statements:
+            match statement:
+                case ast.Expr(ast.Call(ast.Attribute(ast.Name(name), "send_message"))) if name in whole:
+                    if name in first:
+                        line = statement.lineno
+                        message = (
+                            f"line {line} sends another message on '{whole[name]}': this one is not used"
+                        )
+                        yield function.declared.finding(Code.NRP319, first[name], message, Level.WARNING)
+                    first[name] = statement
+                case ast.Expr() | ast.Assign() | ast.AugAssign() | ast.AnnAssign():
+                    pass
+                case _:  # it may end the function
+                    first.clear()
+
+
+def _is_of_one_thing(function: Examined, topic: str) -> bool:
+    served = function.world.topics.get(topic)
+    return served is not None and type_name(served.type).startswith(_OF_ONE_THING)
+
+
+def _sequences(function: ast.AST) -> Iterator[list[ast.stmt]]:
+    """Yield all sequences of statements in a function."""
+    for node in ast.walk(function):
+        for _, part in ast.iter_fields(node):
+            if isinstance(part, list) and part and isinstance(part[0], ast.stmt):
+                yield part
 
 
 @checks_experiment(Code.NRP230)

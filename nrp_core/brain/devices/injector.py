@@ -9,7 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.devices.ports import NO_EVENTS, SourcePort, SourceSpec, check_synapse
+from nrp_core.brain.devices.ports import (
+    NO_EVENTS,
+    SourcePort,
+    SourceSpec,
+    check_conductance,
+    check_synapse,
+)
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.errors import NeuronSelectionError
@@ -48,6 +54,7 @@ class SpikeInjectorPort(SourcePort):
         self._times_ms: FloatArray = np.empty(0)
 
     def start(self, now_ms: float, network: Network) -> None:
+        check_conductance(self._spec.weight, self.neurons, network)
         self._now_ms = now_ms
 
     def inject_spikes(

@@ -80,6 +80,23 @@ def check_synapse(weight: float, delay: float, receptor_type: str) -> None:
         raise ValueError(f"receptor_type is {' or '.join(RECEPTORS)}, not '{receptor_type}'")
 
 
+def check_conductance(weight: float, neurons: IntArray, network: Network) -> None:
+    """Check that a spike source has no negative weight on cells whose weights are conductances.
+
+    Raises:
+        ValueError: it has one.
+    """
+    if weight >= 0:
+        return
+    for label, population in network.populations.items():
+        inside = neurons - network.offsets[label]
+        if population.is_conductance_based and ((inside >= 0) & (inside < population.size)).any():
+            raise ValueError(
+                f"weight is {weight:g} uS, and the conductances of '{label}' are never negative; "
+                "a source that inhibits has receptor_type='inhibitory'"
+            )
+
+
 class Setting:
     """A value for each neuron, usually the same for all.
 

@@ -17,7 +17,15 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.devices.ports import NO_EVENTS, Setting, SourcePort, SourceSpec, Value, check_synapse
+from nrp_core.brain.devices.ports import (
+    NO_EVENTS,
+    Setting,
+    SourcePort,
+    SourceSpec,
+    Value,
+    check_conductance,
+    check_synapse,
+)
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.parameters import MAX_RATE_HZ
 from nrp_core.brain.spikes import SynapticEvents
@@ -97,6 +105,7 @@ class TrainPort(SourcePort):
         self.reset(seeds)
 
     def start(self, now_ms: float, network: Network) -> None:
+        check_conductance(self._spec.weight, self.neurons, network)
         if self._spec.synapse_type is None:
             return
         from nrp_core.brain.devices.short_term import (

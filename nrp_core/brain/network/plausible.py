@@ -49,6 +49,7 @@ _HIGHEST_HZ: Final = 1e5
 """Of one Poisson source, which often stands for thousands of neurons."""
 _SHORTEST_MS: Final = 0.5
 """Of the intervals of one source; no neuron fires at 2 kHz."""
+_STEP: Final = Plausible(0.001, 100.0, "ms", "s", "us")
 _STRONGEST: Final = 50.0
 """Conductance of one synapse in units of the leak; more takes a cell to the reversal potential."""
 _LARGEST_EFFECT: Final = 1_000.0
@@ -62,6 +63,8 @@ def implausible(network: Network) -> list[str]:
         network: the network; without parameters, as in a description, there is nothing to check.
     """
     found: list[str] = []
+    if network.timestep_ms is not None:
+        found += _outside("timestep of setup", np.array([network.timestep_ms]), _STEP)
     for population in network.populations.values():
         found += _of_cells(population)
     for projection in network.projections:
@@ -77,6 +80,7 @@ def _of_cells(population: Population) -> Iterator[str]:
             yield from _outside(f"{name} of {owner}", population.parameters[name], plausible)
     for name in _VOLTAGES:
         yield from _in_volts(f"{name} of {owner}", population.parameters.get(name, np.empty(0)))
+    yield from _of_beginning(owner, population)
     excites, inhibits = (population.parameters.get(f"e_rev_{kind}", np.zeros(1)) for kind in "EI")
     if (inhibits > excites).any():
         pair = f"{inhibits.max():g} mV, above e_rev_E, {excites.min():g} mV"
@@ -87,6 +91,23 @@ def _of_cells(population: Population) -> Iterator[str]:
     rates = population.parameters.get("rate", np.zeros(1))
     if population.cell_type == "SpikeSourcePoisson" and rates.max() > _HIGHEST_HZ:
         yield f"rate of {owner} is {rates.max():g} Hz; is it meant in mHz?"
+
+
+def _of_beginning(owner: str, population: Population) -> Iterator[str]:
+    """Yield what is wrong with the initial membrane potential; cells that rest above threshold may fire."""
+    cells, begins = population.parameters, population.initial_values.get("v", np.empty(0))
+    if not begins.size or not {"v_rest", "v_thresh"} <= cells.keys() or "delta_T" in cells:
+        return
+    rest, threshold = cells["v_rest"], cells["v_thresh"]
+    in_volts = list(_in_volts(f"the initial v of {owner}", begins)) if (np.abs(rest) > 1.0).all() else []
+    yield from in_volts
+    above = (begins >= threshold) & (rest < threshold)
+    if above.any() and not in_volts:
+        first = int(np.flatnonzero(above)[0])
+        yield (
+            f"{int(above.sum())} of {population.size} cells of {owner} begin at or above their threshold and "
+            f"fire at once: v is {begins[first]:g} mV, and v_thresh is {threshold[first]:g} mV"
+        )
 
 
 def _outside(owner: str, values: FloatArray, plausible: Plausible) -> Iterator[str]:

@@ -69,7 +69,7 @@ def write_csv(functions: Iterable[TransferFunction], folder: Path) -> list[Path]
     ]
     texts: dict[str, str] = {}
     for recorder in found:
-        name = _inside(recorder.filename)
+        name = inside(recorder.filename)
         texts[name] = texts.get(name, "") + _text(recorder, with_headers=name not in texts)
     for name, text in texts.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -87,7 +87,7 @@ def _text(recorder: CSVRecorder, *, with_headers: bool) -> str:
     return text.getvalue()
 
 
-def _inside(filename: str) -> str:
-    """Return a name that stays inside its folder."""
+def inside(filename: str) -> str:
+    """Return the name of a recorder's file below the folder of the run, which it never leaves."""
     parts = [part for part in PurePosixPath(filename.replace("\\", "/")).parts if part not in ("/", "..")]
     return "/".join(parts) or "records.csv"

@@ -10,7 +10,7 @@ from nrp_core.experiment.making.maker import maker_of
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.tree import Key
-from nrp_core.findings import Code
+from nrp_core.findings import Code, Finding, Level
 from nrp_core.parameters import Declared, Parameter, Value, fitting
 
 
@@ -94,6 +94,10 @@ def _checked(
     for mistake in declared.mistakes:
         with collector.during(Code.NRP289):
             raise mistake
+    for parameter in () if declared.mistakes else declared.unused:
+        message = f"nothing reads the parameter '{parameter.name}': every value gives the same result"
+        where = Finding(Code.NRP318, message, Level.WARNING, parameter.path, parameter.line)
+        collector.findings.append(where)
     values, wrong = fitting(declared.parameters, given)
     unread = {mistake.path for mistake in declared.mistakes}
     for name, message in wrong.items():

@@ -22,6 +22,7 @@ from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
 from nrp_core.experiment.backends import load_backend, named
 from nrp_core.experiment.making.interventions import check_capabilities, with_variants
 from nrp_core.experiment.making.maker import maker_of
+from nrp_core.experiment.making.mappings import doubtful_mappings
 from nrp_core.experiment.making.parameters import Parameters, with_parameters
 from nrp_core.experiment.making.start_poses import things_fall, wrong_starts
 from nrp_core.experiment.making.watch import Watch, declare_own, warn_of_missing_topics
@@ -34,6 +35,7 @@ from nrp_core.registry import Registry
 from nrp_core.world.backends import worlds
 from nrp_core.world.drives.plausible import implausible_drives
 from nrp_core.world.interface import WorldBackend
+from nrp_core.world.raycast.footing import below_ground
 from nrp_core.world.scene import plausible as scene_plausibility
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sensing import Noise
@@ -277,6 +279,9 @@ class Examination:
             self.collector.add(Code.NRP298, sentence, *keys, level=Level.WARNING)
         for robot, sentence in self._wrong_drives(self.scene):
             self.collector.add(Code.NRP298, sentence, "world", "robots", robot, level=Level.WARNING)
+        for model, ground in below_ground(self.scene, self._experiment.world.robots):
+            message = f"the model '{model}' lies below '{ground}', which the robots stand on"
+            self.collector.add(Code.NRP316, message, "world", "scene", level=Level.WARNING)
         for name, code, message in wrong_starts(self.scene, self._experiment.world.robots):
             self.collector.add(code, message, "world", "robots", name, level=Level.WARNING)
 
@@ -331,6 +336,8 @@ class Examination:
             )
             warn_of_missing_topics(self.collector, self._experiment, world, self.functions)
             declare_topics(self.functions, world)
+            for function in self.functions:
+                self.collector.findings += doubtful_mappings(function, network)
             variables: dict[str, Any] = {}
             bound: list[TransferFunction] = []
             for function in self.functions:

@@ -126,6 +126,11 @@ class Code(Enum):
     NRP307 = experiment.NEVER_FAILS
     NRP308 = brain.UNLIKE_SCRIPT
     NRP309 = functions.HIDDEN_ERRORS
+    NRP315 = functions.FILE_RENAMED
+    NRP316 = world.BELOW_GROUND
+    NRP317 = world.STEP_IGNORED
+    NRP318 = functions.PARAMETER_WITHOUT_EFFECT
+    NRP319 = functions.MESSAGE_OVERWRITTEN
     NRP335 = brain.IMPOSSIBLE_VARIANT
     NRP336 = brain.IDLE_INTERVENTION
 

@@ -324,3 +324,27 @@ WRITES_FILE = Explanation(
     "{n} places where functions write files",
     Weight.REMARK,
 )
+
+FILE_RENAMED = Explanation(
+    "A CSV recorder names a file outside the folder of the run.",
+    "Rows are written only below that folder, so the file is not where its name says.",
+    "Give a name without a leading `/` and without `..`: `rows.csv` or `arm/rows.csv`.",
+    "{n} CSV files are written under another name",
+    Weight.REMARK,
+)
+
+PARAMETER_WITHOUT_EFFECT = Explanation(
+    "A declared parameter is never used.",
+    "An experiment or a sweep can set it, and every value gives the same result.",
+    "Use the name that the declaration is assigned to, or remove the declaration.",
+    "{n} parameters have no effect",
+    Weight.REMARK,
+)
+
+MESSAGE_OVERWRITTEN = Explanation(
+    "A function sends two messages on one topic in the same step.",
+    "A topic keeps the last message of a step, so that the first one moves nothing.",
+    "Send one message that holds both, or use a topic for each.",
+    "{n} messages are overwritten before anything uses them",
+    Weight.REMARK,
+)

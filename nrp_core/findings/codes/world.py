@@ -177,3 +177,19 @@ STARTS_HIGH = Explanation(
     "{n} robots start high above the ground",
     Weight.REMARK,
 )
+
+BELOW_GROUND = Explanation(
+    "A model of the room lies below the ground that the robots stand on.",
+    "No robot sees or touches it.",
+    "Correct z of its pose; poses of models are in m, from the origin of the room.",
+    "{n} models lie below the ground",
+    Weight.REMARK,
+)
+
+STEP_IGNORED = Explanation(
+    "The room's `<physics>` asks for another time step than the world uses.",
+    "The time step belongs to the experiment and its backend, so that a room gives the same in each of them.",
+    "Nothing, or set the time step of the world: `world: {options: {timestep: 1 ms}}`.",
+    "{n} rooms ask for another time step",
+    Weight.REMARK,
+)

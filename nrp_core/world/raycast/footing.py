@@ -6,12 +6,14 @@ simple solids, because engines treat the inside of other meshes differently.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
-from nrp_core.world.raycast.solids import Solid, solids_of
+from nrp_core._support.arrays import FloatArray
+from nrp_core.world.raycast.solids import Solid, room_of, solids_of
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Heightmap, Model, Plane, Scene
 
@@ -67,6 +69,43 @@ def height_above_ground_m(model: Model, scene: Scene) -> float:
     others = (solid for other in scene.models if other.name != model.name for solid in solids_of(other))
     tops = [solid.highest_m for solid in others if solid.is_below(points)]
     return max(0.0, float(points[:, 2].min()) - max(tops)) if tops else 0.0
+
+
+def below_ground(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Yield each static model below the ground that robots stand on, with the collision shape that covers it.
+
+    A model with something below it is in a cellar, and one that is as wide as the shape above it is its
+    foundation.
+
+    Args:
+        scene: the scene with the robots at their start poses.
+        robots: names of the robots.
+    """
+    names = set(robots)
+    feet = [solid.lowest_m for model in scene.models if model.name in names for solid in solids_of(model)]
+    room = room_of(scene)
+    for model in scene.models if feet else ():
+        own = list(solids_of(model))
+        if not model.static or model.name in names or not own or any(solid.is_endless for solid in own):
+            continue
+        points = np.vstack([corner for solid in own for corner in solid.box])
+        others = [solid for solid in room if solid not in own]
+        covers = [one for one in others if one.highest_m < min(feet) + _MOST_M and _covers(one, points)]
+        if covers and not any(one.is_below(points) for one in others if one not in covers):
+            yield model.name, covers[0].name
+
+
+def _covers(ground: Solid, points: FloatArray) -> bool:
+    """Return whether points are below a much wider shape, with room between them."""
+    low, high = points.min(0), points.max(0)
+    if high[2] > ground.highest_m - _MOST_M:
+        return False
+    if ground.is_endless:
+        return ground.highest_m < inf
+    ground_low, ground_high = ground.box
+    inside = bool(((ground_low <= low) & (high <= ground_high))[:2].all())
+    wide = float(np.prod((high - low)[:2])) < 0.5 * float(np.prod((ground_high - ground_low)[:2]))
+    return inside and wide and bool(high[2] < ground_low[2] + _MOST_M)
 
 
 def can_fall(model: Model, scene: Scene) -> bool:

@@ -80,6 +80,11 @@ class Solid:
         return inf
 
     @property
+    def is_endless(self) -> bool:
+        """Whether it has no bounds."""
+        return isinstance(self.geometry, Plane)
+
+    @property
     def lowest_m(self) -> float:
         """The lowest height of the shape."""
         if isinstance(self.geometry, Plane) and not self._is_level:

@@ -335,6 +335,13 @@ class Light:
 class Scene:
     """Everything that a world backend loads.
 
+    Args:
+        models: robots and everything around them.
+        lights: the lights.
+        gravity: m/s^2.
+        warnings: what its files say and a world does not do.
+        step_s: the time step that its file asks for, s. No engine uses it: steps belong to the experiment.
+
     Raises:
         SceneError: two models have the same name, or one of them is inconsistent.
     """
@@ -343,6 +350,7 @@ class Scene:
     lights: tuple[Light, ...] = ()
     gravity: Vector = (0.0, 0.0, -9.8)
     warnings: tuple[Finding, ...] = field(default=(), compare=False)
+    step_s: float | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         check_unique((model.name for model in self.models), "models", "the scene")

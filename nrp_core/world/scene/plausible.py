@@ -12,7 +12,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import SceneError
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose, Vector
-from nrp_core.world.scene.model import Box, Geometry, Model, Plane, Scene
+from nrp_core.world.scene.model import Box, Geometry, Light, Model, Plane, Scene
 from nrp_core.world.scene.tessellation import triangles_of
 
 _TURNS_RAD: Final = 4 * pi
@@ -25,6 +25,9 @@ _LIGHTEST: Final = 0.05
 """A density below that of hydrogen at room temperature, 0.08 kg/m^3 (the same source)."""
 _STRONGEST: Final = 25.0
 """Gravity of Jupiter at one bar, 24.79 m/s^2: NASA Planetary Fact Sheet, the strongest of all planets."""
+_FASTEST_HZ: Final = 1e5
+"""More often than any sensor of robots; inertial sensors reach 32 kHz (ICM-42688-P data sheet)."""
+_NEAR_M: Final = 1.0
 _SENSOR_TIMES: Final = 10.0
 """How many times a robot's size a sensor is away from its link if its place is in millimetres."""
 _TIMES: Final = 100.0
@@ -36,14 +39,16 @@ def implausible(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str | Non
 
     Args:
         scene: the scene.
-        robots: names of its robots; other models are not checked.
+        robots: names of its robots; of other models only the sensors are checked.
     """
-    yield from ((None, sentence) for sentence in _of_gravity(scene.gravity))
+    yield from ((None, sentence) for sentence in (*_of_gravity(scene.gravity), *_of_lights(scene.lights)))
     names = set(robots)
     for model in scene.models:
-        if model.name in names:
+        owner = model.name if model.name in names else None
+        yield from ((owner, sentence) for sentence in _of_measurements(model))
+        if owner is not None:
             for sentence in (*_of_rest(model), *_of_joints(model), *_of_sizes(model)):
-                yield model.name, sentence
+                yield owner, sentence
 
 
 def _of_gravity(gravity: Vector) -> Iterator[str]:
@@ -55,6 +60,28 @@ def _of_gravity(gravity: Vector) -> Iterator[str]:
         yield f"{owner}: it points to the side"
     if hypot(x, y, z) > _STRONGEST:
         yield f"{owner}, more than on Jupiter"
+
+
+def _of_lights(lights: Iterable[Light]) -> Iterator[str]:
+    """Yield a sentence if all that shines on a scene comes from below."""
+    suns = [light for light in lights if light.kind == "directional"]
+    if suns and len(suns) == len(tuple(lights)) and all(light.direction[2] > 0 for light in suns):
+        x, y, z = suns[0].direction
+        yield f"the light '{suns[0].name}' shines upward, to {x:g} {y:g} {z:g}: no side that is seen is lit"
+
+
+def _of_measurements(model: Model) -> Iterator[str]:
+    for sensor in (sensor for link in model.links for sensor in link.sensors):
+        owner = f"the sensor '{sensor.name}' of '{model.name}'"
+        if sensor.rate_hz > _FASTEST_HZ:
+            yield f"{owner} measures {sensor.rate_hz:g} times a second"
+        # the largest value of a measurement, with its name
+        largest = [(1.0, "full brightness")] if hasattr(sensor, "view") else []
+        largest += [(one, "its range") for one in [getattr(sensor, "range_max", inf)] if isfinite(one)]
+        noise = max(abs(sensor.noise.mean), sensor.noise.stddev)
+        for limit, what in largest:
+            if noise > limit:
+                yield f"the noise of {owner} is {noise:g}, and {what} is {limit:g}"
 
 
 def _of_rest(model: Model) -> Iterator[str]:
@@ -106,6 +133,12 @@ def _of_sensors(model: Model, size_m: float) -> Iterator[str]:
         for sensor in link.sensors:
             pose = getattr(sensor, "pose", None)
             away_m = 0.0 if pose is None else hypot(*pose.position)
+            view = getattr(sensor, "view", None)
+            if view is not None and view.far < min(size_m, _NEAR_M):
+                yield (
+                    f"the camera '{sensor.name}' of '{model.name}' sees {view.far:g} m far, and the robot is "
+                    f"{size_m:.3g} m large; is <far> meant in km?"
+                )
             if away_m > _SENSOR_TIMES * size_m:
                 yield (
                     f"the sensor '{sensor.name}' of '{model.name}' is {away_m:.3g} m from its link, and the "

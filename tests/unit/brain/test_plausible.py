@@ -26,6 +26,12 @@ WRONG_UNITS = [
         {"e_rev_E": -70.0, "e_rev_I": 0.0},
         "e_rev_I of the population 'cells' is 0 mV, above e_rev_E, -70 mV: are they swapped?",
     ),
+    ({"v_rest": -60.0, "v": -0.06}, "the initial v of the population 'cells' is -0.06 mV; is it meant in V?"),
+    (
+        {"v": -40.0},
+        "3 of 3 cells of the population 'cells' begin at or above their threshold and fire at once: v is "
+        "-40 mV, and v_thresh is -50 mV",
+    ),
     ({"e_rev_I": -70_000.0}, "e_rev_I of the population 'cells' is -70000 mV; is it meant in uV?"),
 ]
 
@@ -35,8 +41,18 @@ def test_a_parameter_in_another_unit_is_reported_with_that_unit(
     parameters: dict[str, float], sentence: str
 ) -> None:
     sim = builder()
-    sim.Population(3, sim.IF_cond_exp(**parameters), label="cells")
+    begins = {"v": parameters["v"]} if "v" in parameters else {}
+    values = {name: value for name, value in parameters.items() if name != "v"}
+    sim.Population(3, sim.IF_cond_exp(**values), initial_values=begins, label="cells")
     assert implausible(sim.network()) == [sentence]
+
+
+@pytest.mark.parametrize(("step_ms", "words"), [(0.0001, "s"), (200.0, "us"), (0.001, ""), (20.0, "")])
+def test_a_step_in_another_unit_is_reported(step_ms: float, words: str) -> None:
+    sim = builder()
+    sim.setup(timestep=step_ms)
+    expected = [f"timestep of setup is {step_ms:g} ms; is it meant in {words}?"] if words else []
+    assert implausible(sim.network()) == expected
 
 
 def test_cells_with_the_default_values_of_pynn_are_plausible() -> None:
@@ -50,7 +66,11 @@ def test_cells_with_the_default_values_of_pynn_are_plausible() -> None:
 
 def test_a_model_without_units_is_plausible() -> None:
     sim = builder()
-    sim.Population(2, sim.IF_curr_exp(v_rest=0.0, v_reset=0.0, v_thresh=1.0, tau_m=100.0), label="cells")
+    cells = sim.IF_curr_exp(v_rest=0.0, v_reset=0.0, v_thresh=1.0, tau_m=100.0)
+    sim.Population(2, cells, initial_values={"v": -0.05}, label="cells")
+    # cells that rest above their threshold fire by themselves
+    cells = sim.IF_curr_exp(v_rest=-50.0, v_reset=-60.0, v_thresh=-55.0)
+    sim.Population(2, cells, initial_values={"v": -50.0}, label="pacemakers")
     assert implausible(sim.network()) == []
 
 

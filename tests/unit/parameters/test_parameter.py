@@ -172,3 +172,26 @@ def test_the_declaration_read_from_the_code_is_the_one_that_runs(tmp_path):
 def test_functions_declare_theirs_with_nrp(tmp_path):
     assert list(declared(tmp_path, "nrp.parameter('g', 1.0)", FUNCTIONS).parameters) == ["g"]
     assert not declared(tmp_path, "nrp.parameter('g', 1.0)", BRAIN).parameters
+
+
+@pytest.mark.parametrize(
+    ("text", "unused"),
+    [
+        ("g = sim.parameter('g', 1.0)\n", ["g"]),
+        ("sim.parameter('g', 1.0)\n", ["g"]),
+        ("g: float = sim.parameter('g', 1.0)\ng = 2\n", ["g"]),
+        ("g = sim.parameter('g', 1.0)\nsim.setup(g)\n", []),
+        ("g = sim.parameter('g', 1.0)\ndef f():\n    return g\n", []),
+        ("g = sim.parameter('g', 1.0)\nprint(globals()['g'])\n", []),
+        ("sim.setup(sim.parameter('g', 1.0))\n", []),
+    ],
+)
+def test_a_parameter_that_no_code_reads_is_unused(tmp_path, text, unused):
+    assert [one.name for one in declared(tmp_path, text).unused] == unused
+
+
+def test_a_parameter_of_a_module_may_be_read_by_the_script(tmp_path):
+    (tmp_path / "parts.py").write_text("import nrp_core.pynn as sim\ng = sim.parameter('g', 1)\n")
+    assert not declared(tmp_path, "import parts\nprint(parts.g)\n").unused
+    assert not declared(tmp_path, "from parts import g as gain\n").unused
+    assert [one.name for one in declared(tmp_path, "import parts\n").unused] == ["g"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from math import inf, pi
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
@@ -16,6 +17,8 @@ from nrp_core.world.scene.sdf.compound import COMPOUND, Row
 from nrp_core.world.scene.sdf.frames import Frames
 
 _SIMPLE = ("revolute", "continuous", "prismatic")
+_TURN_RAD = 2 * pi - 0.01
+"""A turn as files round it."""
 _KINDS = (*_SIMPLE, *COMPOUND, "fixed", "gearbox")
 
 
@@ -71,7 +74,21 @@ def read_joint(joint: Element, frames: Frames, version: tuple[int, int], reading
     held = Joint(name, kind, *_ends(joint, frames), frames.pose(name, joint))
     if kind in COMPOUND:
         return COMPOUND[kind](held, joint, frames, version, reading)
+    if kind == "continuous":
+        _warn_of_limits(joint, reading)
     return (with_axis(held, joint, "axis", frames, version) if kind in _SIMPLE else held,)
+
+
+def _warn_of_limits(joint: Element, reading: Reading) -> None:
+    """Warn of limits of less than a turn on a joint without limits; many files have 0 to 0 or a full turn."""
+    limit = joint.section("axis").section("limit")
+    lower, upper = (limit.number(tag, inf, finite=False) for tag in ("lower", "upper"))
+    if 0 < upper - lower < _TURN_RAD:
+        message = (
+            f"the joint '{joint.attribute('name')}' is continuous: it turns past its <limit> of {lower:g} to "
+            f"{upper:g} rad; one with limits is revolute"
+        )
+        reading.notes.warn(limit, Code.NRP263, message, subject=joint.attribute("name"))
 
 
 def with_leaders(joints: Iterable[Joint], model: Element, reading: Reading) -> Iterator[Joint]:

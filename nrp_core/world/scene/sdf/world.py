@@ -75,7 +75,7 @@ def read_world(world: Element, source: Source, reading: Reading) -> Scene:
         for pose in [state.poses.get(("light", light.name), light.pose(WORLD)[0])]
     ]
     shaped = with_static_shapes(models, partial(reading.notes.warn, world))
-    return Scene(shaped, tuple(lights), _gravity(world), reading.notes.findings)
+    return Scene(shaped, tuple(lights), _gravity(world), reading.notes.findings, _step_s(world))
 
 
 def _models(world: Element, placed: Iterable[Placed], reading: Reading) -> Iterator[Model]:
@@ -100,6 +100,12 @@ def _models(world: Element, placed: Iterable[Placed], reading: Reading) -> Itera
         read.append((model, parts, own))
     for model, parts, own in read:
         yield build_model(model, parts, model.name, frames.pose(model.name, model.user), own)
+
+
+def _step_s(world: Element) -> float | None:
+    """Return the time step that the ``<physics>`` of a world asks for, s."""
+    step = world.find("physics", "max_step_size")
+    return None if step is None else step.numbers(1)[0]
 
 
 def _gravity(world: Element) -> Vector:

@@ -75,7 +75,8 @@ def to_sdf(element: Element, notes: Notes) -> Element:
         elif child.tag == "joint" and child.attribute("type") != "floating":
             model.children.append(_joint(child, robot))
         elif child.tag == "transmission":
-            model.children += transmitted(child, notes)
+            names = {joint.attribute("name") for joint in element.all("joint")}
+            model.children += transmitted(child, names, notes)
         elif child.tag == "ros2_control":
             model.children += controlled(child, notes)
         elif child.tag not in (*_READ, *_OF_ENGINES) and ":" not in child.tag:

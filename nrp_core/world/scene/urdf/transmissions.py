@@ -7,8 +7,9 @@ trajectories, on ``/<robot>/joint_trajectory_controller/command``.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
+from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
 from nrp_core.world.scene.reading.context import Notes
 from nrp_core.world.scene.reading.xml import Element
@@ -22,9 +23,24 @@ _KINDS = {
 }
 
 
-def transmitted(transmission: Element, notes: Notes) -> Iterator[Element]:
-    """Yield a plugin with a controller for each interface of each joint of a ``<transmission>``."""
+def transmitted(transmission: Element, joints: Collection[str], notes: Notes) -> Iterator[Element]:
+    """Yield a plugin with a controller for each interface of each joint of a ``<transmission>``.
+
+    Args:
+        transmission: the element.
+        joints: names of the joints of the robot.
+        notes: receives warnings.
+
+    Raises:
+        SceneError: the robot does not have one of its joints.
+    """
+    name = transmission.attributes.get("name", "")
+    if not transmission.all("joint"):
+        message = f"the <transmission> '{name}' has no <joint>, so that it commands nothing"
+        notes.warn(transmission, Code.NRP265, message, subject=name)
     for joint in transmission.all("joint"):
+        if (joint_name := joint.attribute("name")) not in joints:
+            raise joint.error(f"the model has no joint '{joint_name}'{did_you_mean(joint_name, joints)}")
         # older files have the interface in the actuator
         named = joint.all("hardwareInterface") or [
             each for actuator in transmission.all("actuator") for each in actuator.all("hardwareInterface")
