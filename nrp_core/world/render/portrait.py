@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import radians, tan
+from math import cos, radians, sin, tan
 
 import numpy as np
 import numpy.typing as npt
@@ -14,8 +15,9 @@ from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
 from nrp_core.world.render.shaded import ShadedView
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.merged_bodies import bodies_of
-from nrp_core.world.scene.model import Scene
+from nrp_core.world.scene.merged_bodies import Body, bodies_of
+from nrp_core.world.scene.model import Joint, Model, Scene
+from nrp_core.world.scene.starts import start_positions
 
 FIELD_OF_VIEW = radians(40)
 
@@ -40,7 +42,7 @@ class _Subject:
 
 
 def portrait(scene: Scene, width: int = 960, height: int = 720) -> npt.NDArray[np.uint8]:
-    """Return an image of a scene, all joints at 0; RGB, shape ``(height, width, 3)``.
+    """Return an image of a scene, all joints where they start; RGB, shape ``(height, width, 3)``.
 
     Raises:
         SceneError: the scene cannot be drawn, for example because a mesh cannot be read.
@@ -58,10 +60,34 @@ def _subject(scene: Scene) -> _Subject:
     numbers = frames_of(bodies)
     mesh = SceneMesh(bodies, numbers)
     frames = np.tile(np.eye(3, 4), (1 + len(numbers), 1, 1))
+    poses = {model.name: _starts(model, bodies[model.name]) for model in scene.models}
     for (name, index), number in numbers.items():
-        frames[number] = matrix_of(scene.model(name).pose @ bodies[name][index].in_model)
+        frames[number] = matrix_of(poses[name][index])
     vertices = mesh.in_world(frames)
     return _Subject(mesh, vertices, mesh.framed(vertices))
+
+
+def _starts(model: Model, bodies: Sequence[Body]) -> list[Pose]:
+    """Return the poses of a model's bodies in the world, with its joints where they start."""
+    positions = start_positions(model)
+    poses: list[Pose] = []
+    for body in bodies:  # parents come first
+        if body.parent is None:
+            poses.append(model.pose @ body.in_model)
+            continue
+        position = positions.get(body.joint.name, 0.0) if body.joint is not None else 0.0
+        motion = Pose() if body.joint is None or not position else _moved(body.joint, position)
+        poses.append(poses[body.parent] @ body.pose @ motion)
+    return poses
+
+
+def _moved(joint: Joint, position: float) -> Pose:
+    """Return the motion of a joint from 0 to a position, in its own frame."""
+    x, y, z = joint.axis
+    if joint.kind == "prismatic":
+        return Pose((position * x, position * y, position * z))
+    half = sin(position / 2)
+    return Pose((0.0, 0.0, 0.0), (half * x, half * y, half * z, cos(position / 2)))
 
 
 def _eye(subject: _Subject, optics: Optics, is_robot: bool) -> FloatArray:

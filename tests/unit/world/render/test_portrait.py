@@ -62,5 +62,26 @@ def test_links_are_where_their_joints_put_them():
         assert np.nonzero(red)[0].mean() > 75
 
 
+@pytest.mark.parametrize(
+    ("kind", "axis", "start", "place"),
+    [
+        ("prismatic", (0, 0, 1), 1.0, (0, 0, 4)),
+        ("revolute", (1, 0, 0), np.pi / 2, (0, -3, 0)),
+        ("revolute", (0, 1, 0), -np.pi / 2, (-3, 0, 0)),
+    ],
+)
+def test_joints_are_where_they_start(kind, axis, start, place):
+    base = Link("base", inertial=Inertial(1.0), visuals=(Visual("v", Sphere(0.5), rgba=RED),))
+
+    def robot(at, starts=()):
+        box = Link("box", Pose(at), Inertial(1.0), (Visual("v", Box((1, 1, 1)), rgba=GREEN),))
+        joint = Joint("j", kind, "base", "box", axis=axis, lower=-2, upper=2)
+        return Scene((Model("robot", (base, box), (joint,), starts=starts, pose=Pose((1, 2, 0))),))
+
+    started, placed = portrait(robot((0, 0, 3), (("j", start),)), 90, 90), portrait(robot(place), 90, 90)
+    assert (started != placed).any(axis=2).mean() < 0.01
+    assert (started != portrait(robot((0, 0, 3)), 90, 90)).any(axis=2).mean() > 0.05
+
+
 def test_nothing_is_an_image_of_nothing():
     assert not drawn(portrait(Scene(()), 40, 30)).any()
