@@ -50,7 +50,7 @@ def test_a_watcher_may_not_steer(opened: Cockpit) -> None:
                 with pytest.raises(RefusedError, match="you may watch this run but not control it"):
                     watcher.answer(watcher.ask_raw(number, b"{}"))
         watcher.publish("/husky/cmd_vel", {"linear": {"x": 1}})
-        assert "not steer" in watcher.until(lambda: watcher.warnings)[0]
+        assert "not control it" in watcher.until(lambda: watcher.warnings)[0]
     assert not opened.run.loop._published
 
 
