@@ -9,6 +9,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+from brains import Artist, draw_the_brain_of_the_paper
 from browsing import Cockpits, Watched, chromium, time_s, wait_until
 from nrp_bibi import Bibi, read_bibi, write_bibi
 from playwright.sync_api import Page
@@ -31,6 +32,7 @@ def main() -> None:
         _run(watched.open(cockpits.open("braitenberg_husky"), **SIZE))
         _two_futures(watched.open(cockpits.open("braitenberg_husky"), **SIZE))
         _drawing(watched, cockpits, Path(folder) / "drive.bibi")
+        _brain(watched, cockpits, Path(folder) / "drawn_brain.py")
     cockpits.close()
 
 
@@ -77,6 +79,17 @@ def _drawing(watched: Watched, cockpits: Cockpits, file: Path) -> None:
     page.get_by_role("button", name="device red_left_eye Poisson").click()
     page.wait_for_timeout(2000)
     page.screenshot(path=IMAGES / "designer.png")
+
+
+def _brain(watched: Watched, cockpits: Cockpits, file: Path) -> None:
+    """The brain of the paper, drawn in populations by what they do."""
+    artist = Artist(file)
+    draw_the_brain_of_the_paper(artist)
+    artist.document.save()
+    page = watched.open(cockpits.design(str(file), "-e", "braitenberg_husky"), **SIZE)
+    page.get_by_role("button", name="actors IF_cond_alpha 2 cells").click()
+    page.wait_for_timeout(2000)
+    page.screenshot(path=IMAGES / "designer-brain.png")
 
 
 if __name__ == "__main__":

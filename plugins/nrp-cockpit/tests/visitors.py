@@ -11,10 +11,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, NamedTuple
 
-from nrp_cockpit.designer.services import with_designer
-from nrp_cockpit.session.controls import services_of
+from nrp_cockpit.designer.services import offer_services
 from nrp_cockpit.session.live import LiveSession
-from nrp_cockpit.session.opening import Opening, with_opening
+from nrp_cockpit.session.opening import Opening
 from nrp_cockpit.wire.guard import Guard
 from nrp_cockpit.wire.hub import Hub
 from nrp_cockpit.wire.server import Server
@@ -202,10 +201,17 @@ class Cockpit:
     ) -> Iterator[Visitor]:
         """Let somebody in; ``run="beside"``: to the second run."""
         token = self.guard.token if steers else self.guard.watch_token
-        wire = f"ws://127.0.0.1:{self.server.port}/?token={token}&run={run}"
-        names = [Subprotocol(name) for name in protocols]
-        with connect(wire, subprotocols=names, max_size=None, proxy=None, close_timeout=0.5) as connection:
-            yield Visitor(connection)
+        with visit(f"http://127.0.0.1:{self.server.port}/?token={token}&run={run}", protocols) as visitor:
+            yield visitor
+
+
+@contextmanager
+def visit(page: str, protocols: tuple[str, ...] = ("foxglove.websocket.v1",)) -> Iterator[Visitor]:
+    """Let somebody in where a page has its address."""
+    address = page.partition("#")[0].replace("http:", "ws:", 1)
+    names = [Subprotocol(name) for name in protocols]
+    with connect(address, subprotocols=names, max_size=None, proxy=None, close_timeout=0.5) as connection:
+        yield Visitor(connection)
 
 
 @contextmanager
@@ -215,7 +221,7 @@ def cockpit(*overrides: str, experiment: str = "braitenberg_husky") -> Iterator[
     with Run(load_experiment(experiment, [SMALL, *overrides])) as run:
         session = LiveSession(run, hub)
         opening = Opening(session, lambda more: load_experiment(experiment, [SMALL, *overrides, *more]))
-        hub.services = with_designer(with_opening(services_of(session), opening), session)
+        offer_services(opening)
         server = Server(hub, guard=guard)
         owner = threading.Thread(target=session.serve)
         owner.start()
@@ -225,3 +231,4 @@ def cockpit(*overrides: str, experiment: str = "braitenberg_husky") -> Iterator[
             session.close()
             owner.join()
             server.close()
+            session.run.close()

@@ -126,10 +126,9 @@ def open_run(
         design: the model that the designer begins with; None: one of the experiment.
         other: the backends of a second run beside it, by their side.
     """
-    from nrp_cockpit.designer.services import with_designer
-    from nrp_cockpit.session.controls import services_of
+    from nrp_cockpit.designer.services import offer_services
     from nrp_cockpit.session.live import LiveSession
-    from nrp_cockpit.session.opening import Opening, with_opening
+    from nrp_cockpit.session.opening import Opening
     from nrp_core.cli.progress import display
     from nrp_core.experiment.reading.find import load_experiment
     from nrp_core.experiment.running.run import Run
@@ -140,8 +139,8 @@ def open_run(
             run = stack.enter_context(Run(load_experiment(experiment, settings), shown.begin_task))
             session = LiveSession(run, hub)
             opening = Opening(session, lambda more: load_experiment(experiment, [*settings, *more]))
-            services = with_opening(services_of(session), opening)
-            hub.services = with_designer(services, session, design)
+            stack.callback(lambda: session.run.close())
+            offer_services(opening, design)
             if other:
                 shown.begin_task("opening the other engines")
                 opening.compare(**other)

@@ -2,18 +2,30 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from browsing import HUSKY, Cockpits, Watched
-from nrp_bibi import read_bibi
+from nrp_bibi import bibi_text, read_bibi
+from nrp_bibi.model.functions import Neuron2Robot, PythonTransferFunction
+from nrp_bibi.model.selectors import Index
+from nrp_cockpit.designer.brain.model import Brain
+from nrp_cockpit.designer.brain.script import script_of
 from playwright.sync_api import Locator, Page, expect
+from visitors import visit
 
+from nrp_core.experiment.making.networks import network_from
 from nrp_core.experiment.reading.find import find_file
 
 SLOW_MS = 60_000
 MOST_ACTIONS = 60
+MOST_TABS = 120
+MOST_LOOKS = 100
+LOWER_PX = 64
 PAPER = find_file("braitenberg_husky").parent
+OPAQUE = "@nrp.Robot2Neuron()\ndef waits(t):\n    while t > 1:\n        t -= 1"
 FAST = ("-s", "duration=16 s", *HUSKY)
 """Long enough for both screens."""
 
@@ -54,6 +66,26 @@ class Hand:
         self.page.mouse.move(where["x"] + 40, where["y"] + 12, steps=6)
         self.page.mouse.up()
 
+    def move(self, name: str, by: tuple[int, int]) -> None:
+        """Drag a box by its head."""
+        where = self.box(name).bounding_box()
+        assert where is not None
+        x, y = where["x"] + 50, where["y"] + 12
+        self.page.mouse.move(x, y)
+        self.page.mouse.down()
+        self.page.mouse.move(x + by[0], y + by[1], steps=6)
+        self.page.mouse.up()
+
+    def tab_to(self, role: str, name: str) -> None:
+        """Press Tab until something has the focus."""
+        wanted = self.page.get_by_role(role, name=name, exact=True).first  # type: ignore[arg-type]
+        wanted.wait_for()
+        for _ in range(MOST_TABS):
+            if wanted.evaluate("one => one === document.activeElement"):
+                return
+            self.page.keyboard.press("Tab")
+        raise AssertionError(f"no Tab leads to the {role} '{name}'")
+
     def end(self, name: str) -> Locator:
         return self.page.get_by_role("button", name=f"Wire of {name}", exact=True)
 
@@ -80,9 +112,31 @@ def shown(page: Page) -> None:
     page.get_by_role("region", name="Drawing").wait_for(timeout=SLOW_MS)
 
 
+@pytest.fixture(scope="module")
+def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of a designer beside the Husky, which all tests share; each draws into files of its own."""
+    cockpits = Cockpits()
+    file = tmp_path_factory.mktemp("studio") / "first.bibi"
+    yield cockpits.design(str(file), "-e", "braitenberg_husky", *FAST)
+    cockpits.close()
+
+
 @pytest.fixture
-def drawn(cockpits: Cockpits, watched: Watched, tmp_path: Path) -> tuple[Hand, Path]:
-    """An empty canvas beside the Husky, and the file that it is for."""
+def drawn(studio: str, watched: Watched, tmp_path: Path) -> tuple[Hand, Path]:
+    """An empty canvas, and the file that it is for."""
+    file = tmp_path / "drawn.bibi"
+    with visit(studio) as visitor:
+        visitor.call("designer/open", file=str(PAPER / "brain.py"))  # in place of one that was drawn
+        visitor.call("designer/open", file=str(file))
+    page = watched.open(studio, 1280, 720)
+    shown(page)
+    expect(page.get_by_role("button", name="Files")).to_contain_text(file.name)
+    return Hand(page), file
+
+
+@pytest.fixture
+def alone(cockpits: Cockpits, watched: Watched, tmp_path: Path) -> tuple[Hand, Path]:
+    """An empty canvas in a designer of its own: what others drew there would run, too."""
     file = tmp_path / "drawn.bibi"
     page = watched.open(cockpits.design(str(file), "-e", "braitenberg_husky", *FAST), 1280, 720)
     shown(page)
@@ -119,28 +173,6 @@ def draw_eyes(hand: Hand) -> None:
             hand.choose("neurons", "List")
         hand.fill("element" if "," in cells else "index", cells)
         hand.write(f"1000.0 * image_results.{share}")
-
-
-def test_the_experiment_of_the_paper_is_drawn_from_nothing_and_passes(drawn: tuple[Hand, Path]):
-    hand, file = drawn
-    draw_wheels(hand)
-    draw_eyes(hand)
-    hand.click("button", "Save")
-    expect(hand.page.get_by_text(f"Saved {file}.")).to_be_visible(timeout=SLOW_MS)
-    assert read_bibi(file).transfer_function == (
-        *read_bibi(PAPER / "listing1.bibi").transfer_function,
-        *read_bibi(PAPER / "listing2.bibi").transfer_function,
-    )
-    hand.click("button", "Run")
-    page = hand.page
-    expect(page.get_by_role("link", name="Cockpit")).to_have_attribute(
-        "aria-current", "page", timeout=SLOW_MS
-    )
-    expect(page.get_by_role("timer")).to_contain_text("16.00 s", timeout=4 * SLOW_MS)
-    criteria = page.get_by_role("list", name="Criteria")
-    for criterion in ("turns_on_the_spot", "reaches_left", "reaches_right", "turns_on_the_spot_again"):
-        expect(criteria).to_contain_text(f"{criterion}, met", timeout=SLOW_MS)
-    assert hand.actions < MOST_ACTIONS, hand.actions
 
 
 def test_a_wire_that_does_not_fit_says_why_and_each_step_goes_back(drawn: tuple[Hand, Path]):
@@ -203,3 +235,162 @@ def test_python_that_is_blocks_opens_as_boxes_in_the_cockpit_too(cockpits: Cockp
     page.keyboard.press("Control+z")
     page.get_by_role("button", name="Files").click()
     expect(page.get_by_role("menuitem", name="listing2.py")).to_be_visible()
+
+
+def test_a_shipped_model_that_is_typed_in_is_no_change_and_what_is_wrong_has_a_badge(
+    drawn: tuple[Hand, Path], studio: str, tmp_path: Path
+):
+    hand, _ = drawn
+    page = hand.page
+    file = tmp_path / "listing2.bibi"
+    file.write_text((PAPER / "listing2.bibi").read_text())
+    with visit(studio) as visitor:
+        visitor.call("designer/open", file=str(file))
+    box = hand.box("function eye_sensor_transmit")
+    expect(box).to_be_visible()
+    text = page.get_by_role("textbox", name="XML")
+    rows = box.get_by_role("button").count()
+    xml = bibi_text(read_bibi(file))
+    retype(text, xml)
+    expect(page.get_by_role("region", name="Texts").get_by_role("status")).to_have_text("in step")
+    expect(page.get_by_role("button", name="Undo")).to_be_disabled()
+    expect(box.get_by_role("button")).to_have_count(rows)
+    assert bibi_text(read_bibi(file)) == xml
+    retype(text, xml.replace(' population="sensors" index="4"', ' index="4"'))
+    expect(box.get_by_title("population")).to_have_text("1")
+    expect(box.locator(".box-row[data-bad]")).to_contain_text("green_blue_eye")
+
+
+def test_python_that_blocks_cannot_say_is_one_box_that_opens_in_the_editor(drawn: tuple[Hand, Path]):
+    hand, file = drawn
+    hand.click("button", "Python")
+    code = hand.page.get_by_role("region", name="Form").get_by_role("textbox", name="value")
+    retype(code, OPAQUE)
+    hand.page.keyboard.press("Control+Enter")
+    expect(hand.box("python waits")).to_be_visible()
+    hand.click("button", "Turn into blocks")
+    expect(
+        hand.page.get_by_text("blocks cannot say what this Python does; it stays as it is")
+    ).to_be_visible()
+    hand.click("button", "Save")
+    expect(hand.page.get_by_text(f"Saved {file}.")).to_be_visible()
+    (function,) = read_bibi(file).transfer_function
+    assert isinstance(function, PythonTransferFunction)
+    assert function.code == OPAQUE
+
+
+def retype(text: Locator, new: str) -> None:
+    text.focus()
+    text.page.keyboard.press("Control+a")
+    text.page.keyboard.insert_text(new)
+
+
+def test_functions_are_wired_by_keyboard_alone(drawn: tuple[Hand, Path]):
+    hand, file = drawn
+    keyboard = hand.page.keyboard
+    hand.tab_to("button", "Neurons → robot")
+    keyboard.press("Enter")
+    hand.named("wheels")
+    keyboard.press("Tab")
+    for search, made in (("actors", "device actors_0"), ("cmd", "topic return")):
+        hand.tab_to("button", "wheels neurons → robot")
+        keyboard.press("Enter")
+        hand.tab_to("button", "Connect to")
+        keyboard.press("Enter")
+        expect(hand.page.get_by_role("searchbox", name="Search what fits")).to_be_focused()
+        keyboard.insert_text(search)
+        keyboard.press("Enter")
+        expect(hand.page.get_by_role("button", name=made)).to_be_visible()
+    keyboard.press("Control+s")
+    expect(hand.page.get_by_text(f"Saved {file}.")).to_be_visible()
+    (function,) = read_bibi(file).transfer_function
+    assert isinstance(function, Neuron2Robot)
+    assert [device.neurons for device in function.device] == [Index(population="actors", index=0)]
+    assert function.return_value is not None
+    assert function.return_value.topic == "/husky/cmd_vel"
+
+
+def test_boxes_are_dragged_by_mouse_stay_there_and_go_back(drawn: tuple[Hand, Path]):
+    hand, file = drawn
+    hand.click("button", "Robot → neurons")
+    hand.named("eyes")
+    hand.page.keyboard.press("Tab")
+    box = hand.box("function eyes")
+    hand.move("function eyes", (60, 80))
+    expect(hand.page.get_by_role("button", name="Undo")).to_be_enabled()
+    hand.click("button", "Save")
+    expect(hand.page.get_by_text(f"Saved {file}.")).to_be_visible()
+    (where,) = json.loads(file.with_suffix(".layout.json").read_text())["boxes"].values()
+    hand.page.reload()
+    shown(hand.page)
+    expect(box).to_be_visible()
+    assert where[1] > LOWER_PX, "it was put lower than the first row of the columns"
+    hand.click("button", "Arrange")
+    hand.click("button", "Save")
+    for _ in range(MOST_LOOKS):
+        if not file.with_suffix(".layout.json").exists():
+            break
+        hand.page.wait_for_timeout(100)
+    assert not file.with_suffix(".layout.json").exists()
+
+
+def test_a_brain_is_drawn_by_pointer_and_its_populations_are_there_for_functions(
+    drawn: tuple[Hand, Path], studio: str, tmp_path: Path
+):
+    hand, _ = drawn
+    page = hand.page
+    hand.click("radio", "Brain")
+    expect(hand.box("neurons circuit")).to_be_visible()
+    expect(page.get_by_text("brain.py was written by hand. It is shown, and not changed.")).to_be_visible()
+    expect(page.get_by_role("button", name="Save")).to_be_disabled()
+    (tmp_path / "mine.py").write_text(script_of(Brain()))
+    with visit(studio) as visitor:
+        visitor.call("designer/open", file=str(tmp_path / "mine.py"))
+    for name, cells in (("eyes", "4"), ("wheels", "2")):
+        hand.click("button", "Population")
+        hand.named(name)
+        hand.fill("cells", cells)
+        page.keyboard.press("Tab")
+        expect(hand.box(f"neurons {name}")).to_contain_text(f"{cells} cells")
+    hand.wire("eyes", "neurons wheels")
+    expect(page.get_by_label("name", exact=True)).to_have_value("eyes to wheels")
+    hand.fill("weight", "-3 uS")
+    page.keyboard.press("Tab")
+    expect(page.get_by_role("alert")).to_contain_text(
+        "'weight' cannot be '-3 uS'; it must be a finite number"
+    )
+    hand.fill("weight", "0.25")
+    page.keyboard.press("Tab")
+    expect(page.get_by_role("textbox", name="Python")).to_contain_text("sim.StaticSynapse(weight=0.25)")
+    hand.click("button", "Save")
+    expect(page.get_by_text(f"Saved {tmp_path / 'mine.py'}.")).to_be_visible()
+    network = network_from(tmp_path / "mine.py", seed=1)
+    assert {name: one.size for name, one in network.populations.items()} == {"eyes": 4, "wheels": 2}
+    (projection,) = network.projections
+    assert (projection.pre, projection.post, projection.size) == ("eyes", "wheels", 8)
+    assert set(projection.weight) == {0.25}
+    hand.click("radio", "Functions")
+    expect(hand.box("population wheels")).to_be_visible()
+    expect(hand.box("population sensors")).to_have_count(0)
+
+
+def test_the_experiment_of_the_paper_is_drawn_from_nothing_and_passes(alone: tuple[Hand, Path]):
+    hand, file = alone
+    draw_wheels(hand)
+    draw_eyes(hand)
+    hand.click("button", "Save")
+    expect(hand.page.get_by_text(f"Saved {file}.")).to_be_visible(timeout=SLOW_MS)
+    assert read_bibi(file).transfer_function == (
+        *read_bibi(PAPER / "listing1.bibi").transfer_function,
+        *read_bibi(PAPER / "listing2.bibi").transfer_function,
+    )
+    hand.click("button", "Run")
+    page = hand.page
+    expect(page.get_by_role("link", name="Cockpit")).to_have_attribute(
+        "aria-current", "page", timeout=SLOW_MS
+    )
+    expect(page.get_by_role("timer")).to_contain_text("16.00 s", timeout=4 * SLOW_MS)
+    criteria = page.get_by_role("list", name="Criteria")
+    for criterion in ("turns_on_the_spot", "reaches_left", "reaches_right", "turns_on_the_spot_again"):
+        expect(criteria).to_contain_text(f"{criterion}, met", timeout=SLOW_MS)
+    assert hand.actions < MOST_ACTIONS, hand.actions

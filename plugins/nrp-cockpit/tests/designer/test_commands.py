@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from nrp_bibi import bibi_text, parse_bibi, read_bibi
 from nrp_bibi.model.channels import DeviceType
+from nrp_cockpit.designer.changes import refusals
 from nrp_cockpit.designer.checking import model_findings
 from nrp_cockpit.designer.connecting import Connecting
 from nrp_cockpit.designer.document import Document
@@ -135,7 +136,8 @@ def test_what_does_not_fit_is_refused_with_its_reason(
     with pytest.raises(ExperimentError, match=reason):
         drawing.wired(source, target)
     assert drawing.model is before
-    found = Connecting(Edit(before, HUSKY)).refusals(source, [target])
+    edit = Edit(before, HUSKY)
+    found = refusals(edit, Connecting(edit).connect, source, [target])
     assert reason in str(found[target]), "a page says it before somebody lets go"
 
 

@@ -14,7 +14,7 @@ def test_what_is_drawn_runs_from_the_beginning_and_every_page_sees_it(tmp_path: 
         here.visit() as artist,
         here.visit(steers=False) as watcher,
     ):
-        classes = artist.call("designer/describe")["classes"]
+        classes = artist.call("designer/describe")["functions"]["classes"]
         assert "Neuron2Robot" in classes["TransferFunction"]["choices"]
         watcher.subscribe("/cockpit/designer")
         artist.subscribe("/cockpit/designer")

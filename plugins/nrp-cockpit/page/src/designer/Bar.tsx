@@ -3,8 +3,14 @@ import { useBlocked } from "../state/run";
 import { Button, IconButton } from "../ui/Button";
 import { Icon } from "../ui/Icon";
 import { Menu } from "../ui/Menu";
-import { arrange, open, redo, run, save, undo, useDesign } from "./store";
+import { Segmented } from "../ui/Segmented";
+import { arrange, open, redo, run, save, turn, undo, useDesign } from "./store";
 import type { DesignState } from "./types";
+
+const DRAWN = [
+  { value: "functions", label: "Functions" },
+  { value: "brain", label: "Brain" },
+] as const;
 
 /** Which file is drawn, the way back, and what becomes of it. */
 export function Bar({ state }: { state: DesignState }) {
@@ -16,6 +22,7 @@ export function Bar({ state }: { state: DesignState }) {
   }));
   return (
     <div className="panel designer-bar">
+      <Segmented label="What is drawn" choices={DRAWN} value={state.kind} onChange={(to) => void turn(to)} />
       <Menu label="Files" items={others} className="btn btn-ghost designer-file">
         <b className="mono">{baseName(state.file)}</b>
         {!state.is_saved && <span className="designer-dot" title="not saved" />}
@@ -57,7 +64,12 @@ export function Bar({ state }: { state: DesignState }) {
           {errors} {errors === 1 ? "error" : "errors"}
         </span>
       )}
-      <Button icon="save" tip="Save (Ctrl S)" disabled={blocked} onClick={() => void save()}>
+      <Button
+        icon="save"
+        tip="Save (Ctrl S)"
+        disabled={blocked ?? (!state.is_drawn && "It was written by hand, and is not changed.")}
+        onClick={() => void save()}
+      >
         Save
       </Button>
       <Button

@@ -10,10 +10,12 @@ import {
   useUpdateNodeInternals,
 } from "@xyflow/react";
 import "@xyflow/react/dist/base.css";
+import "./wires.css";
 import { useEffect, useMemo } from "react";
 import { boxTypes } from "./boxes";
 import { type BoxNode, edgesOf, keyOf, nodesOf, partOfWire } from "./flow";
 import { Legend } from "./Legend";
+import { Loop } from "./Loop";
 import { Refused } from "./Refused";
 import { beginWire, endWire, leaveField, place, select, useDesign } from "./store";
 import type { DesignState } from "./types";
@@ -28,6 +30,8 @@ function endAt(event: MouseEvent | TouchEvent, { toHandle }: FinalConnectionStat
   return toHandle?.id ?? below?.dataset.end ?? null;
 }
 
+const EDGE_TYPES = { loop: Loop };
+
 /** The legend and the controls stand at the foot. */
 const FIT = { padding: { top: "24px", left: "24px", right: "24px", bottom: "52px" }, maxZoom: 1 } as const;
 
@@ -40,7 +44,8 @@ export function Canvas({ state }: { state: DesignState }) {
   const measure = useUpdateNodeInternals();
   useEffect(() => measure(state.boxes.map(({ id }) => id)), [state, measure]);
   const edges = useMemo(() => edgesOf(state, selected), [state, selected]);
-  const count = state.boxes.reduce((sum, box) => sum + 1 + (box.rows?.length ?? 0), 0);
+  const boxes = state.boxes.reduce((sum, box) => sum + 1 + (box.rows?.length ?? 0), 0);
+  const count = state.kind === "brain" ? boxes + state.wires.length : boxes; // there, wires move boxes
   const { file } = state;
   useEffect(() => {
     if (count > 0 && file) window.setTimeout(() => void fitView(FIT), 60);
@@ -56,6 +61,7 @@ export function Canvas({ state }: { state: DesignState }) {
         nodes={nodes}
         edges={edges}
         nodeTypes={boxTypes}
+        edgeTypes={EDGE_TYPES}
         onNodesChange={onNodesChange}
         onNodeDragStart={leaveField}
         onNodeDragStop={(_event, node) => void place(keyOf(node.data.box), node.position.x, node.position.y)}
@@ -75,7 +81,7 @@ export function Canvas({ state }: { state: DesignState }) {
         <Background variant={BackgroundVariant.Dots} gap={16} size={1} color="var(--line)" />
         <Controls showInteractive={false} position="bottom-right" orientation="horizontal" />
       </ReactFlow>
-      <Legend />
+      <Legend kind={state.kind} />
       <Refused />
     </div>
   );

@@ -1,15 +1,13 @@
 import { useEffect, useState } from "react";
-import { Icon } from "../ui/Icon";
-import { Menu } from "../ui/Menu";
+import { Chooser } from "../ui/Chooser";
 import { partAt, titleOf } from "./model";
 import { act, fits, useDesign } from "./store";
 import type { DesignState } from "./types";
 
-const MOST = 16;
-
 const nameOf = (state: DesignState, end: string): string => {
-  const part = partAt(state.model, end);
-  return part && end !== "" ? titleOf(part) : end.slice(end.indexOf(":") + 1);
+  const [path = "", cells] = end.replace(/^into:/, "").split(/(?=\[)/);
+  const part = end.includes("/") && partAt(state.model, path);
+  return part ? titleOf(part) + (cells ?? "") : end.slice(end.indexOf(":") + 1);
 };
 
 /** Draws a wire without a drag: a list of what fits. */
@@ -28,16 +26,18 @@ export function ConnectMenu({ source }: { source: string }) {
     };
   }, [source, revision]);
   if (!state || fitting.length === 0) return null;
-  const items = fitting.slice(0, MOST).map((target) => ({
-    label: nameOf(state, target),
-    onSelect: () => void act("connect", { source, target }),
-  }));
   return (
     <p className="form-action">
-      <Menu label="Connect to" items={items} className="btn">
+      <Chooser
+        title={`Connect ${nameOf(state, source)}`}
+        search="Search what fits"
+        choices={() => fitting.map((end) => ({ end, name: nameOf(state, end) }))}
+        textOf={({ name }) => name}
+        none="Nothing that fits has these words."
+        onChoose={({ end }) => void act("connect", { source, target: end })}
+      >
         Connect to
-        <Icon name="down" small />
-      </Menu>
+      </Chooser>
     </p>
   );
 }

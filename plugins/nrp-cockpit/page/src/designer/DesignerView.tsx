@@ -5,6 +5,7 @@ import { Empty, Panel } from "../ui/Panel";
 import { Bar } from "./Bar";
 import { Canvas } from "./Canvas";
 import { Inspector } from "./Inspector";
+import { isItem } from "./model";
 import { Palette } from "./Palette";
 import { SourcePanel } from "./SourcePanel";
 import { act, follow, redo, run, save, select, undo, useDesign } from "./store";
@@ -13,10 +14,10 @@ import "./designer.css";
 const EDITED = "input, textarea, select, .cm-editor";
 
 const removeSelected = (selected: string) => {
-  if (selected.startsWith("transfer_function")) void act("remove", { path: selected });
+  if (isItem(selected)) void act("remove", { path: selected });
 };
 const copySelected = (selected: string) => {
-  if (selected.startsWith("transfer_function")) void act("copy", { path: selected });
+  if (isItem(selected)) void act("copy", { path: selected });
 };
 
 /** What keys do anywhere in the designer; those of texts belong to the texts. */
@@ -43,7 +44,7 @@ function press(event: KeyboardEvent<HTMLElement>): void {
   does(useDesign.getState().selected);
 }
 
-/** The transfer functions as boxes and wires, the form of what is selected, and the texts that say the same. */
+/** The transfer functions or the brain as boxes and wires, the form of what is selected, and the texts that say the same. */
 export default function DesignerView() {
   const barred = useRun(barredBy);
   const recorded = useRun((now) => now.experiment?.source === "recording");

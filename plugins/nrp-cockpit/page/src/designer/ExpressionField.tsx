@@ -1,6 +1,6 @@
 import { type ReactNode, useState } from "react";
 import { Segmented } from "../ui/Segmented";
-import { ExpressionEditor } from "./ExpressionEditor";
+import { PythonEditor } from "./PythonEditor";
 import { change } from "./store";
 import type { Feature, NodeData } from "./types";
 
@@ -37,7 +37,7 @@ export function ExpressionField({ path, feature, part, title, unit, children }: 
         <Segmented label={`${title} as`} choices={MODES} value={mode} onChange={setMode} />
       </div>
       {mode === "text" ? (
-        <ExpressionEditor
+        <PythonEditor
           path={path}
           label={`${title} as Python`}
           text={part?.text ?? ""}

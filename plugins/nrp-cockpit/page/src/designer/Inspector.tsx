@@ -1,12 +1,14 @@
+import { baseName } from "../state/paths";
 import { Button, IconButton } from "../ui/Button";
 import { Icon } from "../ui/Icon";
-import { Panel } from "../ui/Panel";
+import { Empty, Panel } from "../ui/Panel";
 import { ConnectMenu } from "./ConnectMenu";
 import { ListMoves } from "./ListMoves";
-import { functionOf, partAt, titleOf } from "./model";
+import { ownerOf, partAt, titleOf } from "./model";
 import { PartForm } from "./PartForm";
 import { act, select, send, useDesign } from "./store";
 import type { Box, DesignState, NodeData } from "./types";
+import "./form.css";
 
 /** The form of what is selected; of the whole model when nothing is. */
 export function Inspector({ state }: { state: DesignState }) {
@@ -22,13 +24,26 @@ export function Inspector({ state }: { state: DesignState }) {
           <Outside box={box} />
         </Panel>
       ) : (
-        <Panel title="The whole model" label="Form" className="scroll">
-          <Form path="" part={state.model} />
-        </Panel>
+        <Whole state={state} />
       )}
     </div>
   );
 }
+
+/** The whole model; of a brain that a person wrote there is no form. */
+const Whole = ({ state }: { state: DesignState }) => (
+  <Panel
+    title={state.kind === "brain" ? "The whole brain" : "The whole model"}
+    label="Form"
+    className="scroll"
+  >
+    {state.is_drawn ? (
+      <Form path="" part={state.model} />
+    ) : (
+      <Empty>{baseName(state.file)} was written by hand. It is shown, and not changed.</Empty>
+    )}
+  </Panel>
+);
 
 /** A part of the model: what it is, what can be done with it, and what is wrong with it. */
 function OfPart({ path, part }: { path: string; part: NodeData }) {
@@ -78,7 +93,6 @@ function KindOf({ part }: { part: NodeData }) {
 
 function Tools({ path }: { path: string }) {
   const inList = /\/\d+$/.test(path);
-  const owner = functionOf(path);
   return (
     <>
       {inList && <ListMoves path={path} />}
@@ -95,13 +109,7 @@ function Tools({ path }: { path: string }) {
       <Button kind="ghost" small onClick={() => void act("remove", { path })}>
         Remove
       </Button>
-      <IconButton
-        icon="close"
-        label="Close"
-        kind="ghost"
-        small
-        onClick={() => select(owner === path ? "" : owner)}
-      />
+      <IconButton icon="close" label="Close" kind="ghost" small onClick={() => select(ownerOf(path))} />
     </>
   );
 }
@@ -115,6 +123,12 @@ function Outside({ box }: { box: Box }) {
         <dd className="mono">{box.name}</dd>
         <dt>{box.kind === "topic" ? "Message" : "Cells"}</dt>
         <dd>{box.kind === "topic" ? box.type : (box.size ?? "unknown")}</dd>
+        {box.kind === "neurons" && (
+          <>
+            <dt>Model</dt>
+            <dd className="mono">{box.type}</dd>
+          </>
+        )}
         {box.kind === "topic" && (
           <>
             <dt>Direction</dt>

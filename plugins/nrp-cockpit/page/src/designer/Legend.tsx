@@ -1,17 +1,15 @@
-/** What the colours of wires and ends mean. */
-export const Legend = () => (
+/** What the colours of wires and ends mean, by the kind of drawing. */
+const MEANINGS = {
+  functions: { message: "message", drives: "drives neurons", reads: "reads neurons", free: "free" },
+  brain: { excites: "excites", inhibits: "inhibits" },
+} as const;
+
+export const Legend = ({ kind }: { kind: keyof typeof MEANINGS }) => (
   <p className="legend" aria-hidden="true">
-    <span>
-      <i className="end-message" /> message
-    </span>
-    <span>
-      <i className="end-drives" /> drives neurons
-    </span>
-    <span>
-      <i className="end-reads" /> reads neurons
-    </span>
-    <span>
-      <i className="end-free" /> free
-    </span>
+    {Object.entries(MEANINGS[kind]).map(([look, meaning]) => (
+      <span key={look}>
+        <i className={`end-${look}`} /> {meaning}
+      </span>
+    ))}
   </p>
 );

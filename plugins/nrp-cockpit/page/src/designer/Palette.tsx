@@ -1,8 +1,7 @@
 import { useBlocked } from "../state/run";
 import { Button } from "../ui/Button";
-import { Icon } from "../ui/Icon";
-import { Menu } from "../ui/Menu";
-import { act, show } from "./store";
+import { Chooser } from "../ui/Chooser";
+import { act, show, turn } from "./store";
 import type { DesignState } from "./types";
 
 const KINDS = [
@@ -12,10 +11,44 @@ const KINDS = [
   ["PythonTransferFunction", "Python"],
 ] as const;
 
-const FIRST_TOPICS = 18;
+/** What can be added to what is drawn. */
+export const Palette = ({ state }: { state: DesignState }) =>
+  state.kind === "brain" ? <OfBrain state={state} /> : <OfFunctions state={state} />;
 
-/** What can be added: functions of each kind, and topics that are not shown yet. */
-export function Palette({ state }: { state: DesignState }) {
+/** Populations; a brain that a person wrote is left alone, and another one can be drawn. */
+function OfBrain({ state }: { state: DesignState }) {
+  const blocked = useBlocked();
+  return (
+    <div className="panel-head">
+      {state.is_drawn ? (
+        <>
+          <h2>Add</h2>
+          <Button
+            kind="ghost"
+            small
+            icon="plus"
+            disabled={blocked}
+            onClick={() => void act("add", { path: "", field: "population" })}
+          >
+            Population
+          </Button>
+          <span className="mut f11">Drag from one population to another to connect them.</span>
+        </>
+      ) : (
+        <>
+          <h2>The brain of the experiment</h2>
+          <span className="grow" />
+          <Button small icon="plus" disabled={blocked} onClick={() => void turn("new brain")}>
+            Draw a new brain
+          </Button>
+        </>
+      )}
+    </div>
+  );
+}
+
+/** Functions of each kind, and topics that are not shown yet. */
+function OfFunctions({ state }: { state: DesignState }) {
   const blocked = useBlocked();
   const shown = new Set(state.boxes.map(({ name }) => name));
   const hidden = Object.keys(state.topics).filter((name) => !shown.has(name));
@@ -36,17 +69,18 @@ export function Palette({ state }: { state: DesignState }) {
       ))}
       <span className="grow" />
       {hidden.length > 0 && (
-        <Menu
-          label="More topics"
-          className="btn btn-ghost btn-small"
-          items={hidden
-            .toSorted((a, b) => a.split("/").length - b.split("/").length)
-            .slice(0, FIRST_TOPICS)
-            .map((name) => ({ label: name, onSelect: () => void show(name) }))}
+        <Chooser
+          kind="ghost"
+          small
+          title="More topics"
+          search="Search the topics"
+          choices={() => hidden.toSorted((a, b) => a.split("/").length - b.split("/").length)}
+          textOf={(name) => name}
+          none="No topic has these words."
+          onChoose={(name) => void show(name)}
         >
           More topics
-          <Icon name="down" small />
-        </Menu>
+        </Chooser>
       )}
     </div>
   );

@@ -2,7 +2,7 @@ import { ExpressionField } from "./ExpressionField";
 import { PartField } from "./PartField";
 import { PartList } from "./PartList";
 import { useDesign } from "./store";
-import type { Feature, Held, NodeData } from "./types";
+import type { DesignState, Feature, Held, NodeData } from "./types";
 import { ValueField } from "./ValueField";
 
 interface FormProps {
@@ -16,9 +16,10 @@ const DRAWN = new Set(["transfer_function"]);
 /** The form of a part, made from the server's description of its class; what is seldom given is folded away. */
 export function PartForm({ path, part }: FormProps) {
   const all = useDesign((design) => design.metamodel?.classes[part.type]?.features) ?? [];
+  const kind = useDesign((design) => design.state?.kind);
   const shown = all.filter(({ field }) => !DRAWN.has(field));
-  const first = shown.filter((feature) => !isSeldom(feature, part));
-  const seldom = shown.filter((feature) => isSeldom(feature, part));
+  const first = shown.filter((feature) => !isSeldom(feature, part, kind));
+  const seldom = shown.filter((feature) => isSeldom(feature, part, kind));
   const field = (feature: Feature) => (
     <FormField key={feature.field} path={path} part={part} feature={feature} />
   );
@@ -39,8 +40,9 @@ const isExpression = ({ of, many }: Feature) => of === "FlowExpression" && !many
 const weightOf = (feature: Feature) => (feature.is_node ? (isExpression(feature) ? 2 : 1) : 0);
 
 /** Whether a part need not be there and is not: settings of synapses, files of the platform. */
-function isSeldom(feature: Feature, part: NodeData): boolean {
+function isSeldom(feature: Feature, part: NodeData, kind: DesignState["kind"] | undefined): boolean {
   const held = part.fields[feature.field] ?? null;
+  if (kind === "brain") return feature.field.startsWith("initial_") && held === null;
   if (isExpression(feature) || feature.least > 0 || feature.field === "name") return false;
   if (Array.isArray(held)) return held.length === 0;
   return feature.is_node ? held === null : held === null || held === feature.default;

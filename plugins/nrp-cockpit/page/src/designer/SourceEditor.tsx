@@ -1,7 +1,7 @@
 import { python } from "@codemirror/lang-python";
 import { xml } from "@codemirror/lang-xml";
 import { setDiagnostics } from "@codemirror/lint";
-import { type Extension, StateEffect, StateField } from "@codemirror/state";
+import { EditorState, type Extension, StateEffect, StateField } from "@codemirror/state";
 import { Decoration, type DecorationSet, EditorView } from "@codemirror/view";
 import { basicSetup } from "codemirror";
 import { useEffect, useRef } from "react";
@@ -12,6 +12,7 @@ import { write } from "./store";
 interface EditorProps {
   language: "xml" | "python";
   text: string;
+  readOnly: boolean;
   /** Why there is no text. */
   missing: string | null;
   /** The lines of what is selected. */
@@ -35,7 +36,7 @@ const marked = StateField.define<DecorationSet>({
 });
 
 /** A text of the whole model: what is typed goes to the drawing once it is right. */
-export function SourceEditor({ language, text, missing, lines, onError }: EditorProps) {
+export function SourceEditor({ language, text, readOnly, missing, lines, onError }: EditorProps) {
   const host = useRef<HTMLDivElement>(null);
   const view = useRef<EditorView | null>(null);
   const shown = useRef(text);
@@ -71,6 +72,7 @@ export function SourceEditor({ language, text, missing, lines, onError }: Editor
         marked,
         typing,
         leaving,
+        EditorState.readOnly.of(readOnly),
         EditorView.contentAttributes.of({ "aria-label": language === "xml" ? "XML" : "Python" }),
       ] satisfies Extension[],
     });
@@ -81,7 +83,7 @@ export function SourceEditor({ language, text, missing, lines, onError }: Editor
       view.current = null;
       editor.destroy();
     };
-  }, [language, onError]);
+  }, [language, readOnly, onError]);
   useEffect(() => {
     shown.current = text;
     if (view.current && !view.current.hasFocus) follow(view.current, text);

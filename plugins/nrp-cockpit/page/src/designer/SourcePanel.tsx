@@ -6,6 +6,7 @@ import { linesOf, partAt } from "./model";
 import { SourceEditor } from "./SourceEditor";
 import { select, useDesign } from "./store";
 import type { DesignState, PlacedFinding } from "./types";
+import "./source.css";
 
 type Shown = "xml" | "python" | "findings";
 
@@ -13,21 +14,24 @@ type Shown = "xml" | "python" | "findings";
 function linesShown(state: DesignState, selected: string, shown: Shown): ReadonlySet<number> {
   const part = selected === "" ? undefined : partAt(state.model, selected);
   if (!part) return new Set();
-  const [first, last] = linesOf(state.xml, part);
-  if (shown === "xml") return new Set(Array.from({ length: last - first + 1 }, (_, at) => first + at));
+  const [first, last] = linesOf(state.kind === "brain" ? state.python.text : state.xml, part);
+  if (shown === "xml" || state.kind === "brain")
+    return new Set(Array.from({ length: last - first + 1 }, (_, at) => first + at));
   const lines = state.python.lines.map((line, at) => (line >= first && line <= last ? at + 1 : 0));
   return new Set(lines.filter((line) => line > 0));
 }
 
 /** The model as XML and as Python, both to edit, and what was found in it. */
 export function SourcePanel({ state }: { state: DesignState }) {
-  const [shown, setShown] = useState<Shown>("xml");
+  const [chosen, setShown] = useState<Shown>("xml");
+  const isBrain = state.kind === "brain";
+  const shown = isBrain && chosen === "xml" ? "python" : chosen;
   const [error, setError] = useState<string | null>(null);
   const selected = useDesign((design) => design.selected);
   const findings = useDesign((design) => design.findings);
   const choices = [
-    { value: "xml", label: "XML" },
-    { value: "python", label: "Python" },
+    ...(isBrain ? [] : [{ value: "xml", label: "XML" } as const]),
+    { value: "python", label: isBrain ? "PyNN" : "Python" },
     { value: "findings", label: `Findings ${findings.length}` },
   ] as const;
   return (
@@ -35,15 +39,16 @@ export function SourcePanel({ state }: { state: DesignState }) {
       <div className="panel-head">
         <Segmented label="What is shown" choices={choices} value={shown} onChange={setShown} />
         <span className="grow" />
-        {shown !== "findings" && <InStep error={error} />}
+        {shown !== "findings" && state.is_drawn && <InStep error={error} />}
       </div>
       <div className="panel-body">
         {shown === "findings" ? (
           <Findings findings={findings} />
         ) : (
           <SourceEditor
-            key={shown}
+            key={`${shown} ${state.file}`}
             language={shown}
+            readOnly={!state.is_drawn}
             text={shown === "xml" ? state.xml : state.python.text}
             missing={shown === "python" ? state.python.error : null}
             lines={linesShown(state, selected, shown)}

@@ -1,6 +1,7 @@
 import { useEffect, useId, useRef, useState } from "react";
 import { Switch } from "../ui/Switch";
 import { labelOf } from "./model";
+import { PythonEditor } from "./PythonEditor";
 import { change, named, useDesign } from "./store";
 import type { Feature, NodeData } from "./types";
 
@@ -71,6 +72,8 @@ function Control({ id, path, text, feature, error, onSet }: ControlProps) {
         ))}
       </select>
     );
+  if (feature.of === "Code")
+    return <PythonEditor path={path} label={labelOf(feature)} text={text} whole onWrite={onSet} />;
   return <TextInput key={`${text} ${error ? 1 : 0}`} {...{ id, path, text, feature, error, onSet }} />;
 }
 
@@ -78,44 +81,33 @@ function Control({ id, path, text, feature, error, onSet }: ControlProps) {
 function useChoices(feature: Feature, text: string): string[] | null {
   const populations = useDesign(({ state }) => state?.populations);
   if (feature.enumeration.length > 0) return feature.enumeration;
-  if (feature.field !== "population" || !populations) return null;
+  const isPopulation =
+    feature.of === "PopulationName" || (feature.field === "population" && !feature.is_node);
+  if (!isPopulation || !populations) return null;
   const names = Object.keys(populations);
   return names.length === 0 ? null : names.includes(text) || text === "" ? names : [text, ...names];
 }
 
 function TextInput({ id, path, text, feature, error, onSet }: ControlProps) {
   const [typed, setTyped] = useState(text);
-  const field = useRef<HTMLInputElement & HTMLTextAreaElement>(null);
+  const field = useRef<HTMLInputElement>(null);
   const isNew = useDesign(({ isNew, selected }) => isNew && selected === path && feature.field === "name");
   useEffect(() => {
     if (!isNew) return;
     field.current?.select();
     named();
   }, [isNew]);
-  const shared = {
-    id,
-    ref: field,
-    value: typed,
-    "aria-invalid": error ? true : undefined,
-    "aria-describedby": error ? `${id}-error` : undefined,
-    onBlur: () => onSet(typed),
-  };
-  if (feature.of === "Code")
-    return (
-      <textarea
-        {...shared}
-        className="input mono form-code"
-        rows={10}
-        spellCheck={false}
-        onChange={(event) => setTyped(event.target.value)}
-      />
-    );
   return (
     <span className="form-value">
       <input
-        {...shared}
+        id={id}
+        ref={field}
+        value={typed}
+        aria-invalid={error ? true : undefined}
+        aria-describedby={error ? `${id}-error` : undefined}
+        onBlur={() => onSet(typed)}
         className="input"
-        placeholder={feature.default || (feature.least ? "" : "default")}
+        placeholder={feature.default || (feature.least ? "" : feature.of === "Cells" ? "all" : "default")}
         title={feature.expects}
         spellCheck={false}
         autoComplete="off"

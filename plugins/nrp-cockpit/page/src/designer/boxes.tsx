@@ -6,6 +6,7 @@ import type { BoxNode } from "./flow";
 import { findingsAt } from "./model";
 import { act, select, useDesign } from "./store";
 import type { Box } from "./types";
+import "./boxes.css";
 
 type BoxProps = NodeProps<BoxNode>;
 
@@ -60,6 +61,42 @@ function PopulationBox({ data: { box }, selected }: BoxProps) {
     </div>
   );
 }
+
+/** Neurons of a brain that is drawn: spikes reach them on the left and leave them on the right. */
+function NeuronsBox({ data: { box }, selected }: BoxProps) {
+  const findings = useDesign((design) => design.findings);
+  const bad = findingsAt(findings, box)[0];
+  return (
+    <div
+      className={classOf(box, selected)}
+      data-end={box.id}
+      data-bad={bad?.weight === "error" || undefined}
+      title={bad?.summary}
+    >
+      <button type="button" className="box-head" onClick={() => select(box.id)}>
+        <span className="mono cut">{box.name}</span>
+        <span className="box-sub">
+          <span className="cut">{box.type}</span>
+          <span>{box.size === 1 ? "1 cell" : `${box.size} cells`}</span>
+        </span>
+      </button>
+      <BothEnds id={box.id} label={box.name} box={box} />
+      {box.rows?.map((row) => (
+        <div key={row.path} className="box-row mono" data-end={row.path}>
+          {row.text}
+          <BothEnds id={row.path} label={`${box.name}${row.text}`} box={box} />
+        </div>
+      ))}
+    </div>
+  );
+}
+
+const BothEnds = ({ id, label, box }: { id: string; label: string; box: Box }) => (
+  <>
+    {box.is_heard && <End id={`into:${id}`} label={`into ${label}`} side="left" look="free" />}
+    <End id={id} label={label} side="right" look="free" />
+  </>
+);
 
 /** The end of neurons has the colour of what it is used for. */
 function NeuronsEnd({ id, label }: { id: string; label: string }) {
@@ -124,4 +161,5 @@ export const boxTypes = {
   population: PopulationBox,
   function: FunctionBox,
   python: FunctionBox,
+  neurons: NeuronsBox,
 };

@@ -36,3 +36,30 @@ test("a wire ends at the handles of its ends and belongs to a part", () => {
   expect(edge).toMatchObject({ sourceHandle: "topic:/camera", targetHandle: row, selected: true });
   expect(edge && partOfWire(edge)).toBe(row);
 });
+
+const projection = (id: string, target: string) => ({
+  id,
+  kind: "excites",
+  label: "1 uS",
+  part: id,
+  source: "population/0",
+  source_end: "population/0",
+  target,
+  target_end: `into:${target}`,
+});
+
+test("projections between the same populations bend apart, and one to itself goes over its box", () => {
+  const brain = {
+    boxes: [{ id: "population/0", kind: "neurons", name: "a", rows: [{}, {}] }],
+    wires: [
+      projection("projection/0", "population/1"),
+      projection("projection/1", "population/1"),
+      projection("projection/2", "population/0"),
+    ],
+  } as unknown as DesignState;
+  const [one, other, loop] = edgesOf(brain, "projection/1");
+  expect(one).not.toMatchObject({ pathOptions: (other as { pathOptions?: object }).pathOptions });
+  expect([one?.selected, other?.selected]).toEqual([false, true]);
+  expect(loop).toMatchObject({ type: "loop", data: { rows: 2, before: 0 } });
+  expect(loop && partOfWire(loop)).toBe("projection/2");
+});

@@ -1,11 +1,25 @@
-import type { Edge, Node } from "@xyflow/react";
+import { type Edge, MarkerType, type Node } from "@xyflow/react";
 import { functionOf } from "./model";
-import type { Box, DesignState } from "./types";
+import type { Box, DesignState, WireData } from "./types";
 
 export type BoxNode = Node<{ box: Box }, Box["kind"]>;
 
-const COLOURS = { message: "var(--accent)", drives: "var(--d-vermillion)", reads: "var(--d-green)" } as const;
-const MEANINGS = { message: "message", drives: "drives neurons", reads: "reads neurons" } as const;
+const COLOURS = {
+  message: "var(--accent)",
+  drives: "var(--d-vermillion)",
+  reads: "var(--d-green)",
+  excites: "var(--d-blue)",
+  inhibits: "var(--d-vermillion)",
+} as const;
+const MEANINGS = {
+  message: "message",
+  drives: "drives neurons",
+  reads: "reads neurons",
+  excites: "excites",
+  inhibits: "inhibits",
+} as const;
+/** How much further a wire bends than the one before it between the same ends. */
+const BEND = 0.3;
 
 /** The name of a box in a layout, as the server has it: functions are known by their names. */
 export const keyOf = (box: Box): string =>
@@ -30,9 +44,13 @@ export function nodesOf(state: DesignState, selected: string, before: readonly B
 }
 
 /** The wires as React Flow takes them; the one of the selected part stands out. */
-export const edgesOf = (state: DesignState, selected: string): Edge[] =>
-  state.wires.map((wire) => {
-    const isSelected = wire.source_end === selected || wire.target_end === selected;
+export function edgesOf(state: DesignState, selected: string): Edge[] {
+  const drawn = new Map<string, number>();
+  return state.wires.map((wire) => {
+    const isSelected = (wire.part || wire.source_end) === selected || wire.target_end === selected;
+    const ends = `${wire.source_end} ${wire.target_end}`;
+    const before = drawn.get(ends) ?? 0;
+    drawn.set(ends, before + 1);
     return {
       id: wire.id,
       source: wire.source,
@@ -42,9 +60,36 @@ export const edgesOf = (state: DesignState, selected: string): Edge[] =>
       ariaLabel: `${wire.source_end} to ${wire.target_end}, ${MEANINGS[wire.kind]}`,
       selected: isSelected,
       style: { stroke: COLOURS[wire.kind], strokeWidth: isSelected ? 3 : 1.5 },
+      data: { part: wire.part ?? "" },
+      ...(wire.label
+        ? {
+            label: wire.label,
+            pathOptions: { curvature: 0.25 + BEND * before },
+            ...(wire.source === wire.target ? loopOf(state, wire, before) : {}),
+            markerEnd: {
+              type: MarkerType.ArrowClosed,
+              color: COLOURS[wire.kind],
+              markerUnits: "userSpaceOnUse",
+              width: 20,
+              height: 20,
+            },
+          }
+        : {}),
     };
   });
+}
 
-/** The part of the model that a wire belongs to: its end inside a function. */
+/** A wire from a box to itself goes over the rows of the box. */
+const loopOf = (state: DesignState, wire: WireData, before: number) => ({
+  type: "loop",
+  data: {
+    part: wire.part ?? "",
+    before,
+    rows: state.boxes.find(({ id }) => id === wire.source)?.rows?.length ?? 0,
+  },
+});
+
+/** The part of the model that a wire belongs to: a projection, or its end inside a function. */
 export const partOfWire = (edge: Edge): string =>
-  [edge.sourceHandle, edge.targetHandle].find((end) => end && functionOf(end)) ?? "";
+  String(edge.data?.part || "") ||
+  ([edge.sourceHandle, edge.targetHandle].find((end) => end && functionOf(end)) ?? "");

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { functionOf, linesOf, partAt, titleOf } from "./model";
+import { functionOf, linesOf, ownerOf, partAt, titleOf } from "./model";
 import type { NodeData } from "./types";
 
 const part = (type: string, line: number, fields: NodeData["fields"] = {}): NodeData => ({
@@ -20,6 +20,11 @@ test("a path leads to its part, or nowhere", () => {
   expect(partAt(model, "")).toBe(model);
 });
 
+test("a form is closed to what its part is inside of", () => {
+  expect(ownerOf("transfer_function/0/device/1")).toBe("transfer_function/0");
+  expect(ownerOf("population/2")).toBe("");
+});
+
 test("a part belongs to its function, and is called by its name", () => {
   expect(functionOf("transfer_function/0/device/0")).toBe("transfer_function/0");
   expect(functionOf("topic:/husky/camera")).toBe("");
@@ -30,4 +35,7 @@ test("a part belongs to its function, and is called by its name", () => {
 test("the lines of a part end with its end tag", () => {
   expect(linesOf(xml, device)).toEqual([4, 6]);
   expect(linesOf(xml, part("x", 7))).toEqual([7, 7]);
+  const script = "import sim\n\na = sim.Population(1)\n\nsim.Projection(\n    a,\n    a,\n)\nb = 1\n";
+  expect(linesOf(script, part("Population", 3))).toEqual([3, 3]);
+  expect(linesOf(script, part("Projection", 5))).toEqual([5, 8]);
 });

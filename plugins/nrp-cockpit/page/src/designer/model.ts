@@ -20,6 +20,15 @@ export function functionOf(path: string): string {
   return steps[0] === "transfer_function" && steps.length > 1 ? steps.slice(0, 2).join("/") : "";
 }
 
+/** What is shown when the form of a part is closed: what it is inside of. */
+export function ownerOf(path: string): string {
+  const [list, at, ...deeper] = path.split("/");
+  return deeper.length > 0 ? `${list}/${at}` : "";
+}
+
+/** Whether something selected can be copied and removed as a whole: an item of a list. */
+export const isItem = (path: string): boolean => /^(transfer_function|population|projection)\//.test(path);
+
 /** What a part is called: its name, or its kind. */
 export function titleOf(part: NodeData): string {
   const { name, src, ref } = part.fields;
@@ -27,14 +36,14 @@ export function titleOf(part: NodeData): string {
   return part.text || part.type;
 }
 
-/** The first and the last line of a part in its XML: all that is indented deeper, and its end tag. */
-export function linesOf(xml: string, part: NodeData): [number, number] {
-  const lines = xml.split("\n");
+/** The first and the last line of a part in its text: all that is indented deeper, and its end. */
+export function linesOf(text: string, part: NodeData): [number, number] {
+  const lines = text.split("\n");
   const indent = (line: string) => line.length - line.trimStart().length;
   const first = lines[part.line - 1] ?? "";
   let last = part.line;
   while (last < lines.length && indent(lines[last] ?? "") > indent(first)) last++;
-  if ((lines[last] ?? "").trim().startsWith("</") && indent(lines[last] ?? "") === indent(first)) last++;
+  if (/^(<\/|\))/.test((lines[last] ?? "").trim()) && indent(lines[last] ?? "") === indent(first)) last++;
   return [part.line, Math.max(last, part.line)];
 }
 

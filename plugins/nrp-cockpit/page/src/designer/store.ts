@@ -7,7 +7,10 @@ import type { DesignState, Metamodel, PlacedFinding } from "./types";
 
 interface Design {
   state: DesignState | null;
+  /** The classes of what is drawn. */
   metamodel: Metamodel | null;
+  /** Those of both kinds of drawings. */
+  described: Record<DesignState["kind"], Metamodel> | null;
   /** The path of the part, or the id of the box, that is shown in the form; empty: the whole model. */
   selected: string;
   /** Whether the selected part was made just now, so that its name is what one types next. */
@@ -22,6 +25,7 @@ interface Design {
 export const useDesign = create<Design>(() => ({
   state: null,
   metamodel: null,
+  described: null,
   selected: "",
   isNew: false,
   findings: [],
@@ -91,6 +95,8 @@ export const undo = () => send("undo");
 export const redo = () => send("redo");
 export const arrange = () => send("arrange");
 export const place = (box: string, x: number, y: number) => send("place", { box, x, y });
+/** Shows the drawing of the functions, that of the brain, or a new one of a brain. */
+export const turn = (to: "functions" | "brain" | "new brain") => send("turn", { to }).then(() => select(""));
 export const show = (topic: string) => send("show", { topic });
 export const open = (file: string) => send("open", { file }).then(() => select(""));
 export const write = (language: string, text: string) =>
@@ -160,14 +166,19 @@ function checkSoon(): void {
 }
 
 function take(state: DesignState): void {
-  set({ state });
+  const { state: before, described } = get();
+  if (before?.file !== state.file) set({ findings: [] });
+  set({ state, metamodel: described?.[state.kind] ?? null });
   checkSoon();
 }
 
 /** Follows the model while the designer is open; the server sends it to every page after each change. */
 export function follow(): () => void {
   const unhear = wire.subscribe<DesignState>(TOPIC, take);
-  void send<Metamodel>("describe").then((metamodel) => metamodel && set({ metamodel }));
+  void send<NonNullable<Design["described"]>>("describe").then((described) => {
+    const { state } = get();
+    if (described) set({ described, metamodel: state ? described[state.kind] : null });
+  });
   return () => {
     window.clearTimeout(timer);
     unhear();

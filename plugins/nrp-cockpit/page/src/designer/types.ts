@@ -15,7 +15,7 @@ export interface Row {
 
 export interface Box {
   id: string;
-  kind: "topic" | "function" | "python" | "population";
+  kind: "topic" | "function" | "python" | "population" | "neurons";
   name: string;
   x: number;
   y: number;
@@ -33,7 +33,10 @@ export interface Box {
 
 export interface WireData {
   id: string;
-  kind: "message" | "drives" | "reads";
+  kind: "message" | "drives" | "reads" | "excites" | "inhibits";
+  label?: string;
+  /** The part of the model that the wire is; without one it belongs to its end inside a function. */
+  part?: string;
   source: string;
   source_end: string;
   target: string;
@@ -53,6 +56,9 @@ export type Held = One | One[] | null;
 
 export interface DesignState {
   revision: number;
+  kind: "functions" | "brain";
+  /** Whether the designer wrote it: what a person wrote is shown, and not changed. */
+  is_drawn: boolean;
   file: string;
   origin: string | null;
   files: string[];

@@ -1,6 +1,7 @@
-import { type KeyboardEvent, type ReactNode, useEffect, useRef, useState } from "react";
+import { type KeyboardEvent, type ReactNode, useEffect, useRef } from "react";
 import { createPortal } from "react-dom";
 import { Icon, type IconName } from "./Icon";
+import { movesFocus, usePopup } from "./popup";
 
 export interface MenuItem {
   label: string;
@@ -23,23 +24,17 @@ interface MenuProps {
 
 /** A button that opens a list of actions; arrows move, Enter chooses, Escape closes. */
 export function Menu({ label, items, children, className = "btn", "data-key": key }: MenuProps) {
-  const [at, setAt] = useState<DOMRect | null>(null);
-  const button = useRef<HTMLButtonElement>(null);
-  const close = () => {
-    setAt(null);
-    button.current?.focus();
-  };
+  const { at, place, toggle, close } = usePopup();
   return (
-    <span className="menu">
+    <span ref={place} className="menu">
       <button
-        ref={button}
         type="button"
         className={className}
         data-key={key}
         aria-label={label}
         aria-haspopup="menu"
         aria-expanded={at !== null}
-        onClick={(event) => setAt(at ? null : event.currentTarget.getBoundingClientRect())}
+        onClick={toggle}
       >
         {children}
       </button>
@@ -61,12 +56,8 @@ function MenuList({ label, items, at, onClose }: ListProps) {
     list.current?.querySelector("button")?.focus();
   }, []);
   const key = (event: KeyboardEvent<HTMLElement>) => {
-    const buttons = [...event.currentTarget.querySelectorAll("button")];
-    const now = buttons.indexOf(document.activeElement as HTMLButtonElement);
-    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
-    if (step !== undefined) buttons[(now + step + buttons.length) % buttons.length]?.focus();
-    else if (event.key === "Escape" || event.key === "Tab") onClose();
-    else return;
+    if (event.key === "Escape" || event.key === "Tab") onClose();
+    else if (!movesFocus(event, "button")) return;
     event.preventDefault();
     event.stopPropagation();
   };

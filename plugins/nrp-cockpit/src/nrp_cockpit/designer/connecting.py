@@ -6,7 +6,6 @@ already (``population:sensors[0, 2]``), or the path of a function or of one of i
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -61,20 +60,6 @@ class Connecting:
                 self._with_neurons(ends[0].removeprefix(POPULATION), ends[1])
             case _:
                 self._inside(source, target)
-
-    def refusals(self, source: str, targets: Iterable[str]) -> dict[str, str | None]:
-        """Return for each end why it does not fit a source; None: it fits."""
-        return {target: self._refusal(source, target) for target in targets if target != source}
-
-    def _refusal(self, source: str, target: str) -> str | None:
-        before = self._edit.model, self._edit.selected
-        try:
-            self.connect(source, target)
-        except ExperimentError as error:
-            return error.message
-        finally:
-            self._edit.model, self._edit.selected = before
-        return None
 
     # -- topics
 

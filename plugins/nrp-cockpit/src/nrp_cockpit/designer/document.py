@@ -1,10 +1,10 @@
-"""A model that is being drawn: its states, with a way back, and its file."""
+"""A model of transfer functions that is being drawn."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,45 +13,27 @@ from nrp_bibi.reader import parse_bibi, read_bibi
 from nrp_bibi.reverse import reverse, reverse_file
 from nrp_bibi.writer import bibi_text, write_bibi
 
+from nrp_cockpit.designer.changes import refusals
 from nrp_cockpit.designer.checking import generated
+from nrp_cockpit.designer.completion import words_for
 from nrp_cockpit.designer.connecting import Connecting
+from nrp_cockpit.designer.drawing import Drawing, command_of
 from nrp_cockpit.designer.edit import Edit
-from nrp_cockpit.designer.layout import Positions, read_layout, write_layout
+from nrp_cockpit.designer.graph import Graph
+from nrp_cockpit.designer.layout import placed, write_layout
 from nrp_cockpit.designer.surroundings import Surroundings
-from nrp_cockpit.designer.tree import FUNCTIONS, at, replaced
+from nrp_cockpit.designer.tree import FUNCTIONS, at, node_data, replaced
 from nrp_core.errors import ExperimentError
 
 _COMMENTS = "comments of the file are not kept when it is saved"
-MOST_STATES = 500
 
 
-@dataclass(frozen=True, slots=True)
-class State:
-    """A model, and where its boxes were moved to.
-
-    Args:
-        model: the model; its lines are those of its canonical XML.
-        moved: by :func:`~nrp_cockpit.designer.layout.key_of`.
-        shown: names of topics that are shown though nothing uses them.
-    """
-
-    model: Bibi
-    moved: Positions = field(default_factory=dict)
-    shown: frozenset[str] = frozenset()
-
-
-class Document:
-    """A model and its history.
+class Document(Drawing):
+    """A model of transfer functions and its history.
 
     Args:
         path: the model's file, which need not exist; a Python file becomes a model beside it.
         surroundings: what the model is drawn between.
-
-    Attributes:
-        path: where it is saved.
-        origin: the file that it was read from, None: it is new.
-        selected: the path of what the last command made.
-        notes: what saving will not keep.
 
     Raises:
         TransferFunctionError: the file cannot be read.
@@ -59,86 +41,70 @@ class Document:
 
     def __init__(self, path: Path, surroundings: Surroundings) -> None:
         self.origin = path if path.exists() else None
-        self.path = _beside(path) if path.suffix == ".py" else path
         self.surroundings = surroundings
-        self.selected: str | None = None
         model = Bibi()
         if self.origin:
             model = reverse_file(path) if path.suffix == ".py" else read_bibi(path)
         has_comments = self.origin is not None and "<!--" in path.read_text("utf-8", "replace")
         self.notes = [_COMMENTS] if has_comments and path.suffix != ".py" else []
-        self._states = [State(canonical(model), read_layout(self.path))]
-        self._now = 0
-        self._saved = self._states[0].model if self.origin == self.path else Bibi()
-
-    @property
-    def state(self) -> State:
-        """The state as it is now."""
-        return self._states[self._now]
+        super().__init__(_beside(path) if path.suffix == ".py" else path, canonical(model))
+        self._saved = self.model if self.origin == self.path else Bibi()
 
     @property
     def model(self) -> Bibi:
         """The model as it is now."""
-        return self.state.model
+        model: Bibi = self.state.model
+        return model
 
     @property
     def is_saved(self) -> bool:
-        """Whether the file holds this model."""
         return self.model == self._saved and (self.origin is not None or self.model == Bibi())
 
-    @property
-    def can_undo(self) -> bool:
-        """Whether there is an earlier state."""
-        return self._now > 0
-
-    @property
-    def can_redo(self) -> bool:
-        """Whether there is a later state."""
-        return self._now < len(self._states) - 1
-
     def do(self, command: str, **arguments: Any) -> None:
-        """Change the model by a command; see :class:`~nrp_cockpit.designer.edit.Edit`.
-
-        Raises:
-            ExperimentError: there is no such command, or it is refused; nothing has changed then.
-        """
         edit = Edit(self.model, self.surroundings)
         commands: dict[str, Callable[..., None]] = {
-            "set": edit.set, "become": edit.become, "add": edit.add, "write": edit.write,
-            "remove": edit.remove, "move": edit.move, "copy": edit.copy,
-            "connect": Connecting(edit).connect,
+            **edit.commands, "write": edit.write, "connect": Connecting(edit).connect,
         }  # fmt: skip
-        if command not in commands:
-            raise ExperimentError(f"there is no command '{command}'; valid: {', '.join(commands)}")
-        commands[command](**arguments)
+        command_of(commands, command)(**arguments)
         self._go(replace(self.state, model=canonical(edit.model)))
         self.selected = edit.selected
-
-    def undo(self) -> None:
-        """Return to the state before the last command."""
-        if not self.can_undo:
-            raise ExperimentError("there is nothing to undo")
-        self._now -= 1
-
-    def redo(self) -> None:
-        """Return to the state that was left by an undo."""
-        if not self.can_redo:
-            raise ExperimentError("there is nothing to redo")
-        self._now += 1
-
-    def place(self, box: str, x: float, y: float) -> None:
-        """Move a box."""
-        self._go(replace(self.state, moved={**self.state.moved, box: (round(x), round(y))}))
-
-    def arrange(self) -> None:
-        """Put all boxes back into columns."""
-        self._go(replace(self.state, moved={}))
 
     def show(self, topic: str) -> None:
         """Show a topic that nothing uses yet."""
         self._go(replace(self.state, shown=self.state.shown | {topic}))
 
+    def data(self) -> dict[str, Any]:
+        graph, topics = self._graph(), self.surroundings.topics
+        return {
+            "kind": "functions",
+            "is_drawn": True,
+            "boxes": placed(graph, self.state.moved),
+            "wires": graph.wires,
+            "model": node_data(self.model),
+            "xml": bibi_text(self.model),
+            "python": generated(self.model, self.path),
+            "populations": dict(self.surroundings.populations),
+            "topics": {name: topic.type for name, topic in topics.items()},
+        }
+
+    def fits(self, source: str) -> dict[str, str | None]:
+        boxes = self._graph().boxes
+        ends = [end for box in boxes
+                for end in (box["id"], *(row["path"] for row in box.get("rows", ())))]  # fmt: skip
+        edit = Edit(self.model, self.surroundings)
+        return refusals(edit, Connecting(edit).connect, source, ends)
+
+    def words(self, path: str) -> list[dict[str, str]]:
+        """Return what an editor of expressions proposes inside a function."""
+        return list(words_for(self.model, path, self.surroundings))
+
+    def _graph(self) -> Graph:
+        return Graph(self.model, self.surroundings, self.state.shown)
+
     # -- texts
+
+    def write(self, language: str, text: str) -> None:
+        (self.read_python if language == "python" else self.read_xml)(text)
 
     def read_xml(self, text: str) -> None:
         """Take the model of a text of XML.
@@ -182,11 +148,6 @@ class Document:
         self._take(replaced(self.model, FUNCTIONS, functions))
 
     def save(self) -> None:
-        """Write the model, and the layout beside it.
-
-        Raises:
-            ExperimentError: it cannot be written.
-        """
         try:
             write_bibi(self.model, self.path)
         except OSError as error:
@@ -197,10 +158,6 @@ class Document:
     def _take(self, model: Bibi) -> None:
         if model != self.model:
             self._go(replace(self.state, model=canonical(model)))
-
-    def _go(self, state: State) -> None:
-        self._states = [*self._states[: self._now + 1], state][-MOST_STATES:]
-        self._now = len(self._states) - 1
 
 
 def canonical(model: Bibi) -> Bibi:

@@ -18,9 +18,14 @@ _UNITS = {"rate": "Hz", "voltage": "mV", "amplitude": "nA", "mean": "nA"}
 def metamodel_data() -> dict[str, Any]:
     """Return every class that a model can hold, and the kinds of devices."""
     return {
-        "classes": {node.__name__: _class_data(node) for node in reachable(Bibi)},
+        "classes": classes_data(Bibi),
         "devices": {kind.value: _device_data(kind) for kind in DeviceType},
     }
+
+
+def classes_data(root: type[Node]) -> dict[str, Any]:
+    """Return every class that a node can hold, by name."""
+    return {node.__name__: _class_data(node) for node in reachable(root)}
 
 
 def reachable(root: type[Node]) -> list[type[Node]]:

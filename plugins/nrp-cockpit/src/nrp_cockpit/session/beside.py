@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from nrp_cockpit.session.difference import Difference
+from nrp_cockpit.session.functions import Functions
 from nrp_cockpit.session.live import LiveSession
 from nrp_cockpit.session.session import Mode
 from nrp_cockpit.wire.hub import Hub
@@ -22,14 +23,23 @@ class Beside(LiveSession):
         lead: the session that it follows, which owns the thread.
         label: its name on the page.
         lead_label: the name of the leading run on the page.
+        functions: its transfer functions; by default as they are on disk.
 
     Attributes:
         difference: the difference between the two.
     """
 
-    def __init__(self, run: Run, hub: Hub, lead: LiveSession, label: str, lead_label: str) -> None:
+    def __init__(
+        self,
+        run: Run,
+        hub: Hub,
+        lead: LiveSession,
+        label: str,
+        lead_label: str,
+        functions: Functions | None = None,
+    ) -> None:
         self.lead, self.label, self.lead_label = lead, label, lead_label
-        super().__init__(run, hub, lead.requests)
+        super().__init__(run, hub, lead.requests, functions)
         self.difference = Difference(lead.run, run)
         self._since_ns = run.loop.now_ns
         self._unpaced_always()

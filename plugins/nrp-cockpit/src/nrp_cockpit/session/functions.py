@@ -97,7 +97,11 @@ class Functions:
 
     def check(self, files: Mapping[str, str]) -> dict[str, Any]:
         """Return the findings about the experiment with these texts in place of its files."""
-        experiment = self._drafted({**self._running, **files})
+        return self.check_in(self._run.experiment, files)
+
+    def check_in(self, experiment: Experiment, files: Mapping[str, str]) -> dict[str, Any]:
+        """Return the findings about another experiment with these texts in place of the files of this one."""
+        experiment = self._drafted(experiment, {**self._running, **files})
         try:
             return {"findings": self._shown(_findings(experiment))}
         finally:
@@ -110,7 +114,7 @@ class Functions:
             Whether they are in force, and the findings that keep them from it.
         """
         texts = {**self._running, **files}
-        experiment = self._drafted(texts)
+        experiment = self._drafted(self._run.experiment, texts)
         found = self._errors(experiment)
         shown = self._shown(found)
         if found:
@@ -150,8 +154,8 @@ class Functions:
 
     # -- changing
 
-    def _drafted(self, texts: Mapping[str, str]) -> Experiment:
-        """Return the experiment with these texts for its files: drafts of those that differ from the disk."""
+    def _drafted(self, experiment: Experiment, texts: Mapping[str, str]) -> Experiment:
+        """Return an experiment with these texts for its files: drafts of those that differ from the disk."""
         self._require(texts)
         on_disk = self._on_disk()
         new = {name: text for name, text in texts.items() if text != on_disk.get(name)}
@@ -160,7 +164,7 @@ class Functions:
             for name, path in self._files.items()
             if name in texts or path.exists()
         )
-        return self._run.experiment.model_copy(update={"transfer_functions": tuple(paths)})
+        return experiment.model_copy(update={"transfer_functions": tuple(paths)})
 
     def _there(self) -> list[str]:
         """Return the names of the files that run, or could."""

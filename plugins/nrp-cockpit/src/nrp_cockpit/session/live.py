@@ -34,28 +34,49 @@ class LiveSession(Session):
         run: an open run, between two steps.
         hub: of the clients.
         requests: of the session that owns the thread; by default it is this one.
+        functions: the transfer functions of the run; by default as they are on disk.
 
     Attributes:
         beside: another run that goes with it, if there is one.
     """
 
-    def __init__(self, run: Run, hub: Hub, requests: Requests | None = None) -> None:
+    def __init__(
+        self, run: Run, hub: Hub, requests: Requests | None = None, functions: Functions | None = None
+    ) -> None:
         super().__init__(hub, requests)
-        self.run = run
         self.beside: Companion | None = None
         self._jumping = self._is_halted = False
         self._going_since: float | None = None
         self._gone_s = 0.0
         self._recording: RecordingFolder | None = None
         self.recording_path: Path | None = None
+        self._attend(run, functions or Functions(run))
+
+    def _attend(self, run: Run, functions: Functions) -> None:
+        self.run, self.functions = run, functions
         can_save = run.brain.capabilities.snapshot and run.world.capabilities.snapshot
-        self.hearing = Hearing(run, hub)
+        self.hearing = Hearing(run, self.hub)
         self.past = Past(run, can_save=can_save, halted=lambda: self._is_halted)
-        self.functions = Functions(run)
         self.bodies = Bodies(run)
         self.reports = LiveReports(self)
         run.loop.hooks.after_step.append(self._after_step)
         run.loop.pacing = Paced(sleep=self._sleep)
+
+    def exchange(self, run: Run, functions: Functions) -> None:
+        """Go on with another run, from its beginning, and close the one before.
+
+        Args:
+            run: an open run.
+            functions: its transfer functions.
+        """
+        self._end_recording_of_the_past()
+        self.hearing.begin_again()
+        self._end_observation()
+        self.run.close()
+        self._attend(run, functions)
+        self.set_pace(self.pace)
+        self._gone_s = 0.0
+        self._jumped()
 
     @property
     def now_ns(self) -> int:

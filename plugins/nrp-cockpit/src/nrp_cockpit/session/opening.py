@@ -1,24 +1,30 @@
-"""Opens a second run beside that of a session, and closes it."""
+"""Opens another run for a session: beside its own, or in place of it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
 
 from nrp_cockpit.session.beside import Beside
 from nrp_cockpit.session.controls import asked, prefixed, services_of
+from nrp_cockpit.session.findings import finding_data
+from nrp_cockpit.session.functions import Functions
 from nrp_cockpit.session.live import LiveSession
 from nrp_cockpit.wire.hub import Service, Services
 from nrp_core.clock import seconds
-from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError
+from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError, NrpError
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.running.run import Run
+from nrp_core.findings import Code, Finding, InvalidExperimentError
 
 Read = Callable[[Sequence[str]], Experiment]
 """Reads the experiment of a session anew, with further overrides."""
 
 
 class Opening:
-    """Opens and closes the second run of a session. All methods belong to the thread of the session.
+    """Opens and closes further runs of a session. All methods belong to the thread of the session.
 
     Args:
         session: the session.
@@ -26,10 +32,54 @@ class Opening:
 
     Attributes:
         session: the session.
+        on_exchange: is called when the session goes on with another run.
     """
 
     def __init__(self, session: LiveSession, read: Read) -> None:
-        self.session, self._read = session, read
+        self.session, self._read_with = session, read
+        self._settings: list[str] = []
+        self.on_exchange: Callable[[], None] = lambda: None
+
+    def anew(self, settings: Sequence[str], texts: Mapping[str, str]) -> dict[str, Any]:
+        """Begin again with a changed experiment, which holds from then on.
+
+        Args:
+            settings: ``dotted.key=value``, besides those before.
+            texts: of its transfer functions, by their files.
+
+        Returns:
+            Whether the new run is there, and the findings that keep it from that: the one before goes on.
+
+        Raises:
+            LifecycleError: there is a second run.
+        """
+        self._require_alone()
+        before, self._settings = self._settings, [*settings, "transfer_functions=[]"]
+        found = self._exchanged(texts)
+        if found["applied"]:
+            self.on_exchange()
+        else:
+            self._settings = before
+        return found
+
+    def _exchanged(self, texts: Mapping[str, str]) -> dict[str, Any]:
+        with ExitStack() as unless_used:
+            try:
+                run = unless_used.enter_context(Run(self._read([])))
+            except InvalidExperimentError as error:
+                return {"applied": False, "findings": [finding_data(each) for each in error.findings]}
+            except NrpError as error:
+                return {"applied": False, "findings": [finding_data(Finding(Code.NRP210, str(error)))]}
+            functions = Functions(run)
+            unless_used.callback(functions.close)
+            found = _with_texts(functions, texts)
+            if found["applied"]:
+                self.session.exchange(run, functions)
+                unless_used.pop_all()
+        return found
+
+    def _read(self, overrides: Sequence[str]) -> Experiment:
+        return self._read_with([*self._settings, *overrides])
 
     def branch(self, t_s: float | None = None, id: str | None = None) -> None:  # noqa: A002
         """Open a second future of the run.
@@ -70,7 +120,8 @@ class Opening:
         if not overrides:
             raise ExperimentError("a comparison needs another brain or another world")
         other = self._read(overrides)
-        beside = self._open(other, _pair(other), _pair(self.session.run.experiment))
+        lead, texts = self.session.run.experiment, self.session.functions.texts
+        beside = self._open(other, _pair(other), _pair(lead), texts=texts)
         self.session.reset()
         beside.reports.all()
 
@@ -103,23 +154,31 @@ class Opening:
     ) -> Beside:
         session, run = self.session, Run(experiment)
         try:
+            functions = Functions(run)
+            if (
+                texts is not None
+                and texts != functions.texts
+                and not _with_texts(functions, texts)["applied"]
+            ):
+                raise CapabilityError("the edited functions of the run cannot be taken over")
             if snapshot is not None:
                 _take_over(run, session.run, snapshot)
             hub = session.hub.open_beside()
-            beside = Beside(run, hub, session, label, lead_label)
+            beside = Beside(run, hub, session, label, lead_label, functions)
             hub.services = services_of(beside)
-            if snapshot is not None and texts != beside.functions.texts:
-                found = beside.functions.apply(texts or {})
-                if not found["applied"]:
-                    raise CapabilityError("the edited functions of the run cannot be taken over")
-                run.restore(snapshot)
-                beside.past.mark()
         except BaseException:
             session.hub.beside = None
             run.close()
             raise
         session.beside = beside
         return beside
+
+
+def _with_texts(functions: Functions, texts: Mapping[str, str]) -> dict[str, Any]:
+    """Let functions have the texts of others, whose files they may not know yet."""
+    for name in texts:
+        functions.include(Path(name))
+    return functions.apply(texts)
 
 
 def _take_over(run: Run, lead: Run, snapshot: bytes) -> None:

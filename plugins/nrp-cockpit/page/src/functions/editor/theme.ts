@@ -2,6 +2,27 @@ import { HighlightStyle, syntaxHighlighting } from "@codemirror/language";
 import { EditorView } from "@codemirror/view";
 import { tags } from "@lezer/highlight";
 
+/** Findings and notes in the colours of their weights. */
+function severities() {
+  const colours = { error: "var(--bad)", warning: "var(--warn)", info: "var(--line-strong)" };
+  return Object.fromEntries(
+    Object.entries(colours).flatMap(([weight, color]) => [
+      [`.cm-diagnostic-${weight}`, { borderLeftColor: color }],
+      [`.cm-lintRange-${weight}`, { textDecorationColor: color }],
+      [`.cm-lineNote-${weight}`, { color: weight === "info" ? "var(--text-3)" : color }],
+    ]),
+  );
+}
+
+/** What a side of a comparison took away or brought. */
+const changed = (side: "a" | "b", colour: "bad" | "ok") => ({
+  [`&.cm-merge-${side} .cm-changedLine`]: { backgroundColor: `var(--${colour}-soft)` },
+  [`&.cm-merge-${side} .cm-changedText`]: {
+    background: `color-mix(in srgb, var(--${colour}) 24%, transparent)`,
+  },
+  [`&.cm-merge-${side} .cm-changedLineGutter`]: { background: `var(--${colour})` },
+});
+
 const look = EditorView.theme({
   "&": { height: "100%", fontSize: "13px", color: "var(--text)", backgroundColor: "var(--panel)" },
   "&.cm-focused": { outline: "none" },
@@ -42,17 +63,11 @@ const look = EditorView.theme({
   ".cm-completionDetail": { color: "var(--text-3)", fontStyle: "normal", fontFamily: "var(--ui)" },
   ".cm-foldPlaceholder": { backgroundColor: "var(--hover)", border: "0", color: "var(--text-2)" },
   ".cm-diagnostic": { padding: "8px 12px", font: "12px/16px var(--ui)", maxWidth: "560px" },
-  ".cm-diagnostic-error": { borderLeftColor: "var(--bad)" },
-  ".cm-diagnostic-warning": { borderLeftColor: "var(--warn)" },
-  ".cm-diagnostic-info": { borderLeftColor: "var(--line-strong)" },
   ".cm-lintRange": {
     backgroundImage: "none",
     textDecoration: "underline wavy 1.5px",
     textUnderlineOffset: "3px",
   },
-  ".cm-lintRange-error": { textDecorationColor: "var(--bad)" },
-  ".cm-lintRange-warning": { textDecorationColor: "var(--warn)" },
-  ".cm-lintRange-info": { textDecorationColor: "var(--line-strong)" },
   ".cm-collapsedLines": {
     background: "var(--sunken)",
     color: "var(--text-2)",
@@ -83,15 +98,9 @@ const look = EditorView.theme({
     borderRadius: "var(--r-4)",
     cursor: "pointer",
   },
-  ".cm-lineNote-error": { color: "var(--bad)" },
-  ".cm-lineNote-warning": { color: "var(--warn)" },
-  ".cm-lineNote-info": { color: "var(--text-3)" },
-  "&.cm-merge-a .cm-changedLine": { backgroundColor: "var(--bad-soft)" },
-  "&.cm-merge-b .cm-changedLine": { backgroundColor: "var(--ok-soft)" },
-  "&.cm-merge-a .cm-changedText": { background: "color-mix(in srgb, var(--bad) 24%, transparent)" },
-  "&.cm-merge-b .cm-changedText": { background: "color-mix(in srgb, var(--ok) 24%, transparent)" },
-  "&.cm-merge-a .cm-changedLineGutter": { background: "var(--bad)" },
-  "&.cm-merge-b .cm-changedLineGutter": { background: "var(--ok)" },
+  ...severities(),
+  ...changed("a", "bad"),
+  ...changed("b", "ok"),
 });
 
 const colours = HighlightStyle.define([

@@ -1,8 +1,9 @@
 import { acceptCompletion, autocompletion, type Completion } from "@codemirror/autocomplete";
 import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
 import { python } from "@codemirror/lang-python";
+import { indentUnit } from "@codemirror/language";
 import { EditorState, Prec } from "@codemirror/state";
-import { EditorView, keymap, placeholder } from "@codemirror/view";
+import { EditorView, keymap, lineNumbers, placeholder } from "@codemirror/view";
 import { useEffect, useRef } from "react";
 import { completing } from "../functions/editor/completion";
 import { theme } from "../functions/editor/theme";
@@ -12,7 +13,9 @@ interface EditorProps {
   path: string;
   label: string;
   text: string;
-  /** Called when one leaves the text, or presses Enter. */
+  /** Whether it is a whole function, and not one expression in one line. */
+  whole?: boolean;
+  /** Called when one leaves the text, or presses Enter in an expression. */
   onWrite: (text: string) => void;
 }
 
@@ -21,8 +24,8 @@ const wordsAt = (path: string) => async (): Promise<readonly Completion[]> =>
 
 const oneLine = EditorState.transactionFilter.of((change) => (change.newDoc.lines > 1 ? [] : change));
 
-/** An expression in one line of Python, with the names that its function knows. */
-export function ExpressionEditor({ path, label, text, onWrite }: EditorProps) {
+/** An expression in one line of Python, or a function of many, with the names that the function knows. */
+export function PythonEditor({ path, label, text, whole = false, onWrite }: EditorProps) {
   const host = useRef<HTMLDivElement>(null);
   const view = useRef<EditorView | null>(null);
   const write = useRef(onWrite);
@@ -44,16 +47,15 @@ export function ExpressionEditor({ path, label, text, onWrite }: EditorProps) {
           Prec.high(
             keymap.of([
               { key: "Tab", run: acceptCompletion },
-              { key: "Enter", run: leave },
+              { key: whole ? "Ctrl-Enter" : "Enter", run: leave },
             ]),
           ),
           history(),
           keymap.of([...defaultKeymap, ...historyKeymap]),
           python(),
           theme,
-          oneLine,
+          whole ? [lineNumbers(), indentUnit.of("    ")] : [oneLine, EditorView.lineWrapping],
           placeholder("not written"),
-          EditorView.lineWrapping,
           EditorView.contentAttributes.of({ "aria-label": label }),
           EditorView.domEventHandlers({ blur: (_event, shown) => void leave(shown) }),
         ],
@@ -64,11 +66,11 @@ export function ExpressionEditor({ path, label, text, onWrite }: EditorProps) {
       view.current = null;
       editor.destroy();
     };
-  }, [path, label]);
+  }, [path, label, whole]);
   useEffect(() => {
     const { doc } = view.current?.state ?? EditorState.create();
     if (doc.toString() !== text)
       view.current?.dispatch({ changes: { from: 0, to: doc.length, insert: text } });
   }, [text]);
-  return <div ref={host} className="input form-python" />;
+  return <div ref={host} className={`input form-python ${whole ? "is-whole" : ""}`} />;
 }

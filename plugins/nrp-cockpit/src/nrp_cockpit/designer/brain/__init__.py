@@ -1,0 +1,1 @@
+"""Brains that are drawn: populations and projections as boxes and wires, which write a PyNN script."""

@@ -1,0 +1,55 @@
+"""What is wrong with a drawn brain, each finding at its box."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from nrp_cockpit.designer.brain.edit import NO_SYNAPSES
+from nrp_cockpit.designer.brain.model import Brain, Projection, weight_unit
+from nrp_cockpit.designer.brain.script import parts_at
+
+_CODE = "BRAIN"
+
+
+def brain_findings(brain: Brain, path: Path) -> list[dict[str, Any]]:
+    """Return what keeps a drawn brain from being built."""
+    lines = dict(parts_at(brain))
+    return [
+        _finding(text, f"projection/{place}", path, lines[f"projection/{place}"])
+        for place, one in enumerate(brain.projection)
+        for text in _of_projection(brain, one)
+    ]
+
+
+def _of_projection(brain: Brain, projection: Projection) -> Iterator[str]:
+    sizes = {one.name: one.size for one in brain.population}
+    for name, cells in (
+        (projection.source, projection.source_cells),
+        (projection.target, projection.target_cells),
+    ):
+        if name not in sizes:
+            yield f"'{projection.name}': there is no population '{name}'"
+        elif cells and int(cells.partition(":")[2]) > sizes[name]:
+            yield f"'{projection.name}': '{name}' has {sizes[name]} cells, so [{cells}] is beyond it"
+    if projection.target in sizes and not weight_unit(brain, projection):
+        yield NO_SYNAPSES.format(projection.target)
+
+
+def _finding(text: str, where: str, path: Path, line: int) -> dict[str, Any]:
+    return {
+        "code": _CODE, "weight": "error", "summary": text, "why": "", "fix": "", "count": 1,
+        "file": str(path), "line": line, "path": where, "box": "",
+    }  # fmt: skip
+
+
+def located_in_brain(brain: Brain, path: Path, findings: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return the findings of a check of the experiment, those about this script with their places in it."""
+    found = []
+    for finding in findings:
+        here = finding["file"] is not None and Path(finding["file"]) == path and finding["line"]
+        before = [name for name, line in parts_at(brain) if here and line <= finding["line"]]
+        where = before[-1] if before else ""
+        found.append({**finding, "path": where, "box": where if where.startswith("population") else ""})
+    return found

@@ -1,0 +1,143 @@
+"""A brain that is being drawn, or a script of a person that is shown."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from nrp_cockpit.designer.brain.edit import INTO, BrainEdit
+from nrp_cockpit.designer.brain.graph import Box, Wire, drawn_graph, network_graph, placed_brain
+from nrp_cockpit.designer.brain.model import Brain
+from nrp_cockpit.designer.brain.script import read_script, reason_against, script_of
+from nrp_cockpit.designer.changes import refusals
+from nrp_cockpit.designer.drawing import Drawing, command_of
+from nrp_cockpit.designer.layout import write_layout
+from nrp_cockpit.designer.tree import node_data
+from nrp_core.brain.network.data import Network
+from nrp_core.errors import ExperimentError
+
+BY_HAND = "written by hand: it is shown, and not changed"
+
+
+class BrainDocument(Drawing):
+    """A brain and its history.
+
+    Args:
+        path: the script, which need not exist.
+        network: the network of the run, which is shown if the script was not drawn.
+
+    Attributes:
+        text: the script.
+        is_drawn: whether the designer wrote it, so that it can be edited.
+
+    Raises:
+        ExperimentError: the file cannot be read.
+    """
+
+    def __init__(self, path: Path, network: Network | None = None) -> None:
+        self.origin = path if path.exists() else None
+        self._network = network
+        self._saved = read_text(path) if self.origin else ""
+        brain = read_script(self._saved) if self.origin else Brain()
+        self.is_drawn = brain is not None
+        self.notes = [] if self.is_drawn else [BY_HAND]
+        super().__init__(path, brain or Brain())
+
+    @property
+    def brain(self) -> Brain:
+        """The brain as it is now."""
+        brain: Brain = self.state.model
+        return brain
+
+    @property
+    def text(self) -> str:
+        """The script as it is now."""
+        return script_of(self.brain) if self.is_drawn else self._saved
+
+    @property
+    def is_saved(self) -> bool:
+        return self.text == self._saved or (self.origin is None and self.brain == Brain())
+
+    @property
+    def graph(self) -> tuple[list[Box], list[Wire]]:
+        """The boxes in their places, and the wires."""
+        shown: tuple[list[Box], list[Wire]] = ([], [])
+        if self.is_drawn:
+            shown = drawn_graph(self.brain)
+        elif self._network is not None:
+            shown = network_graph(self._network)
+        return placed_brain(*shown, self.state.moved), shown[1]
+
+    def do(self, command: str, **arguments: Any) -> None:
+        self._require_drawn()
+        edit = BrainEdit(self.brain)
+        command_of({**edit.commands, "connect": edit.connect}, command)(**arguments)
+        self._take(edit.model)
+        self.selected = edit.selected
+
+    def data(self) -> dict[str, Any]:
+        boxes, wires = self.graph
+        return {
+            "kind": "brain",
+            "is_drawn": self.is_drawn,
+            "boxes": boxes,
+            "wires": wires,
+            "model": node_data(self.brain),
+            "xml": "",
+            "python": {"text": self.text, "lines": [], "error": None},
+            "populations": {one.name: one.size for one in self.brain.population},
+            "topics": {},
+        }
+
+    def fits(self, source: str) -> dict[str, str | None]:
+        if not self.is_drawn:
+            return {}
+        edit = BrainEdit(self.brain)
+        paths = [end for box in self.graph[0] for end in (box["id"], *(row["path"] for row in box["rows"]))]
+        ends = [f"{INTO}{path}" for path in paths] if not source.startswith(INTO) else paths
+        return refusals(edit, edit.connect, source, ends)
+
+    def write(self, language: str, text: str) -> None:
+        self._require_drawn()
+        brain = read_script(text)
+        if brain is None:
+            reason, line = reason_against(text)
+            raise ExperimentError(reason, path=self.path, line=line)
+        if brain != self.brain:
+            self._take(brain)
+
+    def save(self) -> None:
+        self._require_drawn()
+        if (
+            self.path.exists()
+            and read_text(self.path) != self._saved
+            and read_script(read_text(self.path)) is None
+        ):
+            raise ExperimentError("it was changed by hand since; it is not overwritten", path=self.path)
+        try:
+            self.path.write_text(self.text, encoding="utf-8", newline="\n")
+        except OSError as error:
+            raise ExperimentError(f"cannot be written: {error.strerror}", path=self.path) from error
+        write_layout(self.path, self.state.moved)
+        self._saved, self.origin = self.text, self.path
+
+    def _require_drawn(self) -> None:
+        if not self.is_drawn:
+            raise ExperimentError(f"{self.path.name} was {BY_HAND}; draw a new brain")
+
+    def _take(self, brain: Brain) -> None:
+        """Note a brain, with the lines that its parts have in its script."""
+        self._go(replace(self.state, model=read_script(script_of(brain))))
+
+
+def read_text(path: Path) -> str:
+    """Return the text of a script.
+
+    Raises:
+        ExperimentError: it cannot be read.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ExperimentError(f"cannot be read: {error}", path=path) from None

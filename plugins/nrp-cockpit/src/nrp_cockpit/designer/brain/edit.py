@@ -1,0 +1,122 @@
+"""The commands that change a drawn brain.
+
+An end of a wire is the path of a population, where spikes leave it, or ``into:`` and this path, where they
+reach it; both with the cells that are meant: ``into:population/0[0:2]``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import count
+from typing import Any, Final
+
+from nrp_bibi.model.metamodel import Feature, Node, Value, concrete, features
+
+from nrp_cockpit.designer.brain.model import (
+    CELL_CLASSES,
+    SYNAPSE_CLASSES,
+    AllToAllConnector,
+    Brain,
+    CellModel,
+    Connector,
+    Population,
+    Projection,
+    SynapseModel,
+    weight_unit,
+)
+from nrp_cockpit.designer.changes import Changes
+from nrp_cockpit.designer.tree import at, replaced, walk
+from nrp_core.errors import ExperimentError
+
+INTO: Final = "into:"
+NO_SYNAPSES: Final = "'{}' only sends spikes: it receives no synapses"
+_USUAL: Final[dict[type[Node], type[Node]]] = {
+    CellModel: CELL_CLASSES["IF_cond_exp"],
+    SynapseModel: SYNAPSE_CLASSES["StaticSynapse"],
+    Connector: AllToAllConnector,
+}
+_FIRST: Final[dict[str, Any]] = {"size": 1, "p_connect": 0.1, "n": 1, "weight": 0.01}
+_WEIGHTS: Final = {"uS": 0.01, "nA": 1.0, "mV": 1.0}
+"""Of new projections, by the unit that their target has."""
+
+
+class BrainEdit(Changes):
+    """Changes of a drawn brain."""
+
+    model: Brain
+
+    def set(self, path: str, field: str, text: str | None) -> None:
+        """Give a value; the name of a population or projection must be free."""
+        siblings = getattr(self.model, path.partition("/")[0], ()) if field == "name" else ()
+        if text in [one.name for one in siblings if one is not at(self.model, path)]:
+            raise ExperimentError(f"there is a '{text}' already")
+        super().set(path, field, text)
+
+    def remove(self, path: str) -> None:
+        """Take a part away; with a population go its projections."""
+        part = at(self.model, path)
+        super().remove(path)
+        if isinstance(part, Population):
+            kept = [one for one in self.model.projection if part.name not in (one.source, one.target)]
+            self.model = replace(self.model, projection=tuple(kept))
+
+    def connect(self, source: str, target: str) -> None:
+        """Add a projection between two ends; a wire can be drawn from either.
+
+        Raises:
+            ExperimentError: they do not fit; the message says why.
+        """
+        if source.startswith(INTO):
+            source, target = target, source
+        if source.startswith(INTO):
+            raise ExperimentError("spikes reach populations there; a projection begins on the right of one")
+        pre, pre_cells = self._end(source)
+        post, post_cells = self._end(target.removeprefix(INTO))
+        made = self._make(
+            "", Projection, name=self._free_name("projection", f"{pre.name} to {post.name}"),
+            source=pre.name, source_cells=pre_cells, target=post.name, target_cells=post_cells,
+        )  # fmt: skip
+        unit = weight_unit(self.model, made)
+        if not unit:
+            raise ExperimentError(NO_SYNAPSES.format(post.name))
+        self.put("", "projection", replace(made, synapse=replace(made.synapse, weight=_WEIGHTS[unit])))
+
+    # --
+
+    def _end(self, end: str) -> tuple[Population, str | None]:
+        path, _, cells = end.partition("[")
+        found = at(self.model, path)
+        if not isinstance(found, Population):
+            raise ExperimentError(f"no wire ends at '{end}'")
+        return found, cells.rstrip("]") or None
+
+    def _make(self, path: str, kind: type[Node], **given: Any) -> Any:
+        kind = _USUAL.get(kind, next(iter(concrete(kind).values())))
+        needed = (feature for feature in features(kind) if feature.least and feature.field not in given)
+        return kind(**given, **{feature.field: self._first(path, feature) for feature in needed})
+
+    def _first(self, path: str, feature: Feature) -> Any:
+        if not isinstance(feature.of, Value):
+            return self._make(path, feature.of)
+        if feature.of.name == "PopulationName":
+            if not self.model.population:
+                raise ExperimentError("a projection needs populations: draw one first")
+            return self.model.population[0].name
+        return self._free_name(path, "population") if feature.field == "name" else _FIRST[feature.field]
+
+    def _free_name(self, path: str, wanted: str) -> str:
+        names = {str(getattr(one, "name", "")) for _, one in walk(self.model)}
+        apart = " " if " " in wanted else "_"
+        numbered = (f"{wanted}{apart}{number}" for number in count(2))
+        return wanted if wanted not in names else next(name for name in numbered if name not in names)
+
+    def _renamed(self, path: str, before: str, after: str) -> None:
+        if not path.startswith("population/"):
+            return
+        for place, one in enumerate(self.model.projection):
+            for side in ("source", "target"):
+                if getattr(one, side) == before:
+                    self.model = replaced(self.model, f"projection/{place}/{side}", after)
+
+    def _left(self, owner: str) -> str | None:
+        return ""

@@ -1,0 +1,146 @@
+"""The drawings that are open: one of transfer functions, and one of the brain."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+
+from nrp_cockpit.designer.brain.document import BrainDocument, read_text
+from nrp_cockpit.designer.brain.script import read_script
+from nrp_cockpit.designer.document import Document
+from nrp_cockpit.designer.drawing import Drawing
+from nrp_cockpit.designer.surroundings import Surroundings, surroundings_of
+from nrp_cockpit.session.live import LiveSession
+from nrp_core.errors import ExperimentError
+
+NEW, NEW_BRAIN = "design.bibi", "drawn_brain.py"
+_DESIGNED = (".bibi", ".xml", ".py")
+
+
+class Desk:
+    """Holds the drawings of a session; each keeps its history while another is shown.
+
+    Args:
+        session: the session, whose brain and world the functions connect.
+
+    Attributes:
+        shown: the drawing that the page shows.
+        original: the experiment as it was before somebody drew a brain for it.
+    """
+
+    def __init__(self, session: LiveSession) -> None:
+        self._session = session
+        self.original = session.run.experiment
+        self._drawings: dict[Path, Drawing] = {}
+        self._functions: Document | None = None
+        self._brain: BrainDocument | None = None
+        self._shown: Drawing | None = None
+        self.note_run()
+
+    def note_run(self) -> None:
+        """Note that the session has another run."""
+        self._surroundings = surroundings_of(self._session.run)
+        self._built = self._session.run.experiment.brain.model
+        self._built_from = _script_at(self._built)
+
+    @property
+    def shown(self) -> Drawing:
+        """The drawing that the page shows; at first that of the functions."""
+        return self._shown or self.functions
+
+    @property
+    def functions(self) -> Document:
+        """The drawing of transfer functions, between what is there for them now."""
+        if self._functions is None:
+            files = [Path(name) for name in self._session.functions.files]
+            models = [path for path in files if path.suffix == ".bibi"] or files
+            self._functions = self._document(models[0] if models else self.place_of(NEW))
+        self._functions.surroundings = self._around()
+        return self._functions
+
+    @property
+    def files(self) -> list[str]:
+        """The files that can be shown in place of this one: with functions, or brains."""
+        if isinstance(self.shown, Document):
+            return list(self._session.functions.files)
+        drawn = [path for path, one in self._drawings.items() if isinstance(one, BrainDocument)]
+        return [str(path) for path in dict.fromkeys((self.original.brain.model, *drawn))]
+
+    @property
+    def new_brain(self) -> BrainDocument | None:
+        """The brain that was chosen, drawn or that of the experiment, if the run has another one."""
+        brain = self._brain
+        if brain is None or (brain.path, brain.text) == (self._built, self._built_from):
+            return None
+        is_original = brain.path == self.original.brain.model
+        return brain if is_original or (brain.is_drawn and brain.brain.population) else None
+
+    def open(self, path: Path) -> None:
+        """Show a file.
+
+        Raises:
+            ExperimentError: it is neither a model nor Python, or cannot be read.
+        """
+        if path in (self._built, self.original.brain.model) or (
+            path.suffix == ".py" and read_script(_script_at(path)) is not None
+        ):
+            self._show_brain(path)
+            return
+        self._functions = self._document(path)
+        self._shown = self._functions
+
+    def show_functions(self) -> None:
+        """Show the drawing of the transfer functions."""
+        self._shown = self.functions
+
+    def show_brain(self) -> None:
+        """Show the brain: the drawing of one that is there, or that of the run."""
+        self._show_brain(self._brain.path if self._brain else self._built)
+
+    def draw_brain(self) -> None:
+        """Show a new drawing of a brain, or go on with the one that was begun."""
+        names = (NEW_BRAIN if i == 1 else NEW_BRAIN.replace(".", f"_{i}.") for i in count(1))
+        paths = (self.place_of(name) for name in names)
+        self._show_brain(next(
+            path for path in paths if not path.exists() or read_script(_script_at(path)) is not None
+        ))  # fmt: skip
+
+    def place_of(self, file: str) -> Path:
+        """Return a file by its name, which is relative to the experiment."""
+        experiment = self._session.run.experiment.source.place.path
+        return (experiment.parent if experiment else Path.cwd()) / file
+
+    # --
+
+    def _show_brain(self, path: Path) -> None:
+        if path not in self._drawings:
+            network = self._session.run.brain.network if path == self._built else None
+            self._drawings[path] = BrainDocument(path, network)
+        found = self._drawings[path]
+        assert isinstance(found, BrainDocument)
+        self._shown = self._brain = found
+
+    def _document(self, path: Path) -> Document:
+        if path.suffix not in _DESIGNED:
+            raise ExperimentError(f"a model ends in .bibi, and Python in .py, not '{path.name}'")
+        if path not in self._drawings:
+            self._drawings[path] = Document(path, self._around())
+        found = self._drawings[path]
+        assert isinstance(found, Document)
+        return found
+
+    def _around(self) -> Surroundings:
+        """Return what functions are drawn between; a drawn brain is there before it runs."""
+        brain = self.new_brain
+        if brain is None or not brain.is_drawn:
+            return self._surroundings
+        return replace(self._surroundings, populations={one.name: one.size for one in brain.brain.population})
+
+
+def _script_at(path: Path) -> str:
+    """Return the text of a script, empty where there is none that can be read."""
+    try:
+        return read_text(path) if path.suffix == ".py" else ""
+    except ExperimentError:
+        return ""

@@ -1,0 +1,139 @@
+"""What is being drawn: its states, with a way back, and its file."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from nrp_cockpit.designer.layout import Positions, read_layout
+from nrp_core.errors import ExperimentError
+
+MOST_STATES = 500
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """A model, and where its boxes were moved to.
+
+    Args:
+        model: the model; its lines are those of its canonical text.
+        moved: by :func:`~nrp_cockpit.designer.layout.key_of`.
+        shown: names of topics that are shown though nothing uses them.
+    """
+
+    model: Any
+    moved: Positions = field(default_factory=dict)
+    shown: frozenset[str] = frozenset()
+
+
+class Drawing(ABC):
+    """A model and its history.
+
+    Args:
+        path: where it is saved; the file need not exist.
+        model: the model as it is in the file.
+
+    Attributes:
+        path: where it is saved.
+        origin: the file that it was read from, None: it is new.
+        selected: the path of what the last command made.
+        notes: what people should know before they save.
+    """
+
+    origin: Path | None = None
+    notes: list[str]
+
+    def __init__(self, path: Path, model: Any) -> None:
+        self.path = path
+        self.selected: str | None = None
+        self._states = [State(model, read_layout(path))]
+        self._now = 0
+
+    @property
+    def state(self) -> State:
+        """The state as it is now."""
+        return self._states[self._now]
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is an earlier state."""
+        return self._now > 0
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether there is a later state."""
+        return self._now < len(self._states) - 1
+
+    @property
+    @abstractmethod
+    def is_saved(self) -> bool:
+        """Whether the file holds this model."""
+
+    @abstractmethod
+    def do(self, command: str, **arguments: Any) -> None:
+        """Change the model by a command.
+
+        Raises:
+            ExperimentError: there is no such command, or it is refused; nothing has changed then.
+        """
+
+    @abstractmethod
+    def write(self, language: str, text: str) -> None:
+        """Take the model of a text.
+
+        Raises:
+            ExperimentError: it says no model; the error has the line.
+        """
+
+    @abstractmethod
+    def data(self) -> dict[str, Any]:
+        """Return what the page draws: boxes, wires, the model, and its texts."""
+
+    @abstractmethod
+    def fits(self, source: str) -> dict[str, str | None]:
+        """Return for each end of a wire why it does not fit a source; None: it fits."""
+
+    @abstractmethod
+    def save(self) -> None:
+        """Write the model, and the layout beside it.
+
+        Raises:
+            ExperimentError: it cannot be written.
+        """
+
+    def undo(self) -> None:
+        """Return to the state before the last command."""
+        if not self.can_undo:
+            raise ExperimentError("there is nothing to undo")
+        self._now -= 1
+
+    def redo(self) -> None:
+        """Return to the state that was left by an undo."""
+        if not self.can_redo:
+            raise ExperimentError("there is nothing to redo")
+        self._now += 1
+
+    def place(self, box: str, x: float, y: float) -> None:
+        """Move a box."""
+        self._go(replace(self.state, moved={**self.state.moved, box: (round(x), round(y))}))
+
+    def arrange(self) -> None:
+        """Put all boxes back into columns."""
+        self._go(replace(self.state, moved={}))
+
+    def _go(self, state: State) -> None:
+        self._states = [*self._states[: self._now + 1], state][-MOST_STATES:]
+        self._now = len(self._states) - 1
+
+
+def command_of(commands: dict[str, Any], name: str) -> Any:
+    """Return a command by its name.
+
+    Raises:
+        ExperimentError: there is none.
+    """
+    if name not in commands:
+        raise ExperimentError(f"there is no command '{name}'; valid: {', '.join(commands)}")
+    return commands[name]

@@ -1,0 +1,101 @@
+"""What is drawn, tried out: checked with the experiment, and run."""
+
+from __future__ import annotations
+
+import json
+import threading
+from typing import Any
+
+from nrp_bibi.writer import bibi_text
+
+from nrp_cockpit.designer.brain.checking import brain_findings, located_in_brain
+from nrp_cockpit.designer.brain.document import BrainDocument
+from nrp_cockpit.designer.checking import located, model_findings
+from nrp_cockpit.designer.desk import Desk
+from nrp_cockpit.designer.document import Document
+from nrp_cockpit.session.opening import Opening
+from nrp_core.errors import ExperimentError
+
+Found = list[dict[str, Any]]
+
+
+class Trying:
+    """Checks and runs the drawings of a desk.
+
+    Args:
+        opening: opens runs for the session.
+        desk: has the drawings.
+    """
+
+    def __init__(self, opening: Opening, desk: Desk) -> None:
+        self._opening, self._session, self._desk = opening, opening.session, desk
+        self._checking = threading.Lock()
+
+    def check(self) -> Found:
+        """Return what is wrong with the drawing that is shown, and with the experiment that has it."""
+        shown, brain = self._desk.shown, self._desk.new_brain
+        if isinstance(shown, BrainDocument):
+            found = brain_findings(shown.brain, shown.path) if shown.is_drawn else []
+            return found or (located_in_brain(shown.brain, shown.path, self._checked(brain)) if brain else [])
+        document = self._desk.functions
+        found = model_findings(document.model, document.path)
+        if found or not document.model.transfer_function:
+            return found
+        return located(document.model, document.path, self._checked(brain, document))
+
+    def run(self) -> dict[str, Any]:
+        """Let the session run from its beginning with what is drawn; return what keeps it from that."""
+        document, brain, session = self._desk.functions, self._desk.new_brain, self._session
+        if brain is not None and not brain.is_saved:
+            raise ExperimentError(f"save {brain.path.name} first: a run reads its brain from the file")
+        if brain is None and not document.model.transfer_function:
+            raise ExperimentError("there is nothing to run yet: add a transfer function")
+        files = self._included(document) if document.model.transfer_function else {}
+        if brain is not None:
+            settings = self._settings(brain)
+            texts = {**session.functions.texts, **files}
+            applied = session.ask(lambda: self._opening.anew(settings, texts), "opening the brain")
+        else:
+            applied = session.ask(lambda: session.functions.apply(files), "applying the functions")
+        if applied["applied"]:
+            if brain is not None:
+                self._desk.note_run()
+            else:
+                session.ask(session.reset, "resetting")
+            session.ask(session.play)
+        findings = located(document.model, document.path, applied["findings"])
+        return {"applied": applied["applied"], "findings": findings}
+
+    # --
+
+    def _settings(self, brain: BrainDocument) -> list[str]:
+        """Return what makes the experiment one with another brain."""
+        if brain.path == self._desk.original.brain.model and not brain.is_drawn:
+            return []
+        model = json.dumps(str(brain.path))  # a text of YAML, whatever the path has
+        return [f"brain.model={model}", "brain.populations=null", "brain.parameters=null"]
+
+    def _checked(self, brain: BrainDocument | None, document: Document | None = None) -> Found:
+        """Return the findings about the experiment with these in place of its own."""
+        functions = self._session.functions
+        files = self._included(document) if document else {}
+        experiment = self._desk.original
+        with self._checking:  # it takes a second: several pages wait for each other
+            if brain is None:
+                return list(functions.check(files)["findings"])
+            if not brain.is_drawn:
+                return list(functions.check_in(self._desk.original, files)["findings"])
+            draft = functions.drafts.write(brain.path, brain.text)
+            other: dict[str, Any] = {"populations": {}, "parameters": {}} if self._settings(brain) else {}
+            section = experiment.brain.model_copy(update={"model": draft, **other})
+            drawn = experiment.model_copy(update={"brain": section})
+            try:
+                return list(functions.check_in(drawn, files)["findings"])
+            finally:
+                functions.drafts.remove([draft])
+
+    def _included(self, document: Document) -> dict[str, str]:
+        """Let the run know the file, in place of the one that it was made from, and return its text."""
+        origin = document.origin if document.origin != document.path else None
+        self._session.functions.include(document.path, instead_of=origin)
+        return {str(document.path): bibi_text(document.model)}
