@@ -204,7 +204,7 @@ def _grid(
     grid = RunGrid.of(experiment, _names(brains), _names(worlds), seeds, settings, varied)
     if len(grid.brains) * len(grid.worlds) < 2:
         raise typer.BadParameter(
-            "at least one of the two options needs two names", param_hint="--brains, --worlds"
+            "give two names to at least one of the two options", param_hint="--brains, --worlds"
         )
     return grid
 
