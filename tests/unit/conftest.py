@@ -48,12 +48,19 @@ def fakes(install: Install) -> None:
     )
 
 
+@pytest.fixture(scope="session")
+def _place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One folder for all tests, and beside it what is found out of its brain once."""
+    return tmp_path_factory.mktemp("experiments") / "drive_to_the_wall"
+
+
 @pytest.fixture
-def drive_to_the_wall(tmp_path: Path) -> Path:
+def drive_to_the_wall(_place: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with a whole experiment: a robot drives to a wall that turns red."""
-    folder = tmp_path / "drive_to_the_wall"
-    shutil.copytree(FAKES, folder, ignore=shutil.ignore_patterns("__pycache__", "experiment_fakes.py"))
-    return folder
+    shutil.rmtree(_place, ignore_errors=True)
+    shutil.copytree(FAKES, _place, ignore=shutil.ignore_patterns("__pycache__", "experiment_fakes.py"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(_place.parent / "cache"))
+    return _place
 
 
 @pytest.fixture

@@ -251,7 +251,7 @@ def test_two_recordings_of_which_one_is_damaged_are_never_identical(
 def test_a_recording_of_which_no_step_can_be_read_is_not_compared(
     nrp: Nrp, recorded: Path, tmp_path: Path
 ) -> None:
-    flaw = flipped(recorded, tmp_path / "damaged", 0.4)
+    flaw = flipped(recorded, tmp_path / "damaged", 0.2)
     done = nrp("diff", recorded, tmp_path / "damaged")
     assert done.code == 3
     assert f"has no step in common with {tmp_path / 'damaged'}; {flaw}" in done.err
