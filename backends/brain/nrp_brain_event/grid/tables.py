@@ -131,7 +131,8 @@ def load_tables(
         done, done_own = done + n, done_own + n * own
     return {
         "tables": tables, "targets": targets, "weights": weights,
-        "short_term": np.concatenate(dynamics[SHORT_TERM]),
+        # without a compiler kernels read fields as attributes, which a joined array does not have
+        "short_term": np.concatenate(dynamics[SHORT_TERM]).view(ShortTerm.dtype()),
         "plastic_rows": np.concatenate(dynamics[PLASTIC]), **_joined(segments, network.size),
     }  # fmt: skip
 

@@ -25,11 +25,15 @@ strong = SAMPLES["IF_curr_exp"].strong
 onto = Projection(
     "p", "noise", "IF_curr_exp", "excitatory", each, each, np.full(4, strong / 9), np.full(4, 1.5)
 )
+tiring = Projection(
+    "t", "noise", "IF_curr_exp", "excitatory", each, each, np.full(4, strong / 9), np.full(4, 1.0),
+    "tsodyks_markram", {"U": np.full(4, 0.5), "tau_rec": np.full(4, 20.0), "tau_facil": np.zeros(4)},
+)
 inside = [
     connect(name, name, sample.weak, [1.0, 2.5], pairs=[(0, 1), (2, 3)]) for name, sample in SAMPLES.items()
 ]
 options = EventOptions(resolution="0.1 ms", poisson="grid")
-with EventBackend().open(network(noise, *busy, onto, *inside), seed=1, options=options) as brain:
+with EventBackend().open(network(noise, *busy, onto, tiring, *inside), seed=1, options=options) as brain:
     recorder = brain.add_sink(SpikeRecorder(), np.arange(40), name="all")
     brain.run_until(6_000_000)
     spikes = recorder.spikes()
