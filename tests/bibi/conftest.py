@@ -33,6 +33,7 @@ _VALUES: dict[str, SearchStrategy[Any]] = {
     "Number": _NUMBER,
     "Natural": st.integers(0, 1000),
     "Positive": st.integers(1, 1000),
+    "Rate": st.integers(1, 1000) | st.floats(1e-3, 1e3),
     "Truth": st.booleans(),
     "Name": _NAME,
     "Dotted": _DOTTED,
@@ -140,14 +141,17 @@ def _functions(draw: st.DrawFn, name: str) -> Any:
     group = st.builds(
         channels.DeviceGroupChannel, name=st.just("group"), neurons=GROUP, body=body, **SETTINGS
     )
-    topic = st.builds(channels.TopicChannel, name=st.just("camera"), body=body, **TOPIC)
+    topic = draw(st.builds(channels.TopicChannel, name=st.just("camera"), body=body, **TOPIC))
+    triggers = ["camera"] if topic.body is None else []
     values: dict[str, Any] = {
         "name": name,
         "active": draw(st.booleans()),
         "priority": draw(SMALL),
         "device": (draw(device),),
         "device_group": (draw(group),),
-        "topic": (draw(topic),),
+        "topic": (topic,),
+        "throttling_rate": draw(st.none() | _VALUES["Rate"]),
+        "trigger": tuple(triggers if draw(st.booleans()) else ()),
         "local": (channels.Local(name="a_local", body=draw(first)),),
     }
     if draw(st.booleans()):

@@ -15,6 +15,7 @@ from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.testing.rig import Rig
 from nrp_core.errors import ExperimentError
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.messages.std_msgs import Float64
 
 FOLDER = Path(experiment.__file__).parent
 HEAD = '<bibi xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance">\n'
@@ -112,6 +113,19 @@ def test_functions_keep_the_order_of_the_model_and_what_it_says_of_them(tmp_path
     )
     found = [(function.name, function.priority, function.active) for function in functions]
     assert found == [("a", 2, True), ("own", 3, False), ("z", 0, False)]
+
+
+def test_a_function_runs_when_the_model_says(tmp_path: Path) -> None:
+    (function,) = load(
+        tmp_path,
+        '<transferFunction xsi:type="Robot2Neuron" name="see" throttlingRate="12.5" triggers="odom">'
+        '<topic name="odom" topic="/x" type="std_msgs.msg.Float64"/></transferFunction>',
+    )
+    rig = Rig(function)
+    assert not function.is_due(0), "no message has come"
+    rig.set(odom=Float64(1.0))
+    due_ms = [t_ms for t_ms in range(0, 200, 20) if function.is_due(t_ms * 10**6)]
+    assert due_ms == [0, 80, 160]
 
 
 @pytest.mark.parametrize(

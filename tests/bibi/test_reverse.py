@@ -51,7 +51,13 @@ HEAD = '@nrp.MapSpikeSink("d", nrp.brain.p[0], nrp.population_rate)\n'
     [
         f"{HEAD}@nrp.Neuron2Robot()\ndef f(t, d):\n    if d.rate > 3:\n        print(t)",
         f"{HEAD}@nrp.Neuron2Robot()\ndef f(t, d):\n    x = d.rate**2",
-        f"{HEAD}@nrp.Neuron2Robot(throttling_rate=3.0)\ndef f(t, d):\n    x = d.rate",
+        f"{HEAD}@nrp.Neuron2Robot(throttling_rate=-3.0)\ndef f(t, d):\n    x = d.rate",
+        f"{HEAD}@nrp.Neuron2Robot(throttling_rate=True)\ndef f(t, d):\n    x = d.rate",
+        f"{HEAD}@nrp.Neuron2Robot(priority=-1)\ndef f(t, d):\n    x = d.rate",
+        f'{HEAD}@nrp.Neuron2Robot(triggers="d")\ndef f(t, d):\n    x = d.rate',
+        f'{HEAD}@nrp.Neuron2Robot(triggers=["t"])\ndef f(t, d):\n    x = d.rate',
+        f"{HEAD}@nrp.Neuron2Robot(triggers=[])\ndef f(t, d):\n    x = d.rate",
+        f"{HEAD}@nrp.Neuron2Robot(triggers=3)\ndef f(t, d):\n    x = d.rate",
         f'{HEAD}@nrp.Neuron2Robot()\ndef f(t, d):\n    """A docstring."""\n    x = 1',
         f"{HEAD}@nrp.Neuron2Robot()\ndef f(t, d):\n    x = unknown + 1",
         f"{HEAD}@nrp.Neuron2Robot()\ndef f(t, d=3):\n    x = 1",
@@ -67,6 +73,17 @@ def test_code_that_building_blocks_cannot_express_is_kept_as_written(code: str) 
     model = reverse(f"import hbp_nrp_client.tf_framework as nrp\n\n{code}\n", Path("f.py"))
     assert model.transfer_function == (PythonTransferFunction(code=code),)
     assert ast.dump(ast.parse(generate(model, PATH, with_imports=False))) == ast.dump(ast.parse(code))
+
+
+@pytest.mark.parametrize("triggers", ['"camera"', '("camera",)', '["camera"]'])
+def test_every_spelling_of_when_a_function_runs_is_understood(triggers: str) -> None:
+    code = (
+        '@nrp.MapRobotSubscriber("camera", Topic("/husky/camera", sensor_msgs.msg.Image))\n'
+        f"@nrp.Robot2Neuron(throttling_rate=12.5, triggers={triggers})\ndef f(t, camera):\n    pass\n"
+    )
+    (function,) = reverse(code, Path("f.py")).transfer_function
+    assert isinstance(function, Robot2Neuron)
+    assert (function.trigger, function.throttling_rate) == (("camera",), 12.5)
 
 
 def test_code_that_is_not_python_is_refused_with_its_line(tmp_path: Path) -> None:

@@ -251,7 +251,8 @@ def test_connectors_and_synapses_are_keyword_arguments_of_the_device(inside: str
 
 def test_every_kind_of_channel_in_the_order_of_the_language() -> None:
     code = from_xml(
-        '<transferFunction xsi:type="Neuron2Robot" name="f" priority="2" active="false">'
+        '<transferFunction xsi:type="Neuron2Robot" name="f" priority="2" active="false" throttlingRate="8">'
+        "<trigger>hears</trigger>"
         '<deviceGroup name="eyes" type="Poisson"><neurons xsi:type="MapSelector" count="3">'
         '<pattern population="p" index="2*i"/></neurons><body xsi:type="SimulationStep"/></deviceGroup>'
         '<device name="d" type="PopulationRate"><neurons population="p"/></device>'
@@ -272,7 +273,12 @@ def test_every_kind_of_channel_in_the_order_of_the_language() -> None:
 @nrp.MapSpikeSource(
     "eyes", nrp.map_neurons(range(3), lambda i: nrp.brain.p[2 * i]), nrp.poisson
 )
-@nrp.Neuron2Robot(Topic("/out", std_msgs.msg.Float64), priority=2)
+@nrp.Neuron2Robot(
+    Topic("/out", std_msgs.msg.Float64),
+    triggers=["hears"],
+    throttling_rate=8,
+    priority=2,
+)
 def f(t, says, hears, d, eyes):
     eyes.rate = t
     says.send_message(std_msgs.msg.String("hi"))
@@ -316,6 +322,28 @@ def test_nothing_is_lost_to_missing_brackets() -> None:
     divided = Divide(operand=(Constant(value=1), Multiply(operand=(a, b))))
     assert flat(as_python(divided)) == "1 / (a * b)"
     assert isclose(value_of(divided), -1.0)
+
+
+@pytest.mark.parametrize(
+    ("inner", "message"),
+    [
+        (
+            '<trigger>camra</trigger><topic name="camera" topic="/camera" type="sensor_msgs.msg.Image"/>',
+            "by 'camra': it reads no topic of this name; did you mean 'camera'?",
+        ),
+        (
+            '<trigger>told</trigger><topic name="told" topic="/told" type="std_msgs.msg.Float64">'
+            '<body xsi:type="SimulationStep"/></topic>',
+            "by 'told': it reads no topic of this name; there are none",
+        ),
+        ("<trigger>t</trigger>", "by 't': it reads no topic of this name"),
+    ],
+)
+def test_only_a_topic_that_a_function_reads_can_trigger_it(inner: str, message: str) -> None:
+    with pytest.raises(ExperimentError) as refused:
+        from_xml(f'<transferFunction xsi:type="Neuron2Robot" name="f">{inner}</transferFunction>')
+    assert str(refused.value).startswith("model.bibi:1: 'f' cannot be triggered ")
+    assert message in str(refused.value)
 
 
 @pytest.mark.parametrize(

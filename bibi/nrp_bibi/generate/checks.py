@@ -13,6 +13,7 @@ from nrp_bibi.model.expressions import ArgumentReference, Call, FlowExpression
 from nrp_bibi.model.functions import (
     Bibi,
     BIBITransferFunction,
+    ChannelTransferFunction,
     Neuron2Monitor,
     PythonTransferFunction,
 )
@@ -76,6 +77,15 @@ class Checker:
             self._check_name(local, local.name, taken, "local")
         for body in bodies(function):
             self._check_expression(body, taken)
+        if isinstance(function, ChannelTransferFunction):
+            self._check_triggers(function)
+
+    def _check_triggers(self, function: ChannelTransferFunction) -> None:
+        read = [topic.name for topic in function.topic if topic.name and topic.body is None]
+        for name in function.trigger:
+            if name not in read:
+                message = f"'{function.name}' cannot be triggered by '{name}': it reads no topic of this name"
+                raise self.refuse(function, f"{message}{did_you_mean(name, read)}")
 
     def _check_name(self, node: Node, name: str | None, taken: dict[str, Node], what: str) -> None:
         if name is None:

@@ -1,4 +1,4 @@
-"""Keyword arguments of a device."""
+"""Keyword arguments of a device, and of the decorator of a function."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 from nrp_bibi.model.channels import AnyDevice
-from nrp_bibi.model.functions import Bibi
+from nrp_bibi.model.functions import Bibi, ChannelTransferFunction
 from nrp_bibi.model.synapses import (
     AllToAllConnector,
     FixedNumberPreConnector,
@@ -38,6 +38,16 @@ def settings(device: AnyDevice, model: Bibi, refuse: Refuse) -> str:
     if device.target is not None:
         given["receptor_type"] = device.target.value.lower()
     return "".join(f", {name}={_literal(value)}" for name, value in given.items())
+
+
+def timing(function: ChannelTransferFunction) -> list[str]:
+    """Return the keyword arguments that say when a function runs."""
+    given = {
+        "triggers": list(function.trigger) or None,
+        "throttling_rate": function.throttling_rate,
+        "priority": function.priority or None,
+    }
+    return [f"{name}={_literal(value)}" for name, value in given.items() if value is not None]
 
 
 def _referred(own: N | None, reference: Reference | None, shared: Sequence[N], refuse: Refuse) -> N | None:

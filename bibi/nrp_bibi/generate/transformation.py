@@ -12,7 +12,7 @@ from nrp_bibi.generate.expressions import as_python
 from nrp_bibi.generate.imports import imports
 from nrp_bibi.generate.part import Part
 from nrp_bibi.generate.selectors import selection
-from nrp_bibi.generate.settings import settings
+from nrp_bibi.generate.settings import settings, timing
 from nrp_bibi.generate.walk import bodies, channels
 from nrp_bibi.model.channels import AnyDevice, TopicChannel
 from nrp_bibi.model.functions import (
@@ -91,6 +91,7 @@ class Transformation:
             python=lambda expression: flat(as_python(expression)),
             quoted=quoted,
             selection=selection,
+            timing=timing,
             settings=lambda device: settings(device, self._model, self._checker.refuse),
         )
         priority = function.priority if isinstance(function, Neuron2Monitor) else 0

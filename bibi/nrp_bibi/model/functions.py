@@ -8,7 +8,7 @@ from nrp_bibi.model.channels import DeviceChannel, DeviceGroupChannel, Local, To
 from nrp_bibi.model.metamodel import Node, attribute, child, children, content
 from nrp_bibi.model.selectors import MultiNeuronSelector
 from nrp_bibi.model.synapses import NeuronConnector, SynapseDynamics
-from nrp_bibi.model.values import CODE, FILE, NAME, NATURAL, POSITIVE, TRUTH, WORD
+from nrp_bibi.model.values import CODE, FILE, NAME, NATURAL, POSITIVE, RATE, TRUTH, WORD
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,8 +44,16 @@ class BIBITransferFunction(TransferFunction, abstract=True):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChannelTransferFunction(BIBITransferFunction, abstract=True):
-    """A transfer function with channels; its return value has a channel of its own."""
+    """A transfer function with channels; its return value has a channel of its own.
 
+    Args:
+        throttling_rate: the largest number of runs per second.
+        trigger: names of topics that it reads; a message on one of them makes it run. By default it runs
+            every step.
+    """
+
+    throttling_rate: float | None = attribute(RATE, None, unit="Hz")
+    trigger: tuple[str, ...] = children(NAME, aliases={"triggers": ""})
     device: tuple[DeviceChannel, ...] = children(DeviceChannel)
     device_group: tuple[DeviceGroupChannel, ...] = children(DeviceGroupChannel)
     topic: tuple[TopicChannel, ...] = children(TopicChannel)

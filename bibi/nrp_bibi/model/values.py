@@ -43,6 +43,13 @@ def _positive(text: str) -> int:
     return value
 
 
+def _rate(text: str) -> float:
+    value = _number(text)
+    if value <= 0:
+        raise ValueError
+    return value
+
+
 def _truth(text: str) -> bool:
     if text.strip().lower() not in _TRUTH:
         raise ValueError
@@ -119,6 +126,13 @@ WORD = Value("Word", str.strip, str, "a text", (("base", "xs:token"),))
 FILE = _of_pattern("File", r"[^<>|\n]+", "a file name")
 NUMBER = Value(
     "Number", _number, number_text, "a finite number", (("base", "xs:double"), ("pattern", _NUMBER))
+)
+RATE = Value(
+    "Rate",
+    _rate,
+    number_text,
+    "a positive number",
+    (("base", "xs:double"), ("pattern", _NUMBER), ("minExclusive", "0")),
 )
 NATURAL = Value("Natural", _natural, str, "a whole number, 0 or more", (("base", "xs:nonNegativeInteger"),))
 POSITIVE = Value("Positive", _positive, str, "a whole number, 1 or more", (("base", "xs:positiveInteger"),))

@@ -17,6 +17,7 @@ from nrp_bibi.model.channels import (
 )
 from nrp_bibi.model.expressions import FlowExpression
 from nrp_bibi.model.functions import BIBITransferFunction, Neuron2Monitor, Neuron2Robot, Robot2Neuron
+from nrp_bibi.model.metamodel import Value
 from nrp_bibi.model.selectors import NeuronGroupSelector
 from nrp_bibi.model.synapses import (
     AllToAllConnector,
@@ -24,6 +25,7 @@ from nrp_bibi.model.synapses import (
     NeuronConnector,
     TsodyksMarkramMechanism,
 )
+from nrp_bibi.model.values import NAME, NATURAL, RATE
 from nrp_bibi.reverse.expressions import as_expression, dotted_name
 from nrp_bibi.reverse.refusal import NotExpressibleError
 from nrp_bibi.reverse.selectors import as_selector
@@ -58,8 +60,8 @@ def as_function(function: ast.FunctionDef) -> BIBITransferFunction:
     if last.arguments:
         topic, type_ = _topic(last.arguments[0])
         values["return_value"] = TopicChannel(topic=topic, type=type_, body=body.returned)
-    priority = last.literals().get("priority", 0)
-    return _FUNCTIONS[last.name](name=function.name, local=tuple(body.locals), priority=priority, **values)
+    values |= _timing(last.literals())
+    return _FUNCTIONS[last.name](name=function.name, local=tuple(body.locals), **values)
 
 
 class _Decorator:
@@ -148,6 +150,27 @@ def _device(
     if isinstance(selector, NeuronGroupSelector):
         return DeviceGroupChannel(name=name, type=type_, neurons=selector, **settings)
     return DeviceChannel(name=name, type=type_, neurons=selector, **settings)
+
+
+def _timing(given: dict[str, Any]) -> dict[str, Any]:
+    """Return the fields of the model that say when a function runs, for keyword arguments."""
+    rate, triggers = given.get("throttling_rate"), given.get("triggers") or ()
+    names = (triggers,) if isinstance(triggers, str) else triggers
+    if not isinstance(names, (list, tuple)):
+        raise NotExpressibleError(repr(triggers))
+    return {
+        "priority": _valid(NATURAL, given.get("priority", 0)),
+        "throttling_rate": None if rate is None else _valid(RATE, rate),
+        "trigger": tuple(_valid(NAME, one) for one in names),
+    }
+
+
+def _valid(kind: Value, value: Any) -> Any:
+    """Return a value that a model can hold."""
+    try:
+        return kind.parse(kind.show(value))
+    except ValueError:
+        raise NotExpressibleError(repr(value)) from None
 
 
 def _settings(given: dict[str, Any]) -> dict[str, Any]:

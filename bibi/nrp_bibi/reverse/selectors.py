@@ -31,14 +31,14 @@ _BRAIN = "nrp.brain."
 class Normalized(ast.NodeTransformer):
     """Writes equal selections in one form.
 
-    ``[slice(0, 3, 2)]`` becomes ``[0:3:2]`` and ``[[0, 2]]`` becomes ``[0, 2]``; mappings and parameters,
-    which are matched by name, are sorted.
+    ``[slice(0, 3, 2)]`` becomes ``[0:3:2]`` and ``[[0, 2]]`` becomes ``[0, 2]``; mappings, parameters and
+    settings of the function, which are matched by name, are sorted; its triggers become a list.
     """
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
         self.generic_visit(node)
         *mappings, last = node.decorator_list
-        node.decorator_list = [*sorted(mappings, key=ast.dump), last]
+        node.decorator_list = [*sorted(mappings, key=ast.dump), _sorted(last)]
         node.args.args[1:] = sorted(node.args.args[1:], key=lambda one: one.arg)
         return node
 
@@ -50,6 +50,17 @@ class Normalized(ast.NodeTransformer):
             case ast.List(elts=[_, _, *_] as elements):
                 node.slice = ast.Tuple(elements, ast.Load())
         return node
+
+
+def _sorted(decorator: ast.expr) -> ast.expr:
+    """Return a decorator whose keywords are in order, with a list of triggers."""
+    if isinstance(decorator, ast.Call):
+        for keyword in decorator.keywords:
+            if keyword.arg == "triggers" and isinstance(keyword.value, (ast.Constant, ast.Tuple)):
+                one = keyword.value
+                keyword.value = ast.List(one.elts if isinstance(one, ast.Tuple) else [one], ast.Load())
+        decorator.keywords.sort(key=lambda keyword: keyword.arg or "")
+    return decorator
 
 
 def as_selector(node: ast.expr) -> NeuronSelector | NeuronGroupSelector:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from inspect import signature
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,7 @@ from nrp_cockpit.designer.layout import read_layout
 from nrp_cockpit.designer.metamodel import metamodel_data
 from nrp_cockpit.designer.tree import walk
 
+from nrp_core import dsl
 from nrp_core.errors import ExperimentError
 
 PAPER = ROOT / "experiments/nrp_experiments/braitenberg_husky"
@@ -166,6 +168,36 @@ def test_a_new_name_is_written_wherever_the_old_one_was_meant(drawing: Drawing) 
     assert [one.name for one in drawing.model.transfer_function[0].device] == ["right", "right_2"]  # type: ignore[attr-defined]
     drawing.do("move", path=copy, to=0)
     assert [one.name for one in drawing.model.transfer_function[0].device] == ["right_2", "right"]  # type: ignore[attr-defined]
+
+
+def test_a_function_is_told_when_it_runs(drawing: Drawing) -> None:
+    function = drawing.function("Robot2Neuron", "eyes")
+    camera = drawing.wired("topic:/husky/camera", function)
+    drawing.do("set", path=function, field="trigger", text="camera")
+    drawing.do("set", path=function, field="throttling_rate", text="12.5")
+    drawing.do("set", path=camera, field="name", text="eye")
+    assert (
+        'nrp.Robot2Neuron(triggers=["eye"], throttling_rate=12.5)'
+        in drawing.document.data()["python"]["text"]
+    )
+    assert next(box["when"] for box in Graph(drawing.model, HUSKY).boxes if box["id"] == function) == (
+        "on eye, ≤ 12.5 Hz"
+    )
+    drawing.do("remove", path=camera)
+    (found,) = model_findings(drawing.model, drawing.document.path)
+    assert (found["box"], "cannot be triggered by 'eye'" in found["summary"]) == (function, True)
+    with pytest.raises(
+        ExperimentError, match="'throttlingRate' cannot be '-3'; it must be a positive number"
+    ):
+        drawing.do("set", path=function, field="throttling_rate", text="-3")
+
+
+def test_the_forms_have_every_setting_of_a_function() -> None:
+    for kind in (dsl.Neuron2Robot, dsl.Robot2Neuron):
+        fields = {one["field"] for one in metamodel_data()["classes"][kind.__name__]["features"]}
+        settings_of_python = {name.rstrip("s") for name in signature(kind).parameters} - {"robot_topic"}
+        assert settings_of_python
+        assert settings_of_python <= fields
 
 
 def test_a_finding_stands_at_its_box_and_its_part(drawing: Drawing) -> None:

@@ -131,6 +131,11 @@ function FunctionBox({ data: { box }, selected }: BoxProps) {
           </span>
         )}
         {box.active === false && <span className="tag">off</span>}
+        {box.when && (
+          <span className="tag cut" title={`Runs ${box.when}`}>
+            {box.when}
+          </span>
+        )}
         <span className="tag">{flows[box.type ?? ""]}</span>
       </button>
       {!monitor && box.kind === "function" && (

@@ -22,7 +22,8 @@ export interface Box {
   type?: string;
   rows?: Row[];
   active?: boolean;
-  priority?: number;
+  /** When a function runs, if not every step. */
+  when?: string;
   is_sent?: boolean;
   is_heard?: boolean;
   is_used?: boolean;

@@ -9,7 +9,7 @@ from typing import Any
 
 from nrp_bibi.generate.walk import channels
 from nrp_bibi.model.expressions import ArgumentReference, FlowExpression
-from nrp_bibi.model.functions import Bibi, BIBITransferFunction
+from nrp_bibi.model.functions import Bibi, BIBITransferFunction, ChannelTransferFunction
 from nrp_bibi.model.metamodel import Node
 from nrp_bibi.reverse.expressions import as_expression
 from nrp_bibi.reverse.refusal import NotExpressibleError
@@ -66,13 +66,16 @@ class Edit(Changes):
         return function_of(owner) or None
 
     def _renamed(self, path: str, before: str, after: str) -> None:
-        """Write the new name of a channel or local where expressions refer to it."""
+        """Write the new name of a channel or local where expressions and triggers refer to it."""
         function = function_of(path)
         if function in ("", path):
             return
         for below, part in list(walk(at(self.model, function), function)):
             if isinstance(part, ArgumentReference) and part.name == before and after:
                 self.model = replaced(self.model, below, replace(part, name=after))
+            elif isinstance(part, ChannelTransferFunction) and before in part.trigger and after:
+                trigger = tuple(after if name == before else name for name in part.trigger)
+                self.model = replaced(self.model, f"{below}/trigger", trigger)
 
     def _fresh(self, path: str) -> Fresh:
         return Fresh(self.model, self.surroundings, self.function(path))

@@ -10,6 +10,7 @@ from nrp_bibi.model.channels import AnyDevice, Local, TopicChannel
 from nrp_bibi.model.functions import (
     Bibi,
     BIBITransferFunction,
+    ChannelTransferFunction,
     Neuron2Monitor,
     PythonTransferFunction,
     TransferFunction,
@@ -54,7 +55,7 @@ class Graph:
 
     def _function(self, function: TransferFunction, path: str) -> Box:
         box = {"id": path, "kind": "function", "type": type(function).__name__,
-               "active": function.active, "priority": function.priority}  # fmt: skip
+               "active": function.active, "when": _when(function)}  # fmt: skip
         if isinstance(function, PythonTransferFunction):
             name = function.src or _first_name(function.code)
             return {**box, "kind": "python", "name": name, "code": function.code, "rows": []}
@@ -149,6 +150,14 @@ def _populations(device: AnyDevice, neurons: str) -> Iterator[tuple[str, str]]:
              if isinstance(part, (NeuronSelector, NeuronSelectorTemplate)) and part.population)  # fmt: skip
     for population in dict.fromkeys(str(part.population) for part in found):
         yield population, neurons if population in neurons else population
+
+
+def _when(function: TransferFunction) -> str:
+    """Return when a function runs, in a few words; nothing for every step."""
+    if not isinstance(function, ChannelTransferFunction):
+        return ""
+    rate = function.throttling_rate
+    return ", ".join([f"on {name}" for name in function.trigger] + ([f"≤ {rate} Hz"] if rate else []))
 
 
 def _wire(kind: str, source: list[str], target: list[str]) -> Wire:
