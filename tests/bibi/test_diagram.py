@@ -28,7 +28,7 @@ EYES = nrp.brain.eyes[0:2]
 def see(t, camera, left, right):
     left.rate = right.rate = 50 if camera.value else 0
 
-@nrp.NeuronMonitor(nrp.brain.wheels, nrp.population_rate)
+@nrp.NeuronMonitor(nrp.brain.group["wheels"], nrp.population_rate)
 def watch(t):
     return True
 """
@@ -93,7 +93,7 @@ def test_devices_and_topics_of_python_are_drawn_although_it_is_not_executed(tmp_
     assert cards(drawing, "device") == [
         ["right", "poisson", "map_neurons(range(3), lambda", "i: ears[i])"],
         ["left", "poisson", "eyes[0:2]"],
-        ["watch", "population_rate", "wheels"],
+        ["watch", "population_rate", "group['wheels']"],
     ]
     assert cards(drawing, "topic") == [
         ["/husky/camera", "sensor_msgs/Image"],

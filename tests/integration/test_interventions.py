@@ -11,6 +11,7 @@ import pytest
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
+from nrp_core.findings import Code, InvalidExperimentError, Level
 
 BRAIN = """
 import nrp_core.pynn as sim
@@ -139,6 +140,14 @@ def test_a_mistake_is_one_clear_error(brain: str, setting: str, message: str) ->
 def warnings_of(brain: str, settings: Sequence[str]) -> list[str]:
     with opened(brain, *settings) as run:
         return [str(one) for one in run.result().problems]
+
+
+def test_an_unknown_name_is_a_mistake_of_its_intervention(brain: str) -> None:
+    settings = "brain.interventions=[{silence: relay}, {silence: realy}]"
+    with pytest.raises(InvalidExperimentError) as raised, opened(brain, settings):
+        pass
+    (finding,) = raised.value.findings
+    assert (finding.code, finding.level) == (Code.NRP335, Level.ERROR)
 
 
 def test_an_intervention_that_meets_no_synapse_is_a_warning(brain: str) -> None:

@@ -154,6 +154,20 @@ def test_a_cut_snapshot_is_refused(recording: Path) -> None:
                 run.restore(taken[:length])
 
 
+def test_a_result_says_where_robots_are_after_a_restore_or_reset_without_a_step() -> None:
+    with Run(load_experiment("braitenberg_husky", [*SETTINGS, "transfer_functions=[]"])) as run:
+        start = run.result().final_pose
+        run.run_until(0.04)
+        snapshot, there = run.snapshot(), run.result().final_pose
+        run.run_until(0.1)
+        assert run.result().final_pose != there
+        run.restore(snapshot)
+        assert run.result().final_pose == there
+        run.reset("robot")
+        assert run.result().final_pose["husky"] == pytest.approx(start["husky"])
+        assert there["husky"] != pytest.approx(start["husky"])
+
+
 def test_a_function_that_was_stopped_before_a_snapshot_is_missing_after_it(tmp_path: Path) -> None:
     (tmp_path / "wrong.py").write_text("@nrp.Neuron2Robot()\ndef wrong(t):\n    1 / 0\n")
     functions = f"transfer_functions=[{tmp_path / 'wrong.py'}]"

@@ -19,7 +19,7 @@ from nrp_core.errors import TransferFunctionError
 from nrp_core.world.messages.base import type_name
 
 _CODE_LINES = 12
-_POPULATION = re.compile(r"\bbrain\.(\w+)")
+_POPULATION = re.compile(r"""\bbrain\.(?:group\[['"](.+?)['"]\]|(\w+))""")
 
 
 def rows_of_python(found: Sequence[tuple[PythonTransferFunction, Part]]) -> Iterator[Row]:
@@ -65,7 +65,8 @@ def _devices(declared: Declared) -> Iterator[Device]:
     for name, mapping in mapped.items():
         if isinstance(mapping, (MapSpikeSink, MapSpikeSource)):
             written = _neurons(mapping, declared.nodes.get(name))
-            population = ", ".join(dict.fromkeys(_POPULATION.findall(written)))
+            names = dict.fromkeys(group or name for group, name in _POPULATION.findall(written))
+            population = ", ".join(names)
             shown = written.replace("nrp.", "").replace("brain.", "")
             yield Device(name, str(mapping.kind), shown, population, mapping.drives)
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -12,6 +12,8 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.data import Network
 from nrp_core.dsl.selection.regions import Region, distances_um, point
 from nrp_core.errors import NeuronSelectionError
+
+GROUP: Final = "group"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,15 +111,45 @@ class Selection:
             ) from None
 
 
+class Groups:
+    """Populations and groups by their names, which need not be names of Python: ``group["5-HT"]``.
+
+    Args:
+        find: returns the neurons of a name.
+    """
+
+    __slots__ = ("_find",)
+
+    def __init__(self, find: Callable[[str], Selection]) -> None:
+        self._find = find
+
+    def __repr__(self) -> str:
+        return "the groups of the brain"
+
+    def __getitem__(self, name: str) -> Selection:
+        if not isinstance(name, str):
+            raise NeuronSelectionError(f"brain.group is indexed by the name of a group, not by {name!r}")
+        return self._find(name)
+
+
 class BrainRoot:
-    """The value of ``nrp.brain``: every population and view of a network by its name."""
+    """The value of ``nrp.brain``: every population and view of a network by its name.
+
+    ``group`` has them by name too, unless one of them is called ``group``.
+    """
 
     __slots__ = ("_network",)
 
     def __init__(self, network: Network) -> None:
         self._network = network
 
-    def __getattr__(self, name: str) -> Selection:
+    def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):
             raise AttributeError(name)
+        network = self._network
+        if name == GROUP and name not in network.views and name not in network.populations:
+            return Groups(self._named)
+        return self._named(name)
+
+    def _named(self, name: str) -> Selection:
         return Selection(self._network.neurons(name), name, self._network)

@@ -19,7 +19,8 @@ class Selector:
 
     Attributes, indices and arithmetic are recorded: ``nrp.brain.sensors[0:3:2]``,
     ``nrp.brain.left + nrp.brain.right``, ``nrp.brain.sensors.size - 1``. So are selections by location:
-    ``nrp.brain.sensors.within(nrp.Sphere((0, 0), 50))``, ``nrp.brain.sensors.nearest((0, 0), 3)``.
+    ``nrp.brain.sensors.within(nrp.Sphere((0, 0), 50))``, ``nrp.brain.sensors.nearest((0, 0), 3)``, and
+    names that are not names of Python: ``nrp.brain.group["5-HT"]``.
 
     Args:
         find: evaluates the expression, given the root of the brain.

@@ -25,7 +25,7 @@ from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.dsl.functions.monitors import MonitoringFunction
 from nrp_core.dsl.functions.variables import Variable
 from nrp_core.dsl.parameters.topics import SubscribedTopic
-from nrp_core.dsl.selection.selection import Selection
+from nrp_core.dsl.selection.selection import GROUP, Groups, Selection
 from nrp_core.dsl.selection.selectors import select
 from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
 from nrp_core.errors import TransferFunctionError, did_you_mean
@@ -124,7 +124,10 @@ class _AnyBrain:
     def __init__(self) -> None:
         self.sizes: dict[str, int] = {}
 
-    def __getattr__(self, name: str) -> Selection:
+    def __getattr__(self, name: str) -> Any:
+        return Groups(self._named) if name == GROUP else self._named(name)
+
+    def _named(self, name: str) -> Selection:
         self.sizes[name] = _POPULATION_SIZE
         return Selection(np.arange(_POPULATION_SIZE), name)
 

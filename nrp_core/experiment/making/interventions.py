@@ -33,11 +33,11 @@ def with_variants(network: Network, experiment: Experiment, collector: Collector
     """
     seeds = Seeds(experiment.seed).child("controls")
     for i, section in enumerate(experiment.brain.controls):
-        with collector.during(Code.NRP335, "brain", "controls", i):
+        with collector.during(Code.NRP335, "brain", "controls", i, always=True):
             network = section.control(network, seeds.child(str(i)))
     has_synapses = any(projection.size for projection in network.projections)
     for i, intervention in enumerate(experiment.brain.interventions):
-        with collector.during(Code.NRP335, *_KEYS, i):
+        with collector.during(Code.NRP335, *_KEYS, i, always=True):
             change = intervention.change
             if change is None:
                 assert intervention.activate is not None

@@ -91,6 +91,7 @@ class Watch:
 
     def reset(self) -> None:
         """Reset to time 0."""
+        self.where.refresh()
         self.events.reset()
         for name, judge in self._judges.items():
             judge.restore(self._unspoilt[name])
@@ -100,7 +101,8 @@ class Watch:
         return dict(self.events.times), {name: judge.save() for name, judge in self._judges.items()}
 
     def restore(self, saved: Any) -> None:
-        """Restore a state from :meth:`save`, for the same experiment."""
+        """Restore a state from :meth:`save`, for the same experiment, in a world that was restored."""
+        self.where.refresh()
         times, judges = saved
         self.events.restore(times)
         for name, judge in self._judges.items():

@@ -66,7 +66,12 @@ class Collector:
 
     @contextmanager
     def during(
-        self, code: Code, *keys: Key, level: Level = Level.ERROR, omission: Omission | None = None
+        self,
+        code: Code,
+        *keys: Key,
+        level: Level = Level.ERROR,
+        omission: Omission | None = None,
+        always: bool = False,
     ) -> Iterator[None]:
         """Collect an error in this block instead of raising it.
 
@@ -75,13 +80,15 @@ class Collector:
             keys: its place in the experiment; an error with a place keeps its own.
             level: its level.
             omission: the part that is left out on an error; None: an error is only reported.
+            always: whether errors of every class get the code.
         """
         try:
             yield
         except InvalidExperimentError as error:
             self.findings += error.findings
         except (BackendError, CapabilityError, ExperimentError) as error:
-            known = next((known for kind, known in _CODES.items() if isinstance(error, kind)), code)
+            own = {} if always else _CODES
+            known = next((known for kind, known in own.items() if isinstance(error, kind)), code)
             level = _MILD.get(known, level)
             if isinstance(error, ExperimentError) and error.path is not None:
                 finding = replace(Finding.of(error, known), level=level)

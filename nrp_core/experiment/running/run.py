@@ -314,6 +314,7 @@ class Run(Closing):
         self.world.return_home(models)
         if part == "world":
             self.world.repaint(models)
+        self._watch.where.refresh()
 
     # -- at each step
 

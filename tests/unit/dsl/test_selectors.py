@@ -26,7 +26,7 @@ FIRST = 3
 ROOT = BrainRoot(
     Network(
         {"other": Population("other", FIRST, "Cell", {}), "sensors": Population("sensors", SIZE, "Cell", {})},
-        views={"eyes": np.array([9, 4, 5])},
+        views={"eyes": np.array([9, 4, 5]), "LAL(PS)-L": np.array([5, 6])},
     )
 )
 
@@ -78,6 +78,26 @@ def test_an_index_of_an_index_is_relative_to_what_was_chosen(first: slice, secon
 def test_a_population_or_view_alone_is_all_of_it_in_its_order() -> None:
     assert ids(brain.other) == [0, 1, 2]
     assert ids(brain.eyes) == [9, 4, 5]
+
+
+def test_a_group_is_chosen_by_its_name_whatever_it_is() -> None:
+    assert ids(brain.group["eyes"]) == ids(brain.eyes)
+    assert ids(brain.group["LAL(PS)-L"][1] + brain.group["other"]) == [6, 0, 1, 2]
+    assert ids(resolve(lambda one: one.group["eyes"][0])) == [9]
+    assert group(map_neurons(["eyes", "other"], lambda name: brain.group[name])) == [[9, 4, 5], [0, 1, 2]]
+    with pytest.raises(NeuronSelectionError, match="no population 'eys'; did you mean 'eyes'"):
+        ids(brain.group["eys"])
+    with pytest.raises(NeuronSelectionError, match="indexed by the name of a group, not by 3"):
+        ids(brain.group[3])
+    with pytest.raises(NeuronSelectionError, match="the groups of the brain, which are not neurons"):
+        ids(brain.group)
+
+
+def test_a_population_that_is_called_group_stays_one() -> None:
+    root = BrainRoot(Network({"group": Population("group", SIZE, "Cell", {})}))
+    found = select(brain.group[2:4], root)
+    assert isinstance(found, Selection)
+    assert found.ids.tolist() == [2, 3]
 
 
 def test_numpy_integers_and_arrays_choose_too() -> None:

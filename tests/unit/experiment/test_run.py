@@ -100,6 +100,14 @@ def test_two_runs_are_equal_and_so_is_one_after_a_reset(open_run: Open) -> None:
     assert compared(second) == expected
 
 
+def test_a_result_says_where_robots_are_after_a_reset_without_a_step(open_run: Open) -> None:
+    run = open_run()
+    run.run_until(0.5)
+    assert run.result().final_pose["husky"]["x"] > 0.3
+    run.loop.reset()
+    assert run.result().final_pose["husky"]["x"] == 0.0
+
+
 def test_how_a_run_is_split_makes_no_difference(open_run: Open) -> None:
     whole, split = open_run(), open_run()
     split.run_until(0.5)
