@@ -3,6 +3,7 @@
 import csv
 import json
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -32,11 +33,12 @@ PATIENCE_S = 120.0
 
 
 @pytest.fixture
-def here(fakes: None, drive_to_the_wall: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def here(fakes: None, drive_to_the_wall: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The current folder: it has an experiment and the file of a sweep."""
-    monkeypatch.chdir(drive_to_the_wall.parent)
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(drive_to_the_wall, tmp_path / "drive_to_the_wall")
     Path("sweep.yaml").write_text(FILE)
-    return drive_to_the_wall.parent
+    return tmp_path
 
 
 @pytest.fixture
