@@ -13,7 +13,7 @@ from nrp_core.brain.devices.ports import (
     NO_EVENTS,
     SourcePort,
     SourceSpec,
-    check_conductance,
+    check_sign,
     check_synapse,
 )
 from nrp_core.brain.network.data import Network
@@ -29,7 +29,7 @@ class SpikeInjector(SourceSpec):
     Args:
         weight: weight in PyNN's units for the target's cell type.
         delay: ms from injection to arrival.
-        receptor_type: ``excitatory`` or ``inhibitory``.
+        receptor_type: ``excitatory``, or ``inhibitory``, to which current-based cells take negative weights.
     """
 
     weight: float = 2.0
@@ -54,7 +54,7 @@ class SpikeInjectorPort(SourcePort):
         self._times_ms: FloatArray = np.empty(0)
 
     def start(self, now_ms: float, network: Network) -> None:
-        check_conductance(self._spec.weight, self.neurons, network)
+        check_sign(self._spec.weight, self._spec.receptor_type, self.neurons, network)
         self._now_ms = now_ms
 
     def inject_spikes(

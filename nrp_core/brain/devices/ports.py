@@ -80,20 +80,29 @@ def check_synapse(weight: float, delay: float, receptor_type: str) -> None:
         raise ValueError(f"receptor_type is {' or '.join(RECEPTORS)}, not '{receptor_type}'")
 
 
-def check_conductance(weight: float, neurons: IntArray, network: Network) -> None:
-    """Check that a spike source has no negative weight on cells whose weights are conductances.
+def check_sign(weight: float, receptor_type: str, neurons: IntArray, network: Network) -> None:
+    """Check that the weight of a spike source does not act against its receptor.
+
+    A conductance is never negative; a positive current into the inhibitory receptor would excite.
 
     Raises:
-        ValueError: it has one.
+        ValueError: it does, for one of the neurons.
     """
-    if weight >= 0:
+    if weight >= 0 and (weight == 0 or receptor_type == "excitatory"):
         return
     for label, population in network.populations.items():
         inside = neurons - network.offsets[label]
-        if population.is_conductance_based and ((inside >= 0) & (inside < population.size)).any():
+        if population.is_source or not ((inside >= 0) & (inside < population.size)).any():
+            continue
+        if population.is_conductance_based and weight < 0:
             raise ValueError(
                 f"weight is {weight:g} uS, and the conductances of '{label}' are never negative; "
                 "a source that inhibits has receptor_type='inhibitory'"
+            )
+        if not population.is_conductance_based and weight > 0:
+            raise ValueError(
+                f"weight is {weight:g}; it must be 0 or less on the inhibitory receptor of '{label}', whose "
+                "cells are current-based: a positive weight would excite them"
             )
 
 

@@ -23,7 +23,7 @@ from nrp_core.brain.devices.ports import (
     SourcePort,
     SourceSpec,
     Value,
-    check_conductance,
+    check_sign,
     check_synapse,
 )
 from nrp_core.brain.network.data import Network
@@ -48,7 +48,7 @@ class SpikeSourceSpec(SourceSpec):
         rate: firing rate, Hz: one number for all neurons, or one for each.
         weight: weight in PyNN's units for the target's cell type.
         delay: ms from emission to arrival.
-        receptor_type: ``excitatory`` or ``inhibitory``.
+        receptor_type: ``excitatory``, or ``inhibitory``, to which current-based cells take negative weights.
         start, duration: ms; the source is silent outside this interval.
         n: number of independent generators for each neuron.
         synapse_type: for short-term plasticity, see
@@ -105,7 +105,7 @@ class TrainPort(SourcePort):
         self.reset(seeds)
 
     def start(self, now_ms: float, network: Network) -> None:
-        check_conductance(self._spec.weight, self.neurons, network)
+        check_sign(self._spec.weight, self._spec.receptor_type, self.neurons, network)
         if self._spec.synapse_type is None:
             return
         from nrp_core.brain.devices.short_term import (

@@ -10,8 +10,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.brain.devices.source_cells import PopulationTrains
-from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, PoissonSource, SourceSpec
+from nrp_core.brain.devices.sources import (
+    DCSource,
+    FixedFrequencySource,
+    PoissonSource,
+    SourceSpec,
+    SpikeInjector,
+)  # fmt: skip
 from nrp_core.brain.network.data import Population
+from nrp_core.brain.pynn import builder
 from nrp_core.errors import CapabilityError
 from nrp_core.seeds import Seeds
 
@@ -164,6 +171,43 @@ def test_events_carry_weight_receptor_and_delay() -> None:
     assert len(events.weights) == len(events)
     assert events.receptor == "inhibitory"
     assert (events.times_ms == prompt.events(0.0, 500.0).times_ms + 3.0).all()
+
+
+@pytest.mark.parametrize("kind", [PoissonSource, FixedFrequencySource, SpikeInjector])
+@pytest.mark.parametrize(
+    ("cells", "receptor", "weight", "words"),
+    [
+        (
+            "curr",
+            "inhibitory",
+            0.1,
+            "weight is 0.1; it must be 0 or less on the inhibitory receptor of 'curr'",
+        ),
+        ("cond", "inhibitory", -0.1, "weight is -0.1 uS, and the conductances of 'cond' are never negative"),
+        ("cond", "excitatory", -0.1, "the conductances of 'cond' are never negative"),
+        ("curr", "inhibitory", -0.1, None),
+        ("curr", "excitatory", -0.1, None),
+        ("curr", "inhibitory", 0.0, None),
+        ("cond", "inhibitory", 0.1, None),
+        ("trains", "inhibitory", 0.1, None),
+    ],
+)
+def test_a_weight_does_not_act_against_its_receptor(
+    kind: type[Any], cells: str, receptor: str, weight: float, words: str | None
+) -> None:
+    sim = builder(1)
+    sim.setup(timestep=0.1)
+    for label, cell_type in (
+        ("curr", sim.IF_curr_exp), ("cond", sim.IF_cond_exp), ("trains", sim.SpikeSourceArray)
+    ):  # fmt: skip
+        sim.Population(2, cell_type(), label=label)
+    network = sim.network()
+    port = opened(kind(weight=weight, receptor_type=receptor), int(network.offsets[cells]) + 1)
+    if words is None:
+        port.start(0.0, network)
+    else:
+        with pytest.raises(ValueError, match=words):
+            port.start(0.0, network)
 
 
 def test_equidistant_spikes_reach_all_neurons_at_once() -> None:
