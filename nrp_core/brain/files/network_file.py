@@ -6,7 +6,9 @@ digest, so that the network read equals the network written. The layout::
     attributes    format, version, digest; timestep_ms and remarks (as JSON), if any
     populations/0, 1, ...    attributes label, size, cell_type
         parameters/*, initial_values/*    one value a cell, or one that all share
-        spike_times_ms, spike_counts, positions_um    if any
+        spike_times_ms, spike_counts    if any; one train after the other, and how many spikes each has
+        spike_train    the train of each cell, where cells share them (version 2); else one train a cell
+        positions_um    if any
     projections/0, 1, ...    attributes label, pre, post, receptor, synapse_type; plasticity, origin as JSON
         pre_index, post_index    one a synapse
         weight, delay_ms, synapse_parameters/*    one a synapse, or one that all share
@@ -17,15 +19,16 @@ digest, so that the network read equals the network written. The layout::
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
+from hashlib import blake2b
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 from typing import Any, TypeVar
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.files.hdf5 import array, attribute, group, library, reading
 from nrp_core.brain.network.data import Network, Origin, Population, Projection
 from nrp_core.brain.network.limits import distinct
@@ -34,7 +37,7 @@ from nrp_core.errors import NetworkError
 
 SUFFIX = ".nrpnet"
 FORMAT = "nrp-network"
-VERSION = 1
+VERSION = 2
 
 _CHECKED = {"fletcher32": True, "shuffle": True, "compression": "gzip", "compression_opts": 1}
 
@@ -127,13 +130,14 @@ def _parts(parent: Any, read: Callable[[Any], T]) -> list[T]:
 
 
 def _write(file: Any, network: Network) -> None:
-    _describe(file, format=FORMAT, version=VERSION, digest=network.digest)
+    _describe(file, format=FORMAT, version=1, digest=network.digest)
     if network.timestep_ms is not None:
         file.attrs["timestep_ms"] = network.timestep_ms
     if network.remarks:
         _describe(file, remarks=json.dumps(network.remarks))
     for index, population in enumerate(network.populations.values()):
-        _write_population(file.create_group(f"populations/{index}"), population)
+        if _write_population(file.create_group(f"populations/{index}"), population):
+            file.attrs["version"] = VERSION
     for index, projection in enumerate(network.projections):
         _write_projection(file.create_group(f"projections/{index}"), projection)
     for index, (name, ids) in enumerate(network.views.items()):
@@ -147,15 +151,27 @@ def _write(file: Any, network: Network) -> None:
 # -- populations
 
 
-def _write_population(part: Any, population: Population) -> None:
+def _write_population(part: Any, population: Population) -> bool:
+    """Write a population; return whether its cells share spike trains, which version 1 does not know."""
     _describe(part, label=population.label, size=population.size, cell_type=population.cell_type)
     _put_all(part, "parameters", population.parameters)
     _put_all(part, "initial_values", population.initial_values)
-    if population.spike_times_ms:
-        _put(part, "spike_times_ms", np.concatenate([np.empty(0), *population.spike_times_ms]))
-        _put(part, "spike_counts", np.array([len(train) for train in population.spike_times_ms]))
     if population.positions_um is not None:
         _put(part, "positions_um", population.positions_um)
+    return bool(population.spike_times_ms) and _write_trains(part, population.spike_times_ms)
+
+
+def _write_trains(part: Any, trains: Sequence[FloatArray]) -> bool:
+    """Write spike trains, equal ones once; return whether that left out spikes."""
+    contents = [blake2b(train.tobytes()).digest() for train in trains]
+    distinct_trains = dict(zip(contents, trains, strict=True))
+    if are_shared := sum(map(len, distinct_trains.values())) < sum(map(len, trains)):
+        places = {content: place for place, content in enumerate(distinct_trains)}
+        _put(part, "spike_train", np.array([places[content] for content in contents]))
+        trains = list(distinct_trains.values())
+    _put(part, "spike_times_ms", np.concatenate([np.empty(0), *trains]))
+    _put(part, "spike_counts", np.array([len(train) for train in trains]))
+    return are_shared
 
 
 def _read_population(part: Any) -> Population:
@@ -163,6 +179,8 @@ def _read_population(part: Any) -> Population:
     if "spike_times_ms" in part:
         bounds = np.cumsum(array(part, "spike_counts", int))[:-1]
         trains = tuple(np.split(array(part, "spike_times_ms", float), bounds))
+        if "spike_train" in part:
+            trains = _shared(trains, array(part, "spike_train", int))
     size = attribute(part, "size", int)
     return Population(
         label=attribute(part, "label", str),
@@ -173,6 +191,12 @@ def _read_population(part: Any) -> Population:
         spike_times_ms=trains,
         positions_um=array(part, "positions_um", float) if "positions_um" in part else None,
     )
+
+
+def _shared(trains: tuple[FloatArray, ...], places: IntArray) -> tuple[FloatArray, ...]:
+    for place in places[(places < 0) | (places >= len(trains))]:
+        raise NetworkError(f"a cell has spike train {place}; its population has {len(trains)}, from 0 on")
+    return tuple(trains[place] for place in places)
 
 
 # -- projections and views

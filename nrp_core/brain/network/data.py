@@ -37,7 +37,8 @@ class Population:
         cell_type: PyNN's name of the standard cell, e.g. ``IF_cond_alpha``.
         parameters: every parameter of the cell type, PyNN names and units, shape ``(size,)``.
         initial_values: initial state variables (``v`` in mV, ...), shape ``(size,)``.
-        spike_times_ms: for ``SpikeSourceArray``: one ascending array for each cell, else empty.
+        spike_times_ms: for ``SpikeSourceArray``: one ascending array for each cell, else empty; several cells
+            may have the same one.
         positions_um: shape ``(size, 3)``, or None where the model has no positions.
 
     Raises:

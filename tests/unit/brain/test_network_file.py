@@ -81,6 +81,33 @@ def test_equal_values_take_no_memory_and_no_room(network: Network, saved: Path) 
         assert file["projections/1/delay_ms"].shape == (1,)
 
 
+def alike(n: int, first: list[float]) -> Network:
+    """Sources of one train each, of which the first has another."""
+    trains = (np.array(first), *(np.arange(1000.0) for _ in range(n - 1)))
+    return Network({"sources": Population("sources", n, "SpikeSourceArray", {}, spike_times_ms=trains)})
+
+
+def test_sources_with_equal_spikes_share_memory_and_room(tmp_path: Path) -> None:
+    path, many = tmp_path / "many.nrpnet", alike(400, [2.0])
+    save_network(many, path)
+    again = read_network(path)
+    assert again.digest == many.digest
+    first, second, *_, last = again.populations["sources"].spike_times_ms
+    assert (first.tolist(), second is last) == ([2.0], True)
+    save_network(alike(2, [2.0]), tmp_path / "few.nrpnet")
+    assert path.stat().st_size < 2 * (tmp_path / "few.nrpnet").stat().st_size
+    with h5py.File(path, "r+") as file:
+        file["populations/0/spike_train"][3] = 2
+    with pytest.raises(NetworkError, match="a cell has spike train 2; its population has 2, from 0 on"):
+        read_network(path)
+
+
+def test_only_a_file_with_shared_spikes_needs_a_version_that_knows_them(saved: Path, tmp_path: Path) -> None:
+    save_network(alike(3, []), tmp_path / "shared.nrpnet")
+    with h5py.File(saved) as plain, h5py.File(tmp_path / "shared.nrpnet") as shared:
+        assert (plain.attrs["version"], shared.attrs["version"]) == (1, 2)
+
+
 def test_an_empty_network_can_be_kept(tmp_path: Path) -> None:
     save_network(Network({}), tmp_path / "empty.nrpnet")
     assert read_network(tmp_path / "empty.nrpnet").size == 0
@@ -141,7 +168,7 @@ def _replace(name: str, values: object) -> Callable[[h5py.File], None]:
     ("change", "message"),
     [
         (lambda file: file.attrs.__delitem__("format"), "is an HDF5 file, but not a network file"),
-        (lambda file: file.attrs.__setitem__("version", 2), "version 2; this nrp-core reads"),
+        (lambda file: file.attrs.__setitem__("version", 3), "version 3; this nrp-core reads"),
         (lambda file: file.attrs.__setitem__("version", "new"), "no attribute 'version' of kind int"),
         (lambda file: file.move("projections", "projection"),
          "has no group 'projections'; did you mean 'projection'?"),
