@@ -60,7 +60,8 @@ def existing_file(value: object) -> Path:
     folder = path.parent
     if not folder.is_dir():
         raise MissingFileError(f"no file '{value}': there is no folder {folder}")
-    beside = [entry.name for entry in folder.iterdir() if entry.is_file()]
+    files = (entry.name for entry in folder.iterdir() if entry.is_file())
+    beside = [name for name in files if path.name.startswith(".") or not name.startswith(".")]
     alike = [name for name in beside if name.endswith(path.suffix)]
     raise MissingFileError(f"no file '{value}' in {folder}{did_you_mean(path.name, alike or beside)}")
 

@@ -16,6 +16,7 @@ class Options(BaseModel):
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "brain.py").touch()
     (tmp_path / "room.sdf").touch()
+    (tmp_path / ".gitignore").touch()
     (tmp_path / "sub").mkdir()
     return tmp_path
 
@@ -44,7 +45,8 @@ def test_an_absolute_path_and_the_home_folder_stay_unchanged(
     ("name", "message"),
     [
         ("brian.py", r"no file 'brian\.py' in .*; did you mean 'brain\.py'"),
-        ("walker.urdf", r"no file 'walker\.urdf' in .*; valid: brain\.py, room\.sdf"),
+        ("walker.urdf", r"no file 'walker\.urdf' in .*; valid: brain\.py, room\.sdf$"),
+        (".gitignor", r"no file '\.gitignor' in .*; did you mean '\.gitignore'"),
         ("sub", "'sub' is a folder, not a file"),
         ("no/brain.py", r"no file 'no/brain\.py': there is no folder .*/no"),
     ],
