@@ -99,3 +99,21 @@ def test_resets_are_repeated_by_a_replay(recorded: Path, request: pytest.Fixture
     with FilesRead() as files, Replay(Recording(recorded), ReplayRequest(), files=files) as again:
         outcome = again.verify()
     assert (outcome.difference is None) == ("not noted" not in request.node.name)
+
+
+def test_a_recording_goes_on_with_the_spikes_of_the_brain_that_starts_over(tmp_path: Path) -> None:
+    """Without input the cell that fires by itself repeats its spikes from the reset on."""
+    alone = [*settings("event", "mujoco"), "transfer_functions=[]"]
+    with Run(load_experiment("braitenberg_husky", alone)) as run:
+        recording = RecordingFolder(run, tmp_path / "recording")
+        run.run_until(0.7)
+        run.reset("brain")
+        run.run_until(1.4)
+        counted = run.result().spikes["circuit"]
+        recording.close("finished")
+    trains = Recording(tmp_path / "recording").spikes().spiketrains
+    times_ms = trains[5].magnitude
+    before, after = times_ms[times_ms < 700], times_ms[times_ms >= 700]
+    assert len(before) > 10
+    assert after == pytest.approx(before + 700)
+    assert counted == sum(map(len, trains))

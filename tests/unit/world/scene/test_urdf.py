@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core.errors import SceneError
+from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.meshes.stl import write_stl
@@ -297,6 +298,20 @@ def test_a_transmission_lets_a_joint_be_commanded(urdf):
     assert "cannot be commanded by 'ImuInterface'" in str(
         urdf(arm + transmission("ImuInterface")).warnings[0]
     )
+
+
+def test_a_transmission_without_its_joint_commands_nothing_and_says_so(urdf):
+    arm = (
+        f'<link name="base">{MASS}</link><link name="hand">{MASS}</link>'
+        '<joint name="hinge" type="continuous"><parent link="base"/><child link="hand"/></joint>'
+    )
+    kind = "<hardwareInterface>PositionJointInterface</hardwareInterface>"
+    read = urdf(f'{arm}<transmission name="t"/>')
+    (warning,) = read.warnings
+    assert (warning.code, read.controllers) == (Code.NRP265, ())
+    assert "the <transmission> 't' has no <joint>, so that it commands nothing" in str(warning)
+    with pytest.raises(SceneError, match=r"the model has no joint 'hing'; did you mean 'hinge'"):
+        urdf(f'{arm}<transmission name="t"><joint name="hing">{kind}</joint></transmission>')
 
 
 def test_an_interface_of_ros2_control_lets_a_joint_be_commanded(urdf):
