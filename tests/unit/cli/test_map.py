@@ -75,7 +75,10 @@ def test_the_page_stands_alone_and_is_whole(nrp: Nrp, lossy: Path, tmp_path: Pat
     assert "15 of 15 weights become 0" in text
 
 
-def test_a_page_that_cannot_be_written_is_a_usage_error(nrp: Nrp, lossy: Path, tmp_path: Path) -> None:
+def test_a_page_that_cannot_be_written_is_a_usage_error_before_the_brain_is_built(
+    nrp: Nrp, lossy: Path, tmp_path: Path
+) -> None:
+    (lossy / "brain.py").write_text("1 / 0\n")
     done = nrp("map", lossy, "--brain", "spinnaker", "--html", tmp_path / "nowhere" / "map.html")
     assert done.code == 2
     assert "nowhere: the folder does not exist" in done.err
