@@ -47,6 +47,25 @@ def test_what_is_drawn_runs_from_the_beginning_and_every_page_sees_it(tmp_path: 
         assert [one["name"] for one in artist.last("functions")["functions"]] == ["to_robot"]
 
 
+def test_of_two_models_with_one_function_only_the_one_that_is_run_counts(tmp_path: Path) -> None:
+    python = (
+        "@nrp.Neuron2Robot(Topic('/husky/cmd_vel', geometry_msgs.msg.Twist))\n"
+        "def f(t):\n    return geometry_msgs.msg.Twist()\n"
+    )
+    with cockpit("transfer_functions=[]") as here, here.visit() as artist:
+        for name in ("first.bibi", "second.bibi"):
+            path = str(tmp_path / name)
+            artist.call("designer/open", file=path)
+            assert artist.call("designer/write", language="python", text=python)["error"] is None
+            artist.call("designer/save")
+            findings = artist.call("designer/check")["findings"]
+            assert [one for one in findings if one["weight"] == "error"] == []
+            assert path not in here.session.functions.files, "what is only looked at is no part of the run"
+            assert artist.call("designer/run")["applied"] is True
+            artist.call("pause")
+            assert here.session.functions.files == (path,)
+
+
 def test_a_text_with_a_mistake_changes_nothing_and_names_its_line(tmp_path: Path) -> None:
     with cockpit("transfer_functions=[]") as here, here.visit() as artist:
         artist.call("designer/open", file=str(tmp_path / "drawn.bibi"))

@@ -63,7 +63,8 @@ class Desk:
     def files(self) -> list[str]:
         """The files that can be shown in place of this one: with functions, or brains."""
         if isinstance(self.shown, Document):
-            return list(self._session.functions.files)
+            opened = [str(path) for path, one in self._drawings.items() if isinstance(one, Document)]
+            return list(dict.fromkeys((*self._session.functions.files, *opened)))
         drawn = [path for path, one in self._drawings.items() if isinstance(one, BrainDocument)]
         return [str(path) for path in dict.fromkeys((self.original.brain.model, *drawn))]
 
@@ -75,6 +76,18 @@ class Desk:
             return None
         is_original = brain.path == self.original.brain.model
         return brain if is_original or (brain.is_drawn and brain.brain.population) else None
+
+    def replaced_by(self, document: Document) -> set[Path]:
+        """Return the files that do not count where a drawing is checked or run.
+
+        It is the file that it was made from, and the other drawings that are not of the experiment.
+        """
+        own = self.original.transfer_functions
+        others = (one for one in self._drawings.values() if isinstance(one, Document) and one is not document)
+        replaced = {one.path for one in others if one.path not in own and one.origin not in own}
+        if document.origin is not None and document.origin != document.path:
+            replaced.add(document.origin)
+        return replaced
 
     def open(self, path: Path) -> None:
         """Show a file.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
+from pathlib import Path
 from typing import Any
 
 from nrp_bibi.writer import bibi_text
@@ -50,13 +51,15 @@ class Trying:
             raise ExperimentError(f"save {brain.path.name} first: a run reads its brain from the file")
         if brain is None and not document.model.transfer_function:
             raise ExperimentError("there is nothing to run yet: add a transfer function")
-        files = self._included(document) if document.model.transfer_function else {}
+        files = _text_of(document) if document.model.transfer_function else {}
+        there = self._there(document) if files else None
         if brain is not None:
             settings = self._settings(brain)
-            texts = {**session.functions.texts, **files}
+            running = session.functions.texts.items()
+            texts = {**{name: text for name, text in running if there is None or name in there}, **files}
             applied = session.ask(lambda: self._opening.anew(settings, texts), "opening the brain")
         else:
-            applied = session.ask(lambda: session.functions.apply(files), "applying the functions")
+            applied = session.ask(lambda: session.functions.apply(files, there), "applying the functions")
         if applied["applied"]:
             if brain is not None:
                 self._desk.note_run()
@@ -78,24 +81,27 @@ class Trying:
     def _checked(self, brain: BrainDocument | None, document: Document | None = None) -> Found:
         """Return the findings about the experiment with these in place of its own."""
         functions = self._session.functions
-        files = self._included(document) if document else {}
+        files = _text_of(document) if document else {}
+        there = self._there(document) if document else None
         experiment = self._desk.original
         with self._checking:  # it takes a second: several pages wait for each other
             if brain is None:
-                return list(functions.check(files)["findings"])
+                return list(functions.check_in(self._session.run.experiment, files, there)["findings"])
             if not brain.is_drawn:
-                return list(functions.check_in(self._desk.original, files)["findings"])
+                return list(functions.check_in(experiment, files, there)["findings"])
             draft = functions.drafts.write(brain.path, brain.text)
             other: dict[str, Any] = {"populations": {}, "parameters": {}} if self._settings(brain) else {}
             section = experiment.brain.model_copy(update={"model": draft, **other})
             drawn = experiment.model_copy(update={"brain": section})
             try:
-                return list(functions.check_in(drawn, files)["findings"])
+                return list(functions.check_in(drawn, files, there)["findings"])
             finally:
                 functions.drafts.remove([draft])
 
-    def _included(self, document: Document) -> dict[str, str]:
-        """Let the run know the file, in place of the one that it was made from, and return its text."""
-        origin = document.origin if document.origin != document.path else None
-        self._session.functions.include(document.path, instead_of=origin)
-        return {str(document.path): bibi_text(document.model)}
+    def _there(self, document: Document) -> dict[str, Path]:
+        """Return the files of the run with this drawing: of all drawings beside it only this one."""
+        return self._session.functions.files_with(document.path, self._desk.replaced_by(document))
+
+
+def _text_of(document: Document) -> dict[str, str]:
+    return {str(document.path): bibi_text(document.model)}

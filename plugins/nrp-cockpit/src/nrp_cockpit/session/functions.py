@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -39,7 +39,7 @@ class Functions:
     def __init__(self, run: Run) -> None:
         self._run = run
         self._files = {str(path): path for path in run.experiment.transfer_functions}
-        self._running = self._on_disk()
+        self._running = _on_disk(self._files)
         self._names: dict[str, list[str]] = defaultdict(list)
         for function in run.loop.functions:
             if str(function.place.path) in self._files:  # those of old experiments have no file of their own
@@ -71,15 +71,14 @@ class Functions:
         """The names of the files."""
         return tuple(self._files)
 
-    def include(self, path: Path, instead_of: Path | None = None) -> None:
-        """Add a file, which need not exist before it is applied.
-
-        Args:
-            path: the file.
-            instead_of: one that it replaces: what only this one has ends with the next change.
-        """
-        self._files.pop(str(instead_of), None)
+    def include(self, path: Path) -> None:
+        """Add a file, which need not exist before it is applied."""
         self._files.setdefault(str(path), path)
+
+    def files_with(self, path: Path, instead_of: Collection[Path]) -> dict[str, Path]:
+        """Return the files as they would be with another one in place of some."""
+        kept = {name: one for name, one in self._files.items() if one not in instead_of}
+        return {**kept, str(path): path}
 
     def data(self) -> dict[str, Any]:
         """Return the functions and their files."""
@@ -99,33 +98,49 @@ class Functions:
         """Return the findings about the experiment with these texts in place of its files."""
         return self.check_in(self._run.experiment, files)
 
-    def check_in(self, experiment: Experiment, files: Mapping[str, str]) -> dict[str, Any]:
-        """Return the findings about another experiment with these texts in place of the files of this one."""
-        experiment = self._drafted(experiment, {**self._running, **files})
+    def check_in(
+        self, experiment: Experiment, files: Mapping[str, str], there: Mapping[str, Path] | None = None
+    ) -> dict[str, Any]:
+        """Return the findings about another experiment with these texts in place of the files of this one.
+
+        Args:
+            experiment: the experiment.
+            files: the texts.
+            there: the files that count, by their names; by default those of the run.
+        """
+        there = self._files if there is None else there
+        experiment = self._drafted(experiment, self._texts(files, there), there)
         try:
             return {"findings": self._shown(_findings(experiment))}
         finally:
             self.drafts.remove(experiment.transfer_functions)
 
-    def apply(self, files: Mapping[str, str]) -> dict[str, Any]:
+    def apply(self, files: Mapping[str, str], there: Mapping[str, Path] | None = None) -> dict[str, Any]:
         """Let the run go on with these texts in place of its files, all of them or none.
+
+        Args:
+            files: the texts.
+            there: the files that the run has from then on, by their names; by default those that it has.
 
         Returns:
             Whether they are in force, and the findings that keep them from it.
         """
-        texts = {**self._running, **files}
-        experiment = self._drafted(self._run.experiment, texts)
+        there = self._files if there is None else there
+        texts = self._texts(files, there)
+        experiment = self._drafted(self._run.experiment, texts, there)
         found = self._errors(experiment)
         shown = self._shown(found)
         if found:
             self.drafts.remove(experiment.transfer_functions)
         else:
             self._running = texts
+            if there is not self._files:
+                self._files = dict(there)
         return {"applied": not found, "findings": shown}
 
     def revert(self) -> None:
         """Let the run go on with its files as they are on disk."""
-        on_disk = self._on_disk()
+        on_disk = _on_disk(self._files)
         self._change({name: self._files[name] for name in on_disk})
         self._running = on_disk
 
@@ -135,7 +150,7 @@ class Functions:
         Raises:
             ExperimentError: one is not a file of the experiment, or cannot be written.
         """
-        self._require(files)
+        _require(files, self._files)
         for name, text in files.items():
             try:
                 self._files[name].write_text(text, encoding="utf-8")
@@ -154,14 +169,20 @@ class Functions:
 
     # -- changing
 
-    def _drafted(self, experiment: Experiment, texts: Mapping[str, str]) -> Experiment:
+    def _texts(self, files: Mapping[str, str], there: Mapping[str, Path]) -> dict[str, str]:
+        """Return these texts and, of the other files that count, those that run."""
+        return {**{name: text for name, text in self._running.items() if name in there}, **files}
+
+    def _drafted(
+        self, experiment: Experiment, texts: Mapping[str, str], there: Mapping[str, Path]
+    ) -> Experiment:
         """Return an experiment with these texts for its files: drafts of those that differ from the disk."""
-        self._require(texts)
-        on_disk = self._on_disk()
+        _require(texts, there)
+        on_disk = _on_disk(there)
         new = {name: text for name, text in texts.items() if text != on_disk.get(name)}
         paths = (
             self.drafts.write(path, new[name]) if name in new else path
-            for name, path in self._files.items()
+            for name, path in there.items()
             if name in texts or path.exists()
         )
         return experiment.model_copy(update={"transfer_functions": tuple(paths)})
@@ -169,11 +190,6 @@ class Functions:
     def _there(self) -> list[str]:
         """Return the names of the files that run, or could."""
         return [name for name, path in self._files.items() if name in self._running or path.exists()]
-
-    def _require(self, names: Iterable[str]) -> None:
-        for name in names:
-            if name not in self._files:
-                raise ExperimentError(f"'{name}' is not a file with transfer functions of this experiment")
 
     def _errors(self, experiment: Experiment) -> list[Finding]:
         """Change to the functions of an experiment, or return what keeps the run from it."""
@@ -203,20 +219,27 @@ class Functions:
 
     # -- data
 
-    def _on_disk(self) -> dict[str, str]:
-        """Return the texts of the files as they are on disk, but of those that cannot be read."""
-        texts = {}
-        for name, path in self._files.items():
-            with suppress(OSError, UnicodeDecodeError):
-                texts[name] = path.read_text(encoding="utf-8")
-        return texts
-
     def _shown(self, findings: Iterable[Finding]) -> list[Any]:
         return [self.drafts.in_place(finding_data(each)) for each in findings]
 
     def _file_data(self, name: str) -> dict[str, Any]:
         path = self._files[name]
         return source_file(name, path, self._running.get(name), editable=os.access(path, os.W_OK))
+
+
+def _require(names: Iterable[str], there: Mapping[str, Path]) -> None:
+    for name in names:
+        if name not in there:
+            raise ExperimentError(f"'{name}' is not a file with transfer functions of this experiment")
+
+
+def _on_disk(files: Mapping[str, Path]) -> dict[str, str]:
+    """Return the texts of files as they are on disk, but of those that cannot be read."""
+    texts = {}
+    for name, path in files.items():
+        with suppress(OSError, UnicodeDecodeError):
+            texts[name] = path.read_text(encoding="utf-8")
+    return texts
 
 
 def source_file(name: str, path: Path, text: str | None = None, *, editable: bool) -> dict[str, Any]:
