@@ -138,12 +138,12 @@ def test_a_branch_that_fails_leaves_the_run_going(opened: Cockpit, visitor: Visi
 def test_what_cannot_be_is_refused_in_a_sentence(opened: Cockpit, visitor: Visitor) -> None:
     for call, said in (
         (lambda: visitor.call("part"), "there is no second run"),
-        (lambda: visitor.call("compare"), "needs another brain or another world"),
+        (lambda: visitor.call("compare"), "needs a different brain or world"),
         (lambda: visitor.call("compare", brain="evnt"), "evnt"),
         (lambda: visitor.call("branch", id="s999"), "there is no snapshot 's999'"),
     ):
         with pytest.raises(RefusedError, match=said):
             call()
     visitor.call("branch")
-    with pytest.raises(RefusedError, match="there is a second run already"):
+    with pytest.raises(RefusedError, match="a second run is already open"):
         visitor.call("branch")

@@ -59,7 +59,7 @@ def test_it_plays_until_it_is_paused(opened: Cockpit, visitor: Visitor) -> None:
 def test_it_runs_to_a_time(visitor: Visitor) -> None:
     visitor.call("run_to", t_s=0.19)
     visitor.status(state="paused", t_s=0.2)
-    with pytest.raises(RefusedError, match=r"the run is at 0\.2 s already"):
+    with pytest.raises(RefusedError, match=r"the run is already at 0\.2 s"):
         visitor.call("run_to", t_s=0.1)
 
 
@@ -207,7 +207,7 @@ def test_the_end_of_a_run_is_the_end_until_it_goes_back(opened: Cockpit, visitor
     try:
         visitor.call("step", n=1000)
         visitor.status(state="finished", t_s=0.2)
-        with pytest.raises(RefusedError, match="the run is over: step back or reset"):
+        with pytest.raises(RefusedError, match="the run has ended: step back or reset"):
             visitor.call("play")
         visitor.call("step_back")
         visitor.status(state="paused", t_s=0.18)

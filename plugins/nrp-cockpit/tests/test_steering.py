@@ -59,7 +59,7 @@ def test_a_message_that_cannot_be_published_is_a_warning(visitor: Visitor) -> No
         ("seek", {}, "t_s: missing required"),
         ("seek", {"t_s": "soon"}, "t_s: input should be a valid number"),
         ("seek", {"t_s": 1, "fast": True}, "fast: unexpected keyword argument"),
-        ("step", {"n": 0}, "a run takes 1 step or more, not 0"),
+        ("step", {"n": 0}, "the number of steps must be 1 or more, not 0"),
         ("push", {"body": "husky", "force_n": [1], "duration_s": 1}, "a force, N is 3 finite numbers"),
         ("push", {"body": "huskie", "force_n": [1, 0, 0], "duration_s": 1}, "husky"),
         (
@@ -83,7 +83,7 @@ def test_a_wrong_request_is_refused_in_a_sentence(
 def test_a_run_is_recorded_until_time_goes_back(visitor: Visitor, tmp_path: Path) -> None:
     folder = tmp_path / "recording"
     assert visitor.call("record", folder=str(folder)) == {"path": str(folder)}
-    with pytest.raises(RefusedError, match="is being recorded already"):
+    with pytest.raises(RefusedError, match="is already being recorded"):
         visitor.call("record", folder=str(tmp_path / "other"))
     visitor.call("step", n=3)
     assert visitor.status(t_s=0.06)["recording"]["path"] == str(folder)
@@ -91,7 +91,9 @@ def test_a_run_is_recorded_until_time_goes_back(visitor: Visitor, tmp_path: Path
     visitor.status(recording=None)
     assert (folder / "run.json").is_file()
     assert (folder / "recording.mcap").stat().st_size > 1000
-    assert "the recording has ended" in visitor.until(lambda: visitor.last("log"))["text"]
+    assert (
+        "the recording ended because the run went back" in visitor.until(lambda: visitor.last("log"))["text"]
+    )
 
 
 # -- transfer functions
@@ -183,7 +185,7 @@ def test_an_error_of_a_draft_is_shown_in_its_file(opened: Cockpit, visitor: Visi
     error = visitor.status(state="failed")["error"]
     assert (error["file"], error["line"]) == (path, broken.count("\n"))
     assert "nrp-cockpit-" not in error["message"]
-    with pytest.raises(RefusedError, match="the run is over"):
+    with pytest.raises(RefusedError, match="the run has ended"):
         visitor.call("play")
     visitor.call("functions/revert")
     visitor.call("step_back")

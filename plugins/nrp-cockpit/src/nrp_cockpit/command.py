@@ -44,22 +44,23 @@ def cockpit(
     seed: Seed = None,
     port: Annotated[int, typer.Option(min=0, max=65535, help="The port; 0 takes any free one.")] = 0,
     host: Annotated[
-        str, typer.Option(help="The address to listen on: 0.0.0.0 lets other machines in, with the token.")
+        str,
+        typer.Option(help="The address to listen on: 0.0.0.0 lets other machines connect with the token."),
     ] = "127.0.0.1",
     origin: Annotated[
         list[str] | None,
-        typer.Option(metavar="URL", help="Let pages of this origin connect; repeatable."),
+        typer.Option(metavar="URL", help="Allow pages of this origin to connect; repeatable."),
     ] = None,
     browser: Annotated[bool, typer.Option(help="Open the page in a browser.")] = True,
-    play: Annotated[bool, typer.Option("--play", help="Do not wait for somebody to press Play.")] = False,
+    play: Annotated[bool, typer.Option("--play", help="Start without waiting for Play.")] = False,
     compare: Annotated[
         str | None,
         typer.Option(
-            metavar="brain=NAME,world=NAME", help="Run the same on other engines beside it, in step."
+            metavar="brain=NAME,world=NAME", help="Run the same experiment on other engines in step with it."
         ),
     ] = None,
 ) -> None:
-    """See a run in the browser, steer it, and go back in time; or play a recording there.
+    """Watch and control a run in the browser, and go back in time; or play a recording.
 
     The first line on standard output is the address of the page. Ctrl-C ends the run.
     """
@@ -71,14 +72,14 @@ def cockpit(
         if not is_recording(experiment):
             return stack.enter_context(open_run(experiment, settings, hub, other=compared(compare)))
         if brain or world or overrides or compare or seed is not None:
-            raise ExperimentError("a recording is played as it was made: no option changes it")
+            raise ExperimentError("a recording is played unchanged: options of the run do not apply")
         return open_recording(experiment, hub)
 
     Serving(host, port, tuple(origin or ()), browser=browser, play=play).serve(opened)
 
 
 def compared(given: str | None) -> dict[str, str]:
-    """Return the other engines that ``--compare`` names, by their side.
+    """Return the other engines that ``--compare`` names, by side.
 
     Raises:
         ExperimentError: it does not name a brain or a world.
@@ -93,7 +94,7 @@ def compared(given: str | None) -> dict[str, str]:
 
 
 def is_recording(path: str) -> bool:
-    """Return whether a path is the folder of a recording; else it leads to an experiment."""
+    """Return whether a path is the folder of a recording rather than an experiment."""
     from nrp_core.recording.layout import RUN_NAME
 
     return (Path(path) / RUN_NAME).is_file()
@@ -120,11 +121,11 @@ def open_run(
     """Give a session with a run of an experiment, and offer its services.
 
     Args:
-        experiment: as people name it.
+        experiment: its name, file or folder.
         settings: ``dotted.key=value``.
-        hub: of the clients.
-        design: the model that the designer begins with; None: one of the experiment.
-        other: the backends of a second run beside it, by their side.
+        hub: the hub of the clients.
+        design: the model that the designer opens first; None: one of the experiment.
+        other: the backends of a second run, by side.
     """
     from nrp_cockpit.designer.services import offer_services
     from nrp_cockpit.session.live import LiveSession

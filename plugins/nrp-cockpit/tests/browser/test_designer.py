@@ -252,7 +252,7 @@ def test_a_shipped_model_that_is_typed_in_is_no_change_and_what_is_wrong_has_a_b
     rows = box.get_by_role("button").count()
     xml = bibi_text(read_bibi(file))
     retype(text, xml)
-    expect(page.get_by_role("region", name="Texts").get_by_role("status")).to_have_text("in step")
+    expect(page.get_by_role("region", name="Texts").get_by_role("status")).to_have_text("up to date")
     expect(page.get_by_role("button", name="Undo")).to_be_disabled()
     expect(box.get_by_role("button")).to_have_count(rows)
     assert bibi_text(read_bibi(file)) == xml
@@ -268,9 +268,9 @@ def test_python_that_blocks_cannot_say_is_one_box_that_opens_in_the_editor(drawn
     retype(code, OPAQUE)
     hand.page.keyboard.press("Control+Enter")
     expect(hand.box("python waits")).to_be_visible()
-    hand.click("button", "Turn into blocks")
+    hand.click("button", "Convert to blocks")
     expect(
-        hand.page.get_by_text("blocks cannot say what this Python does; it stays as it is")
+        hand.page.get_by_text("this Python function cannot be expressed as blocks; it is unchanged")
     ).to_be_visible()
     hand.click("button", "Save")
     expect(hand.page.get_by_text(f"Saved {file}.")).to_be_visible()
@@ -297,7 +297,7 @@ def test_functions_are_wired_by_keyboard_alone(drawn: tuple[Hand, Path]):
         keyboard.press("Enter")
         hand.tab_to("button", "Connect to")
         keyboard.press("Enter")
-        expect(hand.page.get_by_role("searchbox", name="Search what fits")).to_be_focused()
+        expect(hand.page.get_by_role("searchbox", name="Search the valid ends")).to_be_focused()
         keyboard.insert_text(search)
         keyboard.press("Enter")
         expect(hand.page.get_by_role("button", name=made)).to_be_visible()
@@ -341,7 +341,7 @@ def test_a_brain_is_drawn_by_pointer_and_its_populations_are_there_for_functions
     page = hand.page
     hand.click("radio", "Brain")
     expect(hand.box("neurons circuit")).to_be_visible()
-    expect(page.get_by_text("brain.py was written by hand. It is shown, and not changed.")).to_be_visible()
+    expect(page.get_by_text("brain.py was written by hand and cannot be edited here.")).to_be_visible()
     expect(page.get_by_role("button", name="Save")).to_be_disabled()
     (tmp_path / "mine.py").write_text(script_of(Brain()))
     with visit(studio) as visitor:

@@ -37,7 +37,7 @@ def test_what_is_typed_is_checked_and_a_wrong_text_is_not_applied(husky: str, wa
     expect(page.get_by_role("tab", name="listing2.py")).to_contain_text("edited")
     page.get_by_role("button", name="Discard").click()
     expect(line).to_have_count(0)
-    expect(page.get_by_text("Nothing is edited.")).to_be_visible()
+    expect(page.get_by_text("No file is edited.")).to_be_visible()
 
 
 def test_an_edit_outlives_the_view_is_compared_and_runs_once_applied(husky: str, watched: Watched):
@@ -52,7 +52,7 @@ def test_an_edit_outlives_the_view_is_compared_and_runs_once_applied(husky: str,
     expect(page.locator(".cm-merge-b .cm-changedLine")).to_contain_text("* 0.5")
     page.get_by_role("radio", name="Edit").click()
     page.get_by_role("button", name="Apply").click()
-    expect(page.get_by_text("Nothing is edited.")).to_be_visible(timeout=SLOW_MS)
+    expect(page.get_by_text("No file is edited.")).to_be_visible(timeout=SLOW_MS)
     page.get_by_role("button", name="Step", exact=True).click()
     expect(page.get_by_role("timer")).to_contain_text("0.02 s")
     second = watched.open(page.url)  # another page has what runs
@@ -127,4 +127,4 @@ def test_a_misspelt_name_is_mended_by_a_click_or_a_key_and_that_can_be_undone(hu
     row.get_by_role("button", name="Replace with rate").click(timeout=SLOW_MS)
     expect(mended).to_be_visible()
     page.keyboard.press("Control+Enter")
-    expect(page.get_by_text("Nothing is edited.")).to_be_visible(timeout=SLOW_MS)
+    expect(page.get_by_text("No file is edited.")).to_be_visible(timeout=SLOW_MS)

@@ -97,19 +97,17 @@ def test_a_number_of_a_device_is_dragged_to_the_plots(opened: Page):
 
 
 def test_the_wheel_zooms_both_plots_and_a_double_click_resets_them(opened: Page):
-    lengths = [
-        opened.get_by_role("button", name=f"Length of the window of {plot}") for plot in ("spikes", "curves")
-    ]
+    lengths = [opened.get_by_role("button", name=f"Time window of {plot}") for plot in ("spikes", "curves")]
     opened.get_by_role("img", name="Spikes of circuit").hover()
     opened.mouse.wheel(0, 600)
     for length in lengths:
         expect(length).not_to_have_text("4 s")
-    opened.get_by_role("button", name="Hold the spikes; the run goes on").click()
-    expect(opened.get_by_role("button", name="Let the curves follow the run")).to_be_visible()
+    opened.get_by_role("button", name="Freeze the spikes; the run continues").click()
+    expect(opened.get_by_role("button", name="Resume the curves")).to_be_visible()
     opened.get_by_role("img", name="Spikes of circuit").dblclick()
     for length in lengths:
         expect(length).to_have_text("4 s")
-    expect(opened.get_by_role("button", name="Let the spikes follow the run")).to_have_count(0)
+    expect(opened.get_by_role("button", name="Resume the spikes")).to_have_count(0)
 
 
 def test_the_camera_shows_the_room(opened: Page):

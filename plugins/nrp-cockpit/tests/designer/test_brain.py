@@ -128,17 +128,17 @@ def test_what_does_not_fit_is_refused_with_its_reason(artist: Artist) -> None:
     artist.do("become", path=f"{source}/cells", type="SpikeSourcePoisson")
     cells = artist.population("cells", 3)
     refusals = artist.document.fits(cells)
-    assert refusals[f"into:{source}"] == "'population' only sends spikes: it receives no synapses"
+    assert refusals[f"into:{source}"] == "'population' only emits spikes: it cannot receive synapses"
     assert refusals[f"into:{cells}"] is None, "a population can project to itself"
     for wrong, reason in (
-        ({"path": cells, "field": "name", "text": "population"}, "there is a 'population' already"),
+        ({"path": cells, "field": "name", "text": "population"}, "the name 'population' is already in use"),
         ({"path": cells, "field": "name", "text": "sim"}, "'name' cannot be 'sim'"),
         ({"path": cells, "field": "size", "text": "0"}, "a whole number, 1 or more"),
         ({"path": f"{cells}/cells", "field": "tau_m", "text": "-1"}, "it must be a number, more than 0"),
     ):
         with pytest.raises(ExperimentError, match=reason):
             artist.document.do("set", **wrong)
-    with pytest.raises(ExperimentError, match="spikes reach populations there"):
+    with pytest.raises(ExperimentError, match="spikes arrive on the left of a population"):
         artist.do("connect", source=f"into:{cells}", target=f"into:{cells}")
 
 
@@ -159,7 +159,7 @@ def test_cells_beyond_a_population_are_found_at_their_projection(artist: Artist)
     wire = artist.projection(f"{one}[1:9]", one, 0.1)
     (found,) = brain_findings(artist.document.brain, artist.document.path)
     assert found["path"] == wire
-    assert found["summary"] == "'one to one': 'one' has 3 cells, so [1:9] is beyond it"
+    assert found["summary"] == "'one to one': 'one' has 3 cells, so [1:9] is out of range"
     assert artist.document.text.splitlines()[found["line"] - 1] == "sim.Projection("
 
 

@@ -113,10 +113,14 @@ def test_any_commands_leave_a_model_that_is_written_and_every_step_goes_back(
         ("topic:/husky/odom", "transfer_function/2", "a monitor shows a device on neurons; /husky/odom is a"),
         ("topic:/husky/odom", "population:actors", "need a transfer function between them"),
         ("topic:/husky/odom", "topic:/husky/camera", "two topics need a transfer function"),
-        ("population:actors", "population:sensors", "the brain connects its own"),
-        ("topic:/husky/camera", "transfer_function/0", "is connected to /husky/camera already"),
-        ("topic:/husky/cmd_vel", "transfer_function/0/topic/0", "is a command: nobody sends it"),
-        ("topic:/husky/odom", "transfer_function/1/return_value", "nothing can be published there"),
+        ("population:actors", "population:sensors", "the brain connects its populations"),
+        ("topic:/husky/camera", "transfer_function/0", "is already connected to /husky/camera"),
+        ("topic:/husky/cmd_vel", "transfer_function/0/topic/0", "is a command: it can only be published"),
+        (
+            "topic:/husky/odom",
+            "transfer_function/1/return_value",
+            "published by the robot: it can only be read",
+        ),
         ("topic:/husky/odom", "transfer_function/0/device/0", "'eye' is a device on neurons"),
         ("population:actors", "transfer_function/0/topic/0", "'camera' is a topic; actors are neurons"),
         ("population:actors", "transfer_function/3", "its code says what it is connected to"),
@@ -232,9 +236,9 @@ def test_a_value_that_cannot_be_is_refused(drawing: Drawing, field: str, text: s
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("lft.voltage", "no channel and no local of this function is 'lft.voltage'; did you mean 'left'?"),
+        ("lft.voltage", "this function has no channel or local 'lft.voltage'; did you mean 'left'?"),
         ("left.voltage **", "this is not an expression"),
-        ("left.voltage ** 2", "more than blocks can say"),
+        ("left.voltage ** 2", "cannot be expressed as blocks"),
         ("", "'body' needs an expression"),
     ],
 )

@@ -141,7 +141,7 @@ def test_python_that_is_blocks_becomes_boxes_and_other_python_one_box(tmp_path: 
     assert [type(one) for one in document.model.transfer_function] == [Neuron2Robot, PythonTransferFunction]
     assert document.path == tmp_path / "wheels.bibi"
     assert not document.is_saved
-    with pytest.raises(ExperimentError, match="blocks cannot say what this Python does"):
+    with pytest.raises(ExperimentError, match="this Python function cannot be expressed as blocks"):
         document.as_blocks("transfer_function/1")
 
 

@@ -55,6 +55,8 @@ describe("depths", () => {
 });
 
 test("an image that cannot be drawn says why", () => {
-  expect(() => decoded(image("yuv422", 1, 1, [0, 0]))).toThrow("The encoding 'yuv422' is none of rgb8, bgr8");
+  expect(() => decoded(image("yuv422", 1, 1, [0, 0]))).toThrow(
+    "The encoding 'yuv422' is not supported; supported: rgb8, bgr8",
+  );
   expect(() => decoded(image("rgb8", 2, 2, [0, 0, 0]))).toThrow("2 by 2 pixels has only 3 bytes");
 });

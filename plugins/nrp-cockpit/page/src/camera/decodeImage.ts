@@ -42,7 +42,7 @@ export function decodeImage(image: RawImage, rgba: Uint8ClampedArray): Range {
   const bytes = colour?.bytes ?? depth?.bytes;
   if (bytes === undefined)
     throw new Error(
-      `The encoding '${image.encoding}' is none of ${Object.keys({ ...COLOURS, ...DEPTHS }).join(", ")}.`,
+      `The encoding '${image.encoding}' is not supported; supported: ${Object.keys({ ...COLOURS, ...DEPTHS }).join(", ")}.`,
     );
   const step = image.step || image.width * bytes;
   if (step < image.width * bytes || image.data.length < step * (image.height - 1) + image.width * bytes)

@@ -25,10 +25,10 @@ function NewBranch() {
       </div>
       <div className="panel-body compare-card">
         <p>
-          A second run goes on from this moment, in step with the first. Change something in one of them, and
-          see what becomes of it.
+          A second run continues from this moment, in step with the first. Change one of them to see how they
+          differ.
         </p>
-        <p className="mut">Go to a time in the past first, and the branch begins there.</p>
+        <p className="mut">To branch earlier, go back to that time first.</p>
         <Button
           kind="primary"
           icon="branch"

@@ -15,7 +15,7 @@ const same: Comparison = {
 
 describe("the verdict", () => {
   it("says that two runs are the same, and since when", () => {
-    expect(verdictOf(same)).toBe("The same since 0.60 s, to the last bit of each position and spike count.");
+    expect(verdictOf(same)).toBe("Identical since 0.60 s, to the last bit of each position and spike count.");
   });
 
   it("names the first difference and the distance now", () => {

@@ -6,7 +6,7 @@ const KINDS = { trajectory: "The robot's path", spikes: "The number of spikes" }
 export function verdictOf({ first, distance_m, since_s }: Comparison): string {
   const [earliest] = first;
   if (!earliest)
-    return `The same since ${since_s.toFixed(2)} s, to the last bit of each position and spike count.`;
+    return `Identical since ${since_s.toFixed(2)} s, to the last bit of each position and spike count.`;
   const began = `${KINDS[earliest.what]} differs first, at ${earliest.t_s.toFixed(2)} s.`;
   return `${began} The robots are ${distanceOf(distance_m)} apart.`;
 }

@@ -22,7 +22,7 @@ export function Bar({ state }: { state: DesignState }) {
   }));
   return (
     <div className="panel designer-bar">
-      <Segmented label="What is drawn" choices={DRAWN} value={state.kind} onChange={(to) => void turn(to)} />
+      <Segmented label="Drawn model" choices={DRAWN} value={state.kind} onChange={(to) => void turn(to)} />
       <Menu label="Files" items={others} className="btn btn-ghost designer-file">
         <b className="mono">{baseName(state.file)}</b>
         {!state.is_saved && <span className="designer-dot" title="not saved" />}
@@ -37,14 +37,14 @@ export function Bar({ state }: { state: DesignState }) {
           icon="undo"
           label="Undo"
           shortcut="Ctrl Z"
-          disabled={blocked ?? (!state.can_undo && "There is nothing to undo.")}
+          disabled={blocked ?? (!state.can_undo && "Nothing to undo.")}
           onClick={() => void undo()}
         />
         <IconButton
           icon="redo"
           label="Redo"
           shortcut="Ctrl Y"
-          disabled={blocked ?? (!state.can_redo && "There is nothing to redo.")}
+          disabled={blocked ?? (!state.can_redo && "Nothing to redo.")}
           onClick={() => void redo()}
         />
       </span>
@@ -67,7 +67,7 @@ export function Bar({ state }: { state: DesignState }) {
       <Button
         icon="save"
         tip="Save (Ctrl S)"
-        disabled={blocked ?? (!state.is_drawn && "It was written by hand, and is not changed.")}
+        disabled={blocked ?? (!state.is_drawn && "Written by hand: it cannot be edited here.")}
         onClick={() => void save()}
       >
         Save

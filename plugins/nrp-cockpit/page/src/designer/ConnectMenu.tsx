@@ -30,10 +30,10 @@ export function ConnectMenu({ source }: { source: string }) {
     <p className="form-action">
       <Chooser
         title={`Connect ${nameOf(state, source)}`}
-        search="Search what fits"
+        search="Search the valid ends"
         choices={() => fitting.map((end) => ({ end, name: nameOf(state, end) }))}
         textOf={({ name }) => name}
-        none="Nothing that fits has these words."
+        none="No valid end matches."
         onChoose={({ end }) => void act("connect", { source, target: end })}
       >
         Connect to

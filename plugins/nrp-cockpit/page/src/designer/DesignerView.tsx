@@ -51,7 +51,7 @@ export default function DesignerView() {
   const open = useRun((now) => now.link.state === "open");
   const state = useDesign((design) => design.state);
   useEffect(() => (open && !recorded ? follow() : undefined), [open, recorded]);
-  if (recorded) return <Notice text="A recording is shown as it was made; nothing is drawn in it." />;
+  if (recorded) return <Notice text="This is a recording: the designer needs a live run." />;
   if (!state) return <Notice text={barred ?? "Waiting for the model."} />;
   return (
     // biome-ignore lint/a11y/noStaticElementInteractions: the keys of the view act wherever the focus is in it

@@ -40,7 +40,7 @@ const Whole = ({ state }: { state: DesignState }) => (
     {state.is_drawn ? (
       <Form path="" part={state.model} />
     ) : (
-      <Empty>{baseName(state.file)} was written by hand. It is shown, and not changed.</Empty>
+      <Empty>{baseName(state.file)} was written by hand and cannot be edited here.</Empty>
     )}
   </Panel>
 );
@@ -59,7 +59,7 @@ function OfPart({ path, part }: { path: string; part: NodeData }) {
       <Form key={path} path={path} part={part} />
       {part.type === "PythonTransferFunction" && (
         <p className="form-action">
-          <Button onClick={() => void send("blocks", { path })}>Turn into blocks</Button>
+          <Button onClick={() => void send("blocks", { path })}>Convert to blocks</Button>
         </p>
       )}
       <ConnectMenu source={path} />

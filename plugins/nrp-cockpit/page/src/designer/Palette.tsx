@@ -76,7 +76,7 @@ function OfFunctions({ state }: { state: DesignState }) {
           search="Search the topics"
           choices={() => hidden.toSorted((a, b) => a.split("/").length - b.split("/").length)}
           textOf={(name) => name}
-          none="No topic has these words."
+          none="No topic matches."
           onChoose={(name) => void show(name)}
         >
           More topics

@@ -15,7 +15,7 @@ export function Refused() {
     <div className={at ? "refused" : "refused refused-held"} role="status" style={at}>
       <b>
         <Icon name="error" small />
-        Does not fit
+        Cannot connect
       </b>
       {reason}
     </div>

@@ -37,7 +37,7 @@ export function SourcePanel({ state }: { state: DesignState }) {
   return (
     <section className="panel designer-source" aria-label="Texts" data-panel="texts" tabIndex={-1}>
       <div className="panel-head">
-        <Segmented label="What is shown" choices={choices} value={shown} onChange={setShown} />
+        <Segmented label="View" choices={choices} value={shown} onChange={setShown} />
         <span className="grow" />
         {shown !== "findings" && state.is_drawn && <InStep error={error} />}
       </div>
@@ -64,7 +64,7 @@ const InStep = ({ error }: { error: string | null }) => (
   <span className={`row tight f11 in-step ${error ? "bad-t" : "ok-t"}`} role="status">
     <Icon name={error ? "error" : "check"} small />
     <span className="cut" title={error ?? undefined}>
-      {error ?? "in step"}
+      {error ?? "up to date"}
     </span>
   </span>
 );
@@ -73,7 +73,7 @@ const icons = { error: "error", warning: "warning", note: "note" } as const;
 const colours = { error: "bad-t", warning: "warn-t", note: "mut" } as const;
 
 function Findings({ findings }: { findings: readonly PlacedFinding[] }) {
-  if (findings.length === 0) return <Empty>Nothing was found.</Empty>;
+  if (findings.length === 0) return <Empty>No findings.</Empty>;
   return (
     <ul className="design-findings scroll">
       {findings.map((finding, at) => (

@@ -113,7 +113,7 @@ export async function run(): Promise<void> {
   if (!answer) return;
   set({ findings: answer.findings });
   if (answer.applied) openView("cockpit");
-  else notify(`It does not run yet: ${answer.findings[0]?.summary ?? ""}`, "bad");
+  else notify(`The model cannot run yet: ${answer.findings[0]?.summary ?? ""}`, "bad");
 }
 
 /** For each end of a wire, why it does not fit one; null: it fits. */

@@ -15,7 +15,7 @@ export function ApplyBar({ file, readOnly }: ApplyBarProps) {
   const blocked = useBlocked();
   if (readOnly) return <p className="apply-bar mut">{readOnly}</p>;
   const count = Object.keys(drafts).length;
-  const nothing = count === 0 && "Nothing is edited.";
+  const nothing = count === 0 && "No file is edited.";
   return (
     <div className="apply-bar">
       <div className="grow" role="status">
@@ -23,12 +23,12 @@ export function ApplyBar({ file, readOnly }: ApplyBarProps) {
           <b>{counted(count)}</b> <Verdict checked={checked} problem={problem} edited={count > 0} />
           {checking && <span className="dim"> Checking…</span>}
         </p>
-        {count > 0 && <p className="mut f11 cut">All of them change between two steps, or none does.</p>}
+        {count > 0 && <p className="mut f11 cut">All edits take effect between two steps, or none does.</p>}
       </div>
       <Button
         kind="ghost"
         disabled={blocked}
-        tip="Let the run have the files as they are on the disk"
+        tip="Run the files as they are on disk"
         onClick={() => void revert()}
       >
         Revert to disk
@@ -38,8 +38,8 @@ export function ApplyBar({ file, readOnly }: ApplyBarProps) {
       </Button>
       <Button
         icon="save"
-        disabled={blocked ?? (!file.editable && "This file cannot be written from here.")}
-        tip={`Write ${file.path} as it is shown (Ctrl S)`}
+        disabled={blocked ?? (!file.editable && "This file cannot be saved from here.")}
+        tip={`Save the shown text to ${file.path} (Ctrl S)`}
         onClick={() => void save(file.path, textOf(useFunctions.getState(), file.path))}
       >
         Save
@@ -60,7 +60,7 @@ export function ApplyBar({ file, readOnly }: ApplyBarProps) {
 }
 
 const counted = (count: number) =>
-  count === 0 ? "Nothing is edited." : count === 1 ? "1 file is edited." : `${count} files are edited.`;
+  count === 0 ? "No file is edited." : count === 1 ? "1 file is edited." : `${count} files are edited.`;
 
 interface VerdictProps {
   checked: readonly Finding[];

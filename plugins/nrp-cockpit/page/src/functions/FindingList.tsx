@@ -34,7 +34,7 @@ export function FindingList() {
         className="scroll"
       >
         {findings.length === 0 ? (
-          <Empty>Nothing was found.</Empty>
+          <Empty>No findings.</Empty>
         ) : (
           <ul>
             {findings.map((finding, at) => (
@@ -48,7 +48,7 @@ export function FindingList() {
   );
 }
 
-const Hint = () => <span className="panel-sub findings-hint">checked as you type, nothing is run</span>;
+const Hint = () => <span className="panel-sub findings-hint">checked as you type, without running</span>;
 
 function FindingRow({ finding }: { finding: Finding }) {
   const { icon, color } = looks[finding.weight];

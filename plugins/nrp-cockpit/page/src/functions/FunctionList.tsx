@@ -15,7 +15,9 @@ export function FunctionList() {
   return (
     <div className="functions-list" data-panel="functions" tabIndex={-1}>
       <Panel title="Transfer functions" sub={functions.length} className="scroll">
-        {functions.length === 0 && <Empty>A recording keeps the files, not what the functions cost.</Empty>}
+        {functions.length === 0 && (
+          <Empty>A recording contains the files of functions, not their costs.</Empty>
+        )}
         <ul>
           {functions.map((one) => (
             <Row key={one.name} one={one} />
@@ -83,7 +85,7 @@ function Row({ one }: { one: TransferFunction }) {
           {one.calls} {one.calls === 1 ? "call" : "calls"}
         </span>
         <span className="grow" />
-        <Sparkline values={one.recent_ms} label={`Last times of ${one.name}`} />
+        <Sparkline values={one.recent_ms} label={`Recent times of ${one.name}`} />
       </p>
       {one.failure && <FailureNote failure={one.failure} />}
     </li>

@@ -71,7 +71,7 @@ function Source({ readOnly }: { readOnly: string | undefined }) {
   if (!file)
     return (
       <Panel title="Source">
-        <Empty>These functions stand in an old experiment: they run, and are not edited here.</Empty>
+        <Empty>These functions are part of an old experiment. They run, but cannot be edited here.</Empty>
       </Panel>
     );
   return (

@@ -5,7 +5,7 @@ export function useReadOnly(): string | undefined {
   const maySteer = useRun((run) => run.experiment?.may_steer ?? false);
   const recording = useRun((run) => run.experiment?.source === "recording");
   const missing = useMissing("functions");
-  if (recording) return "This is a recording: the functions are as they ran.";
-  if (!maySteer) return "You may watch this run, not steer it.";
+  if (recording) return "This is a recording: its functions cannot be changed.";
+  if (!maySteer) return "You can watch this run, but not control it.";
   return missing;
 }

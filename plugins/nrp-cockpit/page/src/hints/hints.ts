@@ -32,14 +32,14 @@ export const hints: readonly Hint[] = [
     text: ({ experiment }) => {
       const coloured = experiment.bodies.find(hasNamedColour);
       return coloured
-        ? `Click ${coloured.name} in the scene, and choose a colour`
+        ? `Click ${coloured.name} in the scene and choose a colour`
         : "Click a body in the scene";
     },
     isDone: ({ selected }) => selected === "body",
   },
   {
     id: "functions",
-    text: () => "Open Functions (2), and change a line while it runs",
+    text: () => "Open Functions (2) and change a line while the run continues",
     isDone: ({ view }) => view === "functions",
   },
 ];

@@ -65,7 +65,7 @@ export function PlaceBody({ body }: { body: string }) {
     return { x: fixed(x, 2), y: fixed(y, 2), yaw: fixed(degrees(pose ? yawOf(pose.orientation) : 0), 0) };
   });
   return (
-    <Section title="Place elsewhere">
+    <Section title="Move">
       <NumbersForm
         labels={{ x: "x (m)", y: "y (m)", yaw: "yaw (°)" }}
         initial={initial}

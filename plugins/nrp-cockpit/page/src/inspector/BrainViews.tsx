@@ -39,12 +39,12 @@ export function NeuronView({ population: label, index }: { population: string; i
             <Link to={{ kind: "population", label }}>{label}</Link>
           </Fact>
           <Fact name="Cell">{population.cell}</Fact>
-          <Fact name="Number in the brain">{neuron}</Fact>
+          <Fact name="Index in the brain">{neuron}</Fact>
           <Fact name="Position">
             {position ? position.map((value) => Number(value.toPrecision(3))).join(", ") : null}
           </Fact>
-          <Fact name="Synapses from it">{from}</Fact>
-          <Fact name="Synapses to it">{to}</Fact>
+          <Fact name="Outgoing synapses">{from}</Fact>
+          <Fact name="Incoming synapses">{to}</Fact>
         </Facts>
       </Section>
       {experiment.source === "live" && (
@@ -94,11 +94,11 @@ export function PopulationView({ label }: { label: string }) {
         <Facts>
           <Fact name="Cell">{population.cell}</Fact>
           <Fact name="Role">{ROLES[population.role]}</Fact>
-          <Fact name="First in the brain">{population.first}</Fact>
+          <Fact name="First index in the brain">{population.first}</Fact>
         </Facts>
       </Section>
-      <Projections title="Projections from it" end="pre" label={label} all={experiment.projections} />
-      <Projections title="Projections to it" end="post" label={label} all={experiment.projections} />
+      <Projections title="Outgoing projections" end="pre" label={label} all={experiment.projections} />
+      <Projections title="Incoming projections" end="post" label={label} all={experiment.projections} />
       {devices.length > 0 && (
         <Section title="Devices">
           {devices.map((device) => (

@@ -19,7 +19,7 @@ export function FunctionView({ name }: { name: string }) {
           <Fact name="Flow">{one.flow}</Fact>
           <Fact name="Place">{`${one.file.split("/").at(-1)}:${one.line}`}</Fact>
           <Fact name="Calls">{one.calls.toLocaleString("en")}</Fact>
-          <Fact name="Time of a call">{`${one.mean_ms.toFixed(3)} ms`}</Fact>
+          <Fact name="Mean time per call">{`${one.mean_ms.toFixed(3)} ms`}</Fact>
         </Facts>
         <div className="row">
           <span className="f12 mut grow">Active</span>

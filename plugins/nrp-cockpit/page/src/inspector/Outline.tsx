@@ -7,7 +7,7 @@ export function Outline() {
   const experiment = useRun((run) => run.experiment);
   if (!experiment) return null;
   return (
-    <nav className="outline" aria-label="Everything in the run">
+    <nav className="outline" aria-label="Contents of the run">
       <Group title="Bodies" branches={bodiesOf(experiment)} />
       <Group title="Brain" branches={populationsOf(experiment)} />
     </nav>

@@ -23,7 +23,7 @@ export function AddTrace() {
           <b className="mono">{trace.path}</b>
         </>
       )}
-      none="No number has these words."
+      none="No number matches."
       onChoose={addTrace}
     >
       Add

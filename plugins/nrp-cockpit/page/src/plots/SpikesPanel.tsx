@@ -26,7 +26,7 @@ export function SpikesPanel() {
   const count = useRef<HTMLSpanElement>(null);
   const tools = (
     <>
-      <Segmented label="What is drawn" choices={KINDS} value={kind} onChange={setKind} />
+      <Segmented label="Kind of plot" choices={KINDS} value={kind} onChange={setKind} />
       <WindowTools plot="spikes" />
     </>
   );

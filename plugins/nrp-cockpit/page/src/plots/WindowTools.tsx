@@ -18,13 +18,13 @@ export function WindowTools({ plot }: { plot: string }) {
   }));
   return (
     <>
-      <Menu label={`Length of the window of ${plot}: ${shown}`} items={items} className="btn btn-small num">
+      <Menu label={`Time window of ${plot}: ${shown}`} items={items} className="btn btn-small num">
         {shown}
         <Icon name="down" small />
       </Menu>
       <IconButton
         icon={held ? "play" : "pause"}
-        label={held ? `Let the ${plot} follow the run` : `Hold the ${plot}; the run goes on`}
+        label={held ? `Resume the ${plot}` : `Freeze the ${plot}; the run continues`}
         kind="ghost"
         small
         aria-pressed={held}

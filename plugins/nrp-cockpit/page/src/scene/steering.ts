@@ -117,7 +117,7 @@ class Pointer {
 export function whyNotPushed(body: string): string | undefined {
   const { experiment } = useRun.getState();
   const able = experiment?.capabilities.push;
-  if (!experiment?.may_steer) return "You may watch this run, not steer it.";
+  if (!experiment?.may_steer) return "You can watch this run, but not control it.";
   if (typeof able === "string") return able;
   if (experiment.bodies.find(({ name }) => name === body)?.static)
     return `'${body}' is static: it cannot be pushed.`;

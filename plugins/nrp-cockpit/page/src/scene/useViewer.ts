@@ -13,7 +13,7 @@ export function useViewer(canvas: RefObject<HTMLCanvasElement | null>): Viewer |
       made = new Viewer(canvas.current);
       setViewer(made);
     } catch {
-      setViewer("The scene needs WebGL, which this browser does not offer.");
+      setViewer("The scene needs WebGL, which this browser does not support.");
     }
     return () => {
       made?.dispose();

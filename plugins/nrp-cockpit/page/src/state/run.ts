@@ -49,7 +49,7 @@ export function followRun(): void {
 export function barredBy({ link, experiment, status }: Run): string | undefined {
   if (link.state !== "open") return "The connection to the server is lost.";
   if (!experiment || !status) return "The server has not described the run yet.";
-  if (!experiment.may_steer) return "You may watch this run, not steer it.";
+  if (!experiment.may_steer) return "You can watch this run, but not control it.";
   return undefined;
 }
 

@@ -13,7 +13,7 @@ export function SnapshotLane({ snapshots, span }: { snapshots: TimelineData["sna
     <ul className="timeline-lane" aria-label="Snapshots">
       {snapshots.map((snapshot) => (
         <li key={snapshot.id} className="timeline-mark" style={{ left: `${percent(span, snapshot.t_s)}%` }}>
-          <Tooltip text={`${restoring(snapshot).says}. Delete, or a click with Shift, removes it.`}>
+          <Tooltip text={`${restoring(snapshot).says}. Press Delete or Shift-click to remove it.`}>
             <button
               type="button"
               className="chip num"

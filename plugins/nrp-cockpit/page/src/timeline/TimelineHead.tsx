@@ -22,13 +22,13 @@ export function TimelineHead({ zoomedIn, compared, onZoom }: TimelineHeadProps) 
         <span className="grow" />
         <IconButton
           icon="minus"
-          label="Show more time"
+          label="Zoom out"
           kind="ghost"
           small
-          disabled={!zoomedIn && "The whole run is shown."}
+          disabled={!zoomedIn && "The whole run is visible."}
           onClick={() => onZoom(2)}
         />
-        <IconButton icon="plus" label="Show less time" kind="ghost" small onClick={() => onZoom(0.5)} />
+        <IconButton icon="plus" label="Zoom in" kind="ghost" small onClick={() => onZoom(0.5)} />
       </div>
       <div>Events</div>
       <div className="timeline-criteria-head">

@@ -37,7 +37,7 @@ test("a run that cannot be saved refuses an earlier time with the reason", () =>
   expect(reach(3, { ...live, snapshots: [], noWayBack })).toEqual({
     act: "none",
     t_s: 3,
-    says: "No way back: the brain 'nest' cannot save its state.",
+    says: "The run cannot go back: the brain 'nest' cannot save its state.",
   });
 });
 
@@ -45,8 +45,8 @@ test("a run that is over does not go on", () => {
   expect(reach(20, { ...live, state: "finished" })).toMatchObject({ act: "none" });
 });
 
-test("a viewer who may not steer is told so", () => {
-  const blocked = "You may watch this run, not steer it.";
+test("a viewer who cannot control the run reads why", () => {
+  const blocked = "You can watch this run, but not control it.";
   expect(reach(20, { ...live, blocked })).toMatchObject({ act: "none", says: blocked });
 });
 

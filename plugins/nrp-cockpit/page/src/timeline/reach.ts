@@ -34,15 +34,15 @@ export function reach(wanted_s: number, here: Here): Reach {
   if (here.blocked) return none(here.blocked);
   if (here.source === "recording") return { act: "seek", t_s, says: `Go to ${seconds(t_s)}` };
   const near = (other_s: number) => Math.abs(other_s - t_s) < here.timestep_s / 2;
-  if (near(here.t_s)) return none("The run is here.");
+  if (near(here.t_s)) return none("The run is at this time.");
   const snapshot = here.snapshots.find((one) => near(one.t_s));
   if (snapshot) return restoring(snapshot);
   if (t_s < here.t_s)
     return here.noWayBack
-      ? none(`No way back: ${here.noWayBack}.`)
+      ? none(`The run cannot go back: ${here.noWayBack}.`)
       : { act: "seek", t_s, says: `Go back to ${seconds(t_s)}` };
   if (here.state === "finished" || here.state === "failed")
-    return none("The run is over: step back or reset.");
+    return none("The run has ended: step back or reset.");
   return { act: "run", t_s, says: `Run to ${seconds(t_s)}` };
 }
 

@@ -31,7 +31,7 @@ export function Pace() {
         step={1}
         value={at}
         disabled={blocked !== undefined}
-        aria-valuetext={pace === null ? "as fast as it can" : `${pace} times real time`}
+        aria-valuetext={pace === null ? "as fast as possible" : `${pace} times real time`}
         style={{ "--v": `${(at / (PACES.length - 1)) * 100}%` } as React.CSSProperties}
         onChange={(event) => void setPace(PACES[Number(event.target.value)] ?? null)}
       />

@@ -17,7 +17,7 @@ export function RunButtons() {
   const over = useRun((run) => run.status?.state === "finished" || run.status?.state === "failed");
   const blocked = useBlocked();
   const noWayBack = useMissing("step_back");
-  const ended = over ? "The run is over: step back or reset." : undefined;
+  const ended = over ? "The run has ended: step back or reset." : undefined;
   const items = resets.map(({ what, ...item }) => ({
     ...item,
     disabled: blocked,

@@ -6,7 +6,7 @@ export function Viewers() {
   const viewers = useRun((run) => run.status?.viewers ?? 0);
   const maySteer = useRun((run) => run.experiment?.may_steer ?? false);
   if (viewers < 1) return null;
-  const words = `${viewers} ${viewers === 1 ? "viewer" : "viewers"}; you ${maySteer ? "may steer" : "may only watch"}`;
+  const words = `${viewers} ${viewers === 1 ? "viewer" : "viewers"}; you ${maySteer ? "can control the run" : "can only watch"}`;
   return (
     <span className="row tight f12 mut wide" title={words}>
       <Icon name="viewers" />

@@ -27,7 +27,7 @@ export class Calls {
 
   call(name: string, request: object): Promise<unknown> {
     const service = this.services.get(name);
-    if (service === undefined) return Promise.reject(new CallError(`The server offers no '${name}'.`));
+    if (service === undefined) return Promise.reject(new CallError(`The server has no service '${name}'.`));
     const callId = this.nextId++;
     return new Promise((resolve, reject) => {
       this.pending.set(callId, { resolve, reject });

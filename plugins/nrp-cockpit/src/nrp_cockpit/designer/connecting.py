@@ -1,4 +1,4 @@
-"""Connections of boxes: what fits what, and why not.
+"""Connections of boxes: which ends can be connected, and why others cannot.
 
 An end of a connection is ``topic:/husky/camera``, ``population:sensors``, neurons that a function uses
 already (``population:sensors[0, 2]``), or the path of a function or of one of its channels and locals.
@@ -44,14 +44,14 @@ class Connecting:
         """Connect two ends, in either order.
 
         Raises:
-            ExperimentError: they do not fit; the message says why.
+            ExperimentError: they cannot be connected; the message gives the reason.
         """
         ends = sorted((source, target), key=_order)
         match [_kind(end) for end in ends]:
             case ["topic", "topic"]:
                 raise ExperimentError("two topics need a transfer function between them")
             case ["population", "population"]:
-                raise ExperimentError("the brain connects its own populations; a BIBI model does not")
+                raise ExperimentError("the brain connects its populations; transfer functions cannot")
             case ["topic", "population"]:
                 raise ExperimentError("a topic and neurons need a transfer function between them: add one")
             case ["topic", _]:
@@ -91,7 +91,7 @@ class Connecting:
         written = topic.is_heard and (isinstance(function, Neuron2Robot) or not topic.is_sent)
         for channel in (*getattr(function, "topic", ()), getattr(function, "return_value", None)):
             if isinstance(channel, TopicChannel) and channel.topic == topic.name:
-                raise ExperimentError(f"'{function.name}' is connected to {topic.name} already")
+                raise ExperimentError(f"'{function.name}' is already connected to {topic.name}")
         body = Call(type=topic.type) if written else None
         if written and isinstance(function, Neuron2Robot) and function.return_value is None:
             self._edit.put(end, "return_value", TopicChannel(topic=topic.name, type=topic.type, body=body))
@@ -102,9 +102,9 @@ class Connecting:
 
     def _retarget(self, topic: Topic, end: str, channel: TopicChannel) -> None:
         if channel.body is None and not topic.is_sent:
-            raise ExperimentError(f"{topic.name} is a command: nobody sends it, so nothing can be read there")
+            raise ExperimentError(f"{topic.name} is a command: it can only be published")
         if channel.body is not None and not topic.is_heard:
-            raise ExperimentError(f"{topic.name} is sent by the robot: nothing can be published there")
+            raise ExperimentError(f"{topic.name} is published by the robot: it can only be read")
         new = replace(channel, topic=topic.name, type=topic.type)
         self._edit.model = replaced(self._edit.model, end, new)
         self._edit.selected = end
@@ -137,14 +137,14 @@ class Connecting:
         return known if fits else whole_neurons(device.neurons, neurons.partition("[")[0])
 
     def _known(self, neurons: str) -> NeuronSelector | None:
-        """Return neurons that are used already, by their text."""
+        """Return neurons that are already in use, by their text."""
         if "[" not in neurons:
             return None
         selectors = (part for _, part in walk(self._edit.model) if isinstance(part, NeuronSelector))
         return next((one for one in selectors if text_of(one) == neurons), None)
 
     def _next(self, neurons: str, function: BIBITransferFunction) -> Index:
-        """Return the first neuron of a population that no device of a function has to itself."""
+        """Return the first neuron of a population that is not yet alone on a device of a function."""
         population = neurons.partition("[")[0]
         devices = getattr(function, "device", ())
         taken = {one.neurons.index for one in devices
@@ -172,10 +172,10 @@ class Connecting:
         self._edit.selected = where
 
     def _end(self, end: str) -> Any:
-        """Return what a wire can end at."""
+        """Return the part of the model at an end."""
         part = at(self._edit.model, end)
         if not isinstance(part, (TransferFunction, TopicChannel, AnyDevice, Local)):
-            raise ExperimentError(f"no wire ends at '{end}'")
+            raise ExperimentError(f"'{end}' is not an end of a wire")
         return part
 
     def _blocks(self, end: str) -> BIBITransferFunction:
@@ -195,7 +195,7 @@ def _kind(end: str) -> str:
 
 
 def _is_written(part: Any) -> int:
-    """Return how much a part is one that is written: locals can be both."""
+    """Return a rank by which parts that are written sort last; locals can be both."""
     if isinstance(part, Local):
         return 1
     return 0 if part.body is None else 2

@@ -1,4 +1,4 @@
-"""The designer of a session: what the page asks of it."""
+"""The designer of a session, with the services for its page."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ TOPIC = "/cockpit/designer"
 class Designer:
     """Draws the transfer functions and the brain of a session.
 
-    The state goes to all pages over the wire, so that they show the same; any thread may call the methods.
+    All pages get the same state over the wire; any thread may call the methods.
 
     Args:
         opening: opens runs for the session.
-        file: what to begin with; None: the first model of the experiment that there is.
+        file: the file to open first; None: the first existing model of the experiment.
 
     Raises:
         ExperimentError: the file cannot be read.
@@ -45,7 +45,7 @@ class Designer:
     # -- services
 
     def describe(self) -> dict[str, Any]:
-        """Return the classes of both kinds of models, and send the state to whoever hears it."""
+        """Return the classes of both kinds of models, and send the state to its subscribers."""
         with self._changing():
             pass
         return {"functions": metamodel_data(), "brain": {"classes": classes_data(Brain), "devices": {}}}
@@ -56,21 +56,21 @@ class Designer:
             self._desk.open(self._desk.place_of(file))
 
     def turn(self, to: str) -> None:
-        """Show the drawing of the functions, that of the brain, or a new one of a brain."""
+        """Show the drawing of the functions or of the brain, or a new drawing of a brain."""
         turns = {"functions": self._desk.show_functions, "brain": self._desk.show_brain,
                  "new brain": self._desk.draw_brain}  # fmt: skip
         if to not in turns:
-            raise ExperimentError(f"there is no drawing of '{to}'; valid: {', '.join(turns)}")
+            raise ExperimentError(f"'{to}' cannot be drawn; valid: {', '.join(turns)}")
         with self._changing():
             turns[to]()
 
     def do(self, command: str, arguments: dict[str, Any]) -> dict[str, Any]:
-        """Change the model; return the path of what was made."""
+        """Change the model; return the path of the new part."""
         with self._changing() as drawing:
             try:
                 drawing.do(command, **arguments)
             except TypeError as error:
-                raise ExperimentError(f"'{command}' does not take this: {error}") from None
+                raise ExperimentError(f"wrong arguments for '{command}': {error}") from None
             return {"selected": drawing.selected}
 
     def undo(self) -> None:
@@ -79,7 +79,7 @@ class Designer:
             drawing.undo()
 
     def redo(self) -> None:
-        """Return to the state that was left by an undo."""
+        """Return to the state before the last undo."""
         with self._changing() as drawing:
             drawing.redo()
 
@@ -94,17 +94,17 @@ class Designer:
             drawing.arrange()
 
     def show(self, topic: str) -> None:
-        """Show a topic that nothing uses."""
+        """Show an unused topic."""
         with self._changing():
             self._desk.functions.show(topic)
 
     def blocks(self, path: str) -> None:
-        """Make Python one of blocks."""
+        """Convert a Python function to blocks."""
         with self._changing():
             self._desk.functions.as_blocks(path)
 
     def write(self, language: str, text: str) -> dict[str, Any]:
-        """Take a text of XML or Python; return its error with its line, if it has one."""
+        """Replace the model by XML or Python text; return the error and its line, if any."""
         with self._changing() as drawing:
             try:
                 drawing.write(language, text)
@@ -118,23 +118,23 @@ class Designer:
             drawing.save()
 
     def run(self) -> dict[str, Any]:
-        """Let the session run from its beginning with what is drawn; return what keeps it from that."""
+        """Restart the run with the drawn model; return the findings that prevent it."""
         found = self._trying.run()
         with self._changing():
             return found
 
     def check(self) -> dict[str, Any]:
-        """Return what is wrong with what is shown, and with the experiment that has it."""
+        """Return the findings about the model shown and about its experiment."""
         revision = self._revision
         return {"revision": revision, "findings": self._trying.check()}
 
     def fits(self, source: str) -> dict[str, Any]:
-        """Return for each end of a connection why it does not fit a source; null: it fits."""
+        """Return for each end why a source cannot be connected to it; null: it can."""
         with self._lock:
             return {"refusals": self._desk.shown.fits(source)}
 
     def words(self, path: str) -> dict[str, Any]:
-        """Return what an editor of expressions proposes inside a function."""
+        """Return the words that an expression editor suggests inside a function."""
         with self._lock:
             return {"words": self._desk.functions.words(path)}
 
@@ -142,7 +142,7 @@ class Designer:
 
     @contextmanager
     def _changing(self) -> Iterator[Drawing]:
-        """Give the drawing that is shown, and send the state."""
+        """Give the drawing shown, and send the state afterwards."""
         with self._lock:
             yield self._desk.shown
             self._revision += 1
@@ -166,7 +166,7 @@ Method = Callable[..., Any]
 
 
 def methods_of(designer: Designer) -> tuple[dict[str, Method], dict[str, Method]]:
-    """Return what pages can ask for, by name: what steers, and what only looks."""
+    """Return the services for pages by name: those that change the model, and those that only read."""
     steering = (
         "open",
         "turn",

@@ -1,4 +1,4 @@
-"""A model of transfer functions that is being drawn."""
+"""A model of transfer functions in the designer."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from nrp_cockpit.designer.surroundings import Surroundings
 from nrp_cockpit.designer.tree import FUNCTIONS, at, node_data, replaced
 from nrp_core.errors import ExperimentError
 
-_COMMENTS = "comments of the file are not kept when it is saved"
+_COMMENTS = "saving removes the comments of this file"
 
 
 class Document(Drawing):
@@ -33,7 +33,7 @@ class Document(Drawing):
 
     Args:
         path: the model's file, which need not exist; a Python file becomes a model beside it.
-        surroundings: what the model is drawn between.
+        surroundings: the topics and populations around the model.
 
     Raises:
         TransferFunctionError: the file cannot be read.
@@ -70,7 +70,7 @@ class Document(Drawing):
         self.selected = edit.selected
 
     def show(self, topic: str) -> None:
-        """Show a topic that nothing uses yet."""
+        """Show an unused topic."""
         self._go(replace(self.state, shown=self.state.shown | {topic}))
 
     def data(self) -> dict[str, Any]:
@@ -95,7 +95,7 @@ class Document(Drawing):
         return refusals(edit, Connecting(edit).connect, source, ends)
 
     def words(self, path: str) -> list[dict[str, str]]:
-        """Return what an editor of expressions proposes inside a function."""
+        """Return the words that an expression editor suggests inside a function."""
         return list(words_for(self.model, path, self.surroundings))
 
     def _graph(self) -> Graph:
@@ -107,18 +107,18 @@ class Document(Drawing):
         (self.read_python if language == "python" else self.read_xml)(text)
 
     def read_xml(self, text: str) -> None:
-        """Take the model of a text of XML.
+        """Replace the model by that of an XML text.
 
         Raises:
-            ExperimentError: it is not a model; the error has the line.
+            ExperimentError: the text is not a model; the error has the line.
         """
         self._take(parse_bibi(text, self.path))
 
     def read_python(self, text: str) -> None:
-        """Take the functions of a text of Python; those that did not change stay as they are.
+        """Replace the functions by those of a Python text; unchanged ones stay the same.
 
         Raises:
-            ExperimentError: it is not Python; the error has the line.
+            ExperimentError: the text is not Python; the error has the line.
         """
         before = {
             one.name: one for one in self.model.transfer_function if isinstance(one, BIBITransferFunction)
@@ -130,18 +130,18 @@ class Document(Drawing):
         self._take(replace(self.model, transfer_function=found))
 
     def as_blocks(self, path: str) -> None:
-        """Make a Python function, in place or in a file, one of blocks, as far as blocks can say it.
+        """Convert a Python function, in the model or in a file, to blocks, as far as possible.
 
         Raises:
-            ExperimentError: blocks can say nothing of it.
+            ExperimentError: no function in it can be expressed as blocks.
         """
         function = at(self.model, path)
         if not isinstance(function, PythonTransferFunction):
-            raise ExperimentError("this is made of blocks already")
+            raise ExperimentError("this function already consists of blocks")
         source = self.path.parent / function.src if function.src else None
         made = reverse_file(source) if source else reverse(function.code, self.path)
         if not any(isinstance(one, BIBITransferFunction) for one in made.transfer_function):
-            raise ExperimentError("blocks cannot say what this Python does; it stays as it is")
+            raise ExperimentError("this Python function cannot be expressed as blocks; it is unchanged")
         place = int(path.rpartition("/")[2])
         rest = self.model.transfer_function
         functions = (*rest[:place], *made.transfer_function, *rest[place + 1 :])
@@ -166,7 +166,7 @@ def canonical(model: Bibi) -> Bibi:
 
 
 def _same(before: BIBITransferFunction | None, now: Any, document: Document) -> Any:
-    """Return the function that was there if it says the same: Python does not tell all that XML does."""
+    """Return the old function if both generate the same Python, which holds less than the XML."""
     if before is None:
         return now
     model, path = document.model, document.path
@@ -175,7 +175,7 @@ def _same(before: BIBITransferFunction | None, now: Any, document: Document) -> 
 
 
 def _without_origins(text: str) -> str:
-    """Return generated Python without the comments that say where each function comes from."""
+    """Return generated Python without the comments that name the source of each function."""
     return re.sub(r"(?m)^# \w+: \S+\n", "", text)
 
 

@@ -25,8 +25,8 @@ class Edit(Changes):
     """Changes of a model of transfer functions.
 
     Args:
-        model: the model as it is.
-        surroundings: what it is drawn between.
+        model: the current model.
+        surroundings: the topics and populations around it.
     """
 
     model: Bibi
@@ -36,7 +36,7 @@ class Edit(Changes):
         self.surroundings = surroundings
 
     def write(self, path: str, field: str, text: str) -> None:
-        """Give an expression as Python; an empty text takes it away, if it need not be there."""
+        """Set an expression given as Python; an empty text removes an optional one."""
         node = at(self.model, path)
         feature = feature_of(node, field)
         if not (isinstance(feature.of, type) and issubclass(feature.of, FlowExpression)) or feature.many:
@@ -50,7 +50,7 @@ class Edit(Changes):
         self.model = replaced(self.model, path, replace(node, **{field: expression_of(text, known)}))
 
     def function(self, path: str) -> BIBITransferFunction | None:
-        """Return the function of building blocks that something is part of."""
+        """Return the function of blocks that contains a part."""
         found = at(self.model, function_of(path)) if function_of(path) else None
         return found if isinstance(found, BIBITransferFunction) else None
 
@@ -92,7 +92,7 @@ def expression_of(text: str, known: list[str]) -> FlowExpression:
     """Return a Python expression as building blocks.
 
     Raises:
-        ExperimentError: it is not one, or says more than blocks can.
+        ExperimentError: it is not an expression, or cannot be expressed as blocks.
     """
     try:
         return as_expression(ast.parse(text.strip(), mode="eval").body, frozenset(known))
@@ -102,5 +102,5 @@ def expression_of(text: str, known: list[str]) -> FlowExpression:
         what = str(error)
         if re.fullmatch(r"\w+(\.\w+)*", what):
             hint = did_you_mean(what.partition(".")[0], known)
-            raise ExperimentError(f"no channel and no local of this function is '{what}'{hint}") from None
-        raise ExperimentError(f"'{what}' is more than blocks can say; a Python function can") from None
+            raise ExperimentError(f"this function has no channel or local '{what}'{hint}") from None
+        raise ExperimentError(f"'{what}' cannot be expressed as blocks; write a Python function") from None

@@ -1,4 +1,4 @@
-"""The metamodel of BIBI as data, from which the page makes its forms."""
+"""The metamodel of BIBI as data, from which the page builds its forms."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from nrp_core import dsl
 from nrp_core.dsl.devices.kinds import DeviceKind
 
 _UNITS = {"rate": "Hz", "voltage": "mV", "amplitude": "nA", "mean": "nA"}
-"""Of the values of devices."""
+"""The units of device values."""
 
 
 def metamodel_data() -> dict[str, Any]:
@@ -44,7 +44,7 @@ def reachable(root: type[Node]) -> list[type[Node]]:
 
 
 def device_kind(kind: DeviceType) -> DeviceKind:
-    """Return a kind of device as transfer functions know it."""
+    """Return a kind of device as used by transfer functions."""
     found: DeviceKind = getattr(dsl, kind.dsl_name)
     return found
 

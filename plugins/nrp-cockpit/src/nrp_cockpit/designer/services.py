@@ -1,4 +1,4 @@
-"""The services of a live session, those of its designer among them."""
+"""The services of a live session, including those of its designer."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ _DESIGNER = f"{PREFIX}designer/"
 
 
 def offer_services(opening: Opening, file: Path | None = None) -> None:
-    """Offer everything that people can ask of a session, and again for each run that it gets.
+    """Offer all services of a session, and offer them again for each new run.
 
     Args:
         opening: opens runs for the session.
-        file: what the designer begins with; None: the first model of the experiment that there is.
+        file: the file that the designer opens first; None: the first existing model of the experiment.
 
     Raises:
         ExperimentError: the file cannot be read.

@@ -1,4 +1,4 @@
-"""The description of a run for the page: what it is made of, and what can be done with it."""
+"""The description of a run for the page: its parts and its capabilities."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from nrp_core.world.topics import Direction, TopicInfo
 from nrp_core.world.world import World
 
 MOST_POSITIONS = 5_000
-"""The positions of more neurons are not sent."""
+"""Positions are not sent for larger populations."""
 
 
 def run_data(run: Run) -> dict[str, Any]:
@@ -50,7 +50,7 @@ def run_data(run: Run) -> dict[str, Any]:
 
 
 def topic_data(topic: TopicInfo) -> dict[str, Any]:
-    """Return the description of a topic; ``in``: the run hears it."""
+    """Return the description of a topic; ``in``: the run subscribes to it."""
     return {
         "name": topic.name,
         "type": type_name(topic.type),
@@ -61,7 +61,7 @@ def topic_data(topic: TopicInfo) -> dict[str, Any]:
 
 
 def populations_data(brain: Brain) -> Iterator[dict[str, Any]]:
-    """Yield the populations; those that only sources drive are sensors, those that are read are actors."""
+    """Yield the populations. Those that are driven are sensors, those that are read are actors."""
     read = _touched(brain, sinks=True)
     driven = _touched(brain, sinks=False)
     for label, population in brain.network.populations.items():
@@ -111,7 +111,7 @@ def bodies_data(world: World, aliases: Mapping[str, str]) -> Iterator[dict[str, 
 def _colour_topic(
     world: World, topics: list[str], aliases: Mapping[str, str]
 ) -> tuple[str | None, str | None]:
-    """Return the topic that colours a model, by its alias if one has any, and the visual that it colours."""
+    """Return the topic that colours a model, preferably one with an alias, and the coloured visual."""
     colours = [name for name in topics if world.topics[name].type is ColorRGBA]
     if not colours:
         return None, None

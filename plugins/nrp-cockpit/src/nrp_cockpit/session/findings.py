@@ -42,7 +42,7 @@ def _weight(finding: Finding) -> str:
 
 
 def function_data(function: TransferFunction, run: Run, cost: Cost) -> dict[str, Any]:
-    """Return a transfer function, what it costs, and why it does not run."""
+    """Return a transfer function, its cost, and why it does not run."""
     failed = {failure.function: failure for failure in run.loop.failures}
     failure = None if function.active else failed.get(function.name)
     return {
@@ -71,13 +71,13 @@ def timeline_data(
     failures: Iterable[Mapping[str, Any]],
     snapshots: list[dict[str, Any]],
 ) -> dict[str, Any]:
-    """Return what has happened and what is to happen.
+    """Return past and future events, criteria, failures and snapshots.
 
     Args:
         experiment: with its events and criteria.
-        events: when each happened, s.
-        criteria: what came of each, as far as that is known.
-        failures: of functions, as in a result.
+        events: the time of each, s; None if it has not happened.
+        criteria: the verdict on each, as far as known.
+        failures: of functions, in the form of a result.
         snapshots: as data.
     """
     duration_s = seconds(experiment.duration)
@@ -102,7 +102,7 @@ def timeline_data(
 def criterion_data(
     name: str, criterion: Criterion, verdict: Verdict, events: Mapping[str, float | None], duration_s: float
 ) -> dict[str, Any]:
-    """Return a criterion, the time in which it counts as far as that is known, and what came of it."""
+    """Return a criterion, the time in which it applies as far as known, and the verdict."""
     from_s, to_s = 0.0, duration_s
     if criterion.within_of is not None:
         from_s = events.get(criterion.within_of.event) or 0.0

@@ -27,7 +27,7 @@ LANGUAGES = {".py": "python", ".bibi": "bibi", ".xml": "bibi"}
 class Functions:
     """The transfer functions of a run and the files that they come from.
 
-    What is edited runs from a draft; the files on disk stay as they are until they are saved.
+    Edited files run from drafts; the files on disk stay unchanged until they are saved.
 
     Args:
         run: the run.
@@ -49,7 +49,7 @@ class Functions:
         self._costs: dict[str, Cost] = defaultdict(Cost)
 
     def after_step(self, loop: ClosedLoop) -> None:
-        """Note which functions ran in this step, and how long."""
+        """Note which functions ran in this step, and their time."""
         for name, spent_ns in loop.account.function_ns.items():
             before = self._spent_ns.get(name, 0)
             if spent_ns != before:
@@ -58,11 +58,11 @@ class Functions:
 
     @property
     def texts(self) -> dict[str, str]:
-        """The texts from which the run goes on, by the names of their files."""
+        """The texts that the run uses, by the names of their files."""
         return dict(self._running)
 
     def begin_again(self) -> None:
-        """Forget what functions took: the run is at another time."""
+        """Forget the measured costs: the run is at another time."""
         self._spent_ns = dict(self._run.loop.account.function_ns)
         self._costs.clear()
 
@@ -116,14 +116,14 @@ class Functions:
             self.drafts.remove(experiment.transfer_functions)
 
     def apply(self, files: Mapping[str, str], there: Mapping[str, Path] | None = None) -> dict[str, Any]:
-        """Let the run go on with these texts in place of its files, all of them or none.
+        """Continue the run with these texts in place of its files, all of them or none.
 
         Args:
             files: the texts.
-            there: the files that the run has from then on, by their names; by default those that it has.
+            there: the new files of the run, by name; by default those that it has.
 
         Returns:
-            Whether they are in force, and the findings that keep them from it.
+            Whether they are applied, and the findings that prevent it.
         """
         there = self._files if there is None else there
         texts = self._texts(files, there)
@@ -139,7 +139,7 @@ class Functions:
         return {"applied": not found, "findings": shown}
 
     def revert(self) -> None:
-        """Let the run go on with its files as they are on disk."""
+        """Continue the run with its files as they are on disk."""
         on_disk = _on_disk(self._files)
         self._change({name: self._files[name] for name in on_disk})
         self._running = on_disk
@@ -160,11 +160,11 @@ class Functions:
                 ) from error
 
     def activate(self, name: str, active: bool) -> None:
-        """Let a function run or not."""
+        """Activate or deactivate a function."""
         self._run.activate(name, active)
 
     def complete(self) -> dict[str, Any]:
-        """Return the words that an editor proposes."""
+        """Return the words that an editor suggests."""
         return {"words": list(words_of(self._run))}
 
     # -- changing
@@ -188,11 +188,11 @@ class Functions:
         return experiment.model_copy(update={"transfer_functions": tuple(paths)})
 
     def _there(self) -> list[str]:
-        """Return the names of the files that run, or could."""
+        """Return the names of the files that run or can run."""
         return [name for name, path in self._files.items() if name in self._running or path.exists()]
 
     def _errors(self, experiment: Experiment) -> list[Finding]:
-        """Change to the functions of an experiment, or return what keeps the run from it."""
+        """Change to the functions of an experiment, or return the findings that prevent it."""
         found = [each for each in _findings(experiment) if each.level is Level.ERROR]
         if not found:
             try:

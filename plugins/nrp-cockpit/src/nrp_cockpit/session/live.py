@@ -1,4 +1,4 @@
-"""A run that people watch and steer."""
+"""A live run that clients watch and control."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 
 _MOMENT_S = 0.05
-"""Wall time for which it just sleeps: to wait for a request as well costs more."""
+"""Below this wall time it only sleeps: waiting for requests as well would cost more."""
 
 
 class LiveSession(Session):
-    """Owns the thread of a run: it steps while nobody pauses it.
+    """Owns the thread of a run, which steps unless it is paused.
 
     Args:
         run: an open run, between two steps.
         hub: of the clients.
-        requests: of the session that owns the thread; by default it is this one.
+        requests: those of the session that owns the thread, by default this one.
         functions: the transfer functions of the run; by default as they are on disk.
 
     Attributes:
-        beside: another run that goes with it, if there is one.
+        beside: the second run that follows it, if any.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class LiveSession(Session):
         run.loop.pacing = Paced(sleep=self._sleep)
 
     def exchange(self, run: Run, functions: Functions) -> None:
-        """Go on with another run, from its beginning, and close the one before.
+        """Close the run and continue with another one from its beginning.
 
         Args:
             run: an open run.
@@ -105,7 +105,7 @@ class LiveSession(Session):
     def step(self, n: int = 1) -> None:
         """Take some steps."""
         if n < 1:
-            raise ExperimentError(f"a run takes 1 step or more, not {n}")
+            raise ExperimentError(f"the number of steps must be 1 or more, not {n}")
         self._require_going()
         self._go_from_here()
         self._is_halted = False
@@ -115,13 +115,13 @@ class LiveSession(Session):
         self._look_whether_there()
 
     def _go_from_here(self) -> None:
-        """Forget what came later: the run may go another way."""
+        """Forget the later past: the run may differ this time."""
         self.past.forget_after(self.now_ns)
         if self.beside is not None:
             self.beside.go_from_here()
 
     def _advance(self) -> None:
-        """Run until the end, or until somebody asks for something."""
+        """Run until the end or until a request arrives."""
         self._guarded(lambda: self.run.run_until(seconds(self._until_ns)))
         self._look_whether_there()
 
@@ -149,7 +149,7 @@ class LiveSession(Session):
         if self.beside is not None and not self._jumping:
             began_ns = work.now_ns()
             self.beside.follow()
-            loop.account.total_ns -= work.now_ns() - began_ns  # it is not a part of this run
+            loop.account.total_ns -= work.now_ns() - began_ns  # the second run is not part of this one
         self.reports.after_step()
         if self._wanted or self.mode is Mode.PAUSED:
             loop.stop()
@@ -157,13 +157,13 @@ class LiveSession(Session):
     # -- time
 
     def set_pace(self, factor: float | None) -> None:
-        """Set how many simulated seconds a wall second may hold; None: as fast as it can."""
+        """Limit the simulated seconds per wall second; None: as fast as possible."""
         self.run.loop.pacing = AsFastAsPossible() if factor is None else Paced(factor, sleep=self._sleep)
         self.pace = factor
         self.reports.status()
 
     def _sleep(self, wall_s: float) -> None:
-        """Wait for the next step; whoever asks for something does not wait much longer than a moment."""
+        """Wait for the next step, and stop waiting when a request arrives."""
         if wall_s < _MOMENT_S:
             time.sleep(wall_s)
             return
@@ -183,7 +183,7 @@ class LiveSession(Session):
             self._run_through(until_ns)
 
         self._is_halted = False
-        self._jumping = True  # who goes along follows in one go
+        self._jumping = True  # the second run follows in one go
         try:
             self._guarded(lambda: self._unpaced(go))
         finally:
@@ -209,7 +209,7 @@ class LiveSession(Session):
         self.reports.timeline()
 
     def halt(self) -> None:
-        """End a way to another time after the current step, where it is; any thread may call this."""
+        """Stop on the way to another time after the current step; any thread may call this."""
         self._is_halted = True
 
     def reset(self, what: str = "all") -> None:
@@ -225,7 +225,7 @@ class LiveSession(Session):
         self._jumped()
 
     def steered(self) -> None:
-        """Note that somebody changed the run in a way that living it again would miss."""
+        """Note a change of the run that repeating it would miss."""
         self.past.mark()
         self.hearing.offer_all()
         self.hearing.take_poses_again()
@@ -233,12 +233,12 @@ class LiveSession(Session):
         self.reports.all()
 
     def _run_through(self, until_ns: int) -> None:
-        """Run to a time, whoever asks for something meanwhile."""
+        """Run to a time without a pause for requests."""
         while self.now_ns < until_ns and not (self.requests.is_closed or self._is_halted):
             self.run.step()
 
     def _unpaced(self, go: Callable[[], Any]) -> None:
-        """Run as fast as it can."""
+        """Run as fast as possible."""
         pacing, self.run.loop.pacing = self.run.loop.pacing, AsFastAsPossible()
         try:
             go()
@@ -246,11 +246,11 @@ class LiveSession(Session):
             self.run.loop.pacing = pacing
 
     def _unpaced_always(self) -> None:
-        """Run as fast as it can, whatever the pace is."""
+        """Run as fast as possible, whatever the pace is."""
         self.run.loop.pacing = AsFastAsPossible()
 
     def _jumped(self) -> None:
-        """Tell everybody that the time is another one."""
+        """Report that the time has jumped."""
         if self.run.error is None:
             self.mode = Mode.FINISHED if self.now_ns >= self.end_ns else Mode.PAUSED
         self.functions.begin_again()
@@ -267,7 +267,7 @@ class LiveSession(Session):
         if folder is None:
             self._end_recording("interrupted")
         elif self._recording is not None:
-            raise LifecycleError(f"the run is being recorded already, into {self.recording_path}")
+            raise LifecycleError(f"the run is already being recorded to {self.recording_path}")
         else:
             path = Path(folder or f"recordings/{self.run.experiment.name}-{time.strftime('%Y%m%d-%H%M%S')}")
             self._recording = RecordingFolder(self.run, path.absolute())
@@ -283,7 +283,9 @@ class LiveSession(Session):
     def _end_recording_of_the_past(self) -> None:
         """End the recording: time in it only goes forward."""
         if self._recording is not None:
-            self.reports.log("warning", f"the recording has ended, as time goes back: {self.recording_path}")
+            self.reports.log(
+                "warning", f"the recording ended because the run went back in time: {self.recording_path}"
+            )
             self._end_recording("interrupted")
 
     def _end(self) -> None:

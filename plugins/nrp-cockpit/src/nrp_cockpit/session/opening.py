@@ -1,4 +1,4 @@
-"""Opens another run for a session: beside its own, or in place of it."""
+"""Opens another run for a session: next to its own, or in place of it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Opening:
 
     Attributes:
         session: the session.
-        on_exchange: is called when the session goes on with another run.
+        on_exchange: called when the session continues with another run.
     """
 
     def __init__(self, session: LiveSession, read: Read) -> None:
@@ -41,17 +41,17 @@ class Opening:
         self.on_exchange: Callable[[], None] = lambda: None
 
     def anew(self, settings: Sequence[str], texts: Mapping[str, str]) -> dict[str, Any]:
-        """Begin again with a changed experiment, which holds from then on.
+        """Begin again with a changed experiment, which applies from then on.
 
         Args:
-            settings: ``dotted.key=value``, besides those before.
-            texts: of its transfer functions, by their files.
+            settings: ``dotted.key=value``, added to the earlier ones.
+            texts: the texts of its transfer functions, by file.
 
         Returns:
-            Whether the new run is there, and the findings that keep it from that: the one before goes on.
+            Whether the new run is open, and the findings that prevent it; then the old one continues.
 
         Raises:
-            LifecycleError: there is a second run.
+            LifecycleError: a second run is open.
         """
         self._require_alone()
         before, self._settings = self._settings, [*settings, "transfer_functions=[]"]
@@ -85,12 +85,12 @@ class Opening:
         """Open a second future of the run.
 
         Args:
-            t_s: the time from which both go on; by default now.
-            id: the snapshot from which both go on.
+            t_s: the time from which both continue; by default now.
+            id: the snapshot from which both continue.
 
         Raises:
             CapabilityError: the run cannot be saved.
-            LifecycleError: there is a second run already, or the run has failed.
+            LifecycleError: a second run is already open, or the run has failed.
         """
         session = self.session
         self._require_alone()
@@ -105,11 +105,11 @@ class Opening:
         session.reports.all()
 
     def compare(self, brain: str | None = None, world: str | None = None) -> None:
-        """Begin again, with the same experiment on other engines beside it.
+        """Begin again, with a second run of the experiment on other engines.
 
         Args:
             brain: the name of its brain backend; by default that of the run.
-            world: the name of its world backend, likewise.
+            world: the name of its world backend; by default that of the run.
 
         Raises:
             ExperimentError: a backend is not installed, or neither is given.
@@ -118,7 +118,7 @@ class Opening:
         given = {"brain": brain, "world": world}
         overrides = [f"{side}.backend={name}" for side, name in given.items() if name]
         if not overrides:
-            raise ExperimentError("a comparison needs another brain or another world")
+            raise ExperimentError("a comparison needs a different brain or world")
         other = self._read(overrides)
         lead, texts = self.session.run.experiment, self.session.functions.texts
         beside = self._open(other, _pair(other), _pair(lead), texts=texts)
@@ -126,7 +126,7 @@ class Opening:
         beside.reports.all()
 
     def part(self) -> None:
-        """Close the second run; the first goes on alone.
+        """Close the second run; the first continues alone.
 
         Raises:
             LifecycleError: there is none.
@@ -140,7 +140,7 @@ class Opening:
 
     def _require_alone(self) -> None:
         if self.session.beside is not None:
-            raise LifecycleError("there is a second run already: close it first")
+            raise LifecycleError("a second run is already open: close it first")
         if self.session.run.error is not None:
             raise LifecycleError("the run has failed: step back or reset")
 
@@ -160,7 +160,7 @@ class Opening:
                 and texts != functions.texts
                 and not _with_texts(functions, texts)["applied"]
             ):
-                raise CapabilityError("the edited functions of the run cannot be taken over")
+                raise CapabilityError("the second run cannot use the edited functions")
             if snapshot is not None:
                 _take_over(run, session.run, snapshot)
             hub = session.hub.open_beside()
@@ -175,14 +175,14 @@ class Opening:
 
 
 def _with_texts(functions: Functions, texts: Mapping[str, str]) -> dict[str, Any]:
-    """Let functions have the texts of others, whose files they may not know yet."""
+    """Apply the texts of other functions, whose files may be new here."""
     for name in texts:
         functions.include(Path(name))
     return functions.apply(texts)
 
 
 def _take_over(run: Run, lead: Run, snapshot: bytes) -> None:
-    """Bring a run to the state of another one of the same experiment."""
+    """Bring a run to the state of another run of the same experiment."""
     there = {function.name for function in lead.loop.functions}
     run.loop.change(remove=[one.name for one in run.loop.functions if one.name not in there])
     run.restore(snapshot)
@@ -193,7 +193,7 @@ def _pair(experiment: Experiment) -> str:
 
 
 def with_opening(services: Services, opening: Opening) -> Services:
-    """Return the services of a run and those that open a second one beside it."""
+    """Return the services of a run, with those that open a second run."""
     session = opening.session
     more: dict[str, Service] = {
         "branch": asked(session, opening.branch, "opening a branch"),

@@ -1,4 +1,4 @@
-"""What is known of a recorded run besides its messages."""
+"""The description of a recorded run, apart from its messages."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from nrp_core.recording.reading.recording import Recording
 from nrp_core.world.messages.foxglove_msgs import SceneEntity
 
 FIXED = "a recording cannot be changed; branch a run from it with nrp replay --from"
-"""Why what people may ask of a run is refused."""
+"""Why requests that change a run are refused."""
 _TIMESTEP_NS = 20 * NS_PER_MS
-"""Of a recording that does not say its own."""
+"""The timestep of a recording that does not state its own."""
 _SHARES = {"brain": "brain", "world": "world", "functions": "transfer_functions", "loop": "engine"}
 
 
 class RecordedRun:
-    """A run as its recording describes it: what it was made of, and what came of it.
+    """A run as its recording describes it: its parts and its result.
 
-    Nothing of it is executed; what cannot be read is missing, and :attr:`problems` say so.
+    No code of the run is executed. Unreadable parts are missing and listed in :attr:`problems`.
 
     Args:
         recording: the recording.
@@ -40,7 +40,7 @@ class RecordedRun:
         end_ns: the time of the last message.
 
     Attributes:
-        problems: the findings about the run, and about what cannot be read.
+        problems: the findings about the run, and about its unreadable parts.
     """
 
     def __init__(self, recording: Recording, topics: Mapping[str, RecordedTopic], end_ns: int) -> None:
@@ -49,7 +49,7 @@ class RecordedRun:
         try:
             self._about = recording.run
         except ExperimentError:
-            self._about = {}  # a check of the recording says what is wrong with it
+            self._about = {}  # a check of the recording reports the error
         self._settings: dict[str, Any] = self._about.get("settings") or {}
         self.result: dict[str, Any] = self._about.get("result") or {}
         self._experiment = self._read_experiment(recording)
@@ -65,7 +65,7 @@ class RecordedRun:
         return int(self._settings.get("timestep") or _TIMESTEP_NS)
 
     def experiment_data(self, entities: list[SceneEntity]) -> dict[str, Any]:
-        """Return what it is made of.
+        """Return the parts of the run.
 
         Args:
             entities: of its scene at the beginning.
@@ -98,7 +98,7 @@ class RecordedRun:
         return recorded_functions(paths, self.result.get("failures") or ())
 
     def timeline_data(self) -> dict[str, Any]:
-        """Return what happened."""
+        """Return events, criteria and failures."""
         events, failures = self.result.get("events") or {}, self.result.get("failures") or []
         if self._experiment is None:
             found: dict[str, Any] = {
@@ -111,11 +111,11 @@ class RecordedRun:
         return found | {"duration_s": self._end_s}
 
     def findings_data(self) -> list[dict[str, Any]]:
-        """Return what was wrong with it, and is with its recording."""
+        """Return the findings about the run and about its recording."""
         return [finding_data(each) for each in self.problems]
 
     def status_data(self) -> dict[str, Any]:
-        """Return what came of it."""
+        """Return its state and result."""
         result, share = self.result, self.result.get("time_share") or {}
         error = result.get("error")
         return {
@@ -152,7 +152,7 @@ class RecordedRun:
             first += one["size"]
 
     def _neurons(self, role: Role) -> set[int]:
-        """Return the neurons that devices of a role have to do with, in the brain's own counting."""
+        """Return the ids of the neurons that devices of a role are attached to."""
         found = (json.loads(each.about["neurons"]) for each in self._topics.values() if each.role == role)
         return {neuron for neurons in found for neuron in neurons}
 
@@ -187,7 +187,7 @@ def _topic_data(topic: RecordedTopic) -> dict[str, Any]:
 
 
 def _bodies(entities: list[SceneEntity], topics: list[str]) -> Iterator[dict[str, Any]]:
-    """Yield the models of a scene; those of which no part moves are static."""
+    """Yield the models of a scene; those without moving parts are static."""
     moves: dict[str, bool] = {}
     for entity in entities:
         model = entity.id.split("/", 1)[0]

@@ -1,4 +1,4 @@
-"""Calls that other threads want made by the thread that owns a session."""
+"""Calls that other threads leave for the thread that owns a session."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _CLOSED = "the run is being closed"
 
 
 class Requests:
-    """Holds calls until the owner makes them; whoever asked waits for the answer."""
+    """Holds calls until the owner makes them; each caller waits for the answer."""
 
     def __init__(self) -> None:
         self._waiting: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
@@ -23,14 +23,14 @@ class Requests:
 
     @property
     def wanted(self) -> bool:
-        """Whether somebody waits for an answer, or for the end."""
+        """Whether a caller waits for an answer or for the end."""
         return bool(self._waiting) or self.is_closed
 
     def ask(self, call: Callable[[], Any]) -> Any:
-        """Let the owner make a call; return its result or raise its error.
+        """Have the owner make a call; return its result or raise its error.
 
         Raises:
-            LifecycleError: the owner makes no more calls.
+            LifecycleError: the session is being closed.
         """
         future: Future[Any] = Future()
         with self._changed:
@@ -41,12 +41,12 @@ class Requests:
         return future.result()
 
     def answer(self) -> None:
-        """Make all calls that wait; for the owner."""
+        """Make all waiting calls; for the owner."""
         while self._waiting and not self.is_closed:
             call, future = self._waiting.popleft()
             try:
                 result = call()
-            except Exception as error:  # noqa: BLE001  it belongs to whoever asked
+            except Exception as error:  # noqa: BLE001  it belongs to the caller
                 future.set_exception(error)
             except BaseException:  # Ctrl-C, which belongs to the owner
                 future.set_exception(LifecycleError(_CLOSED))
@@ -55,29 +55,29 @@ class Requests:
                 future.set_result(result)
 
     def wait(self, wall_s: float) -> None:
-        """Wait until somebody wants something, at most for a time."""
+        """Wait for a call, at most for a time."""
         with self._changed:
             self._changed.wait_for(lambda: self.wanted, wall_s)
 
     def idle(self, wall_s: float) -> None:
-        """Wait until somebody wants something or wakes the owner, at most for a time."""
+        """Wait for a call or for :meth:`wake`, at most for a time."""
         with self._changed:
             self._changed.wait_for(lambda: self.wanted or self._woken, wall_s)
             self._woken = False
 
     def wake(self) -> None:
-        """Let an owner that idles look around, such as for a topic that is newly heard; for any thread."""
+        """Wake an idle owner, for example because a topic has a new subscriber; any thread may call this."""
         with self._changed:
             self._woken = True
             self._changed.notify_all()
 
     def close(self) -> None:
-        """Take no more calls; any thread may call this, and more than once."""
+        """Accept no more calls; any thread may call this, also repeatedly."""
         with self._changed:
             self.is_closed = True
             self._changed.notify_all()
 
     def refuse(self) -> None:
-        """Tell all who still wait that their calls are not made any more; after :meth:`close`."""
+        """Refuse the calls that still wait; after :meth:`close`."""
         while self._waiting:
             self._waiting.popleft()[1].set_exception(LifecycleError(_CLOSED))

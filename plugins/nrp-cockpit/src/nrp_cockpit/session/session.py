@@ -1,4 +1,4 @@
-"""A time that people watch and steer, whether it is computed or was recorded."""
+"""A session: simulated time under the control of clients, from a live run or a recording."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from nrp_core.clock import from_seconds, seconds
 from nrp_core.errors import LifecycleError
 
 _REST_S = 0.1
-"""Wall time between two looks at what is heard, while nothing goes on."""
+"""Wall time between two checks for new subscriptions while the session idles, s."""
 
 
 class Mode(StrEnum):
-    """What a session does."""
+    """The activity of a session."""
 
     PAUSED = "paused"
     RUNNING = "running"
@@ -28,20 +28,20 @@ class Mode(StrEnum):
 
 
 class Session(ABC):
-    """Owns a thread in which time goes on while nobody pauses it; in between it does what people ask for.
+    """Owns a thread in which time advances unless it is paused, and which answers requests in between.
 
-    Requests are made between two steps by the thread of :meth:`serve`; services wait for their answer.
+    The thread of :meth:`serve` handles requests between two steps; services wait for their answer.
 
     Args:
         hub: of the clients.
-        requests: of the session that owns the thread; by default it is this one.
+        requests: those of the session that owns the thread, by default this one.
 
     Attributes:
-        requests: what people wait for.
-        mode: what it does now.
-        doing: in words, while it is busy.
-        pace: simulated seconds a wall second at most; None: as fast as it can.
-        reports: what it says about itself; a session sets it when it is made.
+        requests: the calls that wait.
+        mode: its activity.
+        doing: the task in words while it is busy.
+        pace: simulated seconds per wall second at most; None: as fast as possible.
+        reports: its status reports; each subclass sets it.
     """
 
     reports: Reports
@@ -56,7 +56,7 @@ class Session(ABC):
 
     @property
     def state(self) -> str:
-        """What it does now, in one word."""
+        """Its activity, in one word."""
         return str(self.mode)
 
     @property
@@ -75,7 +75,7 @@ class Session(ABC):
         """The simulated time of a step."""
 
     def serve(self) -> None:
-        """Go on and answer until :meth:`close` or Ctrl-C; in the thread that owns the session."""
+        """Run and answer until :meth:`close` or Ctrl-C, in the thread that owns the session."""
         requests = self.requests
         try:
             self.reports.all()
@@ -98,11 +98,11 @@ class Session(ABC):
         self.requests.close()
 
     def ask(self, call: Callable[[], Any], doing: str = "") -> Any:
-        """Let the thread of the session make a call between two steps; return its result or raise its error.
+        """Have the session's thread make a call between two steps; return its result or raise its error.
 
         Args:
-            call: what to do.
-            doing: what the page says meanwhile, for what takes long.
+            call: the call.
+            doing: the text that the page shows during a long call.
         """
 
         def busy() -> Any:
@@ -118,14 +118,14 @@ class Session(ABC):
 
         return self.requests.ask(busy if doing else call)
 
-    # -- going on
+    # -- running
 
     def play(self) -> None:
-        """Go on to the end."""
+        """Run to the end."""
         self._play_to(self.end_ns)
 
     def run_to(self, t_s: float) -> None:
-        """Go on to a time."""
+        """Run to a time."""
         self._play_to(min(self._step_at(t_s), self.end_ns))
 
     def pause(self) -> None:
@@ -148,30 +148,30 @@ class Session(ABC):
 
     @abstractmethod
     def reset(self, what: str = "all") -> None:
-        """Go back to the beginning, as far as ``what`` says."""
+        """Return everything, or the part ``what``, to the beginning."""
 
     @abstractmethod
     def set_pace(self, factor: float | None) -> None:
-        """Set how many simulated seconds a wall second may hold; None: as fast as it can."""
+        """Limit the simulated seconds per wall second; None: as fast as possible."""
 
     def _play_to(self, until_ns: int) -> None:
         self._require_going()
         if until_ns <= self.now_ns:
-            raise LifecycleError(f"the run is at {seconds(self.now_ns):g} s already")
+            raise LifecycleError(f"the run is already at {seconds(self.now_ns):g} s")
         self._go_from_here()
         self._until_ns, self.mode = until_ns, Mode.RUNNING
         self.reports.progress()
 
     def _require_going(self) -> None:
         if self.mode in (Mode.FINISHED, Mode.FAILED):
-            raise LifecycleError("the run is over: step back or reset")
+            raise LifecycleError("the run has ended: step back or reset")
 
     def _step_at(self, t_s: float) -> int:
         """Return the time of the step at or after a time."""
         return -(-from_seconds(t_s) // self.timestep_ns) * self.timestep_ns
 
     def _look_whether_there(self) -> None:
-        """Stop if the time is the one to go to."""
+        """Stop if the target time is reached."""
         if self.mode is Mode.RUNNING and self.now_ns >= min(self._until_ns, self.end_ns):
             self.mode = Mode.FINISHED if self.now_ns >= self.end_ns else Mode.PAUSED
             self.reports.progress()
@@ -180,24 +180,24 @@ class Session(ABC):
 
     @property
     def _wanted(self) -> bool:
-        """Whether somebody waits for an answer, or for the end."""
+        """Whether a caller waits for an answer or for the end."""
         return self.requests.wanted
 
     def _rest(self, wall_s: float) -> None:
-        """Wait, at most until somebody asks for something."""
+        """Wait, at most until a request arrives."""
         self.requests.wait(wall_s)
 
     @abstractmethod
     def _go_from_here(self) -> None:
-        """Prepare to go on from the time that it is."""
+        """Prepare to continue from the current time."""
 
     @abstractmethod
     def _advance(self) -> None:
-        """Go on, until somebody asks for something at most."""
+        """Run, at most until a request arrives."""
 
     @abstractmethod
     def _idle(self) -> None:
-        """Do what is due while nothing goes on."""
+        """Do the regular work of an idle session."""
 
     @abstractmethod
     def _end(self) -> None:

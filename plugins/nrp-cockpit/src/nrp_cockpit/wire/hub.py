@@ -1,4 +1,4 @@
-"""Between the thread of a run and the clients: what is heard, what was said last, who is there."""
+"""The hub between the thread of a run and the clients: subscriptions, last messages and clients."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from nrp_cockpit.wire.channels import Channel, Channels, Kind, Sent
 from nrp_cockpit.wire.playback import Playback
 
 Service = Callable[..., Any]
-"""Takes the fields of a request by their names and returns what fits into JSON; any thread may call it."""
+"""Takes the fields of a request by name and returns a JSON value; any thread may call it."""
 
 
 @dataclass(frozen=True)
 class Services:
-    """What clients can ask for.
+    """The services for clients.
 
     Args:
-        steering: by name, what changes the run; only for those who may steer.
-        watching: by name, what changes nothing.
+        steering: by name, services that change the run, only for clients that may control it.
+        watching: by name, services that change nothing.
     """
 
     steering: Mapping[str, Service] = field(default_factory=dict)
@@ -49,19 +49,19 @@ class Listener(Protocol):
 
 
 class Hub:
-    """Takes messages from the thread of a run and hands them to all clients that hear them.
+    """Takes messages from the thread of a run and passes them to all clients that subscribe to them.
 
-    Methods for the run never wait for a client. The rest, and the last messages, belong to the thread of the
-    server, which gets everything in the order in which the run sent it.
+    Methods for the run never wait for a client. All others, and the last messages, belong to the thread of
+    the server, which gets everything in the order in which the run sent it.
 
     Attributes:
-        channels: all that are offered.
-        services: what clients can ask for.
-        heard: the topics that at least one client hears; the same object until it changes.
-        playback: where the session is.
-        joined: how often clients began to hear each topic.
-        beside: the hub of a second run on the same server, if there is one.
-        wake: called when a client begins to hear a topic; the session sets it.
+        channels: the channels offered.
+        services: the services for clients.
+        heard: the topics with at least one subscriber; the same object until it changes.
+        playback: the time and state of the session.
+        joined: the number of subscriptions to each topic so far.
+        beside: the hub of a second run on the same server, if any.
+        wake: called when a client subscribes to a topic; the session sets it.
     """
 
     def __init__(self) -> None:
@@ -82,7 +82,7 @@ class Hub:
     # -- for the run
 
     def offer(self, topic: str, schema_name: str, schema: str, kind: Kind = Kind.EVERY) -> Channel:
-        """Offer a topic in the encoding of ROS 2; clients that are there are told if it is new."""
+        """Offer a topic in the encoding of ROS 2, and announce it to clients if it is new."""
         if topic not in self.channels:
             self._hand(self._announce, self.channels.open(topic, schema_name, schema, kind=kind))
         return self.channels[topic]
@@ -94,7 +94,7 @@ class Hub:
             self._hand(self._announce, channel)
 
     def tell(self, topic: str, value: Any, t_ns: int = 0) -> None:
-        """Send a value as JSON; who comes later gets the last one."""
+        """Send a value as JSON; later subscribers get the last one."""
         self.send(Sent(self.channels[topic], t_ns, to_json(value)))
         self.flush()
 
@@ -103,24 +103,24 @@ class Hub:
 
         Args:
             sent: the message.
-            keep: whether who comes later gets it, as long as it is the last.
+            keep: whether later subscribers get it, as long as it is the last.
         """
         if keep or sent.channel.topic in self.heard:
             self._waiting.append((sent, keep))
 
     def play_back(self, playback: Playback) -> None:
-        """Tell all clients the time, and keep where the session is for who asks."""
+        """Send the time to all clients, and keep the state of the session."""
         before, self.playback = self.playback, playback
         if playback.t_ns != before.t_ns:
             self._hand(self._tick, playback.t_ns)
 
     def forget(self, topics: Iterable[str]) -> None:
-        """Forget the last messages of these topics: they are not true any more."""
+        """Forget the last messages of these topics, which have become invalid."""
         self.flush()
         self._hand(self._forget, tuple(topics))
 
     def flush(self) -> None:
-        """Hand what was sent to the thread of the server."""
+        """Pass the waiting messages to the thread of the server."""
         if self._waiting:
             waiting, self._waiting = self._waiting, []
             self._hand(self._spread, waiting)
@@ -132,13 +132,13 @@ class Hub:
 
     @property
     def dropped(self) -> int:
-        """Number of messages that clients were too slow for."""
+        """Number of messages dropped for slow clients."""
         return self._dropped_before + sum(one.dropped for one in tuple(self.listeners))
 
     # -- for the server
 
     def attach(self, loop: asyncio.AbstractEventLoop | None) -> None:
-        """Set the loop of the server's thread; None: the server has ended."""
+        """Set the loop of the server's thread; None: the server has stopped."""
         self._loop = loop
 
     def open_beside(self) -> Hub:
@@ -152,14 +152,14 @@ class Hub:
         self.listeners[listener] = None
 
     def leave(self, listener: Listener, heard: Iterable[str]) -> None:
-        """Remove a client that heard these topics."""
+        """Remove a client and its subscriptions to these topics."""
         self.listeners.pop(listener, None)
         self._dropped_before += listener.dropped
         for topic in heard:
             self.unhear(topic)
 
     def hear(self, topic: str) -> Sent | None:
-        """Count one more client of a topic; return its last message."""
+        """Add a subscriber to a topic; return its last message."""
         self._counts[topic] += 1
         self.heard = frozenset(self._counts)
         self.joined[topic] += 1
@@ -167,7 +167,7 @@ class Hub:
         return self._last.get(topic)
 
     def unhear(self, topic: str) -> None:
-        """Count one client of a topic less."""
+        """Remove a subscriber from a topic."""
         self._counts[topic] -= 1
         if not self._counts[topic]:
             del self._counts[topic]
@@ -193,14 +193,14 @@ class Hub:
             listener.announce([channel])
 
     def _hand(self, call: Callable[[Any], None], argument: Any) -> None:
-        """Let the thread of the server make a call; without a server there is nobody to wait for."""
+        """Have the thread of the server make a call; without a server, make it here."""
         loop = self._loop
         if loop is None:
             call(argument)
             return
         try:
             loop.call_soon_threadsafe(call, argument)
-        except RuntimeError:  # the server has ended since
+        except RuntimeError:  # the server has stopped in the meantime
             call(argument)
 
 
@@ -208,7 +208,7 @@ def _nothing() -> None: ...
 
 
 def to_json(value: Any) -> bytes:
-    """Return a value as JSON; what JSON cannot say, such as NaN, is null."""
+    """Return a value as JSON; infinities and NaN become null."""
     try:
         return json.dumps(value, allow_nan=False).encode()
     except ValueError:

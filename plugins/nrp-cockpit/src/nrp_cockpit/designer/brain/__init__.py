@@ -1,1 +1,1 @@
-"""Brains that are drawn: populations and projections as boxes and wires, which write a PyNN script."""
+"""Drawn brains: populations and projections as boxes and wires, saved as a PyNN script."""

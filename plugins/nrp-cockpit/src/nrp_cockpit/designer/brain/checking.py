@@ -1,4 +1,4 @@
-"""What is wrong with a drawn brain, each finding at its box."""
+"""Findings about a drawn brain, each at its box."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _CODE = "BRAIN"
 
 
 def brain_findings(brain: Brain, path: Path) -> list[dict[str, Any]]:
-    """Return what keeps a drawn brain from being built."""
+    """Return the findings that prevent a drawn brain from being built."""
     lines = dict(parts_at(brain))
     return [
         _finding(text, f"projection/{place}", path, lines[f"projection/{place}"])
@@ -32,7 +32,7 @@ def _of_projection(brain: Brain, projection: Projection) -> Iterator[str]:
         if name not in sizes:
             yield f"'{projection.name}': there is no population '{name}'"
         elif cells and int(cells.partition(":")[2]) > sizes[name]:
-            yield f"'{projection.name}': '{name}' has {sizes[name]} cells, so [{cells}] is beyond it"
+            yield f"'{projection.name}': '{name}' has {sizes[name]} cells, so [{cells}] is out of range"
     if projection.target in sizes and not weight_unit(brain, projection):
         yield NO_SYNAPSES.format(projection.target)
 
@@ -45,7 +45,7 @@ def _finding(text: str, where: str, path: Path, line: int) -> dict[str, Any]:
 
 
 def located_in_brain(brain: Brain, path: Path, findings: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Return the findings of a check of the experiment, those about this script with their places in it."""
+    """Return findings about the experiment, with those about this script placed at their boxes."""
     found = []
     for finding in findings:
         here = finding["file"] is not None and Path(finding["file"]) == path and finding["line"]

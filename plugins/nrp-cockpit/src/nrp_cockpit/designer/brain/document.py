@@ -1,4 +1,4 @@
-"""A brain that is being drawn, or a script of a person that is shown."""
+"""A drawn brain, or the network of a script written by hand."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from nrp_cockpit.designer.tree import node_data
 from nrp_core.brain.network.data import Network
 from nrp_core.errors import ExperimentError
 
-BY_HAND = "written by hand: it is shown, and not changed"
+BY_HAND = "written by hand and cannot be edited here"
 
 
 class BrainDocument(Drawing):
@@ -25,11 +25,11 @@ class BrainDocument(Drawing):
 
     Args:
         path: the script, which need not exist.
-        network: the network of the run, which is shown if the script was not drawn.
+        network: the network of the run, shown if the script was not drawn.
 
     Attributes:
         text: the script.
-        is_drawn: whether the designer wrote it, so that it can be edited.
+        is_drawn: whether the designer wrote it and can edit it.
 
     Raises:
         ExperimentError: the file cannot be read.
@@ -114,7 +114,7 @@ class BrainDocument(Drawing):
             and read_text(self.path) != self._saved
             and read_script(read_text(self.path)) is None
         ):
-            raise ExperimentError("it was changed by hand since; it is not overwritten", path=self.path)
+            raise ExperimentError("it has since been changed by hand and was not overwritten", path=self.path)
         try:
             self.path.write_text(self.text, encoding="utf-8", newline="\n")
         except OSError as error:
@@ -127,7 +127,7 @@ class BrainDocument(Drawing):
             raise ExperimentError(f"{self.path.name} was {BY_HAND}; draw a new brain")
 
     def _take(self, brain: Brain) -> None:
-        """Note a brain, with the lines that its parts have in its script."""
+        """Keep a brain, with the lines of its parts in its script."""
         self._go(replace(self.state, model=read_script(script_of(brain))))
 
 

@@ -1,7 +1,7 @@
 """The commands that change a drawn brain.
 
 An end of a wire is the path of a population, where spikes leave it, or ``into:`` and this path, where they
-reach it; both with the cells that are meant: ``into:population/0[0:2]``.
+reach it; both with the selected cells: ``into:population/0[0:2]``.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from nrp_cockpit.designer.tree import at, replaced, walk
 from nrp_core.errors import ExperimentError
 
 INTO: Final = "into:"
-NO_SYNAPSES: Final = "'{}' only sends spikes: it receives no synapses"
+NO_SYNAPSES: Final = "'{}' only emits spikes: it cannot receive synapses"
 _USUAL: Final[dict[type[Node], type[Node]]] = {
     CellModel: CELL_CLASSES["IF_cond_exp"],
     SynapseModel: SYNAPSE_CLASSES["StaticSynapse"],
@@ -37,7 +37,7 @@ _USUAL: Final[dict[type[Node], type[Node]]] = {
 }
 _FIRST: Final[dict[str, Any]] = {"size": 1, "p_connect": 0.1, "n": 1, "weight": 0.01}
 _WEIGHTS: Final = {"uS": 0.01, "nA": 1.0, "mV": 1.0}
-"""Of new projections, by the unit that their target has."""
+"""The weights of new projections, by the unit of their target."""
 
 
 class BrainEdit(Changes):
@@ -46,14 +46,14 @@ class BrainEdit(Changes):
     model: Brain
 
     def set(self, path: str, field: str, text: str | None) -> None:
-        """Give a value; the name of a population or projection must be free."""
+        """Set a value; the name of a population or projection must be free."""
         siblings = getattr(self.model, path.partition("/")[0], ()) if field == "name" else ()
         if text in [one.name for one in siblings if one is not at(self.model, path)]:
-            raise ExperimentError(f"there is a '{text}' already")
+            raise ExperimentError(f"the name '{text}' is already in use")
         super().set(path, field, text)
 
     def remove(self, path: str) -> None:
-        """Take a part away; with a population go its projections."""
+        """Remove a part, and with a population its projections."""
         part = at(self.model, path)
         super().remove(path)
         if isinstance(part, Population):
@@ -61,15 +61,17 @@ class BrainEdit(Changes):
             self.model = replace(self.model, projection=tuple(kept))
 
     def connect(self, source: str, target: str) -> None:
-        """Add a projection between two ends; a wire can be drawn from either.
+        """Add a projection between two ends, in either order.
 
         Raises:
-            ExperimentError: they do not fit; the message says why.
+            ExperimentError: they cannot be connected; the message gives the reason.
         """
         if source.startswith(INTO):
             source, target = target, source
         if source.startswith(INTO):
-            raise ExperimentError("spikes reach populations there; a projection begins on the right of one")
+            raise ExperimentError(
+                "spikes arrive on the left of a population; begin a projection on its right"
+            )
         pre, pre_cells = self._end(source)
         post, post_cells = self._end(target.removeprefix(INTO))
         made = self._make(
@@ -87,7 +89,7 @@ class BrainEdit(Changes):
         path, _, cells = end.partition("[")
         found = at(self.model, path)
         if not isinstance(found, Population):
-            raise ExperimentError(f"no wire ends at '{end}'")
+            raise ExperimentError(f"'{end}' is not an end of a wire")
         return found, cells.rstrip("]") or None
 
     def _make(self, path: str, kind: type[Node], **given: Any) -> Any:

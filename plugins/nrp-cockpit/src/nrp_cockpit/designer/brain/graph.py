@@ -1,4 +1,4 @@
-"""A brain as boxes and wires: one that was drawn, or the network of a script that a person wrote."""
+"""A brain as boxes and wires: a drawn one, or the network of a script written by hand."""
 
 from __future__ import annotations
 
@@ -83,11 +83,11 @@ def _first_cell(path: str) -> tuple[int, ...]:
     return tuple(map(int, path.partition("[")[2].rstrip("]").split(":")))
 
 
-# -- where they are
+# -- positions
 
 
 def placed_brain(boxes: Sequence[Box], wires: Sequence[Wire], moved: Positions) -> list[Box]:
-    """Return the boxes with ``x`` and ``y``: where they were moved to, or in columns along the wires."""
+    """Return the boxes with ``x`` and ``y``: their moved positions, or columns along the wires."""
     columns = _columns(boxes, wires)
     heights: dict[int, int] = {}
     found = []
@@ -101,7 +101,7 @@ def placed_brain(boxes: Sequence[Box], wires: Sequence[Wire], moved: Positions) 
 
 
 def _columns(boxes: Sequence[Box], wires: Sequence[Wire]) -> dict[str, int]:
-    """Return a column for each box, to the right of those that project to it unless there is a circle."""
+    """Return a column for each box, to the right of those that project to it, except in cycles."""
     into: dict[str, set[str]] = {box["id"]: set() for box in boxes}
     for wire in wires:
         into[wire["target"]].add(wire["source"])

@@ -1,4 +1,4 @@
-"""A brain as it is drawn, in PyNN's words; cells and synapses are those of the platform's own tables."""
+"""The model of a drawn brain, in PyNN's terms; cells and synapses come from the platform's tables."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from nrp_core.brain.network.synapses.law import EVERY_SYNAPSE, SynapseLaw
 from nrp_core.brain.network.synapses.laws import LAWS
 
 INITIAL: Final = "initial_"
-"""Before the name of a state variable: its value at the start."""
+"""The prefix of a state variable's initial value."""
 SIMULATOR: Final = "sim"
-"""What a script calls the simulator."""
+"""The name of the simulator in a script."""
 
 
 class Receptor(Enum):
-    """What synapses act on."""
+    """The receptors of synapses."""
 
     EXCITATORY = "excitatory"
     INHIBITORY = "inhibitory"
@@ -51,10 +51,12 @@ def _cells(text: str) -> str:
     return f"{first}:{last}"
 
 
-VARIABLE = replace(NAME, parse=_variable, expects=f"{NAME.expects} and is no word of Python or '{SIMULATOR}'")
+VARIABLE = replace(
+    NAME, parse=_variable, expects=f"{NAME.expects} and is neither a Python keyword nor '{SIMULATOR}'"
+)
 OF_POPULATION = Value("PopulationName", VARIABLE.parse, str, VARIABLE.expects, VARIABLE.facets)
 CELLS_RANGE = Value(
-    "Cells", _cells, str, "some cells in a row, such as 0:2, or one, such as 3", (("base", "xs:token"),)
+    "Cells", _cells, str, "a range of cells, such as 0:2, or one cell, such as 3", (("base", "xs:token"),)
 )
 RECEPTOR = choice("Receptor", Receptor)
 
@@ -129,7 +131,7 @@ def _law_class(law: SynapseLaw) -> type[Node]:
 
 
 def _part_class(argument: str, law: SynapseLaw) -> type[Node]:
-    """Return the class of one part of a plasticity rule, with one below it for each choice."""
+    """Return the class of one part of a plasticity rule, with a subclass for each choice."""
     title = "".join(map(str.capitalize, argument.split("_")))
     base = type(
         title, (Node,), {"__doc__": f"The {argument.replace('_', ' ')} of plasticity.", "abstract": True}
@@ -141,7 +143,7 @@ def _part_class(argument: str, law: SynapseLaw) -> type[Node]:
 
 
 _PARTS: Final[list[type[Node]]] = []
-"""Classes know those below them only as long as somebody else does, too."""
+"""Keeps the classes alive: a class refers to its subclasses only weakly."""
 SYNAPSE_CLASSES: Final = {law.pynn: _law_class(law) for law in LAWS.values()}
 
 
@@ -155,19 +157,19 @@ class Connector(Node, abstract=True):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AllToAllConnector(Connector):
-    """Each cell with each."""
+    """Connects every cell to every cell."""
 
     allow_self_connections: bool = attribute(TRUTH, True, name="selfConnections")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OneToOneConnector(Connector):
-    """The first with the first, the second with the second, and so on."""
+    """Connects the first cell to the first, the second to the second, and so on."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixedProbabilityConnector(Connector):
-    """Each pair with the same probability."""
+    """Connects each pair of cells with the same probability."""
 
     p_connect: float = attribute(_number(FRACTION), name="probability")
     allow_self_connections: bool = attribute(TRUTH, True, name="selfConnections")
@@ -175,7 +177,7 @@ class FixedProbabilityConnector(Connector):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixedNumberPreConnector(Connector):
-    """Each target with the same number of random sources."""
+    """Connects each target to the same number of random sources."""
 
     n: int = attribute(POSITIVE)
     allow_self_connections: bool = attribute(TRUTH, True, name="selfConnections")
@@ -183,13 +185,13 @@ class FixedNumberPreConnector(Connector):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixedNumberPostConnector(Connector):
-    """Each source with the same number of random targets."""
+    """Connects each source to the same number of random targets."""
 
     n: int = attribute(POSITIVE)
     allow_self_connections: bool = attribute(TRUTH, True, name="selfConnections")
 
 
-# -- what is drawn
+# -- the brain
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -229,6 +231,6 @@ class Brain(Node):
 
 
 def weight_unit(brain: Brain, projection: Projection) -> str:
-    """Return the unit of the weights of a projection, which its target decides; empty: it receives none."""
+    """Return the unit of a projection's weights, set by its target; empty: the target takes no synapses."""
     target = next((one for one in brain.population if one.name == projection.target), None)
     return "" if target is None else CELLS[type(target.cells).__name__].weight_unit

@@ -1,4 +1,4 @@
-"""The PyNN script of a drawn brain, and the way back."""
+"""The PyNN script of a drawn brain, written and read."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from nrp_cockpit.designer.brain.model import (
 _LONGEST = 100
 _UNREADABLE = (ValueError, TypeError, KeyError, AttributeError, StopIteration, RecursionError)
 _HEAD = f'''\
-"""A brain that was drawn with ``nrp design``.
+"""A brain drawn with ``nrp design``.
 
-It can be edited there again as long as nothing else is written into it. Units are PyNN's: mV, ms, nF, uS, nA.
+It can be edited there again unless this file was changed by hand. Units are PyNN's: mV, ms, nF, uS, nA.
 """
 
 import nrp_core.pynn as {SIMULATOR}
@@ -115,7 +115,7 @@ def _view(population: str, cells: str | None) -> _Name:
 
 
 def _call(node: Node) -> _Call:
-    """Return the call that makes a node, without what is as by default."""
+    """Return the call that makes a node, without arguments that equal their defaults."""
     arguments: list[tuple[str, Any]] = []
     for feature in features(type(node)):
         value = getattr(node, feature.field)
@@ -129,10 +129,10 @@ def _call(node: Node) -> _Call:
 
 
 def read_script(text: str) -> Brain | None:
-    """Return the brain of a script, with the lines of its parts; None: not the designer wrote it like this.
+    """Return the brain of a script, with the lines of its parts; None: it is not a script of the designer.
 
-    A script is the designer's if the designer would write the very same text, so that nothing of what a
-    person wrote can get lost.
+    A script is the designer's if the designer would write exactly the same text, so that no change by hand
+    can get lost.
     """
     try:
         brain = _read(ast.parse(text))
@@ -142,7 +142,7 @@ def read_script(text: str) -> Brain | None:
 
 
 def reason_against(text: str) -> tuple[str, int | None]:
-    """Return why a text is not a script of the designer, and the line."""
+    """Return why a text is not a script of the designer, and on which line."""
     try:
         wanted = script_of(_read(ast.parse(text))).splitlines()
     except SyntaxError as error:
@@ -153,12 +153,12 @@ def reason_against(text: str) -> tuple[str, int | None]:
     for number, (one, other) in enumerate(zip_longest(found, wanted), 1):
         if one != other:
             return f"the designer would write {other or 'nothing'!r} here", number
-    return "the designer would end the last line", len(found)
+    return "the last line has no line break", len(found)
 
 
 def _read(tree: ast.Module) -> Brain:
     timestep, populations, projections = 0.0, [], []
-    for statement in tree.body[2:]:  # behind the docstring and the import
+    for statement in tree.body[2:]:  # after the docstring and the import
         match statement:
             case ast.Assign(targets=[ast.Name(id=name)], value=ast.Call() as call):
                 populations.append(_read_population(name, call))
@@ -200,7 +200,7 @@ def _read_projection(call: ast.Call) -> Projection:
 
 
 def _read_node(call: ast.expr, base: type[Node], more: Mapping[str, Any] | None = None) -> Any:
-    """Return the node that a call makes; one of the classes below ``base``."""
+    """Return the node that a call makes, of a subclass of ``base``."""
     if not isinstance(call, ast.Call) or call.args:
         raise ValueError
     kind = concrete(base)[ast.unparse(call.func).removeprefix(f"{SIMULATOR}.")]
@@ -222,7 +222,7 @@ def _keywords(call: ast.Call) -> dict[str, Any]:
 
 
 def _checked(kind: type[Node], field: str, value: Any) -> Any:
-    """Return a value as a form would take it."""
+    """Return a value after the checks of a form."""
     feature = next(one for one in features(kind) if one.field == field)
     if not isinstance(feature.of, Value):
         raise TypeError(field)
