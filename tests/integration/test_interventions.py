@@ -152,4 +152,4 @@ def test_an_unknown_name_is_a_mistake_of_its_intervention(brain: str) -> None:
 
 def test_an_intervention_that_meets_no_synapse_is_a_warning(brain: str) -> None:
     found = warnings_of(brain, ["brain.interventions=[{silence: last}]"])
-    assert any("'silence_last' meets no synapse [NRP336]" in one for one in found)
+    assert any("'silence_last' affects no synapse [NRP336]" in one for one in found)

@@ -26,27 +26,30 @@ _OTHER: Final = {"excitatory": "inhibitory", "inhibitory": "excitatory"}
 
 
 def rewired(network: Network, seeds: Seeds) -> Network:
-    """Return the network with the targets of each projection exchanged among its synapses.
+    """Return the network with the targets of each projection permuted among its synapses.
 
-    Every cell keeps its numbers of synapses from and to each population; weight and delay stay with the
-    source. No pair of cells gets a second synapse, and no cell a synapse with itself, unless the projection
-    has such synapses already. A projection so small or dense that no other wiring is found stays as it is,
-    with a remark.
+    Every cell keeps its number of synapses from and to each population; weight and delay stay with the
+    source. Synapses of a cell with itself and several synapses between one pair of cells appear only if
+    the projection already has some. A projection that is too small or dense for another wiring is
+    unchanged, with a remark.
 
     Raises:
-        NetworkError: no projection has another wiring.
+        NetworkError: no projection could be rewired.
     """
     found = _each(network, seeds, "rewire", _rewired)
     pairs = zip(network.projections, found.projections, strict=True)
     same = [one.label for one, other in pairs if one.size and other is one]
     if same and len(same) == sum(one.size > 0 for one in network.projections):
-        raise NetworkError("no projection has another wiring with the same degrees")
-    remarks = tuple(f"projection '{label}' has no other wiring with the same degrees" for label in same)
+        raise NetworkError("no projection can be rewired with the same degrees")
+    remarks = tuple(
+        f"projection '{label}' is not rewired: no other wiring with the same degrees was found"
+        for label in same
+    )
     return replace(found, remarks=network.remarks + remarks)
 
 
 def with_shuffled_weights(network: Network, seeds: Seeds) -> Network:
-    """Return the network with the weights of each projection exchanged among its synapses."""
+    """Return the network with the weights of each projection permuted among its synapses."""
 
     def shuffled(projection: Projection, rng: np.random.Generator) -> Projection:
         return replace(projection, weight=rng.permutation(projection.weight), origin=_LISTED)
@@ -55,10 +58,10 @@ def with_shuffled_weights(network: Network, seeds: Seeds) -> Network:
 
 
 def with_shuffled_signs(network: Network, seeds: Seeds) -> Network:
-    """Return the network with the signs of its cells exchanged: as many excite and inhibit as before.
+    """Return the network with the signs of its cells permuted; as many cells excite and inhibit as before.
 
-    The synapses of a cell with another sign act on the other receptor, with equal magnitude. Cells with
-    synapses of both signs, and sources of input, keep them.
+    The synapses of a cell with a new sign act on the other receptor, with equal magnitude. Cells with
+    synapses of both signs and spike sources keep their signs.
     """
     excites, inhibits = (np.zeros(network.size, bool) for _ in range(2))
     for projection in network.projections:
@@ -132,7 +135,7 @@ def _rewired(projection: Projection, rng: np.random.Generator) -> Projection:
 
 
 def _unwanted(pre: IntArray, post: IntArray, span: int, *, loops: bool, doubles: bool) -> IntArray:
-    """Return the synapses that the projection may not have, of equal ones all but the first."""
+    """Return the indices of forbidden synapses: self-connections and duplicates, except the first of each."""
     wrong = np.zeros(len(pre), bool)
     if not loops:
         wrong |= pre == post

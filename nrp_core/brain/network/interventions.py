@@ -1,4 +1,4 @@
-"""Interventions: the synapses of named cells are cut or scaled, before a run or during it."""
+"""Interventions that cut or scale the synapses of named cells, before or during a run."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ class Intervention:
     """A factor for the weights of some synapses.
 
     Args:
-        sources: name of the population or view with the cells before the synapses; None for any cell.
-        targets: name of that with the cells behind them; None for any cell.
-        factor: from 0 on; 0 cuts the synapses.
-        either: whether one of both ends is enough.
+        sources: the population or view with the presynaptic cells; None for any cell.
+        targets: the population or view with the postsynaptic cells; None for any cell.
+        factor: 0 or more; 0 cuts the synapses.
+        either: whether a synapse is selected if only one of its ends matches.
     """
 
     sources: str | None
@@ -39,7 +39,7 @@ class Intervention:
         return cls(cells, cells, either=True)
 
     def synapses(self, network: Network, projection: Projection) -> npt.NDArray[np.bool_]:
-        """Return for each synapse of a projection whether it is meant.
+        """Return for each synapse of a projection whether it is selected.
 
         Raises:
             NeuronSelectionError: there are no such cells.
@@ -76,8 +76,8 @@ class Intervention:
             projections.append(self._changed(projection, meant) if meant.any() else projection)
         return replace(network, projections=tuple(projections))
 
-    def met(self, network: Network) -> list[Projection]:
-        """Return the projections with synapses that are meant.
+    def affected(self, network: Network) -> list[Projection]:
+        """Return the projections with selected synapses.
 
         Raises:
             NeuronSelectionError: there are no such cells.

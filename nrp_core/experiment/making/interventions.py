@@ -27,9 +27,9 @@ _KEYS: Final = ("brain", "interventions")
 
 
 def with_variants(network: Network, experiment: Experiment, collector: Collector) -> Network:
-    """Return the network after the controls, then the interventions from the start, of an experiment.
+    """Return the network after an experiment's controls and its interventions from the start.
 
-    Mistakes go to the collector, those in later interventions as well.
+    Errors go to the collector, including those in later interventions.
     """
     seeds = Seeds(experiment.seed).child("controls")
     for i, section in enumerate(experiment.brain.controls):
@@ -43,14 +43,14 @@ def with_variants(network: Network, experiment: Experiment, collector: Collector
                 assert intervention.activate is not None
                 network.neurons(intervention.activate.cells)
                 continue
-            met = change.met(network)
-            if not met and has_synapses:
-                message = f"'{intervention.name}' meets no synapse"
+            affected = change.affected(network)
+            if not affected and has_synapses:
+                message = f"'{intervention.name}' affects no synapse"
                 collector.add(Code.NRP336, message, *_KEYS, i, level=Level.WARNING)
             if intervention.at == 0:
                 network = change.of(network)
             else:
-                _require_lasting(met, intervention.name)
+                _require_lasting(affected, intervention.name)
     return network
 
 
@@ -61,7 +61,7 @@ def check_capabilities(experiment: Experiment, capabilities: BrainCapabilities, 
             with collector.during(Code.NRP335, *_KEYS, i):
                 raise CapabilityError(
                     f"'{experiment.brain.backend}' cannot change weights during a run, so "
-                    f"'{intervention.name}' is possible only from the start: leave out 'at'"
+                    f"'{intervention.name}' can act only from the start: leave out 'at'"
                 )
 
 
@@ -88,7 +88,7 @@ class Interventions:
                 events.add(name, partial(_is_due, intervention.at), (action,))
 
     def renew(self, times: Times) -> None:
-        """Apply the past changes again, to a brain that was reset alone."""
+        """Apply past changes again to a brain that was reset alone."""
         for name, action in self._actions.items():
             if name in times:
                 action()
@@ -119,8 +119,8 @@ def _is_due(at_ns: int, now_ns: int, _times: Times) -> bool:
     return now_ns >= at_ns
 
 
-def _require_lasting(met: Sequence[Projection], name: str) -> None:
-    for projection in met:
+def _require_lasting(affected: Sequence[Projection], name: str) -> None:
+    for projection in affected:
         if projection.synapse_type == STDP:
             raise NetworkError(
                 f"'{name}' changes weights during the run, but projection "
@@ -129,7 +129,7 @@ def _require_lasting(met: Sequence[Projection], name: str) -> None:
 
 
 def _free(name: str, taken: set[str]) -> str:
-    """Return the name, or one with a number if it is taken; it is taken then."""
+    """Return a free name, with a number if needed, and add it to the taken ones."""
     number, free = 1, name
     while free in taken:
         number += 1

@@ -1,4 +1,4 @@
-"""Mappings of transfer functions that can be bound, but that do something else than they say."""
+"""Valid mappings of transfer functions whose effect differs from their declaration."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from nrp_core.findings import Code, Finding, Level
 
 
 def doubtful_mappings(function: TransferFunction, network: Network) -> Iterator[Finding]:
-    """Yield the mappings of a function that take a neuron twice, or that write a file of another name."""
+    """Yield findings about mappings that select a neuron twice or write a file with another name."""
     for name, mapping in function.mappings.items():
         match mapping:
             case MapSpikeSource() | MapSpikeSink():
@@ -27,7 +27,7 @@ def doubtful_mappings(function: TransferFunction, network: Network) -> Iterator[
                 for ids in _chosen(mapping, network):
                     most = int(np.unique(ids, return_counts=True)[1].max())
                     if most > 1:
-                        message = f"'{name}' {verb} one neuron {most} times: {mapping.selector!r}"
+                        message = f"'{name}' {verb} the same neuron {most} times: {mapping.selector!r}"
                         yield _at(mapping, Code.NRP211, message)
                         break
             case MapCSVRecorder(filename=str(filename)) if inside(filename) != filename:
@@ -38,7 +38,7 @@ def doubtful_mappings(function: TransferFunction, network: Network) -> Iterator[
 def _chosen(
     mapping: MapSpikeSource | MapSpikeSink, network: Network
 ) -> Iterator[np.ndarray[tuple[int], np.dtype[np.int64]]]:
-    """Yield the neurons of each device of a mapping; one that cannot be bound is reported elsewhere."""
+    """Yield the neurons of each device of a mapping; unbindable mappings are reported elsewhere."""
     try:
         selected = select(mapping.selector, BrainRoot(network))
     except (NrpError, ValueError, TypeError):

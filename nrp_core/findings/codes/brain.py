@@ -107,7 +107,7 @@ IMPOSSIBLE_VARIANT = Explanation(
 )
 
 IDLE_INTERVENTION = Explanation(
-    "An intervention does not meet any synapse.",
+    "An intervention affects no synapse.",
     "It has no effect: the run is that of the brain without it.",
     "Name cells that have synapses, and both ends in the right order.",
     "{n} interventions have no effect",

@@ -1,4 +1,4 @@
-"""The parts of a brain and a world as data, so that a viewer shows them without the experiment."""
+"""The parts of a brain and a world as data, which viewers can show without the experiment."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from nrp_core.world.sensors.laser import Laser
 from nrp_core.world.world import World
 
 MOST_EDGES = 2_000
-"""The synapses of a larger projection are not described one by one."""
+"""The individual synapses of larger projections are not described."""
 
 
 def groups_data(network: Network) -> dict[str, Any]:
-    """Return the populations, and of each named view the ranges of ids by population, and its members."""
+    """Return the populations and, for each named view, its ranges of ids by population and its members."""
     views: dict[str, dict[str, list[list[int]]]] = {}
     for name, neurons in network.views.items():
         for label, first in network.offsets.items():
@@ -44,8 +44,8 @@ def _ranges(ids: IntArray) -> list[list[int]]:
 def projection_data(projection: Projection) -> dict[str, Any]:
     """Return the description of a projection.
 
-    ``edges`` are the synapses as cell before and cell after, counted in their populations, and weight; None
-    if there are more than :data:`MOST_EDGES`.
+    ``edges`` holds presynaptic index, postsynaptic index (within their populations) and weight of each
+    synapse; None for more than :data:`MOST_EDGES`.
     """
     weights = projection.weight
     excites = projection.receptor == "excitatory" and not bool(np.any(weights[:1] < 0))
@@ -68,10 +68,10 @@ def _edges(projection: Projection) -> list[list[float]]:
 
 
 def mounts_data(world: World) -> Iterator[dict[str, Any]]:
-    """Yield the cameras and laser scanners, each with its pose in the frame that it moves with.
+    """Yield the cameras and laser scanners, each with its pose in its parent frame.
 
-    ``view`` has the horizontal field of view, rad, and width over height of a camera; a laser scanner has
-    none.
+    ``view`` holds the horizontal field of view, rad, and the aspect ratio of a camera; None for a laser
+    scanner.
     """
     frames = SceneFrames(world).now
     for model, link in world.scene.links():

@@ -95,12 +95,14 @@ def test_a_wiring_without_alternative_is_an_error_alone_and_a_remark_beside_othe
     pairs = [(i, j) for i in range(5) for j in range(5)]
     made = parts.cells(SAMPLES["IF_curr_exp"], "a", 5), parts.cells(SAMPLES["IF_curr_exp"], "b", 5)
     dense = parts.connect("a", "b", 0.4, 1.5, pairs=pairs)
-    with pytest.raises(NetworkError, match="no projection has another wiring with the same degrees"):
+    with pytest.raises(NetworkError, match="no projection can be rewired with the same degrees"):
         CONTROLS[REWIRE](parts.network(*made, dense), Seeds(1))
     cycle = parts.connect("b", "a", 0.4, 1.5, pairs=[(k, (k + 1) % 5) for k in range(5)])
     found = CONTROLS[REWIRE](parts.network(*made, dense, cycle), Seeds(1))
     assert found.projections[0] is dense
-    assert found.remarks == (f"projection '{dense.label}' has no other wiring with the same degrees",)
+    assert found.remarks == (
+        f"projection '{dense.label}' is not rewired: no other wiring with the same degrees was found",
+    )
 
 
 @pytest.mark.parametrize(
@@ -122,7 +124,7 @@ def test_cut_synapses_are_those_of_the_named_cells(
         assert 0 < kept.sum() < len(kept)
         assert mine.post_index.tolist() == given_.post_index[kept].tolist()
         assert mine.weight.tolist() == given_.weight[kept].tolist()
-    assert intervention.met(found) == []
+    assert intervention.affected(found) == []
 
 
 def test_scaling_multiplies_the_weights_of_the_named_cells_alone() -> None:
