@@ -75,7 +75,7 @@ def scene(*models: Model, gravity: tuple[float, float, float] = (0.0, 0.0, -G)) 
     return Scene(models, gravity=gravity)
 
 
-def thing(
+def prop(
     name: str,
     shape: Geometry,
     pose: Pose = Pose(),
@@ -90,7 +90,7 @@ def thing(
     return Model(name, (link,), pose=pose, static=not mass)
 
 
-FLOOR = thing("floor", Plane((60.0, 60.0)))
+FLOOR = prop("floor", Plane((60.0, 60.0)))
 
 
 def robot(name: str, pose: Pose = Pose()) -> Model:
@@ -156,7 +156,7 @@ def drives(seeds: int) -> None:
 def tilted(angle: float) -> tuple[Model, Pose]:
     """Return a slope that rises along x, and its frame at the origin."""
     frame = Pose.from_rpy((0.0, 0.0, 0.0), 0.0, -radians(angle), 0.0)
-    return thing("slope", Box((40.0, 40.0, 1.0)), frame @ Pose((0.0, 0.0, -0.5))), frame
+    return prop("slope", Box((40.0, 40.0, 1.0)), frame @ Pose((0.0, 0.0, -0.5))), frame
 
 
 def on_slope(angle: float, commands: Commands, engine: str) -> Pose:
@@ -179,7 +179,7 @@ def wandered(angle: float, engine: str) -> float:
 
 def loaded(mass: float, engine: str) -> float:
     """Return how far from the unicycle the Husky ends with a crate on its back, mm; infinite without it."""
-    crate = thing("crate", Box((0.4, 0.4, 0.2)), Pose((-0.1, 0.0, 0.7)), mass, moment=mass * 0.02)
+    crate = prop("crate", Box((0.4, 0.4, 0.2)), Pose((-0.1, 0.0, 0.7)), mass, moment=mass * 0.02)
     commands = [(0.4, 0.5), (0.4, -0.8), (0.0, 1.0), (-0.3, 0.2), (0.5, 0.0)]
     with opened(engine, scene(FLOOR, robot("Husky"), crate)) as world:
         end = driven(world, commands)
@@ -188,7 +188,7 @@ def loaded(mass: float, engine: str) -> float:
 
 
 def pushed(mass: float, what: str, engine: str) -> float:
-    crate = thing("crate", Box((0.5, 0.5, 0.5)), Pose((0.9, 0.0, 0.25)), mass, 0.5, mass * 0.04)
+    crate = prop("crate", Box((0.5, 0.5, 0.5)), Pose((0.9, 0.0, 0.25)), mass, 0.5, mass * 0.04)
     with opened(engine, scene(FLOOR, robot("Husky"), crate)) as world:
         way = driven(world, [(0.5, 0.0)] * 4).position[0]
         return way if what == "robot" else world.model_motion("crate").pose.position[0] - 0.9
@@ -224,7 +224,7 @@ def loads() -> None:
 
 
 def fallen(engine: str) -> float:
-    with opened(engine, scene(thing("ball", Sphere(0.1), mass=1.0))) as world:
+    with opened(engine, scene(prop("ball", Sphere(0.1), mass=1.0))) as world:
         advance(world, 1.0)
         return -world.model_motion("ball").pose.position[2]
 
@@ -256,14 +256,14 @@ def down_a_slope(
 ) -> float:
     """Return the speed after 1 s."""
     ground, frame = tilted(angle)
-    body = thing("body", shape, frame @ Pose((0.0, 0.0, height)), 1.0, friction, moment)
+    body = prop("body", shape, frame @ Pose((0.0, 0.0, height)), 1.0, friction, moment)
     with opened(engine, scene(ground, body)) as world:
         advance(world, 1.0)
         return float(np.linalg.norm(world.model_motion("body").linear))
 
 
 def stacked(engine: str) -> float:
-    boxes = [thing(f"b{i}", Box((0.2, 0.2, 0.2)), Pose((0.0, 0.0, 0.1 + 0.2 * i)), 1.0) for i in range(5)]
+    boxes = [prop(f"b{i}", Box((0.2, 0.2, 0.2)), Pose((0.0, 0.0, 0.1 + 0.2 * i)), 1.0) for i in range(5)]
     with opened(engine, scene(FLOOR, *boxes)) as world:
         advance(world, 3.0)
         return world.model_motion("b4").pose.position[2]

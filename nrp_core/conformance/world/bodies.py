@@ -9,7 +9,7 @@ import pytest
 
 from nrp_core.conformance.world.changing import INERTIA, arm
 from nrp_core.conformance.world.kit import GRAVITY, WorldKit
-from nrp_core.conformance.world.scenes import at, floor, pendulum, rubbing, thing
+from nrp_core.conformance.world.scenes import at, floor, pendulum, prop, rubbing
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.rigid.motion import Wrench
 from nrp_core.world.rigid.pose import Pose, Vector
@@ -58,7 +58,7 @@ class BodyTests(WorldKit):
         """Gravity is tilted so that one box holds and the other one slides."""
         self.require("dynamics")
         boxes = [
-            rubbing(thing(name, Box((0.4, 0.4, 0.2)), at(0, y, 0.1), mass=1.0), friction)
+            rubbing(prop(name, Box((0.4, 0.4, 0.2)), at(0, y, 0.1), mass=1.0), friction)
             for name, y, friction in (("rough", 1.0, 0.8), ("smooth", -1.0, 0.1))
         ]
         ground = rubbing(floor(), 1.0)
@@ -73,7 +73,7 @@ class BodyTests(WorldKit):
     def test_a_torque_turns_by_the_moment_about_its_axis_of_the_world(self, axis: int) -> None:
         """The body is rotated by 90 degrees, so that its x axis points along the world's y axis."""
         self.require("joint_control")
-        box = thing("box", Box((0.2, 0.2, 0.2)), at(0, 0, 5, yaw=pi / 2), mass=2.0)
+        box = prop("box", Box((0.2, 0.2, 0.2)), at(0, 0, 5, yaw=pi / 2), mass=2.0)
         inertial = Inertial(2.0, inertia=(*MOMENTS, 0.0, 0.0, 0.0))
         link = replace(box.links[0], inertial=inertial)
         world = self.open(replace(box, links=(link,)), gravity=(0.0, 0.0, 0.0))

@@ -7,7 +7,7 @@ from pydantic import ValidationError
 
 from nrp_core.conformance.guard import undeclared
 from nrp_core.conformance.world.kit import WorldKit
-from nrp_core.conformance.world.scenes import RED, at, floor, robot, screen, thing
+from nrp_core.conformance.world.scenes import RED, at, floor, prop, robot, screen
 from nrp_core.errors import CapabilityError, DivergedError, LifecycleError
 from nrp_core.world.scene.model import Sphere
 
@@ -41,7 +41,7 @@ class CapabilityTests(WorldKit):
                 world.snapshot()
 
     def test_experiments_that_need_gravity_are_refused_without_it(self) -> None:
-        ball = thing("ball", Sphere(0.1), at(0, 0, 5), mass=1.0)
+        ball = prop("ball", Sphere(0.1), at(0, 0, 5), mass=1.0)
         if self.capabilities.dynamics:
             assert self.open(ball).capabilities.dynamics
             return
@@ -64,7 +64,7 @@ class CapabilityTests(WorldKit):
 
     def test_a_world_that_is_not_finite_is_reported_and_a_reset_repairs_it(self) -> None:
         self.require("dynamics")
-        ball = thing("ball", Sphere(0.1), at(0, 0, 5), mass=1.0)
+        ball = prop("ball", Sphere(0.1), at(0, 0, 5), mass=1.0)
         world = self.open(ball, gravity=(0.0, 0.0, float("nan")))
         with pytest.raises(DivergedError):
             self.run(world, 1.0)

@@ -8,7 +8,7 @@ from math import pi, sqrt
 import pytest
 
 from nrp_core.conformance.world.kit import GRAVITY, WorldKit, states
-from nrp_core.conformance.world.scenes import at, floor, pendulum, robot, thing
+from nrp_core.conformance.world.scenes import at, floor, pendulum, prop, robot
 from nrp_core.errors import CapabilityError
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.gazebo_msgs import ModelState
@@ -93,7 +93,7 @@ class ChangingTests(WorldKit):
         """Return a world with a force on a body, a torque on a joint, and a target of another joint."""
         self.require("joint_control")
         self.require_repeatable()
-        ball = thing("ball", Sphere(0.1), at(3, 0, 5), mass=2.0)
+        ball = prop("ball", Sphere(0.1), at(3, 0, 5), mass=2.0)
         free = replace(arm(), name="free", pose=at(0, 3, 2), controllers=())
         world = self.open(floor(), ball, arm(), free, robot(x=-3.0))
         if only_opened:
@@ -107,7 +107,7 @@ class ChangingTests(WorldKit):
 
     def test_a_push_changes_a_velocity_by_force_times_time_over_mass_or_is_refused(self) -> None:
         self.require("dynamics")
-        world = self.open(thing("ball", Sphere(0.1), at(0, 0, 5), mass=2.0), gravity=(0.0, 0.0, 0.0))
+        world = self.open(prop("ball", Sphere(0.1), at(0, 0, 5), mass=2.0), gravity=(0.0, 0.0, 0.0))
         if not self.capabilities.joint_control:
             with pytest.raises(CapabilityError):
                 world.engine.set_wrench("ball", "link", Push((1.0, 0.0, 0.0)))
@@ -118,7 +118,7 @@ class ChangingTests(WorldKit):
         assert world.model_motion("ball").linear == pytest.approx((0.0, 0.6, 0.0), abs=0.02)
 
     def test_models_can_be_moved_or_that_is_refused(self) -> None:
-        ball = thing("ball", Sphere(0.1), at(0, 2, 5), mass=1.0)
+        ball = prop("ball", Sphere(0.1), at(0, 2, 5), mass=1.0)
         world = self.open(floor(), robot(), *self.movable(ball))
         turned = Pose(Point(1.0, 2.0, 3.0), Quaternion(0.0, 0.0, HALF, HALF))
         state = ModelState("ball", turned, Twist(Vector3(0.5), Vector3(0.0, 0.0, 1.0)))
@@ -137,7 +137,7 @@ class ChangingTests(WorldKit):
         world = self.open(floor(), robot(), pendulum())
         self.drive(world, 0.5, 0.2, 0.5)
         before = states(world)
-        ball = thing("ball", Sphere(0.2), at(0, 3, 1), mass=1.0)
+        ball = prop("ball", Sphere(0.2), at(0, 3, 1), mass=1.0)
         if not self.capabilities.changes:
             with pytest.raises(CapabilityError):
                 world.spawn(ball)
@@ -169,10 +169,10 @@ class ChangingTests(WorldKit):
         self.require("dynamics")
         self.require("changes")
         self.require_repeatable()
-        models = floor(), robot(), thing("box", Box((0.3, 0.3, 0.3)), at(1, 1, 0.2), mass=1.0)
+        models = floor(), robot(), prop("box", Box((0.3, 0.3, 0.3)), at(1, 1, 0.2), mass=1.0)
         world, fresh = self.open(*models), self.open(*models)
         world.delete("box")
-        world.spawn(thing("ball", Sphere(0.2), at(0, 3, 1), mass=1.0))
+        world.spawn(prop("ball", Sphere(0.2), at(0, 3, 1), mass=1.0))
         self.run(world, 0.2)
         world.reset()
         assert self._later(world) == self._later(fresh)
@@ -183,7 +183,7 @@ class ChangingTests(WorldKit):
         self.require_snapshot()
         self.require_repeatable()
         world, fresh = self.open(floor(), robot()), self.open(floor(), robot())
-        world.spawn(thing("ball", Sphere(0.2), at(0, 3, 1), mass=1.0))
+        world.spawn(prop("ball", Sphere(0.2), at(0, 3, 1), mass=1.0))
         self.run(world, 0.2)
         snapshot = world.snapshot()
         expected = self._later(world)

@@ -8,7 +8,7 @@ from math import cos, pi, sin
 import pytest
 
 from nrp_core.conformance.world.kit import WorldKit, twist
-from nrp_core.conformance.world.scenes import DRIVE_TIMEOUT_S, WHEEL_RADIUS, at, floor, robot, thing
+from nrp_core.conformance.world.scenes import DRIVE_TIMEOUT_S, WHEEL_RADIUS, at, floor, prop, robot
 from nrp_core.world.drives.planar_move import PlanarMove
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.rigid.pose import Pose
@@ -135,7 +135,7 @@ class DrivingTests(WorldKit):
             assert rolling == pytest.approx([0.5 / WHEEL_RADIUS, 0.0, 0.0], abs=0.3)
 
     def test_a_planar_drive_can_move_sideways(self) -> None:
-        base = thing("robot", Box((0.6, 0.4, 0.2)), at(0, 0, 0.1, yaw=pi / 2), mass=5.0)
+        base = prop("robot", Box((0.6, 0.4, 0.2)), at(0, 0, 0.1, yaw=pi / 2), mass=5.0)
         world = self.open(floor(), replace(base, drives=(PlanarMove("drive", "/robot/cmd_vel"),)))
         world.advertise("/robot/cmd_vel").publish(Twist(Vector3(0.3, 0.2)))
         self.run(world, 1.0)

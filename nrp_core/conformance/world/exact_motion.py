@@ -14,7 +14,7 @@ import pytest
 
 from nrp_core.clock import seconds
 from nrp_core.conformance.world.kit import WorldKit, twist
-from nrp_core.conformance.world.scenes import LENGTH, at, floor, robot, thing
+from nrp_core.conformance.world.scenes import LENGTH, at, floor, prop, robot
 from nrp_core.world.drives.planar_move import PlanarMove
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.rigid.pose import Pose
@@ -44,7 +44,7 @@ class ExactMotionTests(WorldKit):
         assert pose.yaw == pytest.approx(angle, abs=self.lost(turn, t_s))
 
     def test_a_planar_drive_moves_exactly_as_commanded(self) -> None:
-        base = thing("robot", Box((0.6, 0.4, 0.2)), at(0, 0, 0.1, yaw=pi / 2), mass=5.0)
+        base = prop("robot", Box((0.6, 0.4, 0.2)), at(0, 0, 0.1, yaw=pi / 2), mass=5.0)
         world = self.open(floor(), replace(base, drives=(PlanarMove("drive", "/robot/cmd_vel"),)))
         world.advertise("/robot/cmd_vel").publish(Twist(Vector3(0.3, 0.2)))
         self.run(world, 1.0)
@@ -75,7 +75,7 @@ class ExactMotionTests(WorldKit):
         assert there - here > LENGTH - self._deep(LENGTH)
 
     def test_the_velocity_at_a_wall_is_the_real_one(self) -> None:
-        world = self.open(floor(), robot(), thing("wall", Box((0.2, 6.0, 2.0)), at(1.1, 0, 1)))
+        world = self.open(floor(), robot(), prop("wall", Box((0.2, 6.0, 2.0)), at(1.1, 0, 1)))
         self.drive(world, 0.5, 0.0, 2.0)
         before, start_ns = world.model_motion("robot"), world.now_ns
         self.drive(world, 0.5, 0.0, 0.1)
@@ -87,7 +87,7 @@ class ExactMotionTests(WorldKit):
     def test_a_low_wall_stops_a_robot_and_a_bridge_does_not(
         self, bottom: float, height: float, stops: bool
     ) -> None:
-        wall = thing("wall", Box((0.2, 6.0, height)), at(1.5, 0, bottom + height / 2))
+        wall = prop("wall", Box((0.2, 6.0, height)), at(1.5, 0, bottom + height / 2))
         world = self.open(floor(), robot(), wall)
         self.drive(world, 0.5, 0.0, 4.5)
         x = world.model_motion("robot").pose.position[0]
@@ -96,7 +96,7 @@ class ExactMotionTests(WorldKit):
     @pytest.mark.parametrize("yaw", [0.0, pi / 2])
     def test_a_robot_ends_at_half_its_length_in_every_heading(self, yaw: float) -> None:
         place = at(1.5 * cos(yaw), 1.5 * sin(yaw), 1.0, yaw=yaw)
-        world = self.open(floor(), robot(yaw=yaw), thing("wall", Box((0.2, 6.0, 2.0)), place))
+        world = self.open(floor(), robot(yaw=yaw), prop("wall", Box((0.2, 6.0, 2.0)), place))
         world.advertise("/robot/cmd_vel").publish(twist(0.5, 0.0))
         self.drive(world, 0.5, 0.0, 3.0)
         x, y, _ = world.model_motion("robot").pose.position

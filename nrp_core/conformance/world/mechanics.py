@@ -16,7 +16,7 @@ from nrp_core.clock import seconds
 from nrp_core.conformance.world.changing import ARM_KG, ARM_M, INERTIA, arm
 from nrp_core.conformance.world.exact_motion import PENETRATION
 from nrp_core.conformance.world.kit import GRAVITY, WorldKit
-from nrp_core.conformance.world.scenes import at, floor, pendulum, robot, rubbing, thing
+from nrp_core.conformance.world.scenes import at, floor, pendulum, prop, robot, rubbing
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.geometry_msgs import Vector3, Wrench
 from nrp_core.world.messages.std_msgs import Float64
@@ -84,7 +84,7 @@ class MechanicsTests(WorldKit):
 
     def test_a_sliding_body_is_slowed_by_the_friction_of_its_shape(self) -> None:
         self.require("dynamics")
-        box = rubbing(thing("box", Box((0.6, 0.6, 0.1)), at(0, 0, 0.05), mass=1.0), 0.3)
+        box = rubbing(prop("box", Box((0.6, 0.6, 0.1)), at(0, 0, 0.05), mass=1.0), 0.3)
         pull = 0.4 * GRAVITY
         world = self.open(rubbing(floor(), 1.0), box, gravity=(pull, 0.0, -GRAVITY))
         self.run(world, 1.0)
@@ -180,7 +180,7 @@ class MechanicsTests(WorldKit):
         turn = np.array([[cos(0.6), -sin(0.6), 0.0], [sin(0.6), cos(0.6), 0.0], [0.0, 0.0, 1.0]])
         moments = np.array([[0.2, 0.05, 0.0], [0.05, 0.4, 0.0], [0.0, 0.0, 0.3]])
         own = Inertial(2.0, Pose.from_rpy((0.0, 0.0, 0.0), 0.0, 0.0, 0.6), (0.2, 0.4, 0.3, 0.05, 0.0, 0.0))
-        model = thing("box", Box((0.2, 0.2, 0.2)), at(0, 0, 5), mass=2.0)
+        model = prop("box", Box((0.2, 0.2, 0.2)), at(0, 0, 5), mass=2.0)
         world = self.open(replace(model, links=(replace(model.links[0], inertial=own),)), gravity=WEIGHTLESS)
         torque = 0.02 * np.eye(3)[axis]  # so small that what turns does not wobble
         wrench = Wrench(torque=Vector3(*torque.tolist()))

@@ -11,7 +11,7 @@ from math import pi, sqrt
 import pytest
 
 from nrp_core.conformance.world.kit import GRAVITY, WorldKit, states
-from nrp_core.conformance.world.scenes import at, floor, pendulum, robot, thing
+from nrp_core.conformance.world.scenes import at, floor, pendulum, prop, robot
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.model import Box, Sphere
 
@@ -27,7 +27,7 @@ class MotionTests(WorldKit):
     @pytest.mark.parametrize("direction", [(0, 0, -1), (1, 0, 0), (0, -1, 0)])
     def test_a_body_falls_along_gravity_by_half_g_t_squared(self, direction: Vector) -> None:
         self.require("dynamics")
-        ball = thing("ball", Sphere(0.1), at(0, 0, 10), mass=1.0)
+        ball = prop("ball", Sphere(0.1), at(0, 0, 10), mass=1.0)
         world = self.open(ball, gravity=tuple(GRAVITY * d for d in direction))  # type: ignore[arg-type]
         self.run(world, 0.5)
         t = world.now_ns * 1e-9
@@ -40,13 +40,13 @@ class MotionTests(WorldKit):
 
     def test_without_gravity_nothing_moves(self) -> None:
         self.require("dynamics")
-        world = self.open(thing("ball", Sphere(0.1), at(0, 0, 1), mass=1.0), gravity=(0.0, 0.0, 0.0))
+        world = self.open(prop("ball", Sphere(0.1), at(0, 0, 1), mass=1.0), gravity=(0.0, 0.0, 0.0))
         self.run(world, 0.5)
         assert world.model_motion("ball").pose.position == pytest.approx((0, 0, 1), abs=1e-9)
 
     def test_a_body_at_rest_stays_at_rest(self) -> None:
         self.require("dynamics")
-        world = self.open(floor(), thing("box", Box((0.4, 0.4, 0.4)), at(1, -2, 0.2), mass=5.0))
+        world = self.open(floor(), prop("box", Box((0.4, 0.4, 0.4)), at(1, -2, 0.2), mass=5.0))
         self.run(world, 1.0)
         motion = world.model_motion("box")
         assert motion.pose.position == pytest.approx((1, -2, 0.2), abs=4e-3)
@@ -55,7 +55,7 @@ class MotionTests(WorldKit):
     def test_a_static_body_does_not_fall(self) -> None:
         self.require("dynamics")
         world = self.open(
-            thing("shelf", Box((1, 1, 0.1)), at(0, 0, 3)), thing("b", Sphere(0.1), at(5, 5, 9), mass=1)
+            prop("shelf", Box((1, 1, 0.1)), at(0, 0, 3)), prop("b", Sphere(0.1), at(5, 5, 9), mass=1)
         )
         self.run(world, 0.5)
         assert world.model_motion("shelf").pose.position == pytest.approx((0, 0, 3), abs=1e-9)
@@ -63,7 +63,7 @@ class MotionTests(WorldKit):
     @pytest.mark.parametrize(("rpy", "axis"), AXES)
     def test_a_quarter_turn_is_reported_as_x_y_z_w(self, rpy: Vector, axis: Vector) -> None:
         self.require("dynamics")
-        turned = thing("box", Box((0.2, 0.3, 0.4)), Pose.from_rpy((0, 0, 5), *rpy), mass=1.0)
+        turned = prop("box", Box((0.2, 0.3, 0.4)), Pose.from_rpy((0, 0, 5), *rpy), mass=1.0)
         world = self.open(turned, gravity=(0.0, 0.0, 0.0))
         expected = (*(HALF * a for a in axis), HALF)
         for _ in range(2):
@@ -76,13 +76,13 @@ class MotionTests(WorldKit):
         """A long box, rotated upright, stands on its end: the height of its centre is half its length."""
         self.require("dynamics")
         upright = Pose.from_rpy((0, 0, 0.52), 0.0, pi / 2, 0.0)
-        world = self.open(floor(), thing("box", Box((1.0, 0.5, 0.5)), upright, mass=4.0))
+        world = self.open(floor(), prop("box", Box((1.0, 0.5, 0.5)), upright, mass=4.0))
         self.run(world, 1.0)
         assert world.model_motion("box").pose.position[2] == pytest.approx(0.5, abs=0.01)
 
     def test_a_robot_pushes_obstacles(self) -> None:
         self.require("dynamics")
-        box = thing("box", Box((0.3, 0.3, 0.3)), at(0.8, 0, 0.15), mass=0.5)
+        box = prop("box", Box((0.3, 0.3, 0.3)), at(0.8, 0, 0.15), mass=0.5)
         world = self.open(floor(), robot(), box)
         self.drive(world, 0.5, 0.0, 1.5)
         x, y, _ = world.model_motion("box").pose.position
@@ -92,13 +92,13 @@ class MotionTests(WorldKit):
         assert abs(y) < 0.15
 
     def test_a_wall_stops_a_robot(self) -> None:
-        world = self.open(floor(), robot(), thing("wall", Box((0.2, 6, 2)), at(1.1, 0, 1)))
+        world = self.open(floor(), robot(), prop("wall", Box((0.2, 6, 2)), at(1.1, 0, 1)))
         self.drive(world, 0.6, 0.0, 2.0)
         assert world.model_motion("wall").pose.position == pytest.approx((1.1, 0, 1), abs=1e-9)
         assert 0.4 < world.model_motion("robot").pose.position[0] < 0.65
 
     def test_an_object_without_collision_shapes_does_not_stop_a_robot(self) -> None:
-        ghost = thing("ghost", Box((0.2, 6, 2)), at(1.1, 0, 1), solid=False)
+        ghost = prop("ghost", Box((0.2, 6, 2)), at(1.1, 0, 1), solid=False)
         world = self.open(floor(), robot(), ghost)
         self.drive(world, 0.6, 0.0, 2.0)
         assert world.model_motion("robot").pose.position[0] > 0.9
@@ -118,7 +118,7 @@ class MotionTests(WorldKit):
 
     def test_distant_bodies_do_not_disturb_each_other(self) -> None:
         self.require("dynamics")
-        ball = thing("ball", Sphere(0.2), at(0, 0, 0.5), mass=1.0)
+        ball = prop("ball", Sphere(0.2), at(0, 0, 0.5), mass=1.0)
         alone = self.open(floor(), ball)
         together = self.open(floor(), ball, robot("robot", 9.0, 9.0))
         self.run(alone, 0.6)

@@ -34,7 +34,7 @@ CAMERA_HZ = 25.0
 DRIVE_TIMEOUT_S = 0.3
 
 
-def thing(
+def prop(
     name: str, geometry: Geometry, pose: Pose = Pose(), *,
     mass: float = 0.0, rgba: Rgba = GREY, solid: bool = True,
 ) -> Model:  # fmt: skip
@@ -60,12 +60,12 @@ def at(x: float, y: float, z: float, *, yaw: float = 0.0) -> Pose:
 
 def floor() -> Model:
     """Return the ground."""
-    return thing("floor", Plane((40.0, 40.0)))
+    return prop("floor", Plane((40.0, 40.0)))
 
 
 def screen(name: str, y: float, rgba: Rgba, *, x: float = 3.0, z: float = CAMERA_HEIGHT) -> Model:
     """Return a flat square that faces the origin and touches nothing."""
-    return thing(name, Box((0.1, 1.0, 1.0)), at(x, y, z), rgba=rgba, solid=False)
+    return prop(name, Box((0.1, 1.0, 1.0)), at(x, y, z), rgba=rgba, solid=False)
 
 
 def robot(

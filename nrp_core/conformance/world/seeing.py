@@ -19,9 +19,9 @@ from nrp_core.conformance.world.scenes import (
     WIDTH,
     at,
     floor,
+    prop,
     robot,
     screen,
-    thing,
 )  # fmt: skip
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Rgba
@@ -54,7 +54,7 @@ class SeeingTests(WorldKit):
 
     def test_a_camera_looks_along_the_x_axis_of_its_robot(self) -> None:
         """The screen is on the left of the world's x axis; the robot faces it."""
-        beside = thing("beside", Box((1.0, 0.1, 1.0)), at(0, 3, CAMERA_HEIGHT), rgba=RED, solid=False)
+        beside = prop("beside", Box((1.0, 0.1, 1.0)), at(0, 3, CAMERA_HEIGHT), rgba=RED, solid=False)
         seen = self.look(self.open(floor(), robot(yaw=pi / 2), beside))
         assert centre(where(seen, 0)) == pytest.approx((0.0, 0.0), abs=3 * PIXEL)
         assert not where(self.look(self.open(floor(), robot(), beside)), 0).any()
@@ -83,7 +83,7 @@ class SeeingTests(WorldKit):
         board = Box((0.01, 2 * across * metre, 2 * up * metre))
         place = at(ahead + 0.005, 0, CAMERA_HEIGHT)
         mask = where(
-            self.look(self.open(floor(), robot(), thing("board", board, place, rgba=RED, solid=False))), 0
+            self.look(self.open(floor(), robot(), prop("board", board, place, rgba=RED, solid=False))), 0
         )
         seen_across, seen_up = columns + (beyond > 0), rows + (beyond > 0)
         expected = np.zeros_like(mask)
@@ -189,7 +189,7 @@ class SeeingTests(WorldKit):
 
     def test_each_robot_sees_with_its_own_camera(self) -> None:
         turned = robot("b", y=-4.0, yaw=pi)
-        behind = thing("behind", Box((0.1, 1.0, 1.0)), at(-3, -4, CAMERA_HEIGHT), rgba=BLUE, solid=False)
+        behind = prop("behind", Box((0.1, 1.0, 1.0)), at(-3, -4, CAMERA_HEIGHT), rgba=BLUE, solid=False)
         world = self.open(floor(), robot("a"), turned, screen("screen", 0.0, RED), behind)
         first, second = self.look(world, "a"), self.look(world, "b")
         assert where(first, 0).any()

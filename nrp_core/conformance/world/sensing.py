@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from nrp_core.conformance.world.kit import GRAVITY, WorldKit
-from nrp_core.conformance.world.scenes import at, floor, pendulum, robot, thing
+from nrp_core.conformance.world.scenes import at, floor, pendulum, prop, robot
 from nrp_core.errors import CapabilityError
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Inertial, Joint, Link, Model, Sphere
@@ -28,7 +28,7 @@ LASER = Laser("laser", "/scan", 50.0, samples=91, angle_min=-pi / 4, angle_max=p
 def carrier(*sensors: Sensor, pose: Pose = at(0, 0, 0.5), size: float = 0.2) -> Model:
     """Return a box that carries sensors."""
     box = Box((size, size, size))
-    body = thing("carrier", box, mass=MASS).links[0]
+    body = prop("carrier", box, mass=MASS).links[0]
     link = Link("link", Pose(), body.inertial, body.visuals, body.collisions, sensors)
     return Model("carrier", (link,), pose=pose)
 
@@ -55,7 +55,7 @@ class SensingTests(WorldKit):
     @pytest.mark.parametrize("yaw", [0.0, 0.6])
     def test_a_laser_measures_the_distance_to_a_wall(self, yaw: float) -> None:
         self.require("links")
-        wall = thing("wall", Box((0.2, 20.0, 2.0)), at(3.1, 0, 1))
+        wall = prop("wall", Box((0.2, 20.0, 2.0)), at(3.1, 0, 1))
         held = replace(carrier(LASER, pose=at(0, 0, 0.5, yaw=yaw)), static=not self.capabilities.dynamics)
         world = self.open(wall, held, gravity=(0.0, 0.0, 0.0))
         ranges = self._sensed(world, "/scan").ranges
@@ -67,7 +67,7 @@ class SensingTests(WorldKit):
     def test_a_laser_measures_moving_bodies(self) -> None:
         self.require("dynamics")
         self.require("links")
-        ball = thing("ball", Sphere(0.5), at(3, 0, 5), mass=1.0)
+        ball = prop("ball", Sphere(0.5), at(3, 0, 5), mass=1.0)
         world = self.open(ball, carrier(LASER, pose=at(0, 0, 0.5)), floor())
         assert self._sensed(world, "/scan", 0.02).ranges[45] == inf
         expected = 3 - (0.5**2 - 0.4**2) ** 0.5  # the laser is now 0.4 m below the centre of the ball
@@ -139,7 +139,7 @@ class SensingTests(WorldKit):
 
     def test_depth_is_the_distance_along_the_line_of_sight(self) -> None:
         self.require_camera()
-        wall = thing("wall", Box((0.2, 8.0, 6.0)), at(3.1, 0, 1))
+        wall = prop("wall", Box((0.2, 8.0, 6.0)), at(3.1, 0, 1))
         world = self.open(wall, robot())
         try:
             depth = world.engine.depth("robot", "eye", "camera")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from nrp_core.conformance.world.kit import WorldKit, paint, states, twist
-from nrp_core.conformance.world.scenes import BLUE, RED, at, floor, pendulum, robot, screen, thing
+from nrp_core.conformance.world.scenes import BLUE, RED, at, floor, pendulum, prop, robot, screen
 from nrp_core.errors import LifecycleError, SnapshotError, TimestepError
 from nrp_core.world.interface import WORLD_INTERFACE_VERSION
 from nrp_core.world.scene.model import Box, Model, Sphere
@@ -19,8 +19,8 @@ def busy() -> tuple[Model, ...]:
     """Return a scene in which objects soon touch each other."""
     return (
         floor(), robot(), robot("other", 0.2, 1.5),
-        thing("box", Box((0.3, 0.3, 0.3)), at(0.7, 0.05, 0.2), mass=1.0),
-        thing("ball", Sphere(0.15), at(-1, 0, 0.5), mass=1.0),
+        prop("box", Box((0.3, 0.3, 0.3)), at(0.7, 0.05, 0.2), mass=1.0),
+        prop("ball", Sphere(0.15), at(-1, 0, 0.5), mass=1.0),
         pendulum(), screen("screen", 0.0, BLUE),
     )  # fmt: skip
 
@@ -90,7 +90,7 @@ class StateTests(WorldKit):
 
     def test_a_run_ends_exactly_at_the_requested_time(self) -> None:
         self.require("dynamics")
-        world = self.open(thing("ball", Sphere(0.1), at(0, 0, 10), mass=1.0))
+        world = self.open(prop("ball", Sphere(0.1), at(0, 0, 10), mass=1.0))
         step_ns = self.capabilities.step_ns
         speeds = []
         for steps in (1, 2, 5, 6):

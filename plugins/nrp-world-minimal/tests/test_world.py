@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from nrp_world_minimal.engine import Footprint, MinimalBackend, way_out
 
 from nrp_core.conformance.world.kit import twist
-from nrp_core.conformance.world.scenes import at, floor, robot, thing
+from nrp_core.conformance.world.scenes import at, floor, prop, robot
 from nrp_core.world import Box, Scene, WorldOptions
 
 coordinates = st.floats(-1, 1)
@@ -51,7 +51,7 @@ def driven(*models, seconds=3.0, **commands):
 
 
 def test_a_robot_slides_along_a_wall():
-    wall = thing("wall", Box((20, 0.2, 2)), at(0, 1, 1))
+    wall = prop("wall", Box((20, 0.2, 2)), at(0, 1, 1))
     pose = driven(floor(), robot(yaw=0.4), wall, robot=(0.8, 0.0))["robot"]
     assert pose.position[0] == pytest.approx(2.4 * np.cos(0.4), abs=0.05)
     assert pose.position[1] < 0.65
@@ -59,7 +59,7 @@ def test_a_robot_slides_along_a_wall():
 
 
 def test_a_corner_stops_a_robot():
-    walls = thing("a", Box((0.2, 9, 2)), at(1.5, 0, 1)), thing("b", Box((9, 0.2, 2)), at(0, 1.5, 1))
+    walls = prop("a", Box((0.2, 9, 2)), at(1.5, 0, 1)), prop("b", Box((9, 0.2, 2)), at(0, 1.5, 1))
     x, y, _ = driven(floor(), robot(yaw=pi / 4), *walls, seconds=4.0, robot=(0.8, 0.0))["robot"].position
     assert x < 1.0
     assert y < 1.0
@@ -68,8 +68,8 @@ def test_a_corner_stops_a_robot():
 
 def test_bodies_above_or_flat_on_the_ground_are_not_obstacles():
     bridge, sill = (
-        thing("bridge", Box((0.2, 9, 1)), at(1, 0, 2)),
-        thing("sill", Box((0.2, 9, 0.04)), at(1, 0, 0)),
+        prop("bridge", Box((0.2, 9, 1)), at(1, 0, 2)),
+        prop("sill", Box((0.2, 9, 0.04)), at(1, 0, 0)),
     )
     assert driven(floor(), robot(), bridge, sill, robot=(0.8, 0.0))["robot"].position[0] == pytest.approx(2.4)
 

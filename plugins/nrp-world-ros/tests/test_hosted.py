@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 from nrp_core import worlds
 from nrp_core.conformance.world.kit import states, twist
-from nrp_core.conformance.world.scenes import BLUE, RED, at, floor, pendulum, robot, screen, thing
+from nrp_core.conformance.world.scenes import BLUE, RED, at, floor, pendulum, prop, robot, screen
 from nrp_core.errors import LifecycleError, SimulationError
 from nrp_core.world import Box, ModelMotion, Scene, Sphere, Stamped, World
 from nrp_core.world.messages.base import Duration
@@ -36,7 +36,7 @@ pytestmark = pytest.mark.usefixtures("no_idle_bodies")
 DOMAIN = 100 + os.getpid() % 100
 SCENE = Scene((
     floor(), robot(), pendulum(), screen("screen", 0.0, BLUE),
-    thing("box", Box((0.3, 0.3, 0.3)), at(0.9, 0.05, 0.16), mass=1.0),
+    prop("box", Box((0.3, 0.3, 0.3)), at(0.9, 0.05, 0.16), mass=1.0),
 ))  # fmt: skip
 STEP_NS = 20_000_000
 
@@ -88,7 +88,7 @@ def pushed(world: World) -> None:
 
 
 def spawned(world: World) -> None:
-    world.spawn(thing("ball", Sphere(0.2), at(0, 3, 1), mass=1.0))
+    world.spawn(prop("ball", Sphere(0.2), at(0, 3, 1), mass=1.0))
     world.spawn(robot("late", y=2.0))
     world.advertise("/late/cmd_vel").publish(twist(0.4, 0.0))
     world.delete("box")

@@ -142,7 +142,7 @@ class Parts:
     tyre: Rgba = (0.1, 0.1, 0.1, 1.0)
 
     @staticmethod
-    def thing(
+    def prop(
         name: str,
         geometry: Geometry,
         pose: Pose = Pose(),
@@ -164,12 +164,12 @@ class Parts:
 
     @classmethod
     def floor(cls, friction: float = 1.0) -> Model:
-        return cls.thing("floor", Plane((30.0, 30.0)), friction=friction, rgba=(0.5, 0.5, 0.4, 1.0))
+        return cls.prop("floor", Plane((30.0, 30.0)), friction=friction, rgba=(0.5, 0.5, 0.4, 1.0))
 
     @classmethod
     def wall(cls, x: float, rgba: Rgba = GREY) -> Model:
         """Return a wall whose face towards the origin is at ``x``."""
-        return cls.thing("wall", Box((0.2, 8.0, 2.0)), Pose((x + 0.1, 0.0, 1.0)), rgba=rgba)
+        return cls.prop("wall", Box((0.2, 8.0, 2.0)), Pose((x + 0.1, 0.0, 1.0)), rgba=rgba)
 
     @staticmethod
     def hanging(

@@ -77,9 +77,9 @@ def test_an_engine_that_does_not_import_is_a_clear_error(backend, parts, monkeyp
 def test_a_broken_mesh_is_refused(open_world, parts, tmp_path, renderer, content):
     path = tmp_path / "broken.obj"
     path.write_text(content)
-    thing = parts.thing("thing", Mesh(path), solid=False)
+    prop = parts.prop("thing", Mesh(path), solid=False)
     with pytest.raises(SceneError, match=r"broken\.obj"):
-        open_world(thing, parts.husky(), renderer=renderer)
+        open_world(prop, parts.husky(), renderer=renderer)
 
 
 def test_a_machine_is_diagnosed(backend):
@@ -121,6 +121,6 @@ def test_a_library_that_does_not_render_is_detected(monkeypatch, tmp_path):
 
 def test_worlds_are_opened_and_closed_again_and_again(open_world, parts):
     for _ in range(30):
-        world = open_world(parts.floor(), parts.thing("box", Box((1, 1, 1)), mass=1.0))
+        world = open_world(parts.floor(), parts.prop("box", Box((1, 1, 1)), mass=1.0))
         world.run_until(20_000_000)
         world.close()

@@ -20,7 +20,7 @@ STEPS = 60
 @pytest.fixture
 def scene(parts):
     """Return a robot with a noisy camera, a box to push and something that swings."""
-    box = parts.thing("box", Box((0.3, 0.3, 0.3)), Pose((0.8, 0.1, 0.16)), mass=2.0)
+    box = parts.prop("box", Box((0.3, 0.3, 0.3)), Pose((0.8, 0.1, 0.16)), mass=2.0)
     robot = parts.husky(pose=Pose((0, 0, 0.2)), noise=Noise(stddev=0.05))
     return Scene((parts.floor(), box, robot, parts.hanging("revolute", (0, 1, 0), com=(0.3, 0.0, -0.3))))
 

@@ -39,7 +39,7 @@ EYE = Pose((-0.16, 0.0, 0.503))  # of the standing robot's camera
 def ahead(parts, name, x=0.0, y=0.0, z=0.0, *, geometry=None, rgba=RED, turned=None):
     """Return a thing at a place given in the camera's frame."""
     pose = EYE @ Pose((x, y, z)) @ (turned or Pose())
-    return parts.thing(name, geometry or Box((0.2, 0.2, 0.2)), pose, rgba=rgba, solid=False)
+    return parts.prop(name, geometry or Box((0.2, 0.2, 0.2)), pose, rgba=rgba, solid=False)
 
 
 def scene_of(*models):
@@ -180,7 +180,7 @@ def test_a_camera_on_a_moving_joint_looks_where_the_joint_stands(renderer, parts
     moment = (0.1, 0.1, 0.1, 0, 0, 0)
     inertial = replace(parts.husky().links[0].inertial, mass=1.0, pose=Pose((0, -0.3, 0)), inertia=moment)
     head = Model("head", (Link("head", Pose((0, 0, 1)), inertial, sensors=(camera,)),), (neck,))
-    target = parts.thing("target", Sphere(0.3), Pose((1.0, 2.6, 1.0)), rgba=RED)  # at about 1.2 rad
+    target = parts.prop("target", Sphere(0.3), Pose((1.0, 2.6, 1.0)), rgba=RED)  # at about 1.2 rad
     scene = replace(scene_of(head, target), gravity=(9.8, 0.0, 0.0))  # turns the head left, up to its limit
     with backend.open(scene, seed=1, options=backend.options(renderer=name)) as world:
         assert not where(world.engine.render("head", "head", "camera"), (255, 0, 0))[0].size

@@ -162,7 +162,7 @@ def test_a_robot_that_pushes_against_a_wall_can_turn_away(open_world, parts, dri
 
 
 def test_a_robot_in_a_corner_gets_out(open_world, parts, driver):
-    post = parts.thing("post", Box((2.0, 0.18, 1.4)), Pose((0.0, 1.3, 0.7)))
+    post = parts.prop("post", Box((2.0, 0.18, 1.4)), Pose((0.0, 1.3, 0.7)))
     place = Pose.from_rpy((1.15, 0.0, parts.standing), 0, 0, pi / 2)
     world = open_world(parts.floor(), post, parts.husky(pose=place))
     robot = driver(world)
@@ -172,7 +172,7 @@ def test_a_robot_in_a_corner_gets_out(open_world, parts, driver):
 
 
 def test_a_pushed_box_moves_and_brakes_the_robot_little(open_world, parts, driver):
-    box = parts.thing("box", Box((0.3, 0.3, 0.3)), Pose((1.0, 0, 0.15)), mass=3.0, friction=0.5)
+    box = parts.prop("box", Box((0.3, 0.3, 0.3)), Pose((1.0, 0, 0.15)), mass=3.0, friction=0.5)
     world = open_world(parts.floor(), box, parts.husky())
     pose = driver(world).drive(0.5, 0.0, 4.0)
     assert pose.position[0] == pytest.approx(2.0, abs=0.05)
@@ -182,7 +182,7 @@ def test_a_pushed_box_moves_and_brakes_the_robot_little(open_world, parts, drive
 def test_weak_motors_push_weakly(open_world, parts, driver):
     strong = parts.husky()
     weak = replace(strong, drives=(replace(strong.drives[0], torque=2.0),))
-    heavy = parts.thing("heavy", Box((0.5, 0.5, 0.5)), Pose((0.9, 0, 0.25)), mass=15.0)
+    heavy = parts.prop("heavy", Box((0.5, 0.5, 0.5)), Pose((0.9, 0, 0.25)), mass=15.0)
     moved = []
     for robot in (strong, weak):
         world = open_world(parts.floor(), heavy, robot)

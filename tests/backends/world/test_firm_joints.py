@@ -148,7 +148,7 @@ def test_a_load_beyond_the_limit_of_effort_pulls_the_joint_along(open_world, adv
 def test_a_joint_without_a_limit_of_effort_does_not_crush_the_world(open_world, parts, advance):
     rod = chain(links=1)
     tip = replace(rod.links[0], collisions=(Collision("tip", Box((0.04, 0.04, 0.04)), Pose((LENGTH, 0, 0))),))
-    world = open_world(replace(rod, links=(tip,)), parts.thing("wall", Box((1, 1, 0.1)), Pose((0, 0, 1.9))))
+    world = open_world(replace(rod, links=(tip,)), parts.prop("wall", Box((1, 1, 0.1)), Pose((0, 0, 1.9))))
     command(world, 1.5)
     advance(world, 1.0)
     assert world.joint_states("chain").positions[0] == pytest.approx(0.15, abs=0.03)

@@ -72,7 +72,7 @@ def test_joints_follow_the_one_they_mimic(open_world, advance):
 def test_a_leader_joint_feels_the_obstacles_of_its_follower(open_world, parts, advance):
     hand = gripper(Mimic("thumb_joint"))
     finger = replace(hand.links[2], collisions=(Collision("tip", Box((0.02, 0.02, 0.02))),))
-    wall = parts.thing("wall", Box((0.1, 0.5, 0.5)), Pose((0.075, 0.1, 0.0)))  # 15 mm from the tip
+    wall = parts.prop("wall", Box((0.1, 0.5, 0.5)), Pose((0.075, 0.1, 0.0)))  # 15 mm from the tip
     world = open_world(replace(hand, links=(*hand.links[:2], finger)), wall)
     world.advertise("/hand/thumb").publish(Float64(0.1))
     advance(world, 1.0)

@@ -194,7 +194,7 @@ def chain() -> Model:
 
 
 def ball(parts, **keys) -> Model:
-    return parts.thing("ball", Sphere(0.1), Pose((0.0, 0.0, 5.0)), mass=2.0, **keys)
+    return parts.prop("ball", Sphere(0.1), Pose((0.0, 0.0, 5.0)), mass=2.0, **keys)
 
 
 def free(model: Model) -> Scene:

@@ -80,7 +80,7 @@ def test_a_mesh_looks_like_the_shape_that_it_has(look, parts, cube):
     assert isinstance(mesh, Mesh)
     place, rgba = Pose((1.2, 0.3, 0.5)), (1, 0, 0, 1)
     images = [
-        look(parts.thing("thing", geometry, place, rgba=rgba, solid=False), parts.husky())
+        look(parts.prop("thing", geometry, place, rgba=rgba, solid=False), parts.husky())
         for geometry in (mesh, Box((SIDE, SIDE, SIDE)))
     ]
     red = [(image == (255, 0, 0)).all(axis=2) for image in images]

@@ -15,7 +15,7 @@ from nrp_core.world.scene.model import Box, Collision, Inertial, Joint, Link, Mo
 
 def test_a_pose_comes_back_as_it_was_given_w_last(open_world, parts):
     given = Pose.from_rpy((1.0, 2.0, 3.0), 0.1, 0.2, pi / 2)
-    world = open_world(parts.thing("box", Box((0.1, 0.2, 0.3)), given, mass=1.0))
+    world = open_world(parts.prop("box", Box((0.1, 0.2, 0.3)), given, mass=1.0))
     pose = world.model_motion("box").pose
     assert pose.position == pytest.approx(given.position)
     assert pose.orientation == pytest.approx(given.orientation)
@@ -32,7 +32,7 @@ def test_a_static_model_does_not_move(open_world, parts, advance):
 
 
 def test_a_body_falls_by_half_g_t_squared(open_world, parts, advance):
-    world = open_world(parts.thing("ball", Sphere(0.1), Pose((0.5, -0.5, 10.0)), mass=2.0))
+    world = open_world(parts.prop("ball", Sphere(0.1), Pose((0.5, -0.5, 10.0)), mass=2.0))
     advance(world, 1.0)
     motion = world.model_motion("ball")
     # engines integrate semi-implicitly: half a step more than the parabola
@@ -41,14 +41,14 @@ def test_a_body_falls_by_half_g_t_squared(open_world, parts, advance):
 
 
 def test_gravity_is_that_of_the_scene(open_world, parts, advance):
-    ball = parts.thing("ball", Sphere(0.1), mass=2.0)
+    ball = parts.prop("ball", Sphere(0.1), mass=2.0)
     world = open_world(Scene((ball,), gravity=(1.0, 0.0, 0.0)))
     advance(world, 0.5)
     assert world.model_motion("ball").linear == pytest.approx((0.5, 0.0, 0.0), abs=1e-6)
 
 
 def test_a_box_rests_on_the_floor(open_world, parts, advance):
-    world = open_world(parts.floor(), parts.thing("box", Box((0.2, 0.2, 0.2)), Pose((0, 0, 0.12)), mass=5.0))
+    world = open_world(parts.floor(), parts.prop("box", Box((0.2, 0.2, 0.2)), Pose((0, 0, 0.12)), mass=5.0))
     advance(world, 2.0)
     motion = world.model_motion("box")
     assert motion.pose.position == pytest.approx((0, 0, 0.1), abs=2e-3)
@@ -57,7 +57,7 @@ def test_a_box_rests_on_the_floor(open_world, parts, advance):
 
 def test_a_tower_of_boxes_stands(open_world, parts, advance):
     boxes = [
-        parts.thing(f"box{i}", Box((0.2, 0.2, 0.2)), Pose((0, 0, 0.1 + 0.2 * i)), mass=1.0) for i in range(3)
+        parts.prop(f"box{i}", Box((0.2, 0.2, 0.2)), Pose((0, 0, 0.1 + 0.2 * i)), mass=1.0) for i in range(3)
     ]
     world = open_world(parts.floor(), *boxes)
     advance(world, 2.0)
@@ -68,8 +68,8 @@ def test_a_tower_of_boxes_stands(open_world, parts, advance):
 def test_a_sliding_box_is_braked_by_the_more_slippery_surface(open_world, parts, advance, floor, box):
     angle = radians(30)
     slope = Pose.from_rpy((0, 0, 0), 0, angle, 0)  # down along x
-    plane = parts.thing("slope", Box((20, 20, 1)), slope @ Pose((0, 0, -0.5)), friction=floor)
-    slider = parts.thing("slider", Box((0.4, 0.4, 0.2)), slope @ Pose((0, 0, 0.1)), mass=3.0, friction=box)
+    plane = parts.prop("slope", Box((20, 20, 1)), slope @ Pose((0, 0, -0.5)), friction=floor)
+    slider = parts.prop("slider", Box((0.4, 0.4, 0.2)), slope @ Pose((0, 0, 0.1)), mass=3.0, friction=box)
     world = open_world(plane, slider)
     advance(world, 1.0)
     speed = np.linalg.norm(world.model_motion("slider").linear)
@@ -170,7 +170,7 @@ def test_a_spinning_body_keeps_its_angular_velocity_in_the_world(open_world, par
 
 def test_on_a_slope_the_robot_stands_still_and_turns_about_its_own_axis(open_world, parts, driver):
     tilt = Pose.from_rpy((0, 0, 0), 0, radians(15), 0)
-    slope = parts.thing("slope", Box((20, 20, 1)), tilt @ Pose((0, 0, -0.5)))
+    slope = parts.prop("slope", Box((20, 20, 1)), tilt @ Pose((0, 0, -0.5)))
     world = open_world(slope, parts.husky(pose=tilt @ Pose((0, 0, parts.standing))))
     robot = driver(world)
     start = robot.drive(0.0, 0.0, 0.5)
@@ -205,7 +205,7 @@ def test_a_slippery_foot_slides_though_the_rest_of_its_body_would_not(open_world
             Collision(f"foot{i}", Sphere(0.05), Pose((x, y, -0.1)), mu) for i, (x, y, mu) in enumerate(feet)
         ),
     )
-    slope = parts.thing("slope", Box((20, 20, 1)), Pose.from_rpy((0, 0, -0.5), 0, radians(10), 0))
+    slope = parts.prop("slope", Box((20, 20, 1)), Pose.from_rpy((0, 0, -0.5), 0, radians(10), 0))
     world = open_world(slope, Model("table", (table,), pose=Pose.from_rpy((0, 0, 0.16), 0, radians(10), 0)))
     advance(world, 1.0)
     assert world.model_motion("table").linear[0] > 1.0
@@ -227,7 +227,7 @@ def test_a_movable_link_without_mass_is_refused(open_world):
 
 
 def test_a_box_slides_and_turns_on_a_plane_without_rattling(open_world, parts):
-    world = open_world(parts.floor(), parts.thing("box", Box((0.4, 0.3, 0.2)), mass=5.0, friction=0.0))
+    world = open_world(parts.floor(), parts.prop("box", Box((0.4, 0.3, 0.2)), mass=5.0, friction=0.0))
     world.place("box", ModelMotion(Pose((0.0, 0.0, 0.1)), (0.3, 0.1, 0.0), (0.0, 0.0, 0.4)))
     upwards = []
     for step in range(50, 500):

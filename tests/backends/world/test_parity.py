@@ -28,7 +28,7 @@ SHIPPED = Path(str(files("nrp_experiments.braitenberg_husky")))
 def slope(parts, degrees: float) -> tuple[Model, Pose]:
     """Return ground that rises along x, and its frame at the origin."""
     frame = Pose.from_rpy((0, 0, 0), 0, -radians(degrees), 0)
-    return parts.thing("slope", Box((20, 20, 1)), frame @ Pose((0, 0, -0.5))), frame
+    return parts.prop("slope", Box((20, 20, 1)), frame @ Pose((0, 0, -0.5))), frame
 
 
 @pytest.mark.parametrize("inertia", [0.4, 2 / 3])
@@ -84,7 +84,7 @@ def test_on_a_slope_a_robot_drives_as_far_as_on_flat_ground(open_world, parts, d
 
 
 def test_a_load_changes_little(open_world, parts, driver):
-    crate = parts.thing("crate", Box((0.4, 0.4, 0.2)), Pose((0.1, 0, parts.standing + 0.34)), mass=20.0)
+    crate = parts.prop("crate", Box((0.4, 0.4, 0.2)), Pose((0.1, 0, parts.standing + 0.34)), mass=20.0)
     world = open_world(parts.floor(), parts.husky(), crate)
     robot = driver(world)
     robot.drive(0.0, 0.0, 0.5)

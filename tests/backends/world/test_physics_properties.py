@@ -16,7 +16,7 @@ MOON = -1.62
 
 
 def falling(parts) -> Scene:
-    return Scene((parts.thing("ball", Sphere(0.1), Pose((0.0, 0.0, 20.0)), mass=1.0),))
+    return Scene((parts.prop("ball", Sphere(0.1), Pose((0.0, 0.0, 20.0)), mass=1.0),))
 
 
 def height(world) -> float:
@@ -61,7 +61,7 @@ def test_a_published_request_is_done_too_and_robots_drive_on(open_world, parts, 
     world.advertise(SET).publish(request)
     pose = drive.drive(0.5, 0.0, 0.5)
     assert pose.position[0] == pytest.approx(0.5, abs=0.01)
-    with_friction = parts.thing("box", Box((0.2, 0.2, 0.2)), Pose((0.0, 2.0, 0.1)), mass=2.0)
+    with_friction = parts.prop("box", Box((0.2, 0.2, 0.2)), Pose((0.0, 2.0, 0.1)), mass=2.0)
     world.spawn(with_friction)
     assert world.scene.gravity[2] == MOON
 

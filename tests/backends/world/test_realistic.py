@@ -22,8 +22,8 @@ def looking(open_world, parts):
     """Open a white floor, a plate over a part of it, and an eye that looks at its shadow."""
 
     def looking(*lights: Light, renderer: str = "realistic"):
-        floor = parts.thing("floor", Box((20.0, 20.0, 0.1)), Pose((0, 0, -0.05)), rgba=WHITE)
-        plate = parts.thing(
+        floor = parts.prop("floor", Box((20.0, 20.0, 0.1)), Pose((0, 0, -0.05)), rgba=WHITE)
+        plate = parts.prop(
             "plate", Box((2.0, 8.0, 0.05)), Pose((4.0, 0, 2.0)), rgba=(1, 0, 0, 1), solid=False
         )
         camera = Camera("camera", "/eye", 30.0, 1.0, 32, 24, depth_topic="/depth")
@@ -87,7 +87,7 @@ def test_a_colour_that_is_set_is_lit_as_well(looking):
 
 
 def test_an_emissive_surface_keeps_its_colour_in_the_shadow_and_under_coloured_light(open_world, parts):
-    floor = parts.thing("floor", Box((20.0, 20.0, 0.1)), Pose((0, 0, -0.05)), rgba=WHITE)
+    floor = parts.prop("floor", Box((20.0, 20.0, 0.1)), Pose((0, 0, -0.05)), rgba=WHITE)
     screen = Visual("screen", Box((1.0, 1.0, 1.0)), rgba=(1.0, 0.0, 0.0, 1.0), glows=True)
     camera = Camera("camera", "/eye", 30.0, 1.0, 32, 24)
     models = (
@@ -111,7 +111,7 @@ def test_an_emissive_surface_keeps_its_colour_in_the_shadow_and_under_coloured_l
 def test_a_visual_that_is_given_a_glowing_material_glows_until_it_is_reset(
     open_world, parts, kind, value, seen
 ):
-    screen = parts.thing("screen", Box((1.0, 1.0, 1.0)), Pose((2.0, 0.0, 0.5)), rgba=WHITE)
+    screen = parts.prop("screen", Box((1.0, 1.0, 1.0)), Pose((2.0, 0.0, 0.5)), rgba=WHITE)
     camera = Camera("camera", "/eye", 30.0, 1.0, 32, 24)
     eye = Model("eye", (Link("eye", sensors=(camera,)),), pose=Pose((0.0, 0.0, 0.5)), static=True)
     world = open_world(Scene((screen, eye)), renderer="realistic")
@@ -134,8 +134,8 @@ def test_each_kind_of_light_throws_the_shadow_of_what_is_before_it(looking, kind
 
 
 def test_a_shadow_goes_with_what_throws_it(open_world, parts, advance):
-    floor = parts.thing("floor", Box((20.0, 20.0, 0.1)), Pose((0, 0, -0.05)), rgba=WHITE)
-    plate = parts.thing("plate", Box((2.0, 8.0, 0.05)), Pose((4.0, 0, 2.0)), mass=1.0, solid=False)
+    floor = parts.prop("floor", Box((20.0, 20.0, 0.1)), Pose((0, 0, -0.05)), rgba=WHITE)
+    plate = parts.prop("plate", Box((2.0, 8.0, 0.05)), Pose((4.0, 0, 2.0)), mass=1.0, solid=False)
     camera = Camera("camera", "/eye", 30.0, 1.0, 32, 24)
     eye = Model(
         "eye", (Link("eye", sensors=(camera,)),), pose=Pose.from_rpy((0, 0, 1.5), 0, 0.4, 0), static=True
@@ -150,8 +150,8 @@ def test_a_shadow_goes_with_what_throws_it(open_world, parts, advance):
 
 
 def test_an_object_that_appears_later_throws_a_shadow_from_then_on(open_world, parts):
-    ground = parts.thing("ground", Box((100.0, 100.0, 0.1)), Pose((0, 0, -0.05)), rgba=WHITE)
-    stone = parts.thing("stone", Box((0.1, 0.1, 0.1)), Pose((0.0, 0.0, 0.05)))
+    ground = parts.prop("ground", Box((100.0, 100.0, 0.1)), Pose((0, 0, -0.05)), rgba=WHITE)
+    stone = parts.prop("stone", Box((0.1, 0.1, 0.1)), Pose((0.0, 0.0, 0.05)))
     hidden = Visual("visual", Box((2.0, 8.0, 0.05)), rgba=(1.0, 0.0, 0.0, 0.0))
     plate = Model("plate", (Link("link", visuals=(hidden,)),), pose=Pose((4.0, 0.0, 2.0)), static=True)
     sensors = (Camera("camera", "/eye", 30.0, 1.0, 32, 24),)

@@ -87,8 +87,8 @@ def test_a_laser_measures_the_distance_to_a_wall_in_every_direction(open_world, 
     ],
 )
 def test_each_shape_is_met_where_it_begins(open_world, parts, advance, shape, distance):
-    thing = parts.thing("thing", shape, Pose((2.0, 0.0, 0.5)))
-    scan = sense(open_world(fixed(LASER), thing), "/scan", advance)
+    prop = parts.prop("thing", shape, Pose((2.0, 0.0, 0.5)))
+    scan = sense(open_world(fixed(LASER), prop), "/scan", advance)
     assert scan.ranges[90] == pytest.approx(distance, abs=1e-5)
 
 
@@ -99,14 +99,14 @@ def test_a_mesh_is_met_at_its_triangles(open_world, parts, advance, tmp_path):
     records = np.zeros(len(faces), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("flags", "<u2")])
     records["corners"] = corners[np.array(faces)]
     mesh.write_bytes(bytes(80) + np.uint32(len(faces)).tobytes() + records.tobytes())
-    thing = parts.thing("thing", Mesh(mesh), Pose((2.0, 0.0, 0.5)))
-    scan = sense(open_world(fixed(LASER), thing), "/scan", advance)
+    prop = parts.prop("thing", Mesh(mesh), Pose((2.0, 0.0, 0.5)))
+    scan = sense(open_world(fixed(LASER), prop), "/scan", advance)
     assert scan.ranges[90] == pytest.approx(2.0, abs=1e-5)
     assert np.isfinite(scan.ranges).sum() == 2 * int(np.degrees(atan2(1.0, 2.0))) + 1
 
 
 def test_a_laser_turns_with_its_robot_and_sees_what_moves(open_world, parts, advance):
-    ball = parts.thing("ball", Sphere(0.5), Pose((0.0, 2.0, 0.5)), mass=1.0)
+    ball = parts.prop("ball", Sphere(0.5), Pose((0.0, 2.0, 0.5)), mass=1.0)
     turned = Pose.from_rpy((0.0, 0.0, 0.5), 0.0, 0.0, pi / 2)
     world = open_world(Scene((fixed(LASER, pose=turned), ball), gravity=(0.0, 0.0, 0.0)))
     assert sense(world, "/scan", advance).ranges[90] == pytest.approx(1.5, abs=1e-5)
@@ -122,7 +122,7 @@ LIDAR = Laser(
 
 
 def test_a_lidar_sees_a_floor_and_a_wall_in_layers(open_world, parts, advance):
-    floor = parts.thing("floor", Box((20.0, 20.0, 1.0)), Pose((0.0, 0.0, -0.5)))
+    floor = parts.prop("floor", Box((20.0, 20.0, 1.0)), Pose((0.0, 0.0, -0.5)))
     world = open_world(fixed(LIDAR, pose=Pose((0.5, 0.0, 0.5))), parts.wall(3.0), floor)
     cloud = sense(world, "/points", advance)
     assert (cloud.height, cloud.width, cloud.header.frame_id) == (9, 41, "carrier/link")
@@ -163,9 +163,9 @@ def moved(name: str, *, x: float = 0.0, y: float = 0.0, z: float = 0.5):
 def test_a_laser_does_not_see_its_own_body_nor_what_is_too_near(open_world, parts, advance):
     near = replace(LASER, range_min=1.0)
     model = fixed(near)
-    box = parts.thing("shell", Box((0.4, 0.4, 0.4))).links[0]
+    box = parts.prop("shell", Box((0.4, 0.4, 0.4))).links[0]
     model = replace(model, links=(replace(model.links[0], collisions=box.collisions),))
-    world = open_world(model, parts.thing("ball", Sphere(0.1), Pose((0.6, 0.0, 0.5))), parts.wall(3.0))
+    world = open_world(model, parts.prop("ball", Sphere(0.1), Pose((0.6, 0.0, 0.5))), parts.wall(3.0))
     assert sense(world, "/scan", advance).ranges[90] == pytest.approx(3.0, abs=1e-5)
 
 
@@ -189,9 +189,7 @@ def test_a_depth_camera_sees_how_far_away_things_are(open_world, parts, advance)
     camera = Camera(
         "camera", "/color", 50.0, pi / 2, 32, 24, depth_topic="/depth", info_topic="/info", far=20.0
     )
-    world = open_world(
-        fixed(camera), parts.wall(3.0), parts.thing("ball", Sphere(0.5), Pose((2.0, 0.0, 0.5)))
-    )
+    world = open_world(fixed(camera), parts.wall(3.0), parts.prop("ball", Sphere(0.5), Pose((2.0, 0.0, 0.5))))
     depth = sense(world, "/depth", advance)
     assert (depth.encoding, depth.height, depth.width, depth.step) == ("32FC1", 24, 32, 128)
     assert depth.data.dtype == np.float32
@@ -232,7 +230,7 @@ def vector(message) -> tuple[float, float, float]:
 
 
 def test_at_rest_an_imu_feels_gravity_upwards(open_world, parts, advance):
-    box = parts.thing("box", Box((0.2, 0.2, 0.2)), Pose((0.0, 0.0, 0.1)), mass=1.0)
+    box = parts.prop("box", Box((0.2, 0.2, 0.2)), Pose((0.0, 0.0, 0.1)), mass=1.0)
     box = replace(
         box, links=(replace(box.links[0], sensors=(imu(pose=Pose.from_rpy((0, 0, 0), pi / 2, 0, 0)),)),)
     )
@@ -309,7 +307,7 @@ def test_link_states_list_every_link(open_world, parts, advance):
 
 
 def resting(parts, mass: float = 2.0) -> tuple[Model, ...]:
-    box = parts.thing("box", Box((0.4, 0.4, 0.2)), Pose((0.0, 0.0, 0.1)), mass=mass)
+    box = parts.prop("box", Box((0.4, 0.4, 0.2)), Pose((0.0, 0.0, 0.1)), mass=mass)
     bumper = ContactSensor("bumper", "/bumper", 50.0)
     return parts.floor(), replace(box, links=(replace(box.links[0], sensors=(bumper,)),))
 

@@ -28,7 +28,7 @@ SPHERE = """
 
 
 def room(parts, *more):
-    box = parts.thing("box", Box((0.3, 0.3, 0.3)), ScenePose((2.0, 1.0, 0.15)), mass=2.0)
+    box = parts.prop("box", Box((0.3, 0.3, 0.3)), ScenePose((2.0, 1.0, 0.15)), mass=2.0)
     return Scene((parts.floor(), parts.wall(4.0), box, parts.husky(), *more), (Light("sun"),))
 
 
@@ -173,7 +173,7 @@ def test_spawned_models_are_seen_by_cameras_and_lasers(open_world, parts, advanc
     assert scans.latest.message.ranges[0] == np.inf
     before = images.latest.message.data
     red = (1.0, 0.0, 0.0, 1.0)
-    world.spawn(parts.thing("ball", Sphere(0.3), ScenePose((2.0, 0.0, 0.5)), rgba=red))
+    world.spawn(parts.prop("ball", Sphere(0.3), ScenePose((2.0, 0.0, 0.5)), rgba=red))
     advance(world, 0.1)
     assert scans.latest.message.ranges[0] == pytest.approx(2.0 + 0.16 - 0.3, abs=0.02)
     seen = images.latest.message.data
@@ -186,7 +186,7 @@ def test_colours_and_commands_outlive_a_change_of_the_scene(open_world, parts, a
     world.advertise("/wall/link/visual/color").publish(ColorRGBA(1.0, 0.0, 0.0, 1.0))
     world.advertise("/husky/cmd_vel").publish(Twist(Vector3(0.5)))
     advance(world, 0.04)
-    world.spawn(parts.thing("ball", Sphere(0.1), ScenePose((0.0, -3.0, 0.1)), mass=1.0))
+    world.spawn(parts.prop("ball", Sphere(0.1), ScenePose((0.0, -3.0, 0.1)), mass=1.0))
     image = world.engine.render("husky", "eye", "camera")
     assert (image == (255, 0, 0)).all(axis=2).any()
     advance(world, 0.04)
@@ -201,7 +201,7 @@ def test_snapshots_hold_what_was_spawned_and_what_was_deleted(open_world, parts,
 
     world, fresh = open_world(room(parts)), open_world(room(parts))
     world.delete("box")
-    world.spawn(parts.thing("ball", Sphere(0.2), ScenePose((0.0, 3.0, 1.0)), mass=1.0))
+    world.spawn(parts.prop("ball", Sphere(0.2), ScenePose((0.0, 3.0, 1.0)), mass=1.0))
     advance(world, 0.3)
     snapshot = world.snapshot()
     advance(world, 0.4)
@@ -217,7 +217,7 @@ def test_snapshots_hold_what_was_spawned_and_what_was_deleted(open_world, parts,
 def test_a_reset_brings_back_what_was_deleted_and_forgets_what_was_spawned(open_world, parts, advance):
     fresh, world = open_world(room(parts)), open_world(room(parts))
     world.delete("box")
-    world.spawn(parts.thing("ball", Sphere(0.2), ScenePose((0.0, 3.0, 1.0)), mass=1.0))
+    world.spawn(parts.prop("ball", Sphere(0.2), ScenePose((0.0, 3.0, 1.0)), mass=1.0))
     advance(world, 0.3)
     world.reset()
     for each in (fresh, world):
@@ -246,7 +246,7 @@ def test_a_subscriber_of_a_removed_model_hears_it_again_when_it_returns(open_wor
 def test_two_models_of_one_name_and_nonsense_are_refused_and_change_nothing(world, parts, advance):
     before = [model.name for model in world.scene.models]
     with pytest.raises(SceneError, match="two models named 'box'"):
-        world.spawn(parts.thing("box", Sphere(0.1), mass=1.0))
+        world.spawn(parts.prop("box", Sphere(0.1), mass=1.0))
     answer = world.call("/gazebo/spawn_sdf_model", "thing", "<sdf version='1.6'><model")
     assert not answer.success
     with pytest.raises(SceneError, match="did you mean 'box'"):
@@ -315,7 +315,7 @@ def test_reset_simulation_starts_everything_over_while_time_goes_on(world, parts
         return [world.model_motion(name) for name in ("husky", "box")]
 
     first, now = driven(), world.now_ns
-    world.spawn(parts.thing("ball", Sphere(0.2), ScenePose((2.0, 0, 1.0)), mass=1.0))
+    world.spawn(parts.prop("ball", Sphere(0.2), ScenePose((2.0, 0, 1.0)), mass=1.0))
     world.delete("wall")
     world.call("/gazebo/delete_light", "sun")
     world.engine.set_color("box/link/visual", (0.0, 0.0, 1.0, 1.0))
@@ -384,7 +384,7 @@ def test_motions_seen_from_a_moving_frame_come_back_as_they_were():
 def test_moving_a_model_does_not_disturb_drives_and_a_later_snapshot_continues(
     open_world, parts, driver, advance
 ):
-    box = parts.thing("box", Box((0.3, 0.3, 0.3)), ScenePose((0.0, 5.0, 0.15)), mass=2.0)
+    box = parts.prop("box", Box((0.3, 0.3, 0.3)), ScenePose((0.0, 5.0, 0.15)), mass=2.0)
     world, alone = (
         open_world(parts.floor(), box, parts.husky()),
         open_world(parts.floor(), box, parts.husky()),

@@ -27,8 +27,8 @@ def crowded(parts):
         (
             parts.floor(),
             parts.wall(2.5),
-            parts.thing("box", Box((0.3, 0.3, 0.3)), Pose((1.0, 0.1, 0.16)), mass=2.0),
-            parts.thing("ball", Sphere(0.15), Pose((-1.0, 0.0, 0.3)), mass=1.0),
+            parts.prop("box", Box((0.3, 0.3, 0.3)), Pose((1.0, 0.1, 0.16)), mass=2.0),
+            parts.prop("ball", Sphere(0.15), Pose((-1.0, 0.0, 0.3)), mass=1.0),
             parts.husky(pose=Pose((0, 0, 0.2))),
             parts.husky("other", Pose((0.3, 1.2, 0.2))),
             parts.hanging("revolute", (0, 1, 0), lower=-0.6, upper=0.6, com=(0.3, 0.0, -0.3)),
@@ -199,7 +199,7 @@ def test_a_snapshot_of_another_scene_or_engine_is_refused(engines, parts):
 def test_divergence_is_an_error_and_a_reset_cures_it(open_world, parts, capfd, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     heavy = parts.hanging("continuous", (0, 1, 0), com=(1e-3, 0, 0))
-    ball = parts.thing("ball", Sphere(0.1), Pose((0, 0, 5)), mass=1.0)
+    ball = parts.prop("ball", Sphere(0.1), Pose((0, 0, 5)), mass=1.0)
     world = open_world(Scene((heavy, ball), gravity=(0, 0, float("nan"))))
     with pytest.raises(DivergedError):
         world.run_until(2_000_000_000)

@@ -19,14 +19,14 @@ WHITE = (1.0, 1.0, 1.0, 1.0)
 
 
 @pytest.fixture(scope="session")
-def thing():
+def prop():
     """Make a model of one visual; white and matt, unless something else is said."""
 
-    def thing(name: str, geometry, pose: Pose = Pose(), rgba=WHITE, finish=None) -> Model:
+    def prop(name: str, geometry, pose: Pose = Pose(), rgba=WHITE, finish=None) -> Model:
         visual = Visual("v", geometry, rgba=rgba, finish=finish)
         return Model(name, (Link("link", visuals=(visual,)),), pose=pose, static=True)
 
-    return thing
+    return prop
 
 
 @pytest.fixture(scope="session")

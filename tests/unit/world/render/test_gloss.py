@@ -83,8 +83,8 @@ def test_light_paths_are_reversible(finish, color, one, other):
 
 
 @pytest.mark.parametrize("finish", [Finish(r, m) for r in (0.0, 0.3, 1.0) for m in (0.0, 1.0)], ids=str)
-def test_a_white_object_is_invisible_in_uniform_light(seen, thing, finish):
-    image, _ = seen([], thing("ball", Sphere(1.0), Pose((1.0, 0.3, 1.0)), finish=finish))
+def test_a_white_object_is_invisible_in_uniform_light(seen, prop, finish):
+    image, _ = seen([], prop("ball", Sphere(1.0), Pose((1.0, 0.3, 1.0)), finish=finish))
     on_ball = image[(image != image[0, 0]).any(axis=2)]
     assert len(on_ball) > 100
     assert np.abs(on_ball.astype(int) - round(255 * AMBIENT)).max() <= 1
@@ -108,10 +108,10 @@ def test_the_smoothest_surface_reflects_by_schlicks_form_of_fresnels_law():
 
 
 @pytest.mark.parametrize("metalness", [0.0, 1.0])
-def test_a_highlight_is_where_a_mirror_would_show_the_lamp(seen, thing, floor_points, metalness):
+def test_a_highlight_is_where_a_mirror_would_show_the_lamp(seen, prop, floor_points, metalness):
     lamp, eye = np.array([2.0, 0.3, 2.0]), np.array([-2.0, 0.3, 2.5])
     light = Light("lamp", "point", Pose(tuple(lamp)), diffuse=(0.2, 0.2, 0.2, 1.0), casts_shadows=False)
-    floor = thing("floor", FLOOR, rgba=(0.3, 0.3, 0.3, 1.0), finish=Finish(0.25, metalness))
+    floor = prop("floor", FLOOR, rgba=(0.3, 0.3, 0.3, 1.0), finish=Finish(0.25, metalness))
     image, rays = seen([light], floor)
     brightness = image.sum(axis=2)
     peak = floor_points(rays)[brightness == brightness.max()].mean(axis=0)
@@ -119,11 +119,11 @@ def test_a_highlight_is_where_a_mirror_would_show_the_lamp(seen, thing, floor_po
     assert peak == pytest.approx(mirrored, abs=0.15)
 
 
-def test_the_rougher_the_wider_is_a_highlight_and_the_weaker(seen, thing):
+def test_the_rougher_the_wider_is_a_highlight_and_the_weaker(seen, prop):
     sun = Light("sun", direction=(0.5, 0.0, -0.6), diffuse=(0.05, 0.05, 0.05, 1.0))
     widths, peaks = [], []
     for roughness in (0.2, 0.3, 0.4, 0.5):
-        ball = thing("ball", Sphere(1.0), Pose((1.0, 0.3, 1.0)), GOLD, Finish(roughness, 1.0))
+        ball = prop("ball", Sphere(1.0), Pose((1.0, 0.3, 1.0)), GOLD, Finish(roughness, 1.0))
         lit, dark = (seen(lights, ball)[0][..., 0].astype(int) for lights in ([sun], []))
         added = lit - dark
         widths.append((added > added.max() / 2).sum())
@@ -144,9 +144,9 @@ def test_metal_has_no_colour_from_within_and_plastic_shines_in_the_colour_of_the
     assert green == blue
 
 
-def test_shadows_fall_on_glossy_surfaces(seen, thing):
+def test_shadows_fall_on_glossy_surfaces(seen, prop):
     sun = Light("sun", diffuse=(0.4, 0.4, 0.4, 1.0))
-    floor, roof = thing("floor", FLOOR, finish=Finish(0.4)), thing("roof", Sphere(0.8), Pose((1.0, 0.3, 3.0)))
+    floor, roof = prop("floor", FLOOR, finish=Finish(0.4)), prop("roof", Sphere(0.8), Pose((1.0, 0.3, 3.0)))
     images = [seen(lights, *models)[0] for lights in ([], [sun]) for models in ([floor], [floor, roof])]
     dark, dark_below, lit, below = (image[22, 30].tolist() for image in images)
     assert below == dark == dark_below

@@ -15,7 +15,7 @@ RED, GREEN = (1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 1.0)
 BACKGROUND = (240, 243, 247)
 
 
-def thing(geometry, pose=Pose(), rgba=RED, name="thing"):
+def prop(geometry, pose=Pose(), rgba=RED, name="thing"):
     return Model(name, (Link("l", visuals=(Visual("v", geometry, rgba=rgba),)),), pose=pose, static=True)
 
 
@@ -26,7 +26,7 @@ def drawn(image):
 @pytest.mark.parametrize("scale", [0.01, 1.0, 30.0])
 @pytest.mark.parametrize("place", [(0, 0, 0), (100, -50, 3)])
 def test_a_thing_of_any_size_anywhere_fills_the_image_and_is_not_cut(scale, place):
-    seen = drawn(portrait(Scene((thing(Box((scale, 2 * scale, scale)), Pose(place)),)), 120, 90))
+    seen = drawn(portrait(Scene((prop(Box((scale, 2 * scale, scale)), Pose(place)),)), 120, 90))
     rows, columns = np.nonzero(seen)
     assert rows.min() > 0
     assert columns.min() > 0
@@ -38,8 +38,8 @@ def test_a_thing_of_any_size_anywhere_fills_the_image_and_is_not_cut(scale, plac
 
 
 def test_endless_ground_does_not_make_the_rest_small():
-    ground = thing(Plane((100, 100)), name="ground", rgba=GREEN)
-    image = portrait(Scene((ground, thing(Sphere(0.5), Pose((0, 0, 0.5))))), 120, 90)
+    ground = prop(Plane((100, 100)), name="ground", rgba=GREEN)
+    image = portrait(Scene((ground, prop(Sphere(0.5), Pose((0, 0, 0.5))))), 120, 90)
     assert ((image[:, :, 0] > 80) & (image[:, :, 1] < 20)).sum() > 0.15 * 120 * 90
 
 

@@ -29,10 +29,10 @@ directions = st.builds(
 @settings(max_examples=40, deadline=None)
 @given(directions, st.floats(0.05, 0.55))
 def test_a_floor_is_as_bright_as_its_angle_to_the_sun_says_and_has_no_spots(
-    seen, thing, floor_points, direction, strength
+    seen, prop, floor_points, direction, strength
 ):
     sun = Light("sun", direction=direction, diffuse=(strength, strength / 2, 0.0, 1.0))
-    image, rays = seen([sun], thing("floor", FLOOR))
+    image, rays = seen([sun], prop("floor", FLOOR))
     on_floor = np.nanmax(np.abs(floor_points(rays)), axis=-1) < 20
     expected = 255 * (AMBIENT + np.array(sun.diffuse[:3]) * -direction[2])
     assert np.abs(image[on_floor] - expected).max() <= 1
@@ -41,12 +41,12 @@ def test_a_floor_is_as_bright_as_its_angle_to_the_sun_says_and_has_no_spots(
 @settings(max_examples=40, deadline=None)
 @given(directions, st.floats(0.3, 1.5), st.sampled_from(["directional", "point", "spot"]))
 def test_a_box_throws_the_shadow_that_rays_to_the_light_find(
-    seen, thing, floor_points, direction, height, kind
+    seen, prop, floor_points, direction, height, kind
 ):
     middle = np.array([1.0, 0.0, height])
     lamp = Light("lamp", kind, Pose(tuple(middle - 4 * np.array(direction))), direction, cone=(2.5, 2.6))
-    box = thing("box", Box((2 * HALF,) * 3), Pose(tuple(middle)))
-    image, rays = seen([lamp], thing("floor", FLOOR), box)
+    box = prop("box", Box((2 * HALF,) * 3), Pose(tuple(middle)))
+    image, rays = seen([lamp], prop("floor", FLOOR), box)
     points = floor_points(rays).reshape(-1, 3)
     away = np.tile(-np.array(direction), (len(points), 1))
     if kind != "directional":
@@ -73,9 +73,9 @@ def _enters(starts, ways, middle, half):
     return (last >= first) & (last > 0)
 
 
-def test_a_ball_is_shaded_smoothly_and_a_box_is_not(seen, thing):
+def test_a_ball_is_shaded_smoothly_and_a_box_is_not(seen, prop):
     sun = Light("sun", direction=(1.0, 0.0, -1.0), diffuse=(0.6, 0.6, 0.6, 1.0))
-    ball, rays = seen([sun], thing("ball", Sphere(1.0), Pose((1.0, 0.3, 1.0))))
+    ball, rays = seen([sun], prop("ball", Sphere(1.0), Pose((1.0, 0.3, 1.0))))
     middle, eye = np.array([1.0, 0.3, 1.0]), np.array(EYE)
     ways = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
     b = ways @ (eye - middle)
@@ -87,24 +87,24 @@ def test_a_ball_is_shaded_smoothly_and_a_box_is_not(seen, thing):
     expected = 255 * np.minimum(1, AMBIENT + 0.6 * slope)
     assert np.abs(ball[..., 0] - expected)[away_from_night].max() < 4
     turned = Pose.from_rpy((1.0, 0.3, 1.0), 0.0, 0.0, radians(20))
-    box, _ = seen([sun], thing("box", Box((1.0, 1.0, 1.0)), turned))
+    box, _ = seen([sun], prop("box", Box((1.0, 1.0, 1.0)), turned))
     shades = {tuple(color) for color in box.reshape(-1, 3).tolist()} - {bytes_of(SKY)}
     assert 2 <= len(shades) <= 3  # one for each side
 
 
 @pytest.mark.parametrize("distance", [1.0, 2.0, 4.0])
-def test_a_lamp_gets_weaker_with_distance_as_it_says(seen, thing, distance):
+def test_a_lamp_gets_weaker_with_distance_as_it_says(seen, prop, distance):
     lamp = Light(
         "lamp", "point", Pose((1.0, 0.3, distance)), attenuation=(3.0, 2.0, 0.5, 0.25), casts_shadows=False
     )
     eye = Pose.from_rpy((1.0, 0.3, 5.0), 0, pi / 2, 0)
-    image, _ = seen([lamp], thing("floor", FLOOR), eye=eye)
+    image, _ = seen([lamp], prop("floor", FLOOR), eye=eye)
     strength = 1 / (2.0 + 0.5 * distance + 0.25 * distance**2) if distance < 3 else 0.0
     assert image[22, 30, 0] == pytest.approx(255 * (AMBIENT + strength), abs=1.5)
 
 
-def test_without_lights_there_is_ambient_light_only_and_a_black_light_is_off(seen, thing):
-    floor = thing("floor", FLOOR)
+def test_without_lights_there_is_ambient_light_only_and_a_black_light_is_off(seen, prop):
+    floor = prop("floor", FLOOR)
     dark, _ = seen([], floor)
     off, _ = seen([Light("sun", diffuse=(0.0, 0.0, 0.0, 1.0))], floor)
     assert dark[-1, 0].tolist() == [round(255 * AMBIENT)] * 3

@@ -94,7 +94,7 @@ def test_a_collision_shape_takes_the_extent_of_the_visual(model: Callable[[str],
 # -- what never moves
 
 
-def thing(name: str, pose: str, content: str = SHAPES) -> str:
+def prop(name: str, pose: str, content: str = SHAPES) -> str:
     return (
         f'<model name="{name}"><static>1</static><pose>{pose}</pose><link name="l">{content}</link></model>'
     )
@@ -107,7 +107,7 @@ def shape(scene: Scene, name: str) -> tuple[Link, object, Pose]:
 
 
 def test_a_lost_ground_is_a_plane_where_its_model_stands(world: Callable[..., Scene]) -> None:
-    scene = world(thing("table", "1 0 0 0 0 0") + thing("lab_floor", "3 0 -0.2 1.5707963 0 0"))
+    scene = world(prop("table", "1 0 0 0 0 0") + prop("lab_floor", "3 0 -0.2 1.5707963 0 0"))
     _, geometry, pose = shape(scene, "lab_floor")
     assert isinstance(geometry, Plane)
     assert pose.position[2] == pytest.approx(-0.2)
@@ -118,7 +118,7 @@ def test_a_lost_ground_is_a_plane_where_its_model_stands(world: Callable[..., Sc
 
 def test_a_room_with_a_ground_does_not_get_a_second_one(world: Callable[..., Scene]) -> None:
     floor = '<collision name="c"><geometry><plane/></geometry></collision>'
-    scene = world(thing("ground", "0 0 0 0 0 0", floor) + thing("lab_floor", "4 0 0 0 0 0"))
+    scene = world(prop("ground", "0 0 0 0 0 0", floor) + prop("lab_floor", "4 0 0 0 0 0"))
     assert isinstance(shape(scene, "lab_floor")[1], Box)
     assert not any("taken for the ground" in each.message for each in scene.warnings)
 
@@ -127,8 +127,8 @@ def test_boxes_leave_room_for_their_neighbours_and_for_a_robot_at_the_origin(
     world: Callable[..., Scene],
 ) -> None:
     scene = world(
-        thing("table", "2 0 0 0 0 0") + thing("chair", "2 0.3 0 0 0 0") + thing("lamp", "-0.4 0 1.5 0 0 0")
-        + thing("shelf", "0 6 0 0 0 0")
+        prop("table", "2 0 0 0 0 0") + prop("chair", "2 0.3 0 0 0 0") + prop("lamp", "-0.4 0 1.5 0 0 0")
+        + prop("shelf", "0 6 0 0 0 0")
     )  # fmt: skip
     sizes = {name: shape(scene, name) for name in ("table", "chair", "lamp", "shelf")}
     edges = {name: geometry.size[0] for name, (_, geometry, _) in sizes.items() if isinstance(geometry, Box)}
