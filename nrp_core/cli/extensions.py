@@ -11,10 +11,11 @@ from collections.abc import Callable, Mapping
 from difflib import get_close_matches
 from functools import cached_property
 from importlib import import_module
+from inspect import getdoc
 from typing import Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
 from nrp_core.cli.commands import COMMANDS
@@ -83,13 +84,19 @@ class CommandGroup(TyperGroup):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the list of commands for the help text."""
-        rows = [(name, self.get_command(ctx, name).get_short_help_str(120)) for name in COMMANDS]
+        rows = [(name, _summary(name)) for name in COMMANDS]
         with formatter.section("Commands"):
             formatter.write_dl(rows)
         others = [(name, f"added by {_owner(added)}") for name, added in self._added.items()]
         if others:
             with formatter.section("Commands of other packages"):
                 formatter.write_dl(others)
+
+
+def _summary(name: str) -> str:
+    """Return the line about a command of the core, without making its options."""
+    function = core_function(name)
+    return TyperCommand(name, help=getdoc(function)).get_short_help_str(120)
 
 
 def _owner(provider: Provider) -> str:
