@@ -15,7 +15,7 @@ from nrp_core.conformance.report import KitResult, Outcome
 
 ALONE = (
     "-c", os.devnull, "--rootdir", str(Path(__file__).parent), "-p", "no:cacheprovider",
-    "-q", "--tb=short", "--no-summary", "--pyargs", "nrp_core.conformance.suite",
+    "-q", "--no-summary", "--pyargs", "nrp_core.conformance.suite",
 )  # fmt: skip
 """Arguments for a pytest that runs only the suite, independent of the current folder."""
 
@@ -23,12 +23,15 @@ under_test: list[type[BackendTests]] = []
 """The last one is what :mod:`nrp_core.conformance.suite` shows to pytest."""
 
 
-def run_tests(tests: type[BackendTests], only: Collection[str] = ()) -> list[KitResult]:
+def run_tests(
+    tests: type[BackendTests], only: Collection[str] = (), *, traceback: str = "short"
+) -> list[KitResult]:
     """Run tests in a separate pytest run in this process, and return their results.
 
     Args:
         tests: the suite.
         only: the names of the tests to run; by default all.
+        traceback: pytest's style of the tracebacks in the results; ``native`` is the quickest.
     """
     collector = ResultCollector(only)
     under_test.append(tests)
@@ -36,7 +39,7 @@ def run_tests(tests: type[BackendTests], only: Collection[str] = ()) -> list[Kit
         "nrp_core.conformance.suite", None
     )  # a module is imported once, but suites may run several times
     try:
-        pytest.main([*ALONE], plugins=[collector])
+        pytest.main([*ALONE, f"--tb={traceback}"], plugins=[collector])
     finally:
         under_test.pop()
     return collector.results

@@ -28,7 +28,7 @@ WORLDS = {world: tests for module in _WORLDS for world, tests in module.FOUND_BY
 def failing(suite: type[BackendTests], backend: type, only: Collection[str] = ()) -> set[str]:
     """Return the tests that fail, without their parameters; of all tests, or only of some."""
     tests = type("Wrong", (suite,), {"make_backend": classmethod(lambda cls: backend())})
-    results = run_tests(tests, only)
+    results = run_tests(tests, only, traceback="native")
     assert len(results) > 80 or only
     return {r.test.partition("[")[0] for r in results if r.outcome is Outcome.FAILED}
 

@@ -273,7 +273,7 @@ def failing(test: str, *edits: str) -> bool:
     """Return whether a test of the kit, which the minimal brain passes, fails with edits."""
     backend = opened(*edits)
     tests = type("Wrong", (BrainBackendTests,), {"make_backend": classmethod(lambda cls: backend())})
-    results = run_tests(tests, only=[f"test_{test}"])
+    results = run_tests(tests, only=[f"test_{test}"], traceback="native")
     return any(result.outcome is Outcome.FAILED for result in results)
 
 

@@ -275,7 +275,7 @@ wrong("reset keeps targets of servos", "a_reset_ends_forces_and_targets", _do_re
 def failing(backend: type[MujocoBackend], test: str) -> bool:
     """Return whether a test of the kit, which MuJoCo passes, fails for a backend."""
     tests = type("Wrong", (WorldBackendTests,), {"make_backend": classmethod(lambda cls: backend())})
-    results = run_tests(tests, only=[test])
+    results = run_tests(tests, only=[test], traceback="native")
     assert results
     assert {result.outcome for result in results} <= {Outcome.PASSED, Outcome.FAILED}
     return any(result.outcome is Outcome.FAILED for result in results)

@@ -58,7 +58,7 @@ def failing(old: str, new: str) -> set[str]:
     exec(compile(source.replace(old, new), "wrong_kinematic_world", "exec"), module.__dict__)
     backend: Any = module.__dict__["MinimalBackend"]
     tests = type("Wrong", (ExactMotionTests,), {"make_backend": classmethod(lambda cls: backend())})
-    results = run_tests(tests)
+    results = run_tests(tests, traceback="native")
     assert len(results) == 14
     return {r.test.partition("[")[0] for r in results if r.outcome is Outcome.FAILED}
 

@@ -33,6 +33,14 @@ READMES = sorted(
 BLOCK = re.compile(r"(<!-- not run: .+? -->\n)?^```(\w+)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE_NAME = re.compile(r"(?:#|<!--) ([\w./-]+\.\w+)(?: -->)?\n")
 RUNS_AS = {"sh": ["bash", "-e"], "python": [sys.executable]}
+MANY_RUNS = frozenset(
+    f"docs/{name}.md"
+    for name in (
+        "howto/add-a-synapse-law", "howto/compare-simulators", "howto/record-and-replay",
+        "howto/steer-a-run", "howto/sweep-settings", "tutorial/one-run-to-a-thousand",
+    )
+)  # fmt: skip
+"""Pages that take minutes together; other tests run the same commands."""
 
 
 @dataclass(frozen=True)
@@ -51,9 +59,26 @@ def blocks(page: Path) -> Iterator[Block]:
             yield Block(match[2], match[3], text[: match.start()].count("\n") + 1)
 
 
+def name_of(page: Path) -> str:
+    return str(page.relative_to(ROOT))
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("page", [p for p in PAGES if any(blocks(p))], ids=lambda p: str(p.relative_to(ROOT)))
+@pytest.mark.parametrize(
+    "page", [p for p in PAGES if any(blocks(p)) and name_of(p) not in MANY_RUNS], ids=name_of
+)
 def test_every_block_of_a_page_runs(page: Path, tmp_path: Path) -> None:
+    run_blocks(page, tmp_path)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("page", sorted(MANY_RUNS))
+def test_every_block_of_a_page_with_many_runs_runs(page: str, tmp_path: Path) -> None:
+    run_blocks(ROOT / page, tmp_path)
+
+
+def run_blocks(page: Path, tmp_path: Path) -> None:
+    """Run the blocks of a page in order, in one folder."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     for block in blocks(page):
         named = FILE_NAME.match(block.text)
@@ -70,7 +95,7 @@ def test_every_block_of_a_page_runs(page: Path, tmp_path: Path) -> None:
         assert done.returncode == 0, f"{page}:{block.line}\n{done.stdout}\n{done.stderr}"
 
 
-@pytest.mark.parametrize("page", [*PAGES, *READMES], ids=lambda p: str(p.relative_to(ROOT)))
+@pytest.mark.parametrize("page", [*PAGES, *READMES], ids=name_of)
 def test_every_link_of_a_page_leads_somewhere(page: Path) -> None:
     for link in re.findall(r"\]\(([^)\s]+)\)", BLOCK.sub("", page.read_text())):
         if "://" not in link:

@@ -101,7 +101,7 @@ def _run(kind: Kind, name: str, options: dict[str, str], level: KitLevel) -> Any
     with TemporaryDirectory() as folder:
         written = Path(folder, "report.json")
         asked = {"kind": kind, "name": name, "options": options, "level": level}
-        command = [sys.executable, "-m", "pytest", *ALONE, "-p", "nrp_core.conformance.plugin"]
+        command = [sys.executable, "-m", "pytest", *ALONE, "--tb=short", "-p", "nrp_core.conformance.plugin"]
         command += ["--prove", json.dumps(asked), "--write", str(written)]
         code = _ended(command)
         if not written.exists():
