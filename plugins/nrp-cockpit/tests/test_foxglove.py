@@ -29,7 +29,10 @@ def visitor(opened: Cockpit) -> Iterator[Visitor]:
         visitor.until(lambda: visitor.heard["/scene"])  # the subscriptions are in force
         visitor.call("publish", topic="/left_vr_screen/body/screen_glass/color", value="red")
         visitor.call("seek", t_s=2.0)
-        visitor.listen(0.5)
+        before, now = -1, 0
+        while now > before:  # nothing is on its way any more
+            visitor.listen(0.5)
+            before, now = now, sum(map(len, visitor.heard.values()))
         yield visitor
 
 

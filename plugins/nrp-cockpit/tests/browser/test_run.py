@@ -57,7 +57,7 @@ def test_a_first_visit_is_told_what_to_do_until_it_is_done(husky: str, watched: 
     foot = page.get_by_role("contentinfo")
     expect(foot).to_contain_text("Press Play")
     page.keyboard.press("Space")
-    expect(foot).to_contain_text("Click left_vr_screen in the scene, and choose a colour")
+    expect(foot).to_contain_text("Click left_vr_screen in the scene and choose a colour")
     page.reload()
     expect(foot).to_contain_text("2 of 3")
     foot.get_by_role("button", name="Skip").click()
