@@ -20,7 +20,8 @@ from nrp_core.errors import NetworkError
 from nrp_core.seeds import Seeds
 
 Control = Callable[[Network, Seeds], Network]
-_LISTED: Final = Origin("FromListConnector")
+LISTED: Final = Origin("FromListConnector")
+"""The origin of synapses that follow no rule any more."""
 _ROUNDS: Final = 200
 _OTHER: Final = {"excitatory": "inhibitory", "inhibitory": "excitatory"}
 
@@ -52,7 +53,7 @@ def with_shuffled_weights(network: Network, seeds: Seeds) -> Network:
     """Return the network with the weights of each projection permuted among its synapses."""
 
     def shuffled(projection: Projection, rng: np.random.Generator) -> Projection:
-        return replace(projection, weight=rng.permutation(projection.weight), origin=_LISTED)
+        return replace(projection, weight=rng.permutation(projection.weight), origin=LISTED)
 
     return _each(network, seeds, "weights", shuffled)
 
@@ -102,7 +103,7 @@ def chosen(projection: Projection, mask: npt.NDArray[np.bool_]) -> Projection:
         weight=projection.weight[mask],
         delay_ms=projection.delay_ms[mask],
         synapse_parameters={name: values[mask] for name, values in projection.synapse_parameters.items()},
-        origin=_LISTED,
+        origin=LISTED,
     )
 
 
@@ -128,7 +129,7 @@ def _rewired(projection: Projection, rng: np.random.Generator) -> Projection:
         if not len(bad):
             if (np.sort(pre * span + new) == np.sort(pre * span + post)).all():
                 break
-            return replace(projection, post_index=new.astype(np.int32), origin=_LISTED)
+            return replace(projection, post_index=new.astype(np.int32), origin=LISTED)
         for synapse, other in zip(bad, rng.integers(len(new), size=len(bad)), strict=True):
             new[synapse], new[other] = new[other], new[synapse]
     return projection

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.brain.network.controls import chosen
-from nrp_core.brain.network.data import Network, Origin, Projection
+from nrp_core.brain.network.controls import LISTED, chosen
+from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.synapses.stdp import STDP
 
 
@@ -98,5 +98,5 @@ class Intervention:
             projection,
             weight=projection.weight * share,
             synapse_parameters=parameters,
-            origin=Origin("FromListConnector"),
+            origin=LISTED,
         )
