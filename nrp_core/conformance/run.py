@@ -34,12 +34,13 @@ def run_tests(
         traceback: pytest's style of the tracebacks in the results; ``native`` is the quickest.
     """
     collector = ResultCollector(only)
+    collected = ["-o", f"python_functions={' '.join(sorted(only))}"] if only else []  # the names begin so
     under_test.append(tests)
     sys.modules.pop(
         "nrp_core.conformance.suite", None
     )  # a module is imported once, but suites may run several times
     try:
-        pytest.main([*ALONE, f"--tb={traceback}"], plugins=[collector])
+        pytest.main([*ALONE, *collected, f"--tb={traceback}"], plugins=[collector])
     finally:
         under_test.pop()
     return collector.results

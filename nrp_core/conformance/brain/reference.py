@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import ceil, e, exp, inf
 
 from nrp_core.conformance.brain.samples import Sample
@@ -36,9 +37,9 @@ class Trace:
         recoveries: its second variable (``w``, ``u``) at the times of the voltages, if it has one.
     """
 
-    voltages: list[float]
-    spikes: list[float]
-    recoveries: list[float]
+    voltages: tuple[float, ...]
+    spikes: tuple[float, ...]
+    recoveries: tuple[float, ...]
 
     def voltage(self, t_ms: float) -> float:
         """Return the membrane potential at the step nearest to a time, mV."""
@@ -65,25 +66,36 @@ def simulate(
         stop_at: stop after this number of spikes.
         parameters: changes of the sample's parameters.
     """
-    cell = _cell(sample, {**sample.all_parameters, **parameters}, current_na)
+    changes = tuple(sorted(parameters.items()))
+    return _simulated(sample, tuple(arrivals), until_ms, current_na, stop_at, changes)
+
+
+@lru_cache(maxsize=64)  # a suite asks for some of them several times, and another backend for the same ones
+def _simulated(
+    sample: Sample, arrivals: tuple[Arrival, ...], until_ms: float, current_na: float, stop_at: float,
+    changes: tuple[tuple[str, float], ...],
+) -> Trace:  # fmt: skip
+    cell = _cell(sample, {**sample.all_parameters, **dict(changes)}, current_na)
     due: dict[int, list[Arrival]] = {}
     for arrival in arrivals:
         due.setdefault(round(arrival.time_ms / STEP_MS), []).append(arrival)
-    trace = Trace([], [], [])
+    voltages: list[float] = []
+    spikes: list[float] = []
+    recoveries: list[float] = []
     free_at = -inf
     for step in range(round(until_ms / STEP_MS) + 1):
         t = step * STEP_MS
         for arrival in due.get(step, ()):
             cell.receive(arrival, refractory=t < free_at - 1e-9)
-        trace.voltages.append(cell.y[0])
-        trace.recoveries.extend(cell.y[1 : min(2, cell.n_own)])
+        voltages.append(cell.y[0])
+        recoveries.extend(cell.y[1 : min(2, cell.n_own)])
         crossed = cell.advance(max(0.0, free_at - t))
         if crossed is not None:
-            trace.spikes.append(t + crossed)
-            if len(trace.spikes) >= stop_at:
+            spikes.append(t + crossed)
+            if len(spikes) >= stop_at:
                 break
             free_at = t + crossed + cell.refractory_ms
-    return trace
+    return Trace(tuple(voltages), tuple(spikes), tuple(recoveries))
 
 
 def first_spike_ms(sample: Sample, arrivals: Sequence[Arrival], *, current_na: float = 0.0) -> float:

@@ -24,7 +24,7 @@ class Sample:
     """
 
     cell_type: str
-    parameters: Mapping[str, float] = field(default_factory=dict)
+    parameters: Mapping[str, float] = field(default_factory=dict, hash=False)
     current_na: float = 0.8
     strong: float = 5.0
     weak: float = 0.1
