@@ -1,5 +1,6 @@
 """Options of the whole test suite."""
 
+import gc
 import signal
 from pathlib import Path
 
@@ -16,3 +17,16 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--oracle", action="append", default=[], type=Path, metavar="FILE",
         help="check this file of references as well (.npz: event, .json: spinnaker); repeatable",
     )  # fmt: skip
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection() -> None:
+    """Do not look for garbage while thousands of tests are collected, which all stay."""
+    gc.disable()
+
+
+def pytest_collection_finish() -> None:
+    """Leave the tests themselves out of the garbage collection, which would look through them each time."""
+    gc.enable()
+    gc.collect()
+    gc.freeze()
