@@ -230,7 +230,7 @@ def started(folder: Path) -> list[subprocess.Popen[bytes]]:
         f"AuthInfo=socket={socket}\nStateSaveLocation={folder}/state\nSlurmdSpoolDir={folder}/spool\n"
         f"SlurmctldPidFile={folder}/ctld.pid\nSlurmdPidFile={folder}/d.pid\nProctrackType=proctrack/linuxproc\n"
         "TaskPlugin=task/none\nSelectType=select/cons_tres\nReturnToService=2\nSlurmctldPort=16817\n"
-        "SlurmdPort=16818\nMpiDefault=none\nSwitchType=switch/none\nSchedulerParameters=sched_interval=1\n"
+        "SlurmdPort=16818\nMpiDefault=none\nSwitchType=switch/none\nSchedulerParameters=sched_interval=1,bf_interval=1,batch_sched_delay=0\n"
         f"NodeName={host} NodeAddr=127.0.0.1 CPUs={os.cpu_count()} State=UNKNOWN\n"
         f"PartitionName=all Nodes={host} Default=YES MaxTime=INFINITE State=UP\n"
     )
