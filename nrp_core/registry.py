@@ -128,10 +128,10 @@ class Registry(Generic[T]):
         return found[0]
 
     def _import(self, provider: Provider) -> object:
-        from nrp_core._support.driver import Driver, NoMatches
+        from nrp_core._support.driver import NoMatches
 
         try:
-            return Driver(self.group, provider.name).driver
+            return _plugin(self.group, provider.name, installed())
         except NoMatches as error:
             raise BackendLoadError(f"{self.kind} '{provider.name}' of {provider} vanished") from error
         except Exception as error:
@@ -163,6 +163,14 @@ def _providers(group: str, _state: State) -> tuple[Provider, ...]:
     """Return the plugins of a group by name; the metadata of a distribution takes 0.5 ms to parse."""
     found = {Provider.of(entry) for entry in entries(group)}
     return tuple(sorted(found, key=lambda p: (p.name, p.distribution)))
+
+
+@lru_cache(maxsize=256)
+def _plugin(group: str, name: str, _state: State) -> object:
+    """Return an imported plugin; a look-up takes 1 ms, and each world that is opened makes several."""
+    from nrp_core._support.driver import Driver
+
+    return Driver(group, name).driver
 
 
 def _reinstall(provider: Provider) -> str:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import importlib.metadata
+import os
 import sys
 from contextlib import suppress
 from functools import lru_cache
 from importlib.metadata import EntryPoints
-from pathlib import Path
 from typing import Any
 
 State = tuple[tuple[str, int], ...]
@@ -19,7 +19,7 @@ def installed() -> State:
     state = []
     for entry in sys.path:
         with suppress(OSError):  # a folder that is not there, as Python allows
-            state.append((entry, Path(entry).stat().st_mtime_ns))
+            state.append((entry, os.stat(entry or os.curdir).st_mtime_ns))  # noqa: PTH116  this runs often
     return tuple(state)
 
 
