@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from urllib.parse import urlsplit
 
 from playwright.sync_api import Browser, Page, sync_playwright
-from visitors import RefusedError, Visitor
+from visitors import PATIENCE_S, RefusedError, Visitor
 from websockets.sync.client import connect
 
 CHROMIUM = (
@@ -23,6 +23,9 @@ CHROMIUM = (
     "--disable-quic",
     "--no-first-run",
 )
+
+PATIENCE_MS = 1000 * PATIENCE_S
+"""The longest time that a page may take; what is there already is not waited for."""
 
 HUSKY = ("-s", "world.options.image_scale=0.25")
 
@@ -42,7 +45,7 @@ def time_s(page: Page) -> float:
     return float(re.match(r"\s*([\d.]+) s", shown).group(1))  # type: ignore[union-attr]
 
 
-def wait_until(page: Page, t_s: float, timeout_ms: float = 90_000) -> None:
+def wait_until(page: Page, t_s: float, timeout_ms: float = PATIENCE_MS) -> None:
     page.wait_for_function(
         "t => parseFloat(document.querySelector('[role=timer]')?.innerText) >= t", arg=t_s, timeout=timeout_ms
     )
@@ -96,6 +99,7 @@ class Watched:
     def open(self, address: str, width: int = 1440, height: int = 900) -> Page:
         """Return a new page, in a visit of its own, that shows an experiment."""
         context = self._browser.new_context(viewport={"width": width, "height": height})
+        context.set_default_timeout(PATIENCE_MS)
         page = context.new_page()
         home = urlsplit(address).netloc
         page.on("console", lambda said: said.type == "error" and self.complaints.append(said.text))

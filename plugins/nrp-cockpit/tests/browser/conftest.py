@@ -7,14 +7,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browsing import HUSKY, Cockpits, Kept, Watched, chromium
+from browsing import HUSKY, PATIENCE_MS, Cockpits, Kept, Watched, chromium
 from playwright.sync_api import Browser, expect
 
 from nrp_core.experiment.reading.find import find_file, load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 
-expect.set_options(timeout=30_000)  # machines are busy at times; what is there already costs nothing
+expect.set_options(timeout=PATIENCE_MS)
 
 BROKEN = """\
 @nrp.MapRobotSubscriber("states", Topic("/gazebo/model_states", gazebo_msgs.msg.ModelStates))

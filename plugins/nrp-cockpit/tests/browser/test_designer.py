@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browsing import HUSKY, Cockpits, Watched
+from browsing import HUSKY, PATIENCE_MS, Cockpits, Watched
 from nrp_bibi import bibi_text, read_bibi
 from nrp_bibi.model.functions import Neuron2Robot, PythonTransferFunction
 from nrp_bibi.model.selectors import Index
@@ -19,7 +19,6 @@ from visitors import visit
 from nrp_core.experiment.making.networks import network_from
 from nrp_core.experiment.reading.find import find_file
 
-SLOW_MS = 60_000
 MOST_ACTIONS = 60
 MOST_TABS = 120
 MOST_LOOKS = 100
@@ -109,7 +108,7 @@ class Hand:
 
 
 def shown(page: Page) -> None:
-    page.get_by_role("region", name="Drawing").wait_for(timeout=SLOW_MS)
+    page.get_by_role("region", name="Drawing").wait_for()
 
 
 @pytest.fixture(scope="module")
@@ -379,18 +378,16 @@ def test_the_experiment_of_the_paper_is_drawn_from_nothing_and_passes(alone: tup
     draw_wheels(hand)
     draw_eyes(hand)
     hand.click("button", "Save")
-    expect(hand.page.get_by_text(f"Saved {file}.")).to_be_visible(timeout=SLOW_MS)
+    expect(hand.page.get_by_text(f"Saved {file}.")).to_be_visible()
     assert read_bibi(file).transfer_function == (
         *read_bibi(PAPER / "listing1.bibi").transfer_function,
         *read_bibi(PAPER / "listing2.bibi").transfer_function,
     )
     hand.click("button", "Run")
     page = hand.page
-    expect(page.get_by_role("link", name="Cockpit")).to_have_attribute(
-        "aria-current", "page", timeout=SLOW_MS
-    )
-    expect(page.get_by_role("timer")).to_contain_text("16.00 s", timeout=4 * SLOW_MS)
+    expect(page.get_by_role("link", name="Cockpit")).to_have_attribute("aria-current", "page")
+    expect(page.get_by_role("timer")).to_contain_text("16.00 s", timeout=2 * PATIENCE_MS)
     criteria = page.get_by_role("list", name="Criteria")
     for criterion in ("turns_on_the_spot", "reaches_left", "reaches_right", "turns_on_the_spot_again"):
-        expect(criteria).to_contain_text(f"{criterion}, met", timeout=SLOW_MS)
+        expect(criteria).to_contain_text(f"{criterion}, met")
     assert hand.actions < MOST_ACTIONS, hand.actions

@@ -7,7 +7,6 @@ from pathlib import Path
 from browsing import HUSKY, Cockpits, Watched
 from playwright.sync_api import Page, expect
 
-SLOW_MS = 30_000
 """The first check of an experiment reads and compiles it."""
 MISTAKE = "did you mean 'rate'?"
 
@@ -30,10 +29,10 @@ def test_what_is_typed_is_checked_and_a_wrong_text_is_not_applied(husky: str, wa
     end_of_line(page, "red_right_eye.rate")
     page.keyboard.type("\nred_right_eye.rates = 1.0")
     line = page.locator(".cm-line", has_text="red_right_eye.rates")
-    expect(line).to_contain_text(MISTAKE, timeout=SLOW_MS)
+    expect(line).to_contain_text(MISTAKE)
     expect(page.get_by_role("region", name="Findings")).to_contain_text("NRP223")
     page.keyboard.press("Control+Enter")
-    expect(page.get_by_text("Not applied:")).to_be_visible(timeout=SLOW_MS)
+    expect(page.get_by_text("Not applied:")).to_be_visible()
     expect(page.get_by_role("tab", name="listing2.py")).to_contain_text("edited")
     page.get_by_role("button", name="Discard").click()
     expect(line).to_have_count(0)
@@ -52,7 +51,7 @@ def test_an_edit_outlives_the_view_is_compared_and_runs_once_applied(husky: str,
     expect(page.locator(".cm-merge-b .cm-changedLine")).to_contain_text("* 0.5")
     page.get_by_role("radio", name="Edit").click()
     page.get_by_role("button", name="Apply").click()
-    expect(page.get_by_text("No file is edited.")).to_be_visible(timeout=SLOW_MS)
+    expect(page.get_by_text("No file is edited.")).to_be_visible()
     page.get_by_role("button", name="Step", exact=True).click()
     expect(page.get_by_role("timer")).to_contain_text("0.02 s")
     second = watched.open(page.url)  # another page has what runs
@@ -88,7 +87,7 @@ def test_a_function_in_quarantine_unfolds_its_traceback(cockpits: Cockpits, watc
     page.get_by_role("button", name="Step", exact=True).click()
     functions(page, "broken.py")
     row = page.get_by_role("listitem").filter(has=page.get_by_role("switch", name="divides runs"))
-    expect(row).to_contain_text("quarantine", timeout=SLOW_MS)
+    expect(row).to_contain_text("quarantine")
     row.get_by_text("ZeroDivisionError: division by zero").first.click()
     expect(row.get_by_text("Traceback (most recent call last):")).to_be_visible()
 
@@ -114,17 +113,17 @@ def test_a_misspelt_name_is_mended_by_a_click_or_a_key_and_that_can_be_undone(hu
     page.keyboard.type("\nred_right_eye.rates = 1.0")
     wrong = page.locator(".cm-line", has_text="red_right_eye.rates")
     mended = page.locator(".cm-line", has_text="red_right_eye.rate = 1.0")
-    wrong.get_by_role("button", name="Replace with rate").click(timeout=SLOW_MS)
+    wrong.get_by_role("button", name="Replace with rate").click()
     expect(mended).to_be_visible()
-    expect(page.get_by_text(MISTAKE)).to_have_count(0, timeout=SLOW_MS)
+    expect(page.get_by_text(MISTAKE)).to_have_count(0)
     mended.click()
     page.keyboard.press("Control+z")
-    expect(wrong).to_contain_text(MISTAKE, timeout=SLOW_MS)
+    expect(wrong).to_contain_text(MISTAKE)
     page.keyboard.press("Control+.")
     expect(mended).to_be_visible()
     page.keyboard.press("Control+z")
     row = page.get_by_role("region", name="Findings").get_by_role("listitem").filter(has_text=MISTAKE)
-    row.get_by_role("button", name="Replace with rate").click(timeout=SLOW_MS)
+    row.get_by_role("button", name="Replace with rate").click()
     expect(mended).to_be_visible()
     page.keyboard.press("Control+Enter")
-    expect(page.get_by_text("No file is edited.")).to_be_visible(timeout=SLOW_MS)
+    expect(page.get_by_text("No file is edited.")).to_be_visible()
