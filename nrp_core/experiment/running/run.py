@@ -47,10 +47,11 @@ from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Build, Experiment
 from nrp_core.experiment.running.falls import FallWatch
 from nrp_core.experiment.running.judgement import passed_of
+from nrp_core.experiment.running.observation import Observation
 from nrp_core.experiment.running.opening import open_side
 from nrp_core.experiment.running.problems import Reporter, ends_of, problems_of, state_of
 from nrp_core.experiment.running.result import Result, failure_data, pose_data
-from nrp_core.experiment.running.run_totals import SpikeCounter, TrajectoryDigest
+from nrp_core.experiment.running.run_totals import SpikeCounter
 from nrp_core.experiment.running.unheard import UnheardCommands
 from nrp_core.findings import Finding
 from nrp_core.findings.problems import is_complete
@@ -144,9 +145,11 @@ class Run(Closing):
             self._watch = Watch(experiment, self.world, collector)
             self._interventions = Interventions(experiment, self.brain, self._watch.events)
             collector.raise_errors()
-            self._falls = FallWatch(plan.scene, experiment.world.robots, self.world.capabilities)
+            robots = experiment.world.robots
+            falls = FallWatch(plan.scene, robots, self.world.capabilities)
+            self._observation = Observation(self._watch, falls, robots)
             unheard = UnheardCommands(self.world, experiment.topics, lambda: self.loop.functions)
-            self.reporters = [unheard.findings, self._falls.findings]
+            self.reporters = [unheard.findings, falls.findings]
             self.loop = opened.enter_context(self._close_loop(plan))
             neurons = np.arange(self.brain.network.size)
             self._counter = self.brain.add_sink(SpikeCounter(), neurons, name="result")
@@ -320,25 +323,11 @@ class Run(Closing):
 
     def _begin(self) -> None:
         self.found = self._planned
-        self._looked_at_ns: int | None = None
         self.error = None
         self._wall_ns = 0
-        self._digest = TrajectoryDigest()
 
     def _look(self, loop: ClosedLoop) -> None:
-        """Evaluate events and criteria once for each time: after the step to it, or before the first step."""
-        now_ns = loop.now_ns
-        if now_ns != self._looked_at_ns:
-            self._looked_at_ns = now_ns
-            self._watch.look(now_ns)
-            names = self._robots()
-            poses = dict(zip(names, map(self._watch.where.pose, names), strict=True))
-            self._digest.add(poses.values())
-            self._falls.look(now_ns, poses)
-
-    def _robots(self) -> list[str]:
-        """Return the present robots: some may have been left out or deleted."""
-        return [name for name in self.experiment.world.robots if name in self._watch.where]
+        self._observation.look(loop.now_ns)
 
     def _after_step(self, loop: ClosedLoop) -> None:
         self._look(loop)
@@ -346,8 +335,7 @@ class Run(Closing):
             observer(self)
 
     def _after_reset(self, loop: ClosedLoop) -> None:
-        self._watch.reset()
-        self._falls.reset()
+        self._observation.reset()
         self._begin()
 
     # -- going back
@@ -362,7 +350,7 @@ class Run(Closing):
         maker = self.experiment.maker
         if isinstance(maker, Participant) and not maker.can_be_saved:
             raise CapabilityError("the state machines of an experiment cannot be saved")
-        own = self._looked_at_ns, self._digest.state, self._watch.save(), self.problems
+        own = (*self._observation.save(), self.problems)
         sides = self.brain.snapshot(), self.world.snapshot()
         try:
             return pickle.dumps((sides, self.loop.save(), own))
@@ -384,8 +372,8 @@ class Run(Closing):
             self.brain.restore(brain)
             self.world.restore(world)
             self.loop.restore(loop)
-            self._looked_at_ns, self._digest.state, watched, *found = own  # no findings in version 0.1
-            self._watch.restore(watched)
+            looked_at_ns, digest, watched, *found = own  # no findings in version 0.1
+            self._observation.restore((looked_at_ns, digest, watched))
             self.found = tuple(found[0]) if found else self.found
         except NrpError:
             raise
@@ -432,7 +420,7 @@ class Run(Closing):
 
     def result(self) -> Result:
         """Return the result so far."""
-        events, where = self._watch.events, self._watch.where
+        events = self._watch.events
         wall_s = seconds(self._wall_ns)
         is_over = self.loop.now_ns >= self.experiment.duration and self.error is None
         outcomes = self._watch.outcomes(self.loop.now_ns if is_over else None)
@@ -455,8 +443,8 @@ class Run(Closing):
             error=None if self.error is None else str(self.error) or "interrupted",
             criteria=outcomes,
             time_share=self.loop.account.shares(),
-            final_pose={name: pose_data(where.pose(name)) for name in self._robots()},
-            trajectory_digest=self._digest.hexdigest(),
+            final_pose={name: pose_data(pose) for name, pose in self._observation.poses().items()},
+            trajectory_digest=self._observation.digest.hexdigest(),
             spikes=self.spikes,
             events={
                 name: seconds(events.times[name]) if name in events.times else None for name in events.names
