@@ -129,6 +129,7 @@ def overridden(tree: Tree, override: str) -> Tree:
         value = parse_tree(text, place)
         if value.value is None:
             _require_optional(tree, keys, place)
+        _require_event(tree, keys, place)
         return tree.overridden(keys, value)
     except ExperimentError as error:
         raise InvalidExperimentError([Finding.of(error, Code.NRP215)]) from error
@@ -147,3 +148,20 @@ def _require_optional(tree: Tree, keys: Sequence[str], place: Place) -> None:
     below = tree.at(*outer) if tuple(outer) in _NAMED else None
     if below is not None and isinstance(below.value, dict) and name not in below.value:
         raise place.error(f"there is no '{name}' to remove{did_you_mean(name, below.value)}")
+
+
+def _require_event(tree: Tree, keys: Sequence[str], place: Place) -> None:
+    """Refuse to change one setting of an event that does not exist: the new event would have no effect.
+
+    Raises:
+        ExperimentError: there is no such event.
+    """
+    if keys[0] != "events" or len(keys) < 3:
+        return
+    events = tree.at("events")
+    names = list(events.value) if events is not None and isinstance(events.value, dict) else []
+    if keys[1] not in names:
+        raise place.error(
+            f"there is no event '{keys[1]}'{did_you_mean(keys[1], names)} "
+            f"(a new event is given whole: 'events.{keys[1]}={{at: ..., publish: ...}}')"
+        )

@@ -213,6 +213,9 @@ def test_a_file_named_by_an_override_lies_below_the_current_folder(
          "mean 'resolution'? [NRP206]"),
         ("world.robots.husky.pose.9=1", "in the override 'world.robots.husky.pose.9=1': the list has no item "
          "'9'; valid: 0, 1, 2, 3, 4, 5 [NRP215]"),
+        ("events.left_rde.at=1 s", "in the override 'events.left_rde.at=1 s': there is no event 'left_rde'; "
+         "did you mean 'left_red'? (a new event is given whole: "
+         "'events.left_rde={at: ..., publish: ...}') [NRP215]"),
         ("seed.x=1", "in the override 'seed.x=1': 'x' cannot be set: the value above it is 7, "
          "not a mapping [NRP215]"),
         ("events=[", "in the override 'events=[': not YAML: while parsing a flow node expected the node "
