@@ -13,7 +13,7 @@ from nrp_core.cli.failure import report, report_interrupt, report_usage
 from nrp_core.cli.output import reserve_stdout
 
 EXIT_CODES = (
-    "Exit codes: 0 success; 1 the answer is no, or a run failed; 2 wrong usage; "
+    "Exit codes: 0 success; 1 negative result or failed run; 2 usage error; "
     "3 an experiment is not valid; 4 a backend is missing; 130 interrupted."
 )
 

@@ -51,7 +51,7 @@ class GridDiff:
         """Measure, judge, and find where runs diverge."""
         name = str(next(iter(runs.values())).settings.get("name", grid.experiment))
         return cls(
-            name, grid, runs, judge(grid, runs, metrics, margins), _partings(grid, runs), folder, engines
+            name, grid, runs, judge(grid, runs, metrics, margins), _divergences(grid, runs), folder, engines
         )
 
     @cached_property
@@ -77,7 +77,7 @@ class GridDiff:
         return incompleteness({str(cell): run for cell, run in self.runs.items()})
 
 
-def _partings(grid: RunGrid, runs: Mapping[GridCell, RunSignals]) -> list[Divergence]:
+def _divergences(grid: RunGrid, runs: Mapping[GridCell, RunSignals]) -> list[Divergence]:
     """Compare every backend with the first one of its side, for the first seed."""
     seed, (brain, *brains), (world, *worlds) = grid.seeds[0], grid.brains, grid.worlds
     pairs = [(GridCell(brain, w, seed), GridCell(b, w, seed)) for b in brains for w in grid.worlds]

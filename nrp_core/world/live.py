@@ -10,7 +10,6 @@ from typing import Any
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Findings
 from nrp_core.findings.capabilities import SCENE_CHANGES
-from nrp_core.world.changes import Changeable, change
 from nrp_core.world.engine import Engine
 from nrp_core.world.forces import ForcesPart
 from nrp_core.world.messages.std_msgs import ColorRGBA
@@ -21,6 +20,7 @@ from nrp_core.world.scene.model import Light, Model, Rgba, Scene
 from nrp_core.world.scene.starts import start_positions
 from nrp_core.world.switchboard import Switchboard
 from nrp_core.world.visuals import ColorPart
+from nrp_core.world.watched_calls import Changeable, change
 
 
 class LiveScene(Changeable):

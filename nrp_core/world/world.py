@@ -10,7 +10,6 @@ from nrp_core.errors import TimestepError
 from nrp_core.findings import Findings
 from nrp_core.simulation import Simulation, guarded
 from nrp_core.world.capabilities import WorldCapabilities
-from nrp_core.world.changes import Watcher
 from nrp_core.world.engine import Engine
 from nrp_core.world.live import LiveScene
 from nrp_core.world.model_states import StatesPart
@@ -22,6 +21,7 @@ from nrp_core.world.sensors.contact import ContactsPart
 from nrp_core.world.services.part import Services
 from nrp_core.world.switchboard import Switchboard
 from nrp_core.world.topics import Publication, Stamped, Subscription, TopicInfo, check_message
+from nrp_core.world.watched_calls import Watcher
 
 
 class World(Simulation):

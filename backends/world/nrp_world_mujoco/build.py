@@ -14,7 +14,7 @@ from nrp_core.findings import Findings
 from nrp_core.world.drives.planar import planar_drives
 from nrp_core.world.engine_kit.firm_servo import firm_joints
 from nrp_core.world.engine_kit.joint_servo import servoed_joints
-from nrp_core.world.engine_kit.servo import PlanarServo, servo_of
+from nrp_core.world.engine_kit.planar_servo import PlanarServo, servo_of
 from nrp_core.world.engine_kit.simulated import simulated_bodies
 from nrp_core.world.render.optics import CameraPath, Optics, looking
 from nrp_core.world.rigid.motion import BodyPath

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.world.engine_kit.servo import PlanarServo
+from nrp_core.world.engine_kit.planar_servo import PlanarServo
 from nrp_core.world.rigid.motion import BodyVelocity
 from nrp_world_mujoco.motion import Floating
 

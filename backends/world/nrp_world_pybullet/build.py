@@ -11,7 +11,7 @@ from nrp_core._support.quiet import quiet
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
 from nrp_core.world.drives.planar import planar_drives
-from nrp_core.world.engine_kit.servo import PlanarServo, servo_of
+from nrp_core.world.engine_kit.planar_servo import PlanarServo, servo_of
 from nrp_core.world.engine_kit.simulated import simulated_bodies
 from nrp_core.world.rigid.motion import BodyPath
 from nrp_core.world.rigid.pose import Pose

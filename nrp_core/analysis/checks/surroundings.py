@@ -28,7 +28,7 @@ _EVERYTHING = frozenset({"Exception", "BaseException"})
 
 @checks_function(Code.NRP243)
 def nothing_comes_from_outside(function: Examined) -> Iterator[Finding]:
-    """Look for uses of what a run does not control, record or replay."""
+    """Look for uses of the environment that a run does not control, record or replay."""
     imported = full_names(function.declared.source.tree)
     for used in used_functions(function.declared):
         own = local_names(used)

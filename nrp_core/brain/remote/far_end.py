@@ -1,7 +1,8 @@
 """The script of a brain's process: ``python far_end.py SOCKET MEMORY VERSION MODULE``.
 
-The named Python runs the near end's copy of this file, so the script can report what that Python lacks: the
-first line that it sends, before any message, is the reason why it cannot start, or empty if it can.
+The named Python runs the near end's copy of this file, so the script can report missing requirements of
+that Python: the first line that it sends, before any message, is the reason why it cannot start, or empty
+if it can.
 """
 
 import signal

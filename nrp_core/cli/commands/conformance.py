@@ -38,7 +38,9 @@ class KitLevel(StrEnum):
 
 
 def conformance(
-    kind: Annotated[Kind, typer.Argument(help="The side of the loop that the backend simulates.")],
+    kind: Annotated[
+        Kind, typer.Argument(metavar="SIDE", help="The simulated side of the loop: brain or world.")
+    ],
     name: Annotated[str, typer.Argument(metavar="NAME", help="The name of an installed backend.")],
     options: Annotated[
         list[str] | None,

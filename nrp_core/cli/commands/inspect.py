@@ -59,12 +59,12 @@ def inspect(
     and the parameters. For a recording: the experiment, the duration, the parameters, the recorded topics,
     and whether it is complete.
     """
-    from nrp_core.cli.commands.inspect_experiment import inspect_experiment, is_experiment
-    from nrp_core.cli.commands.inspect_functions import are_functions, inspect_functions
-    from nrp_core.cli.commands.inspect_recording import inspect_recording, is_recording
+    from nrp_core.cli.inspection.experiment import inspect_experiment, is_experiment
+    from nrp_core.cli.inspection.functions import are_functions, inspect_functions
+    from nrp_core.cli.inspection.recording import inspect_recording, is_recording
 
     if check:
-        from nrp_core.cli.commands.check_recording import check_recording
+        from nrp_core.cli.inspection.check import check_recording
 
         if not is_recording(file):
             raise typer.BadParameter(f"only a recording can be checked, not {file}", param_hint="--check")

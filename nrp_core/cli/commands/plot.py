@@ -22,9 +22,9 @@ def plot(
     what: Annotated[
         str,
         typer.Argument(
-            metavar=f"[{'|'.join(FIGURES)}]",
+            metavar="WHAT",
             envvar="NRP_WHAT",
-            help="The figure to draw.",
+            help=f"The figure to draw: {', '.join(FIGURES)}.",
             autocompletion=beginning_with(lambda: FIGURES),
         ),
     ] = "run",

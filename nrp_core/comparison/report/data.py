@@ -28,7 +28,7 @@ def grid_data(diff: GridDiff) -> dict[str, Any]:
         "advice": words.advice(diff),
         "finding": [one.metric.name for one in diff.finding],
         "metrics": {one.metric.name: _judgement(one) for one in diff.judgements},
-        "divergences": [_parting(one) for one in diff.divergences],
+        "divergences": [_divergence_data(one) for one in diff.divergences],
         "failures": {str(cell): why for cell, why in diff.failures.items()},
         "results": diff.folder,
     }
@@ -42,7 +42,7 @@ def pair_data(diff: PairDiff) -> dict[str, Any]:
         "flaws": diff.flaws,
         "engines": engine_data(diff.engines),
         "reservations": diff.reservations,
-        "divergence": _parting(diff.divergence),
+        "divergence": _divergence_data(diff.divergence),
         "signals": diff.deviations,
         "metrics": [
             {
@@ -121,7 +121,7 @@ def _contrast(one: Contrast, margin: float) -> dict[str, Any]:
     }
 
 
-def _parting(one: Divergence) -> dict[str, Any]:
+def _divergence_data(one: Divergence) -> dict[str, Any]:
     return {
         "one": one.one,
         "other": one.other,

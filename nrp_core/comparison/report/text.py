@@ -36,7 +36,7 @@ def tell_grid(diff: GridDiff, console: Console) -> None:
         _add(table, judged)
     console.print(table)
     for one in diff.divergences:
-        _tell_parting(console, one)
+        _print_divergence(console, one)
 
 
 def tell_pair(diff: PairDiff, console: Console) -> None:
@@ -53,7 +53,7 @@ def tell_pair(diff: PairDiff, console: Console) -> None:
     if experiments[0] != experiments[1]:
         console.print(Text(f"two experiments: {' and '.join(experiments)}", style="yellow"))
     _tell_engines(console, diff.engines)
-    _tell_parting(console, diff.divergence)
+    _print_divergence(console, diff.divergence)
     signals = _table("signal", "apart by", "at", "RMS", "range")
     for one in [one for one in diff.deviations if one.largest][:_MOST_SIGNALS]:
         numbers = (f"{one.largest:.3g}", f"{one.t_s:g} s", f"{one.rms:.3g}", f"{one.span:.3g}")
@@ -120,7 +120,7 @@ def _weight(part: Part) -> tuple[int, float]:
     return rank, 0.0 if found is None else -abs(found.estimate.mean) / (part.margin or 1.0)
 
 
-def _tell_parting(console: Console, one: Divergence) -> None:
+def _print_divergence(console: Console, one: Divergence) -> None:
     console.print(Text(f"{one.one} and {one.other}", style="bold"))
     if one.first is None:
         how = "to the last bit" if one.is_identical else "but for rounding"

@@ -18,22 +18,6 @@ NO_SUCH_NEURONS = Explanation(
     Weight.ALTERED,
 )
 
-NO_CAPABILITY = Explanation(
-    "The backend, or the platform, lacks a capability that the experiment needs.",
-    "The part that needs it has no effect; if the simulation cannot do without, it is refused.",
-    "Choose a backend with this capability (`nrp backends`), or do without the part in the message.",
-    "{n} missing capabilities",
-    Weight.ALTERED,
-)
-
-APPROXIMATED = Explanation(
-    "A property of the network that the brain backend changes.",
-    "The network runs, but differs from the script.",
-    "Choose another backend or model if the property matters.",
-    "{n} properties of the network are changed by the brain backend",
-    Weight.ALTERED,
-)
-
 SLOW_SCRIPT = Explanation(
     "The brain script takes too long to be checked.",
     "Everything that depends on the network, such as the range of indices, was not checked.",
@@ -68,7 +52,7 @@ EMPTY_POPULATION = Explanation(
 
 UNCONNECTED = Explanation(
     "A population that nothing is connected to.",
-    "Its neurons have no synapse, no device and no part in what the robot does.",
+    "Its neurons have neither synapses nor devices and do not affect the robot.",
     "Connect it, or remove it; often a projection or a device names another population by mistake.",
     "{n} populations are connected to nothing",
     Weight.REMARK,

@@ -42,22 +42,6 @@ MISSING_FILE = Explanation(
     Weight.ALTERED,
 )
 
-NO_BACKEND = Explanation(
-    "A backend that is not installed or does not load.",
-    "Without it one side of the loop has no simulator.",
-    "Choose a backend that `nrp backends` lists, or install the missing one.",
-    "{n} backends are not available",
-    Weight.ALTERED,
-)
-
-WRONG_OPTION = Explanation(
-    "A backend option that is unknown or wrong.",
-    "Each backend has its own options; this one would have no effect.",
-    "Use one of the options in the message.",
-    "{n} wrong backend options",
-    Weight.ALTERED,
-)
-
 STEPS_DO_NOT_DIVIDE = Explanation(
     "Time steps that do not divide each other.",
     "Brain and world synchronize at the end of every loop step, so both must reach that time exactly.",

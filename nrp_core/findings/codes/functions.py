@@ -280,7 +280,7 @@ REASSIGNED_PARAMETER = Explanation(
 WRONG_ROW = Explanation(
     "A row does not match the headers of its file.",
     "Values appear in the wrong columns.",
-    "Record one value for each header; headers are a list of texts.",
+    "Record one value for each header; headers are a list of strings.",
     "{n} rows do not match their headers",
     Weight.ALTERED,
 )

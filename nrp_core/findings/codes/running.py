@@ -20,7 +20,7 @@ STATE_MACHINE_LEFT_OUT = Explanation(
 
 FUNCTION_QUARANTINED = Explanation(
     "A transfer function raised an error and is not called any more.",
-    "The rest of the run is without this function.",
+    "The rest of the run continues without this function.",
     "Correct the function; with `on_error: stop` the run ends at the first error.",
     "{n} transfer functions were stopped by an error",
     Weight.INCOMPLETE,

@@ -124,7 +124,7 @@ NO_PUBLISHER = Explanation(
 
 STARTS_INSIDE = Explanation(
     "A robot starts inside the room or another robot.",
-    "The physics engine pushes the robot out, often with a speed that throws it metres away.",
+    "The physics engine pushes the robot out, often so fast that it is thrown metres away.",
     "Move the start pose so that the robot overlaps nothing; inside the room, usually z is too low.",
     "{n} robots start inside the room or another robot",
     Weight.ALTERED,
@@ -164,7 +164,7 @@ IMPLAUSIBLE = Explanation(
 
 BEYOND_LIMIT = Explanation(
     "A command is beyond what its joint or drive can do.",
-    "A joint goes to its limit instead; a drive ignores what it cannot do, or moves as no robot does.",
+    "A joint goes to its limit instead; a drive ignores motions it cannot perform, or moves unrealistically.",
     "Scale the command to the limits that `nrp inspect` lists, use m/s and rad/s, or change the robot file.",
     "{n} topics get commands beyond what their joint or drive can do",
     Weight.REMARK,
@@ -189,7 +189,7 @@ BELOW_GROUND = Explanation(
 STEP_IGNORED = Explanation(
     "The room's `<physics>` asks for another time step than the world uses.",
     "The time step belongs to the experiment and its backend, so that a room gives the same in each of them.",
-    "Nothing, or set the time step of the world: `world: {options: {timestep: 1 ms}}`.",
+    "No action is needed; or set the time step of the world: `world: {options: {timestep: 1 ms}}`.",
     "{n} rooms ask for another time step",
     Weight.REMARK,
 )

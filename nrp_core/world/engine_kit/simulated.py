@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from nrp_core.world.engine_kit.servo import without_wheel_friction
+from nrp_core.world.engine_kit.planar_servo import without_wheel_friction
 from nrp_core.world.engine_kit.springs import with_steady_springs
 from nrp_core.world.scene.merged_bodies import Body, bodies_of
 from nrp_core.world.scene.model import Model

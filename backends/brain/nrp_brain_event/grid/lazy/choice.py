@@ -18,7 +18,7 @@ MOST_KINDS: Final = 64
 """Of cells with different parameters; each has a table of its course."""
 _FEWEST: Final = 2000
 _MOST_SYNAPSES: Final = 500
-"""On average onto a cell; so many, or so many spikes a second of Poisson cells, reach it too often."""
+"""Mean number of synapses onto a cell, or Poisson spikes per second, above which events are too frequent."""
 _MOST_RESTLESS: Final = 0.05
 """Share of cells that fire without input: these are looked at in each step."""
 

@@ -8,7 +8,15 @@ from __future__ import annotations
 
 from enum import Enum, unique
 
-from nrp_core.findings.codes import brain, experiment, functions, platform, running, world
+from nrp_core.findings.codes import (
+    backends,
+    brain,
+    experiment,
+    functions,
+    neurorobotics_platform,
+    running,
+    world,
+)
 from nrp_core.findings.codes.explanation import Weight
 
 
@@ -21,8 +29,8 @@ class Code(Enum):
     NRP202 = experiment.WRONG_VALUE
     NRP203 = experiment.MISSING_KEY
     NRP204 = experiment.MISSING_FILE
-    NRP205 = experiment.NO_BACKEND
-    NRP206 = experiment.WRONG_OPTION
+    NRP205 = backends.NO_BACKEND
+    NRP206 = backends.WRONG_OPTION
     NRP207 = experiment.STEPS_DO_NOT_DIVIDE
     NRP208 = brain.SCRIPT_FAILED
     NRP209 = world.NOT_READABLE
@@ -32,8 +40,8 @@ class Code(Enum):
     NRP213 = experiment.NO_SUCH_REFERENCE
     NRP214 = experiment.BASE_NOT_READABLE
     NRP215 = experiment.WRONG_OVERRIDE
-    NRP216 = brain.NO_CAPABILITY
-    NRP217 = brain.APPROXIMATED
+    NRP216 = backends.NO_CAPABILITY
+    NRP217 = backends.APPROXIMATED
     NRP218 = functions.NO_SUCH_IMPORT
     NRP219 = functions.MAPPING_MISMATCH
     NRP220 = functions.UNUSED_PARAMETER
@@ -71,7 +79,7 @@ class Code(Enum):
     NRP252 = functions.WRONG_INDEX
     NRP253 = functions.REASSIGNED_PARAMETER
     NRP254 = functions.WRONG_ROW
-    NRP255 = platform.CONVERTED
+    NRP255 = neurorobotics_platform.CONVERTED
     NRP256 = world.ROBOT_LEFT_OUT
     NRP257 = world.ROOM_LEFT_OUT
     NRP258 = world.MESH_REPLACED
@@ -102,8 +110,8 @@ class Code(Enum):
     NRP283 = running.LATE
     NRP284 = running.RECORDING_INCOMPLETE
     NRP285 = running.REPLAY_DIFFERS
-    NRP286 = platform.RESOURCE_MISSING
-    NRP287 = platform.NOT_SUPPORTED
+    NRP286 = neurorobotics_platform.RESOURCE_MISSING
+    NRP287 = neurorobotics_platform.NOT_SUPPORTED
     NRP288 = experiment.WRONG_PARAMETER
     NRP289 = experiment.UNREADABLE_PARAMETER
     NRP290 = brain.UNCONNECTED

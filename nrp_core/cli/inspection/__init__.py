@@ -1,0 +1,1 @@
+"""The parts of ``nrp inspect``: one module for each thing that it describes."""

@@ -1,0 +1,35 @@
+"""Findings about the choice of backends, and about what a backend cannot do."""
+
+from nrp_core.findings.codes.explanation import Explanation, Weight
+
+NO_BACKEND = Explanation(
+    "A backend that is not installed or does not load.",
+    "Without it one side of the loop has no simulator.",
+    "Choose a backend that `nrp backends` lists, or install the missing one.",
+    "{n} backends are not available",
+    Weight.ALTERED,
+)
+
+WRONG_OPTION = Explanation(
+    "A backend option that is unknown or wrong.",
+    "Each backend has its own options; this one would have no effect.",
+    "Use one of the options in the message.",
+    "{n} wrong backend options",
+    Weight.ALTERED,
+)
+
+NO_CAPABILITY = Explanation(
+    "The backend, or nrp-core itself, lacks a capability that the experiment needs.",
+    "The part that needs it has no effect; if the simulation cannot run without it, the run is refused.",
+    "Choose a backend with this capability (`nrp backends`), or remove the part that the message names.",
+    "{n} missing capabilities",
+    Weight.ALTERED,
+)
+
+APPROXIMATED = Explanation(
+    "A property of the network that the brain backend changes.",
+    "The network runs, but differs from the script.",
+    "Choose another backend or model if the property matters.",
+    "{n} properties of the network are changed by the brain backend",
+    Weight.ALTERED,
+)
