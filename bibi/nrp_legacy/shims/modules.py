@@ -26,7 +26,7 @@ _FURTHER_SERVICES = (
     "SetLinkProperties", "SetJointProperties", "SetJointTrajectory", "GetVisualProperties", "ExportWorldSDF",
     "AdvanceSimulation",
 )  # fmt: skip
-"""Services of Gazebo that no world here has by itself: who calls one that nobody answers learns that."""
+"""Services of Gazebo that no world provides; calling one without a server raises an error that says so."""
 
 
 def module(name: str, /, **content: Any) -> ModuleType:
@@ -77,7 +77,7 @@ def open_module(
 
 @dataclass(frozen=True, slots=True)
 class ServiceType:
-    """The type of a service; called, it makes a request, whose fields are the keyword arguments."""
+    """The type of a service; calling it creates a request with the keyword arguments as fields."""
 
     name: str
 
