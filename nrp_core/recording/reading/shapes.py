@@ -10,10 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.messages.foxglove_msgs import SceneEntity, SceneUpdate
+from nrp_core.recording.layout import TEXTURED_TYPE
+from nrp_core.world.messages.foxglove_msgs import ModelPrimitive, SceneEntity, SceneUpdate
 from nrp_core.world.messages.visualization_msgs import CYLINDER, MESH_RESOURCE, SPHERE, MarkerArray
 from nrp_core.world.pose_messages import pose_of, vector_of
 from nrp_core.world.rigid.pose import Pose, Vector
+from nrp_core.world.scene.meshes.glb import triangles_in
+from nrp_core.world.scene.meshes.stl import stl_bytes
 
 
 class ShapeKind(Enum):
@@ -36,7 +39,7 @@ class Shape:
         pose: its pose in the frame.
         size: extents along its axes, m; of a mesh, the factors of its coordinates.
         rgba: its colour, each component 0..1.
-        mesh: the STL file of a mesh, if the recording contains it.
+        mesh: the STL file of a mesh, if the recording contains it. Images on it are left out.
     """
 
     visual: str
@@ -91,7 +94,14 @@ def _of_entity(entity: SceneEntity) -> Iterator[Shape]:
     for model in entity.models:
         scale, color = vector_of(model.scale), _rgba(model.color)
         pose = pose_of(model.pose)
-        yield Shape(entity.id, entity.frame_id, ShapeKind.MESH, pose, scale, color, model.data)
+        yield Shape(entity.id, entity.frame_id, ShapeKind.MESH, pose, scale, color, _stl(model))
+
+
+def _stl(model: ModelPrimitive) -> npt.NDArray[np.uint8]:
+    """Return the file of a mesh as STL."""
+    if model.media_type != TEXTURED_TYPE:
+        return model.data
+    return np.frombuffer(stl_bytes(triangles_in(model.data.tobytes())), np.uint8)
 
 
 def _of_marker(marker: Any) -> Shape:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nrp_core.errors import SceneError
-from nrp_core.recording.layout import MESH_TYPE
+from nrp_core.recording.layout import MESH_TYPE, TEXTURED_TYPE
 from nrp_core.recording.writing.frames import Frames
 from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.foxglove_msgs import (
@@ -24,6 +24,9 @@ from nrp_core.world.messages.foxglove_msgs import (
 from nrp_core.world.messages.geometry_msgs import Vector3
 from nrp_core.world.pose_messages import pose_message
 from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.meshes.glb import glb
+from nrp_core.world.scene.meshes.mapped import mapped_triangles
+from nrp_core.world.scene.meshes.stl import read_coordinates, read_stl
 from nrp_core.world.scene.model import (
     Box,
     Capsule,
@@ -34,6 +37,7 @@ from nrp_core.world.scene.model import (
     Rgba,
     Scene,
     Sphere,
+    Texture,
 )
 
 _PLANE_THICKNESS_M = 0.002
@@ -48,12 +52,14 @@ class Shown:
         pose: its pose in that frame.
         geometry: its shape.
         rgba: its colour.
+        texture: the image on it; none on a visual that was given another colour.
     """
 
     frame: str
     pose: Pose
     geometry: Geometry
     rgba: Rgba
+    texture: Texture | None = None
 
 
 def shown_visuals(scene: Scene, frames: Frames, colors: Mapping[str, Rgba]) -> dict[str, Shown]:
@@ -70,7 +76,8 @@ def shown_visuals(scene: Scene, frames: Frames, colors: Mapping[str, Rgba]) -> d
         for visual in link.visuals:
             path = f"{model.name}/{link.name}/{visual.name}"
             rgba = colors.get(path, visual.rgba)
-            shown[path] = Shown(frame, place @ visual.pose, visual.geometry, rgba)
+            texture = visual.texture if rgba == visual.rgba else None
+            shown[path] = Shown(frame, place @ visual.pose, visual.geometry, rgba, texture)
     return shown
 
 
@@ -85,6 +92,10 @@ def scene_update(before: Mapping[str, Shown], now: Mapping[str, Shown], now_ns: 
 def _entity(stamp: Time, path: str, shown: Shown) -> SceneEntity:
     entity = SceneEntity(stamp, shown.frame, path, frame_locked=True)
     pose, color = pose_message(shown.pose), Color(*shown.rgba)
+    textured = _textured(shown, color) if shown.texture else None
+    if textured is not None:
+        entity.models = [textured]
+        return entity
     match shown.geometry:
         case Box(size):
             entity.cubes = [CubePrimitive(pose, Vector3(*size), color)]
@@ -110,6 +121,26 @@ def _ball(radius: float) -> Vector3:
 
 def _cylinder(pose: Pose, radius: float, length: float, color: Color) -> CylinderPrimitive:
     return CylinderPrimitive(pose_message(pose), Vector3(2 * radius, 2 * radius, length), color=color)
+
+
+def _textured(shown: Shown, color: Color) -> ModelPrimitive | None:
+    """Return a shape with its image; None if it has no texture coordinates or its image cannot be read."""
+    geometry, texture = shown.geometry, shown.texture
+    assert texture is not None
+    mapped, scale = mapped_triangles(geometry), (1.0, 1.0, 1.0)
+    if isinstance(geometry, Mesh):
+        coordinates, scale = read_coordinates(geometry.path), geometry.scale
+        mapped = None if coordinates is None else (read_stl(geometry.path), coordinates)
+    data = glb(mapped, texture.image, texture.tint) if mapped else None
+    if data is None:
+        return None
+    return ModelPrimitive(
+        pose_message(shown.pose),
+        Vector3(*scale),
+        color,
+        media_type=TEXTURED_TYPE,
+        data=np.frombuffer(data, np.uint8),
+    )
 
 
 def _mesh(mesh: Mesh, pose: Pose, color: Color) -> ModelPrimitive:

@@ -21,6 +21,7 @@ from nrp_core.world.scene.model import (
     Link,
     Mesh,
     Rgba,
+    Texture,
     Visual,
 )
 from nrp_core.world.scene.sensing import MountedSensor
@@ -29,11 +30,12 @@ from nrp_core.world.scene.stand_in import Missing
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A geometry, its pose in the frame of its link, and its colour in the mesh file."""
+    """A geometry, its pose in the frame of its link, and its colour and texture in the mesh file."""
 
     geometry: Geometry
     pose: Pose
     rgba: Rgba | None = None
+    texture: Texture | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,17 +47,21 @@ class Look:
         opacity: 0 for invisible to 1.
         glows: whether the colour is the same in any light.
         finish: its finish, None if it is matt.
+        texture: the image that has the colour, if one has it.
     """
 
     rgba: Rgba | None = None
     opacity: float = 1.0
     glows: bool = False
     finish: Finish | None = None
+    texture: Texture | None = None
 
-    def of(self, shape: Shape) -> Rgba:
-        """Return the colour of a shape."""
+    def of(self, name: str, shape: Shape) -> Visual:
+        """Return the visual with a name and a shape."""
         r, g, b, alpha = self.rgba or shape.rgba or DEFAULT_RGBA
-        return r, g, b, alpha * self.opacity
+        rgba = r, g, b, alpha * self.opacity
+        texture = self.texture if self.rgba else shape.texture
+        return Visual(name, shape.geometry, shape.pose, rgba, self.glows, self.finish, texture)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +100,7 @@ def build_link(
         touched = [replace(part, shapes=spare) for part in touched[:1]]
     seen, felt = {part.name for part in shown}, {part.name for part in touched}
     visuals = [
-        Visual(unique, shape.geometry, shape.pose, part.look.of(shape), part.look.glows, part.look.finish)
+        part.look.of(unique, shape)
         for part in shown
         for unique, shape in _numbered(part.name, part.shapes or spare, seen)
     ]

@@ -103,12 +103,30 @@ Geometry = Box | Cylinder | Capsule | Sphere | Plane | Mesh
 
 
 @dataclass(frozen=True, slots=True)
+class Texture:
+    """An image on a visual, which viewers show and our renderers replace by its mean colour.
+
+    Meshes have texture coordinates of their own (:func:`nrp_core.world.scene.meshes.stl.read_coordinates`);
+    those of other shapes are in :mod:`nrp_core.world.scene.meshes.mapped`.
+
+    Args:
+        image: a file, which is read when someone looks.
+        tint: the red, green and blue by which the image is multiplied.
+    """
+
+    image: Path
+    tint: Vector = (1.0, 1.0, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
 class Visual:
     """The visible shape of a link.
 
     Args:
+        rgba: its colour; with a texture the mean of the image.
         glows: whether it has its colour in any light.
         finish: how it shines; None: it is matt.
+        texture: the image on it. No run depends on it, so scenes are compared without it.
     """
 
     name: str
@@ -117,6 +135,7 @@ class Visual:
     rgba: Rgba = DEFAULT_RGBA
     glows: bool = False
     finish: Finish | None = None
+    texture: Texture | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, slots=True)

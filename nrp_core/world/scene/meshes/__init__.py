@@ -2,7 +2,7 @@
 
 Scenes then refer to one simple format, binary STL in metres, for every engine and for the rasteriser. The
 file is named by a digest of all its sources, so that an edited mesh is converted again and equal meshes are
-equal in any folder.
+equal in any folder. Texture coordinates lie beside it; images stay where they are until someone looks.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from urllib.parse import unquote
 from nrp_core._support.disk_cache import kept_folder
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.meshes.convert import KINDS, Wanted, parse, pieces_of
-from nrp_core.world.scene.meshes.stl import write_stl
+from nrp_core.world.scene.meshes.stl import write_coordinates, write_stl
 from nrp_core.world.scene.meshes.triangles import Surface
 from nrp_core.world.scene.model import Rgba
 
@@ -33,10 +33,11 @@ _LFS = b"version https://git-lfs"
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A part of a converted mesh: a binary STL file, and its colour if it has one."""
+    """A part of a converted mesh: a binary STL file, and its colour and the image on it if it has them."""
 
     path: Path
     rgba: Rgba | None
+    image: Path | None = None
 
 
 def mesh_pieces(path: Path, wanted: Wanted) -> list[Piece]:
@@ -63,23 +64,29 @@ def mesh_pieces(path: Path, wanted: Wanted) -> list[Piece]:
             _parsed.cache_clear()
     except (ValueError, IndexError) as error:
         raise SceneError(f"cannot be read: {error}", path=path) from error
-    return [Piece(folder / name, tuple(rgba) if rgba else None) for name, rgba in listing["pieces"]]
+    return [
+        Piece(folder / name, tuple(rgba) if rgba else None, _placed(path.parent, image) if image else None)
+        for name, rgba, image in listing["pieces"]
+    ]
 
 
 def _fill(key: str, data: bytes, suffix: str, home: Path, wanted: Wanted, folder: Path) -> None:
     """Write the pieces of a mesh and a list of them with all source files."""
     surfaces, beside = _parsed(data, suffix, home)
     pieces = []
-    for number, (triangles, rgba) in enumerate(pieces_of(surfaces, wanted)):
-        pieces.append((f"{key}-{number}.stl", rgba))
-        write_stl(folder / pieces[-1][0], triangles)
-    (folder / _LISTING).write_text(json.dumps({"pieces": pieces, "beside": beside}))
+    for number, piece in enumerate(pieces_of(surfaces, wanted)):
+        pieces.append((f"{key}-{number}.stl", piece.rgba, piece.image))
+        write_stl(folder / pieces[-1][0], piece.triangles)
+        if piece.coordinates is not None:
+            write_coordinates(folder / pieces[-1][0], piece.coordinates)
+    files = sorted(file.name for file in folder.iterdir())
+    (folder / _LISTING).write_text(json.dumps({"pieces": pieces, "files": files, "beside": beside}))
 
 
 def _is_whole(folder: Path) -> bool:
     try:
         listing = json.loads((folder / _LISTING).read_text())
-        return all((folder / name).is_file() for name, _ in listing["pieces"])
+        return all((folder / name).is_file() for name in listing["files"])
     except (OSError, ValueError, LookupError, TypeError):
         return False
 
@@ -115,10 +122,14 @@ def _contents(path: Path) -> bytes:
 def _beside(home: Path, name: str) -> bytes | None:
     """Return the contents of a file that a mesh in the folder ``home`` refers to, None if it is missing."""
     with suppress(OSError, ValueError):
-        path = home / unquote(name.removeprefix("file://")).replace("\\", "/")
+        path = _placed(home, name)
         if path.is_file() and path.stat().st_size <= MAX_BYTES_BESIDE:
             return path.read_bytes()
     return None
+
+
+def _placed(home: Path, name: str) -> Path:
+    return home / unquote(name.removeprefix("file://")).replace("\\", "/")
 
 
 def digest(*parts: object) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 
 from nrp_core._support.xml_text import strict_xml
 from nrp_core.world.scene.meshes.images import mean_color
-from nrp_core.world.scene.meshes.triangles import Surface
+from nrp_core.world.scene.meshes.triangles import Coordinates, Surface
 
 if TYPE_CHECKING:
     from nrp_core.world.scene.meshes.obj import ReadBeside
@@ -60,38 +60,46 @@ def _surfaces(
         called = names | frozenset(filter(None, (geometry.id, geometry.name)))
         for bound in node.objects("geometry", matrix):
             for primitive in bound.primitives():
+                if hasattr(primitive, "triangleset"):
+                    primitive = primitive.triangleset()
                 triangles = _triangles(primitive)
                 if len(triangles):
-                    yield Surface(called, triangles, _color(primitive.material, beside))
+                    rgba, image = _look(primitive.material, beside)
+                    yield Surface(called, triangles, rgba, _coordinates(primitive), image)
 
 
 def _triangles(primitive: Any) -> Any:
     """Return the triangles of a primitive; lines have none."""
-    if hasattr(primitive, "triangleset"):
-        primitive = primitive.triangleset()
     if primitive.vertex is None or np.shape(primitive.vertex_index)[1:] != (3,):
         return np.empty((0, 3, 3))
     return np.asarray(primitive.vertex, np.float64)[primitive.vertex_index]
 
 
-def _color(material: Any, beside: ReadBeside) -> Rgba | None:
-    """Return the colour of a material: the emissive one, else the diffuse one."""
+def _coordinates(primitive: Any) -> Coordinates | None:
+    """Return the first texture coordinates of triangles, None if they have none."""
+    if not len(primitive.texcoordset):
+        return None
+    places: Coordinates = np.asarray(primitive.texcoordset[0], np.float32)[primitive.texcoord_indexset[0]]
+    return places[..., :2]
+
+
+def _look(material: Any, beside: ReadBeside) -> tuple[Rgba | None, str | None]:
+    """Return the colour of a material, the emissive one, else the diffuse one, and the image that has it."""
     effect = getattr(material, "effect", None)
     if effect is None:
-        return None
+        return None, None
     for shade in (effect.emission, effect.diffuse):
-        color = _shade(shade, beside)
+        image = shade.sampler.surface.image.path if hasattr(shade, "sampler") else None
+        color = mean_color(beside(image)) if image else _color(shade)
         if color is not None and (shade is effect.diffuse or any(color)):
             r, g, b = color
-            return r, g, b, _opacity(effect)
-    return None
+            return (r, g, b, _opacity(effect)), image
+    return None, None
 
 
-def _shade(shade: Any, beside: ReadBeside) -> tuple[float, float, float] | None:
+def _color(shade: Any) -> tuple[float, float, float] | None:
     if shade is None:
         return None
-    if hasattr(shade, "sampler"):
-        return mean_color(beside(shade.sampler.surface.image.path))
     r, g, b = (min(max(float(part), 0.0), 1.0) for part in shade[:3])
     return r, g, b
 

@@ -12,14 +12,14 @@ from nrp_core.world.scene.meshes.collada import parse_collada
 from nrp_core.world.scene.meshes.convex import convex_pieces
 from nrp_core.world.scene.meshes.obj import ReadBeside, parse_obj
 from nrp_core.world.scene.meshes.stl import parse_stl
-from nrp_core.world.scene.meshes.triangles import Surface, Triangles, joined
+from nrp_core.world.scene.meshes.triangles import Surface, Triangles, joined, merged
 from nrp_core.world.scene.model import Rgba
 
 MAX_COLORS = 16
-"""Maximum number of colours of a mesh; the last one is used for all others."""
+"""Maximum number of colours and images of a mesh; the last one is used for all others."""
 
 Form = Literal["whole", "colored", "convex"]
-"""One piece, one piece for each colour, or convex pieces."""
+"""One piece, one piece for each colour or image, or convex pieces."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +55,8 @@ def parse(data: bytes, suffix: str, beside: ReadBeside) -> list[Surface]:
     return surfaces
 
 
-def pieces_of(surfaces: Sequence[Surface], wanted: Wanted) -> list[tuple[Triangles, Rgba | None]]:
-    """Return the pieces of a mesh, the largest first, each with its colour if it has one.
+def pieces_of(surfaces: Sequence[Surface], wanted: Wanted) -> list[Surface]:
+    """Return the pieces of a mesh, the largest first.
 
     Raises:
         ValueError: it has no such submesh.
@@ -66,9 +66,9 @@ def pieces_of(surfaces: Sequence[Surface], wanted: Wanted) -> list[tuple[Triangl
     if wanted.centered:
         surfaces = _centered(surfaces)
     if wanted.form == "whole":
-        return [(joined(surfaces), None)]
+        return [replace(merged(surfaces), rgba=None, image=None)]
     if wanted.form == "convex":
-        return [(piece, None) for piece in convex_pieces(joined(surfaces))]
+        return [Surface(frozenset(), piece) for piece in convex_pieces(joined(surfaces))]
     return _by_color(surfaces)
 
 
@@ -87,7 +87,11 @@ KINDS: dict[str, Callable[[bytes, ReadBeside], list[Surface]]] = {
 def _whole(surface: Surface) -> Surface:
     """Leave out triangles with a corner that is not a number or too far away."""
     usable = (np.abs(surface.triangles) < 1e9).all(axis=(1, 2))
-    return surface if usable.all() else replace(surface, triangles=surface.triangles[usable])
+    if usable.all():
+        return surface
+    mapped = surface.coordinates
+    left = None if mapped is None else mapped[usable]
+    return replace(surface, triangles=surface.triangles[usable], coordinates=left)
 
 
 def _named(surfaces: Sequence[Surface], name: str) -> list[Surface]:
@@ -104,17 +108,13 @@ def _centered(surfaces: Sequence[Surface]) -> list[Surface]:
     return [replace(surface, triangles=surface.triangles - middle) for surface in surfaces]
 
 
-def _by_color(surfaces: Sequence[Surface]) -> list[tuple[Triangles, Rgba | None]]:
-    alike: dict[Rgba | None, list[Surface]] = {}
+def _by_color(surfaces: Sequence[Surface]) -> list[Surface]:
+    alike: dict[tuple[Rgba | None, str | None], list[Surface]] = {}
     for surface in surfaces:
-        alike.setdefault(surface.rgba, []).append(surface)
-    pieces = [(joined(group), rgba) for rgba, group in alike.items()]
-    pieces.sort(key=lambda piece: -_area(piece[0]))
+        alike.setdefault((surface.rgba, surface.image), []).append(surface)
+    pieces = sorted(map(merged, alike.values()), key=lambda piece: -_area(piece.triangles))
     shown, rest = pieces[:MAX_COLORS], pieces[MAX_COLORS:]
-    if rest:
-        last, rgba = shown[-1]
-        shown[-1] = np.concatenate([last, *(triangles for triangles, _ in rest)]), rgba
-    return shown
+    return [*shown[:-1], merged([shown[-1], *rest])] if rest else shown
 
 
 def _area(triangles: Triangles) -> float:

@@ -1,4 +1,4 @@
-"""Textures: a textured surface is shown in the mean colour of its image."""
+"""Images on surfaces. Our renderers show the mean colour of an image, viewers the image itself."""
 
 from __future__ import annotations
 

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from nrp_core.errors import SceneError
-from nrp_core.world.scene.meshes.triangles import Triangles
+from nrp_core.world.scene.meshes.triangles import Coordinates, Triangles
 
 _HEADER, _COUNT = 80, 4
+_COORDINATES = ".uv"
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
@@ -48,6 +49,11 @@ def read_stl(path: Path) -> Triangles:
 
 def write_stl(path: Path, triangles: Triangles) -> None:
     """Write a binary file, with normals for programs that use them."""
+    path.write_bytes(stl_bytes(triangles))
+
+
+def stl_bytes(triangles: Triangles) -> bytes:
+    """Return the contents of a binary file."""
     records = np.zeros(len(triangles), _TRIANGLE)
     a, b, c = triangles.swapaxes(0, 1)
     normals = np.cross(b - a, c - a)
@@ -55,4 +61,17 @@ def write_stl(path: Path, triangles: Triangles) -> None:
     records["normal"] = normals / np.where(lengths, lengths, 1.0)
     records["corners"] = triangles
     count = len(triangles).to_bytes(_COUNT, "little")
-    path.write_bytes(bytes(_HEADER) + count + records.tobytes())
+    return bytes(_HEADER) + count + records.tobytes()
+
+
+def write_coordinates(path: Path, coordinates: Coordinates) -> None:
+    """Write the texture coordinates of the triangles of a file beside it."""
+    path.with_suffix(_COORDINATES).write_bytes(coordinates.astype("<f4").tobytes())
+
+
+def read_coordinates(path: Path) -> Coordinates | None:
+    """Return the texture coordinates of the triangles of a file; None if it has none."""
+    try:
+        return np.fromfile(path.with_suffix(_COORDINATES), "<f4").reshape(-1, 3, 2)
+    except (OSError, ValueError):
+        return None

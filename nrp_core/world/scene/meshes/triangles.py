@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,8 @@ Triangles = npt.NDArray[np.float64]
 """Corners of triangles, counter-clockwise as seen from outside; shape ``(m, 3, 3)``, in m."""
 Points = npt.NDArray[np.float64]
 """Shape ``(n, 3)``, in m."""
+Coordinates = npt.NDArray[np.float32]
+"""Places in an image of the corners of triangles, from its lower left corner at 0, 0; shape ``(m, 3, 2)``."""
 Faces = npt.NDArray[np.int32]
 """Indices of the corners of triangles, shape ``(m, 3)``."""
 
@@ -29,17 +31,35 @@ class Surface:
     Args:
         names: names in the file of the objects that contain them; a ``<submesh>`` names one of these.
         triangles: at least one.
-        rgba: their colour, None if the file has none.
+        rgba: their colour, None if the file has none; with an image its mean.
+        coordinates: texture coordinates, None if the file has none.
+        image: the name in the file of the image on them, None for none.
     """
 
     names: frozenset[str]
     triangles: Triangles
     rgba: Rgba | None = None
+    coordinates: Coordinates | None = None
+    image: str | None = None
 
 
 def joined(surfaces: Sequence[Surface]) -> Triangles:
     """Return the triangles of several surfaces."""
     return np.concatenate([surface.triangles for surface in surfaces])
+
+
+def merged(surfaces: Sequence[Surface]) -> Surface:
+    """Return several surfaces as one with the look of the first."""
+    coordinates = None
+    if any(surface.coordinates is not None for surface in surfaces):
+        coordinates = np.concatenate([_coordinates(surface) for surface in surfaces])
+    return replace(surfaces[0], triangles=joined(surfaces), coordinates=coordinates)
+
+
+def _coordinates(surface: Surface) -> Coordinates:
+    if surface.coordinates is None:
+        return np.zeros((len(surface.triangles), 3, 2), np.float32)
+    return surface.coordinates
 
 
 def welded(triangles: Triangles) -> tuple[Points, Faces]:

@@ -15,7 +15,17 @@ from nrp_core.world.scene.meshes.convert import Form, Wanted
 from nrp_core.world.scene.meshes.extruded import extruded
 from nrp_core.world.scene.meshes.solids import kept_meshes, unit_solid
 from nrp_core.world.scene.meshes.terrain import Heights, heights_in, terrain
-from nrp_core.world.scene.model import Box, Capsule, Cylinder, Geometry, Heightmap, Mesh, Plane, Sphere
+from nrp_core.world.scene.model import (
+    Box,
+    Capsule,
+    Cylinder,
+    Geometry,
+    Heightmap,
+    Mesh,
+    Plane,
+    Sphere,
+    Texture,
+)
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.xml import Element
 
@@ -118,7 +128,10 @@ def _mesh(shape: Element, form: Form, reading: Reading) -> list[Shape]:
             subject=uri.text,
         )
         return []
-    return [Shape(Mesh(piece.path, (x, y, z)), Pose(), piece.rgba) for piece in pieces]
+    return [
+        Shape(Mesh(piece.path, (x, y, z)), Pose(), piece.rgba, Texture(piece.image) if piece.image else None)
+        for piece in pieces
+    ]
 
 
 def _polyline(lines: Sequence[Element], form: Form, reading: Reading) -> list[Shape]:

@@ -1,6 +1,7 @@
 """Materials in OGRE material scripts, as Gazebo's models have them.
 
-Only the colour of a material is read: the emissive one, else the mean of its texture, else the diffuse one.
+Only the colour of a material is read: the emissive one, else the image and mean of its texture, else the
+diffuse one.
 See https://ogrecave.github.io/ogre/api/latest/_material-_scripts.html.
 """
 
@@ -9,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from nrp_core.world.scene.meshes.images import mean_color
@@ -22,10 +24,17 @@ _HEAD = re.compile(r"^\s*material\s+(\S+)", re.MULTILINE)
 _PROPERTY = re.compile(r"^\s*(ambient|diffuse|emissive|texture)\s+(.+?)\s*$", re.MULTILINE)
 
 
-def script_color(
-    name: str, places: Iterable[Path], textures: Iterable[Path] = ()
-) -> tuple[Rgba, bool] | None:
-    """Return the colour of a material and whether it glows, None if no script has it or it has no colour.
+@dataclass(frozen=True, slots=True)
+class Material:
+    """The colour of a material, whether it glows, and the image whose mean it is."""
+
+    rgba: Rgba
+    glows: bool = False
+    image: Path | None = None
+
+
+def script_material(name: str, places: Iterable[Path], textures: Iterable[Path] = ()) -> Material | None:
+    """Return a material; None if no script has it or it has no colour.
 
     Args:
         name: its name in the script.
@@ -40,17 +49,17 @@ def script_color(
         ends = [*(head.start() for head in heads), len(text)][1:]
         for head, end in zip(heads, ends, strict=False):  # a missing brace counts as the end
             if head[1] == name:
-                return _color(
+                return _material(
                     text[head.end() : end], [*folders, script.parent.parent / "textures", *textures]
                 )
     return None
 
 
-def image_color(name: str, folders: Iterable[Path]) -> Rgba | None:
-    """Return the mean colour of the image with a name; None if it is in none of the folders."""
+def image_material(name: str, folders: Iterable[Path]) -> Material | None:
+    """Return the material of the image with a name; None if it is in none of the folders."""
     image = next((path for folder in folders if (path := folder / name).is_file()), None)
     mean = mean_color(_contents(image, 5 * MAX_BYTES)) if image else None
-    return (*mean, 1.0) if mean else None
+    return Material((*mean, 1.0), image=image) if mean else None
 
 
 def _scripts(places: Iterable[Path]) -> Iterator[Path]:
@@ -61,19 +70,16 @@ def _scripts(places: Iterable[Path]) -> Iterator[Path]:
             yield place
 
 
-def _color(body: str, folders: Iterable[Path]) -> tuple[Rgba, bool] | None:
+def _material(body: str, folders: Iterable[Path]) -> Material | None:
     found: dict[str, str] = {}
     for match in _PROPERTY.finditer(body):
         found.setdefault(match[1], match[2])
     emissive = _numbers(found.get("emissive", ""))
     if emissive and any(emissive[:3]):
-        return emissive, True
-    if "texture" in found:
-        mean = image_color(found["texture"].split()[0], folders)
-        if mean:
-            return mean, False
+        return Material(emissive, glows=True)
+    textured = image_material(found["texture"].split()[0], folders) if "texture" in found else None
     lit = _numbers(found.get("diffuse", "")) or _numbers(found.get("ambient", ""))
-    return (lit, False) if lit else None
+    return textured or (Material(lit) if lit else None)
 
 
 def _numbers(text: str) -> Rgba | None:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
 from nrp_core.world.scene.bodies import Look
 from nrp_core.world.scene.materials import color_of, glows
-from nrp_core.world.scene.model import Rgba
+from nrp_core.world.scene.model import Rgba, Texture
 from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.material_scripts import image_color, script_color
+from nrp_core.world.scene.reading.material_scripts import Material, image_material, script_material
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.finish import albedo_map, read_finish, read_share
 
@@ -19,23 +21,28 @@ def read_look(visual: Element, reading: Reading) -> Look:
     opacity = 1 - read_share(visual, "transparency", 0.0, reading)
     if material is None:
         return Look(None, opacity)
-    rgba, glowing = _surface(material, reading)
+    look = _surface(material, reading)
     specular = read_color(material, "specular", reading)
-    return Look(rgba, opacity, glowing, read_finish(material, specular, reading))
+    return replace(look, opacity=opacity, finish=read_finish(material, specular, reading))
 
 
-def _surface(material: Element, reading: Reading) -> tuple[Rgba | None, bool]:
-    """Return the colour of a material, and whether it glows."""
+def _surface(material: Element, reading: Reading) -> Look:
+    """Return the colour of a material, whether it glows, and its image."""
     emissive, diffuse, ambient = (
         read_color(material, tag, reading) for tag in ("emissive", "diffuse", "ambient")
     )
     if emissive and any(emissive[:3]):
-        return emissive, True
-    image = albedo_map(material, reading)
-    if image:
-        (red, green, blue), (r, g, b, alpha) = image, diffuse or (1.0, 1.0, 1.0, 1.0)
-        return (r * red, g * green, b * blue, alpha), False
-    return (diffuse, False) if diffuse else _script(material, reading) or (ambient, False)
+        return Look(emissive, glows=True)
+    albedo = albedo_map(material, reading)
+    if albedo:
+        (red, green, blue), (r, g, b, alpha) = albedo.mean, diffuse or (1.0, 1.0, 1.0, 1.0)
+        return Look((r * red, g * green, b * blue, alpha), texture=Texture(albedo.path, (r, g, b)))
+    if diffuse:
+        return Look(diffuse)
+    found = _script(material, reading)
+    if found is None:
+        return Look(ambient)
+    return Look(found.rgba, glows=found.glows, texture=Texture(found.image) if found.image else None)
 
 
 def read_color(element: Element, tag: str, reading: Reading) -> Rgba | None:
@@ -56,23 +63,20 @@ def read_color(element: Element, tag: str, reading: Reading) -> Rgba | None:
     return r, g, b, alpha[0] if alpha else 1.0
 
 
-def _script(material: Element, reading: Reading) -> tuple[Rgba, bool] | None:
+def _script(material: Element, reading: Reading) -> Material | None:
     script = material.section("script")
     name = script.find("name") or script  # as old files write it
     if not name.text:
         return None
     places, media = [reading.resources.locate(uri) for uri in script.all("uri")], reading.resources.media()
-    found = script_color(name.text, [place for place in places if place], media)
+    found = script_material(name.text, [place for place in places if place], media)
     if found is not None:
         return found
     try:
-        return color_of(name.text), glows(name.text)
+        return Material(color_of(name.text), glows(name.text))
     except SceneError as error:
-        found = script_color(name.text, media)
+        found = script_material(name.text, media) or image_material(name.text, media)
         if found is not None:
             return found
-        image = image_color(name.text, media)
-        if image is not None:
-            return image, False
         reading.notes.warn(name, Code.NRP259, f"shown grey: {error}", subject=name.text)
         return None

@@ -1,13 +1,14 @@
 """The finishes of SDF's materials: physically based ones, and those of Phong's model.
 
-A map is replaced by its mean, which takes precedence over the number, because shapes have no texture
-coordinates.
+A map is replaced by its mean, which takes precedence over the number; viewers show the albedo map itself.
 """
 
 from __future__ import annotations
 
 from contextlib import suppress
+from dataclasses import dataclass
 from math import sqrt
+from pathlib import Path
 
 from nrp_core.findings import Code
 from nrp_core.world.scene.finish import PLASTIC, Finish
@@ -41,15 +42,29 @@ def read_finish(material: Element, specular: Rgba | None, reading: Reading) -> F
     return None
 
 
-def albedo_map(material: Element, reading: Reading) -> tuple[float, float, float] | None:
-    """Return the mean of the ``<albedo_map>`` of a material, None if it has none."""
+@dataclass(frozen=True, slots=True)
+class Map:
+    """The image of a map and its mean colour, 0..1."""
+
+    path: Path
+    mean: tuple[float, float, float]
+
+
+def albedo_map(material: Element, reading: Reading) -> Map | None:
+    """Return the ``<albedo_map>`` of a material, None if it has none."""
     pbr = material.section("pbr")
     workflow = pbr.find("metal") or pbr.section("specular")
-    return map_color(workflow, "albedo_map", reading)
+    return read_map(workflow, "albedo_map", reading)
 
 
 def map_color(workflow: Element, tag: str, reading: Reading) -> tuple[float, float, float] | None:
     """Return the mean colour of a map; None if there is none, with a warning if it cannot be read."""
+    found = read_map(workflow, tag, reading)
+    return found.mean if found else None
+
+
+def read_map(workflow: Element, tag: str, reading: Reading) -> Map | None:
+    """Return a map; None if there is none, with a warning if it cannot be read."""
     uri = workflow.find(tag)
     if uri is None or not uri.text:
         return None
@@ -58,10 +73,11 @@ def map_color(workflow: Element, tag: str, reading: Reading) -> tuple[float, flo
     with suppress(OSError):
         if path is not None and path.stat().st_size <= MAX_BYTES_BESIDE:
             mean = mean_color(path.read_bytes())
-    if mean is None:
-        reason = "is not there" if path is None else "cannot be read"
-        reading.notes.warn(uri, Code.NRP259, f"the <{tag}> '{uri.text}' {reason}: left out", subject=uri.text)
-    return mean
+    if path is not None and mean is not None:
+        return Map(path, mean)
+    reason = "is not there" if path is None else "cannot be read"
+    reading.notes.warn(uri, Code.NRP259, f"the <{tag}> '{uri.text}' {reason}: left out", subject=uri.text)
+    return None
 
 
 def _share(workflow: Element, tag: str, default: float, reading: Reading) -> float:

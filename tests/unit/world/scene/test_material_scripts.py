@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from nrp_core.world.scene.model import Model
-from nrp_core.world.scene.reading.material_scripts import script_color
+from nrp_core.world.scene.model import Model, Rgba
+from nrp_core.world.scene.reading.material_scripts import Material, script_material
 from nrp_core.world.scene.sdf import read_model
 
 SCRIPT = """
@@ -76,16 +76,17 @@ def scripts(tmp_path: Path) -> Path:
     ],
 )
 def test_the_colour_is_what_glows_else_the_image_else_what_is_lit(
-    scripts: Path, name: str, rgba: tuple[float, ...] | None
+    scripts: Path, name: str, rgba: Rgba | None
 ) -> None:
-    color = rgba and (rgba, name == "Lab/Lamp")
-    assert script_color(name, [scripts]) == color
-    assert script_color(name, [scripts / "lab.material"]) == color
+    image = scripts.parent / "textures" / "poster.png" if name == "Lab/Poster" else None
+    color = rgba and Material(rgba, name == "Lab/Lamp", image)
+    assert script_material(name, [scripts]) == color
+    assert script_material(name, [scripts / "lab.material"]) == color
 
 
 def test_a_missing_image_leaves_what_is_lit(scripts: Path) -> None:
     (scripts.parent / "textures" / "poster.png").unlink()
-    assert script_color("Lab/Poster", [scripts]) == ((1, 1, 1, 1), False)
+    assert script_material("Lab/Poster", [scripts]) == Material((1, 1, 1, 1))
 
 
 @pytest.mark.parametrize(
@@ -93,7 +94,7 @@ def test_a_missing_image_leaves_what_is_lit(scripts: Path) -> None:
 )
 def test_a_damaged_script_is_printed_without_colour(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "a.material").write_bytes(content)
-    assert script_color("a", [tmp_path]) is None
+    assert script_material("a", [tmp_path]) is None
 
 
 def visual(name: str, uri: str) -> str:

@@ -1,5 +1,6 @@
 import type { Vector } from "../state/types";
 import type { Entity, Shape } from "../world/entities";
+import { GLB_TYPE, texturedMesh } from "../world/glb";
 import type { Rgba } from "../world/messages";
 import { compose, type Pose, transform } from "../world/pose";
 import { boxOfStl } from "./stl";
@@ -58,7 +59,7 @@ function cornersOf({ kind, size, mesh }: Shape): Vector[] {
     return circle().flatMap(([x, y]) => signs.map((z): Vector => scaled([x, y, z], size)));
   if (kind === "sphere") return ball().map((point) => scaled(point, size));
   if (kind === "cube") return cube().map((corner) => scaled(corner, size));
-  const box = mesh && cachedBox(mesh.data);
+  const box = mesh && (mesh.type === GLB_TYPE ? texturedMesh(mesh.data) : cachedBox(mesh.data));
   if (!box) return [];
   return cube().map(
     ([x, y, z]): Vector => [

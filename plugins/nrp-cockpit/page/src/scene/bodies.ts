@@ -13,7 +13,7 @@ export class ShapeMesh extends Mesh {
     geometries: Geometries,
     materials: Materials,
   ) {
-    super(geometries.take(shape), materials.of(shape.color));
+    super(geometries.take(shape), materials.of(shape));
     place(this, shape.pose);
     this.scale.set(...shape.size);
     this.updateMatrix();
@@ -31,7 +31,12 @@ export class Bodies {
   private readonly groups = new Map<string, Group>();
   private readonly meshes = new Map<string, ShapeMesh[]>();
   private readonly geometries = new Geometries();
-  private readonly materials = new Materials();
+  private readonly materials: Materials;
+
+  /** `onImage` is called when an image on a body can be seen. */
+  constructor(onImage?: () => void) {
+    this.materials = new Materials(onImage);
+  }
 
   /** Shows these entities; those that are the same objects as before stay as they are. */
   show(entities: Entities): void {

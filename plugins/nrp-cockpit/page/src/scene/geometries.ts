@@ -1,6 +1,8 @@
-import { BoxGeometry, BufferGeometry, CylinderGeometry, SphereGeometry } from "three";
+import { BoxGeometry, BufferAttribute, BufferGeometry, CylinderGeometry, SphereGeometry } from "three";
 import { STLLoader } from "three/examples/jsm/loaders/STLLoader.js";
 import type { Shape } from "../world/entities";
+import { GLB_TYPE, texturedMesh } from "../world/glb";
+import { contentOf } from "./content";
 
 interface Parsed {
   geometry: BufferGeometry;
@@ -44,8 +46,9 @@ export class Geometries {
     this.parsed.clear();
   }
 
-  /** The platform writes every mesh as STL; a file that is not one is left out of the scene. */
+  /** The platform writes every mesh as STL, or as glTF with an image; any other file is left out of the scene. */
   private parse({ mesh }: Shape): BufferGeometry {
+    if (mesh?.type === GLB_TYPE) return textured(mesh.data);
     if (mesh?.type !== "model/stl") return new BufferGeometry();
     const geometry = this.loader.parse(mesh.data.slice().buffer);
     geometry.computeVertexNormals(); // files may leave their normals 0
@@ -53,17 +56,15 @@ export class Geometries {
   }
 }
 
-const keys = new WeakMap<Uint8Array, string>();
-
-/** Names a file by its length and a hash (FNV-1a), so that a body that only changes colour is not parsed again. */
-function keyOf({ mesh }: Shape): string {
-  if (!mesh) return "";
-  let key = keys.get(mesh.data);
-  if (key === undefined) {
-    let hash = 0x811c9dc5;
-    for (const byte of mesh.data) hash = Math.imul(hash ^ byte, 0x01000193);
-    key = `${mesh.data.length}:${hash}`;
-    keys.set(mesh.data, key);
-  }
-  return key;
+function textured(data: Uint8Array): BufferGeometry {
+  const geometry = new BufferGeometry();
+  const mesh = texturedMesh(data);
+  if (!mesh) return geometry;
+  geometry.setAttribute("position", new BufferAttribute(mesh.positions, 3));
+  geometry.setAttribute("uv", new BufferAttribute(mesh.coordinates, 2));
+  geometry.computeVertexNormals();
+  return geometry;
 }
+
+/** Names the file of a mesh, so that a body that only changes colour is not parsed again. */
+const keyOf = ({ mesh }: Shape): string => (mesh ? contentOf(mesh.data) : "");

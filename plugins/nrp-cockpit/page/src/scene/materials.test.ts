@@ -1,8 +1,9 @@
 import { expect, it } from "vitest";
 import { Materials } from "./materials";
 
-const red = { r: 1, g: 0, b: 0, a: 1 };
-const glass = { r: 0, g: 0, b: 1, a: 0.3 };
+const plain = (r: number, b: number, a: number) => ({ color: { r, g: 0, b, a }, mesh: null });
+const red = plain(1, 0, 1);
+const glass = plain(0, 1, 0.3);
 
 it("equal colours share one material", () => {
   const materials = new Materials();

@@ -40,7 +40,7 @@ const BEGIN_M = 9;
 export class Viewer {
   readonly camera = new PerspectiveCamera((FOV_RAD * 180) / Math.PI, 1, 0.05, 1000);
   readonly scene = new Scene();
-  readonly bodies = new Bodies();
+  readonly bodies = new Bodies(() => this.invalidate());
   private readonly trails = new Trails();
   private readonly sights = new Sights();
   private readonly renderer: WebGLRenderer;
