@@ -7,13 +7,23 @@ from playwright.sync_api import FrameLocator, Page, expect
 
 EVENT = ("-s", "events.left_red.at=0.2 s")
 
+CUT = """heads => heads.flatMap(head => {
+    const box = head.getBoundingClientRect();
+    return [...head.querySelectorAll("h2, button, select, input")].filter(one => {
+        const { left, right, top, bottom, width } = one.getBoundingClientRect();
+        const sideways = left < box.left - 1 || right > box.right + 1;
+        return width > 0 && (sideways || top < box.top - 1 || bottom > box.bottom + 1);
+    }).map(one => `${head.innerText}: ${one.innerText || one.getAttribute("aria-label")}`);
+})"""
+"""Gives the titles and tools that reach out of the heads of their panels."""
+
 
 def frame(page: Page, title: str) -> FrameLocator:
     return page.frame_locator(f"iframe[title='{title}']")
 
 
 def test_a_branch_is_changed_and_the_difference_is_shown(kept: Kept, watched: Watched):
-    page = watched.open(kept.open("braitenberg_husky", *HUSKY, *EVENT))
+    page = watched.open(kept.open("braitenberg_husky", *HUSKY, *EVENT), 1280, 720)
     page.get_by_role("slider", name="Simulated time").press("PageUp")
     expect(page.get_by_role("timer")).to_contain_text("1.00 s")
     page.keyboard.press("b")
@@ -21,6 +31,11 @@ def test_a_branch_is_changed_and_the_difference_is_shown(kept: Kept, watched: Wa
     expect(verdict).to_contain_text("Identical since 1.00 s")
     for title in ("The run", "Branch of 1.00 s"):
         expect(frame(page, title).get_by_role("region", name="Scene")).to_be_visible()
+    for width, height in ((1280, 720), (640, 360)):  # and at 200 % of it
+        page.set_viewport_size({"width": width, "height": height})
+        for title in ("The run", "Branch of 1.00 s"):
+            assert frame(page, title).locator(".panel-head").evaluate_all(CUT) == [], (title, width)
+    page.set_viewport_size({"width": 1280, "height": 720})
     page.get_by_role("button", name="Step", exact=True).click()
     expect(page.get_by_role("timer")).to_contain_text("1.02 s")
     expect(verdict).to_contain_text("Identical since 1.00 s")
