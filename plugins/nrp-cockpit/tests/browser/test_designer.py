@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from nrp_bibi.model.functions import Neuron2Robot, PythonTransferFunction
 from nrp_bibi.model.selectors import Index
 from nrp_cockpit.designer.brain.model import Brain
 from nrp_cockpit.designer.brain.script import script_of
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Browser, Locator, Page, WebSocketRoute, expect
 from visitors import visit
 
 from nrp_core.experiment.making.networks import network_from
@@ -307,6 +308,51 @@ def test_functions_are_wired_by_keyboard_alone(drawn: tuple[Hand, Path]):
     assert [device.neurons for device in function.device] == [Index(population="actors", index=0)]
     assert function.return_value is not None
     assert function.return_value.topic == "/husky/cmd_vel"
+
+
+def test_what_is_typed_before_the_server_answers_is_kept(studio: str, browser: Browser, tmp_path: Path):
+    with visit(studio) as visitor:
+        visitor.call("designer/open", file=str(tmp_path / "drawn.bibi"))
+    context = browser.new_context(viewport={"width": 1280, "height": 720})
+    late: list[str | bytes] = []
+    is_slow = False
+
+    def between(page_side: WebSocketRoute) -> None:
+        server = page_side.connect_to_server()
+        server.on_message(lambda message: late.append(message) if is_slow else page_side.send(message))
+        links.append(page_side)
+
+    links: list[WebSocketRoute] = []
+    context.route_web_socket(re.compile("/ws"), between)
+    page = context.new_page()
+    page.goto(studio)
+    shown(page)
+    hand = Hand(page)
+    hand.click("button", "Monitor")
+    hand.named("first")
+    is_slow = True
+    page.keyboard.press("Tab")  # asks the server
+    page.keyboard.press("Shift+Tab")
+    page.keyboard.type("second")
+    while not late:
+        page.wait_for_timeout(50)
+    is_slow = False
+    for message in late:
+        links[-1].send(message)
+    name = page.get_by_label("name", exact=True).first
+    expect(hand.box("function first")).to_be_visible()
+    expect(name).to_be_focused()
+    expect(name).to_have_value("second")
+    page.keyboard.press("Enter")
+    expect(hand.box("function second")).to_be_visible()
+    name.fill("1st")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("alert")).to_be_visible()
+    expect(name).to_have_value("1st")
+    page.keyboard.press("Escape")
+    expect(name).to_have_value("second")
+    expect(page.get_by_role("alert")).to_have_count(0)
+    context.close()
 
 
 def test_boxes_are_dragged_by_mouse_stay_there_and_go_back(drawn: tuple[Hand, Path]):

@@ -33,9 +33,11 @@ export function PythonEditor({ path, label, text, whole = false, onWrite }: Edit
     write.current = onWrite;
   });
   const first = useRef(text);
+  const known = useRef(text); // to the server, or soon: anything else was typed since
   useEffect(() => {
     const leave = ({ state }: EditorView) => {
-      write.current(state.doc.toString());
+      known.current = state.doc.toString();
+      write.current(known.current);
       return true;
     };
     const editor = new EditorView({
@@ -69,7 +71,9 @@ export function PythonEditor({ path, label, text, whole = false, onWrite }: Edit
   }, [path, label, whole]);
   useEffect(() => {
     const { doc } = view.current?.state ?? EditorState.create();
-    if (doc.toString() !== text)
+    const isTyped = doc.toString() !== known.current;
+    known.current = text;
+    if (!isTyped && doc.toString() !== text)
       view.current?.dispatch({ changes: { from: 0, to: doc.length, insert: text } });
   }, [text]);
   return <div ref={host} className={`input form-python ${whole ? "is-whole" : ""}`} />;

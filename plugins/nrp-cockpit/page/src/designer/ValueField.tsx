@@ -20,8 +20,13 @@ const textOf = ({ fields }: NodeData, { field }: Feature): string => {
 export function ValueField({ path, part, feature }: ValueProps) {
   const text = textOf(part, feature);
   const [error, setError] = useState<string>();
+  // biome-ignore lint/correctness/useExhaustiveDependencies: another value, as by Undo, ends what was wrong
+  useEffect(() => setError(undefined), [text]);
   const set = async (value: string) => {
-    setError(value === text ? undefined : await change("set", { path, field: feature.field, text: value }));
+    const reason =
+      value === text ? undefined : await change("set", { path, field: feature.field, text: value });
+    setError(reason);
+    return reason === undefined;
   };
   const id = useId();
   const label = labelOf(feature);
@@ -35,14 +40,7 @@ export function ValueField({ path, part, feature }: ValueProps) {
   return (
     <div className={feature.of === "Code" ? "field field-wide" : "field"}>
       <label htmlFor={id}>{label}</label>
-      <Control
-        id={id}
-        path={path}
-        text={text}
-        feature={feature}
-        error={error}
-        onSet={(value) => void set(value)}
-      />
+      <Control id={id} path={path} text={text} feature={feature} error={error} onSet={set} />
       {error && (
         <p id={`${id}-error`} className="field-error" role="alert">
           {error}
@@ -58,14 +56,15 @@ interface ControlProps {
   text: string;
   feature: Feature;
   error: string | undefined;
-  onSet: (text: string) => void;
+  /** Resolves to whether the server took it. */
+  onSet: (text: string) => Promise<boolean>;
 }
 
 function Control({ id, path, text, feature, error, onSet }: ControlProps) {
   const choices = useChoices(feature, text);
   if (choices)
     return (
-      <select id={id} className="input" value={text} onChange={(event) => onSet(event.target.value)}>
+      <select id={id} className="input" value={text} onChange={(event) => void onSet(event.target.value)}>
         {feature.least === 0 && <option value="">default</option>}
         {choices.map((choice) => (
           <option key={choice}>{choice}</option>
@@ -73,8 +72,16 @@ function Control({ id, path, text, feature, error, onSet }: ControlProps) {
       </select>
     );
   if (feature.of === "Code")
-    return <PythonEditor path={path} label={labelOf(feature)} text={text} whole onWrite={onSet} />;
-  return <TextInput key={`${text} ${error ? 1 : 0}`} {...{ id, path, text, feature, error, onSet }} />;
+    return (
+      <PythonEditor
+        path={path}
+        label={labelOf(feature)}
+        text={text}
+        whole
+        onWrite={(value) => void onSet(value)}
+      />
+    );
+  return <TextInput {...{ id, path, text, feature, error, onSet }} />;
 }
 
 /** What a value can be, where that is known: an enumeration, or the populations of the brain. */
@@ -88,9 +95,21 @@ function useChoices(feature: Feature, text: string): string[] | null {
   return names.length === 0 ? null : names.includes(text) || text === "" ? names : [text, ...names];
 }
 
+/** What is typed stays until the server has taken it, however late the server answers; Escape gives it up. */
 function TextInput({ id, path, text, feature, error, onSet }: ControlProps) {
-  const [typed, setTyped] = useState(text);
+  const [typed, setTyped] = useState<string | null>(null);
   const field = useRef<HTMLInputElement>(null);
+  const leave = async () => {
+    if (typed !== null && (await onSet(typed))) setTyped((now) => (now === typed ? null : now));
+  };
+  // biome-ignore lint/correctness/useExhaustiveDependencies: another value replaces what nobody types any more
+  useEffect(() => {
+    if (document.activeElement !== field.current) setTyped(null);
+  }, [text]);
+  const giveUp = () => {
+    setTyped(null);
+    void onSet(text);
+  };
   const isNew = useDesign(({ isNew, selected }) => isNew && selected === path && feature.field === "name");
   useEffect(() => {
     if (!isNew) return;
@@ -102,10 +121,10 @@ function TextInput({ id, path, text, feature, error, onSet }: ControlProps) {
       <input
         id={id}
         ref={field}
-        value={typed}
+        value={typed ?? text}
         aria-invalid={error ? true : undefined}
         aria-describedby={error ? `${id}-error` : undefined}
-        onBlur={() => onSet(typed)}
+        onBlur={() => void leave()}
         className="input"
         placeholder={feature.default || (feature.least ? "" : feature.of === "Cells" ? "all" : "default")}
         title={feature.expects}
@@ -113,7 +132,12 @@ function TextInput({ id, path, text, feature, error, onSet }: ControlProps) {
         autoComplete="off"
         list={feature.of === "Topic" ? "designer-topics" : undefined}
         onChange={(event) => setTyped(event.target.value)}
-        onKeyDown={(event) => event.key === "Enter" && onSet(typed)}
+        onKeyDown={(event) => {
+          if (event.key === "Enter") void leave();
+          if (event.key !== "Escape" || typed === null) return;
+          event.stopPropagation(); // it would also deselect the part
+          giveUp();
+        }}
       />
       {feature.unit && <span className="form-unit">{feature.unit}</span>}
     </span>
