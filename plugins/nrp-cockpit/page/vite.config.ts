@@ -1,5 +1,5 @@
 import react from "@vitejs/plugin-react";
-import type { Plugin } from "vite";
+import type { HtmlTagDescriptor, Plugin } from "vite";
 import { defineConfig } from "vitest/config";
 
 /** The server (for `npm run dev`): the port of a running `nrp cockpit EXPERIMENT --no-browser`. */
@@ -12,14 +12,19 @@ const sceneAtOnce: Plugin = {
     order: "post",
     handler: (_html, { bundle = {} }) =>
       Object.values(bundle)
-        .filter(({ name }) => name === "ScenePanel")
-        .map(({ fileName }) => ({
-          tag: "link",
-          attrs: { rel: "modulepreload", crossorigin: true, href: `./${fileName}` },
-          injectTo: "head",
-        })),
+        .filter((chunk) => chunk.type === "chunk" && chunk.name === "ScenePanel")
+        .flatMap((chunk) => [
+          link("modulepreload", chunk.fileName),
+          ...[...(chunk.viteMetadata?.importedCss ?? [])].map((file) => link("stylesheet", file)),
+        ]),
   },
 };
+
+const link = (rel: string, fileName: string): HtmlTagDescriptor => ({
+  tag: "link",
+  attrs: { rel, crossorigin: true, href: `./${fileName}` },
+  injectTo: "head",
+});
 
 export default defineConfig({
   base: "./",
