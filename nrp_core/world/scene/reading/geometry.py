@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -34,6 +35,15 @@ _SHAPES = (
     "empty",
 )  # fmt: skip
 _NOT_READ = ("image",)
+_SIZES = {
+    "box": {"size": "1 1 1"},
+    "sphere": {"radius": "1"},
+    "cylinder": {"radius": "1", "length": "1"},
+    "capsule": {"radius": "0.5", "length": "1"},
+    "cone": {"radius": "0.5", "length": "1"},
+    "ellipsoid": {"radii": "1 1 1"},
+}
+"""The sizes of shapes that do not state them, from the specification (``sdf/1.11/*_shape.sdf``)."""
 
 
 def read_geometry(element: Element, form: Form, reading: Reading, *, static: bool) -> list[Shape]:
@@ -69,7 +79,7 @@ def read_geometry(element: Element, form: Form, reading: Reading, *, static: boo
             subject=shape.tag,
         )
         return []
-    return [Shape(_solid(shape), Pose())]
+    return [Shape(_solid(_with_sizes(shape, reading)), Pose())]
 
 
 def is_empty(element: Element) -> bool:
@@ -82,6 +92,19 @@ def _shape(element: Element) -> Element:
     if not shapes:
         raise element.error(f"<geometry> needs a shape; valid: {', '.join(_SHAPES)}")
     return shapes[0]
+
+
+def _with_sizes(shape: Element, reading: Reading) -> Element:
+    """Return a shape with all its sizes; one that is missing causes a warning."""
+    sizes = _SIZES.get(shape.tag, {})
+    missing = {tag: size for tag, size in sizes.items() if shape.find(tag) is None}
+    for tag, size in missing.items():
+        message = f"<{shape.tag}> has no <{tag}>: {size} m is used"
+        reading.notes.warn(shape, Code.NRP264, message, subject=tag)
+    added = [
+        Element(tag, {}, shape.path, shape.line, text=size, kind=shape.kind) for tag, size in missing.items()
+    ]
+    return replace(shape, children=[*shape.children, *added])
 
 
 def _solid(shape: Element) -> Geometry:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
 from nrp_core.findings import Code
 from nrp_core.registry import Registry
 from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.bodies import free_name
 from nrp_core.world.scene.model import Link
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import plugin_name
@@ -55,15 +56,24 @@ def link_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) -> 
     """Read the sensors of a link; those that cannot be simulated are left out with a warning."""
     seen: set[str] = set()
     for sensor in sensors:
-        name = sensor.attribute("name")
-        if name in seen:
-            raise sensor.error(f"the link '{mount.name}' has two sensors named '{name}'")
-        seen.add(name)
+        sensor = _with_free_name(sensor, seen, mount, reading)
+        seen.add(sensor.attribute("name"))
         found = registered(SENSORS, sensor.attribute("type"), sensor)
         if found is None:
             _warn_of_type(sensor, reading)
         elif not found.on_joint:
             yield found.read(sensor, mount, reading)
+
+
+def _with_free_name(sensor: Element, taken: Collection[str], mount: Mount, reading: Reading) -> Element:
+    """Return a sensor; one whose name is taken gets another one, with a warning."""
+    name = sensor.attribute("name")
+    unique = free_name(name, taken)
+    if unique == name:
+        return sensor
+    message = f"the link '{mount.name}' has two sensors named '{name}': this one is renamed '{unique}'"
+    reading.notes.warn(sensor, Code.NRP266, message, subject=name)
+    return replace(sensor, attributes={**sensor.attributes, "name": unique})
 
 
 def joint_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) -> Iterator[MountedSensor]:

@@ -73,7 +73,7 @@ def direction(joint: Element, tag: str, frames: Frames, version: tuple[int, int]
     """Return the direction of an axis of a ``<joint>`` in the frame of the model."""
     axis = joint.section(tag)
     in_model = axis.flag("use_parent_model_frame", version <= (1, 4))
-    default = MODEL if in_model else joint.attribute("name")
+    default = MODEL if in_model else frames.name_of(joint)
     xyz = axis.section("xyz")
     frame = xyz.attributes.get("expressed_in") or default
     return frames.pose(frame, xyz).rotate(axis.direction("xyz", _Z))

@@ -14,7 +14,7 @@ from operator import matmul
 
 from nrp_core.errors import did_you_mean
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.checks import MODEL, WORLD
 from nrp_core.world.scene.reading.xml import Element
 
 _FORMATS = {"euler_rpy": 6, "quat_xyzw": 7}
@@ -72,20 +72,32 @@ class Frames:
         self._root = root
         self._scope = scope
         self._frames: dict[str, _Frame] = {}
+        self._renamed: dict[Element, str] = {}
 
-    def add(self, element: Element, default: str, *, attached_to: str = "") -> None:
+    def add(self, element: Element, default: str, *, attached_to: str = "", shared: bool = False) -> None:
         """Add a named element with a pose.
 
         Args:
             element: the link, joint, frame or model.
             default: the frame that its pose is relative to by default.
             attached_to: the frame it moves with; empty if it is a separate body.
+            shared: whether its name may be that of an element with another tag, as up to SDF 1.6; the tag is
+                then appended to the name of its frame, as libsdformat does (``Joint with name [j] ... has a
+                name collision, changing joint name to [j_joint]``).
 
         Raises:
             SceneError: the name is taken or reserved.
         """
         pose, relative_to = read_pose(element, default)
-        self.put(element.attribute("name"), pose, relative_to, attached_to, element)
+        name = element.attribute("name")
+        other = self._frames.get(name)
+        if shared and other is not None and other.element.tag != element.tag:
+            name = self._renamed[element] = f"{name}_{element.tag}"
+        self.put(name, pose, relative_to, attached_to, element)
+
+    def name_of(self, element: Element) -> str:
+        """Return the name of the frame of an element that was added."""
+        return self._renamed.get(element) or element.attribute("name")
 
     def put(self, name: str, pose: Pose, relative_to: str, attached_to: str, element: Element) -> None:
         """Add a resolved frame."""
@@ -155,6 +167,7 @@ class Frames:
         return self.base
 
     def _frame(self, name: str, user: Element) -> _Frame:
+        name = name.removesuffix(f"::{MODEL}")  # the frame of a nested model, under its other name
         if name not in self._frames:
             owner = self._scope.attributes.get("name", "")
             raise user.error(

@@ -71,7 +71,7 @@ def read_joint(joint: Element, frames: Frames, version: tuple[int, int], reading
     name, kind = joint.attribute("name"), joint.attribute("type")
     if kind not in _KINDS:
         raise joint.error(f"unknown joint type '{kind}'{did_you_mean(kind, _KINDS)}")
-    held = Joint(name, kind, *_ends(joint, frames), frames.pose(name, joint))
+    held = Joint(name, kind, *_ends(joint, frames), frames.pose(frames.name_of(joint), joint))
     if kind in COMPOUND:
         return COMPOUND[kind](held, joint, frames, version, reading)
     if kind == "continuous":

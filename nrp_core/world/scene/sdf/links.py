@@ -55,7 +55,7 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) 
 
 
 def _named(link: Element, tag: str, reading: Reading) -> Iterator[tuple[str, Element]]:
-    """Yield the visuals or collisions with a shape, each with a unique name."""
+    """Yield the visuals or collisions with a shape, each with a unique name; others cause a warning."""
     seen: set[str] = set()
     for element in link.all(tag):
         name = element.attribute("name")
@@ -65,7 +65,11 @@ def _named(link: Element, tag: str, reading: Reading) -> Iterator[tuple[str, Ele
             message = f"the link '{owner}' has two {tag}s named '{name}': this one is renamed '{unique}'"
             reading.notes.warn(element, Code.NRP266, message, subject=name)
         seen.add(unique)
-        if not is_empty(element.require("geometry")):
+        geometry = element.find("geometry")
+        if geometry is None:
+            message = f"the {tag} '{name}' has no <geometry>: left out"
+            reading.notes.warn(element, Code.NRP260, message, subject=name)
+        elif not is_empty(geometry):
             yield unique, element
 
 

@@ -32,6 +32,8 @@ from nrp_core.world.scene.stand_in import with_sizes
 from nrp_core.world.scene.starts import outside, start_positions
 from nrp_core.world.topics import resolve_name
 
+_NAMES_SHARED = (1, 6)
+"""The last version in which a link and a joint of a model may have one name."""
 _JOINT_STATE_PLUGINS = ("gazebo_ros_joint_state_publisher", "JointStatePublisher")
 
 
@@ -90,12 +92,12 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
         (inner, read_parts(inner, reading.within(model_scope(inner.name, inner.merged)[0]), static=static))
         for inner in inner_models
     ]
-    frames = _frames(model, nested)
+    frames = _frames(model, nested, source.version)
     links = [read_link(link, frames, reading, static=static) for link in model.all("link")]
     rows = list(read_joints(model, frames, source.version, reading))
     for joint in model.all("joint"):
         name = joint.attribute("name")
-        mount = Mount(name, partial(frames.place_in, frame=name))
+        mount = Mount(name, partial(frames.place_in, frame=frames.name_of(joint)))
         sensors = joint_sensors(joint.all("sensor"), mount, reading)
         links = with_sensors(links, joint.require("child").text, *sensors)
     acting = Actuators()
@@ -113,16 +115,17 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
     return Parts(frames, tuple(_odometry_once(links, acting.drives)), tuple(rows), acting)
 
 
-def _frames(model: Element, nested: Iterable[tuple[Placed, Parts]]) -> Frames:
+def _frames(model: Element, nested: Iterable[tuple[Placed, Parts]], version: tuple[int, int]) -> Frames:
+    shared = version <= _NAMES_SHARED
     frames = Frames(model, MODEL, _canonical_link(model, nested))
     for link in model.all("link"):
         frames.add(link, MODEL)
     for joint in model.all("joint"):
         child = joint.require("child").text
-        frames.add(joint, child, attached_to=child)
+        frames.add(joint, child, attached_to=child, shared=shared)
     for frame in model.all("frame"):
         attached_to = frame.attributes.get("attached_to") or MODEL
-        frames.add(frame, attached_to, attached_to=attached_to)
+        frames.add(frame, attached_to, attached_to=attached_to, shared=shared)
     for inner, parts in nested:
         placed = inner.pose(MODEL, parts.frames)
         frames.add_model(inner.name, placed, parts.frames, inner.user, merged=inner.merged)

@@ -100,6 +100,8 @@ _NOT_SIMULATED: dict[tuple[str, str], tuple[str, ...]] = {
 }
 
 
+_PARAMS: Final = "experimental:params"
+"""Changes of an included model (http://sdformat.org/tutorials?tut=param_passing_proposal)."""
 _TURNS_RAD: Final = 4 * pi
 """Two turns: a pose needs half of one."""
 
@@ -110,6 +112,9 @@ def check_vocabulary(element: Element, notes: Notes) -> None:
     for child in element.children:
         if known is not None and ":" not in child.tag:
             _check(element, child, known, notes)
+        if child.tag == _PARAMS:
+            message = f"the changes in <{_PARAMS}> are not made: the included model is as in its file"
+            notes.warn(child, Code.NRP263, message, subject=_PARAMS)
         if child.tag == "pose":
             _check_angles(child, notes)
         if child.tag not in _OPAQUE:

@@ -87,19 +87,34 @@ def _models(world: Element, placed: Iterable[Placed], reading: Reading) -> Itera
     read: list[tuple[Placed, Parts, Reading]] = []
     for model in placed:
         if world.tag == "world" and not model.element.all("link", "model", "include"):
-            reading.notes.warn(
-                model.user,
-                Code.NRP260,
-                f"the model '{model.name}' has no <link>: left out",
-                subject=model.name,
-            )
+            if not model.static:  # libsdformat accepts static models without links, and nothing is lost
+                message = f"the model '{model.name}' has no <link>: left out"
+                reading.notes.warn(model.user, Code.NRP260, message, subject=model.name)
             continue
         own = replace(reading, robot=model.name)
         parts = read_parts(model, own, static=model.static)
         frames.add_model(model.name, model.pose(WORLD, parts.frames), parts.frames, model.user)
         read.append((model, parts, own))
+    _check_names(world, frames)
     for model, parts, own in read:
         yield build_model(model, parts, model.name, frames.pose(model.name, model.user), own)
+
+
+def _check_names(world: Element, frames: Frames) -> None:
+    """Check what the frames and joints of a world refer to, as libsdformat does.
+
+    Raises:
+        SceneError: a frame or the end of a joint does not exist, or a joint holds nothing.
+    """
+    for frame in world.all("frame"):
+        frames.body(frame.attribute("name"), frame)
+    for joint in world.all("joint"):
+        name, ends = joint.attribute("name"), (joint.require("parent"), joint.require("child"))
+        parent, child = (WORLD if end.text == WORLD else frames.body(end.text, end) for end in ends)
+        if ends[1].text == WORLD:
+            raise joint.error(f"the child of the joint '{name}' is 'world', which cannot move")
+        if parent == child:
+            raise joint.error(f"the joint '{name}' has the same parent and child, '{ends[1].text}'")
 
 
 def _step_s(world: Element) -> float | None:

@@ -22,6 +22,12 @@ from nrp_core.world.scene.urdf.transmissions import controlled, led, transmitted
 
 _READ = ("link", "joint", "material", "gazebo")
 _ELSEWHERE = ("sensor",)  # for hardware drivers
+_SIZES = {
+    "box": ("size",),
+    "sphere": ("radius",),
+    "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
+}
 _OF_ENGINES = ("mujoco",)
 """Elements of a robot that hold elements for one engine, such as ``<mujoco><option .../></mujoco>``."""
 
@@ -162,7 +168,7 @@ def _link(link: Element, robot: _Robot) -> Element:
     for tag in ("visual", "collision"):
         for number, shaped in enumerate(link.all(tag)):
             named = shaped.attributes.get("name") or f"{name}_{tag}" + (f"_{number}" if number else "")
-            part = new(tag, shaped, pose(shaped), _geometry(shaped.require("geometry")), name=named)
+            part = new(tag, shaped, pose(shaped), *map(_geometry, shaped.all("geometry")[:1]), name=named)
             part.children += _material(shaped, robot) if tag == "visual" else []
             result.children.append(part)
     return result
@@ -190,6 +196,8 @@ def _geometry(geometry: Element) -> Element:
     if shape.tag == "mesh":
         parts = [new("uri", shape, text=shape.attribute("filename")), *from_attributes(shape, "scale")]
     else:
+        for size in _SIZES.get(shape.tag, ()):
+            shape.attribute(size)  # an error if it is missing: URDF has no default sizes
         parts = list(from_attributes(shape, "size", "radius", "length"))
     return new("geometry", geometry, new(shape.tag, shape, *parts))
 

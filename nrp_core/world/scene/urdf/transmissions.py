@@ -29,10 +29,7 @@ def transmitted(transmission: Element, joints: Collection[str], notes: Notes) ->
     Args:
         transmission: the element.
         joints: names of the joints of the robot.
-        notes: receives warnings.
-
-    Raises:
-        SceneError: the robot does not have one of its joints.
+        notes: receives warnings, also of joints that the robot does not have.
     """
     name = transmission.attributes.get("name", "")
     if not transmission.all("joint"):
@@ -40,7 +37,10 @@ def transmitted(transmission: Element, joints: Collection[str], notes: Notes) ->
         notes.warn(transmission, Code.NRP265, message, subject=name)
     for joint in transmission.all("joint"):
         if (joint_name := joint.attribute("name")) not in joints:
-            raise joint.error(f"the model has no joint '{joint_name}'{did_you_mean(joint_name, joints)}")
+            message = f"the <transmission> '{name}' is of a joint '{joint_name}' that the model does not have"
+            hint = did_you_mean(joint_name, joints)
+            notes.warn(joint, Code.NRP265, f"{message}{hint}: it commands nothing", subject=joint_name)
+            continue
         # older files have the interface in the actuator
         named = joint.all("hardwareInterface") or [
             each for actuator in transmission.all("actuator") for each in actuator.all("hardwareInterface")

@@ -133,10 +133,14 @@ def test_other_sensors_are_warned_of_once(model: ModelReader) -> None:
     assert "robot.sdf:5: sensors of type 'sonar' are not simulated (and 1 more)" in str(warning)
 
 
-def test_two_sensors_of_one_name_are_refused(model: ModelReader) -> None:
-    laser = '<sensor name="a" type="ray"/>\n'
-    with pytest.raises(SceneError, match="two sensors named 'a'"):
-        model(f'<link name="eye"><inertial/>{laser}{laser}</link>')
+def test_the_second_of_two_sensors_of_one_name_gets_another_one(model: ModelReader) -> None:
+    imu = '<sensor name="a" type="imu"><update_rate>50</update_rate></sensor>\n'
+    read = model(f'<link name="eye"><inertial/>\n{imu}{imu}{imu}</link>')
+    assert [each.name for each in read.links[0].sensors] == ["a", "a_2", "a_3"]
+    assert len({each.topic for each in read.links[0].sensors}) == 3
+    first, second = read.warnings
+    assert "robot.sdf:6: the link 'eye' has two sensors named 'a': this one is renamed 'a_2'" in str(first)
+    assert "renamed 'a_3'" in str(second)
 
 
 # -- drives

@@ -221,7 +221,10 @@ def test_gravity_can_be_turned_off_only_with_a_warning(urdf: UrdfReader) -> None
     [
         ('<link name="base"><visual><geometry><box size="1 0 1"/></geometry></visual></link>', "more than 0"),
         ('<link name="base"><visual><geometry/></visual></link>', "<geometry> needs a shape"),
-        ('<link name="base"><visual/></link>', "<visual> needs a <geometry>"),
+        (
+            '<link name="base"><visual><geometry><sphere/></geometry></visual></link>',
+            "<sphere> needs .*radius",
+        ),
         (
             '<link name="base"><visual><geometry><cone/></geometry><origin xyz="1 2"/></visual></link>',
             "<origin> must hold 3 numbers, not '1 2'",
@@ -310,8 +313,18 @@ def test_a_transmission_without_its_joint_commands_nothing_and_says_so(urdf):
     (warning,) = read.warnings
     assert (warning.code, read.controllers) == (Code.NRP265, ())
     assert "the <transmission> 't' has no <joint>, so that it commands nothing" in str(warning)
-    with pytest.raises(SceneError, match=r"the model has no joint 'hing'; did you mean 'hinge'"):
-        urdf(f'{arm}<transmission name="t"><joint name="hing">{kind}</joint></transmission>')
+    read = urdf(f'{arm}<transmission name="t"><joint name="hing">{kind}</joint></transmission>')
+    (warning,) = read.warnings
+    assert (warning.code, read.controllers) == (Code.NRP265, ())
+    assert "a joint 'hing' that the model does not have; did you mean 'hinge'?: it commands" in str(warning)
+
+
+@pytest.mark.parametrize("tag", ["visual", "collision"])
+def test_a_visual_or_collision_without_a_shape_is_left_out(urdf, tag):
+    read = urdf(f'<link name="base">{MASS}<{tag} name="bare"/></link>')
+    (warning,) = read.warnings
+    assert f"the {tag} 'bare' has no <geometry>: left out" in str(warning)
+    assert (warning.code, read.links[0].visuals, read.links[0].collisions) == (Code.NRP260, (), ())
 
 
 def test_an_interface_of_ros2_control_lets_a_joint_be_commanded(urdf):

@@ -1,0 +1,103 @@
+"""Files as other people write them: what libsdformat accepts is read, and what it refuses is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import pi
+
+import pytest
+
+from nrp_core.errors import SceneError
+from nrp_core.findings import Code
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.model import Box, Cylinder, Model, Scene, Sphere
+
+ModelReader = Callable[..., Model]
+WorldReader = Callable[..., Scene]
+
+LINK = '<link name="base"><inertial/></link>'
+TWIN = (
+    '<link name="base"><inertial/></link><link name="arm"><pose>1 0 0 0 0 0</pose><inertial/></link>'
+    '<joint name="arm" type="revolute"><pose>0 0 2 0 0 {turn}</pose><parent>base</parent><child>arm</child>'
+    "<axis><xyz>1 0 0</xyz></axis></joint>"
+)
+
+
+def test_a_link_and_a_joint_have_one_name_up_to_sdf_1_6(model: ModelReader) -> None:
+    read = model(TWIN.format(turn=pi / 2), version="1.6")
+    (joint,) = read.joints
+    assert (joint.name, joint.parent, joint.child) == ("arm", "base", "arm")
+    assert joint.pose.position == pytest.approx((1, 0, 2))  # the frame of the child, then its own pose
+    assert joint.pose.rotate(joint.axis) == pytest.approx((0, 1, 0))
+    with pytest.raises(SceneError, match="the name 'arm' is used by the <link>"):
+        model(TWIN.format(turn=0), version="1.7")
+
+
+def test_two_links_of_one_name_are_refused_in_every_version(model: ModelReader) -> None:
+    with pytest.raises(SceneError, match="the name 'base' is used by the <link>"):
+        model(LINK + LINK, version="1.6")
+
+
+def test_shapes_without_sizes_have_those_of_the_specification(model: ModelReader) -> None:
+    shapes = "".join(
+        f'<collision name="{tag}"><geometry><{tag}/></geometry></collision>'
+        for tag in ("box", "sphere", "cylinder")
+    )
+    read = model(f'<link name="base"><inertial/>{shapes}</link>')
+    assert [each.geometry for each in read.links[0].collisions] == [
+        Box((1.0, 1.0, 1.0)), Sphere(1.0), Cylinder(1.0, 1.0),
+    ]  # fmt: skip
+    assert {warning.code for warning in read.warnings} == {Code.NRP264}
+    assert "<box> has no <size>: 1 1 1 m is used" in str(read.warnings[0])
+
+
+def test_a_static_model_without_a_link_is_nothing_to_simulate(world: WorldReader) -> None:
+    scene = world('<model name="mark"><static>true</static></model>')
+    assert (scene.models, scene.warnings) == ((), ())
+    (warning,) = world('<model name="mark"/>').warnings
+    assert warning.code is Code.NRP260
+
+
+JOINT = '<joint name="j" type="fixed"><parent>{0}</parent><child>{1}</child></joint>'
+
+
+@pytest.mark.parametrize(
+    ("inside", "message"),
+    [
+        (
+            '<frame name="f" attached_to="robt"/>',
+            "the world 'room' has no frame 'robt'; did you mean 'robot'",
+        ),
+        (JOINT.format("world", "robot::bass"), "no frame 'robot::bass'; did you mean 'robot::base'"),
+        (JOINT.format("robot", "world"), "the child of the joint 'j' is 'world', which cannot move"),
+        (JOINT.format("robot::base", "robot"), "the joint 'j' has the same parent and child, 'robot'"),
+    ],
+)
+def test_wrong_references_of_a_world_are_refused(world: WorldReader, inside: str, message: str) -> None:
+    with pytest.raises(SceneError, match=message):
+        world(f'<model name="robot">{LINK}</model>{inside}')
+
+
+def test_a_joint_of_a_world_is_reported(world: WorldReader) -> None:
+    scene = world(f'<model name="robot">{LINK}</model>{JOINT.format("world", "robot::base")}')
+    (warning,) = scene.warnings
+    assert "<joint> of a <world> is not simulated" in str(warning)
+
+
+def test_changes_of_an_included_model_are_reported(world: WorldReader) -> None:
+    scene = world(
+        '<include><uri>model://sun</uri><experimental:params xmlns:experimental="x">'
+        '<light element_id="sun" action="remove"/></experimental:params></include>'
+    )
+    (warning,) = scene.warnings
+    assert "<experimental:params> are not made" in str(warning)
+
+
+def test_a_frame_of_a_nested_model_is_found_by_its_name(model: ModelReader) -> None:
+    nested = f'<model name="hand"><pose>0 0 1 0 0 0</pose>{LINK}</model>'
+    read = model(
+        f'{nested}<link name="tip"><pose relative_to="f"/><inertial/></link>'
+        '<frame name="f" attached_to="hand::__model__"><pose>1 0 0 0 0 0</pose></frame>'
+    )
+    tip = read.link("tip")
+    assert tip.pose == Pose((1.0, 0.0, 1.0))
