@@ -76,7 +76,6 @@ _OPAQUE = ("actor", "gui", "physics", "plugin", "population", "scene", "state")
 # elements of the specification that no backend simulates, with the values that have no effect
 _NOT_SIMULATED: dict[tuple[str, str], tuple[str, ...]] = {
     ("world", "actor"): (),
-    ("world", "joint"): (),
     ("world", "population"): (),
     ("world", "road"): (),
     ("wind", "linear_velocity"): ("", "0 0 0"),

@@ -18,6 +18,7 @@ from nrp_core.world.scene.sdf.lights import read_light
 from nrp_core.world.scene.sdf.model import Parts, build_model, read_parts
 from nrp_core.world.scene.sdf.placed import Placed, read_placed
 from nrp_core.world.scene.sdf.source import Source
+from nrp_core.world.scene.sdf.world_joints import add_joint_frames, in_model, read_world_joints
 from nrp_core.world.scene.stand_in import with_static_shapes
 
 _GRAVITY: Vector = (0.0, 0.0, -9.8)
@@ -66,7 +67,9 @@ def read_world(world: Element, source: Source, reading: Reading) -> Scene:
     ]
     models = [
         replace(model, pose=state.poses.get(("model", model.name), model.pose))
-        for model in _models(world, [thing for thing in placed if thing.element.tag == "model"], reading)
+        for model in _models(
+            world, [thing for thing in placed if thing.element.tag == "model"], source.version, reading
+        )
     ]
     lights = [
         read_light(light.element, light.name, pose, reading)
@@ -78,7 +81,9 @@ def read_world(world: Element, source: Source, reading: Reading) -> Scene:
     return Scene(shaped, tuple(lights), _gravity(world), reading.notes.findings, _step_s(world))
 
 
-def _models(world: Element, placed: Iterable[Placed], reading: Reading) -> Iterator[Model]:
+def _models(
+    world: Element, placed: Iterable[Placed], version: tuple[int, int], reading: Reading
+) -> Iterator[Model]:
     """Yield the models of a world, whose poses may be relative to each other's frames."""
     frames = Frames(world, WORLD, WORLD)
     for frame in world.all("frame"):
@@ -95,26 +100,14 @@ def _models(world: Element, placed: Iterable[Placed], reading: Reading) -> Itera
         parts = read_parts(model, own, static=model.static)
         frames.add_model(model.name, model.pose(WORLD, parts.frames), parts.frames, model.user)
         read.append((model, parts, own))
-    _check_names(world, frames)
-    for model, parts, own in read:
-        yield build_model(model, parts, model.name, frames.pose(model.name, model.user), own)
-
-
-def _check_names(world: Element, frames: Frames) -> None:
-    """Check what the frames and joints of a world refer to, as libsdformat does.
-
-    Raises:
-        SceneError: a frame or the end of a joint does not exist, or a joint holds nothing.
-    """
+    add_joint_frames(world, frames)
     for frame in world.all("frame"):
-        frames.body(frame.attribute("name"), frame)
-    for joint in world.all("joint"):
-        name, ends = joint.attribute("name"), (joint.require("parent"), joint.require("child"))
-        parent, child = (WORLD if end.text == WORLD else frames.body(end.text, end) for end in ends)
-        if ends[1].text == WORLD:
-            raise joint.error(f"the child of the joint '{name}' is 'world', which cannot move")
-        if parent == child:
-            raise joint.error(f"the joint '{name}' has the same parent and child, '{ends[1].text}'")
+        frames.body(frame.attribute("name"), frame)  # an error if it is attached to nothing
+    held = list(read_world_joints(world, frames, version, reading))
+    for model, parts, own in read:
+        pose = frames.pose(model.name, model.user)
+        rows = tuple(in_model(row, model.name, pose) for name, row in held if name == model.name)
+        yield build_model(model, replace(parts, rows=parts.rows + rows), model.name, pose, own)
 
 
 def _step_s(world: Element) -> float | None:

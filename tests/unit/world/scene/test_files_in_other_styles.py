@@ -66,11 +66,11 @@ JOINT = '<joint name="j" type="fixed"><parent>{0}</parent><child>{1}</child></jo
     [
         (
             '<frame name="f" attached_to="robt"/>',
-            "the world 'room' has no frame 'robt'; did you mean 'robot'",
+            "no frame 'robt'; did you mean 'robot'",
         ),
         (JOINT.format("world", "robot::bass"), "no frame 'robot::bass'; did you mean 'robot::base'"),
-        (JOINT.format("robot", "world"), "the child of the joint 'j' is 'world', which cannot move"),
-        (JOINT.format("robot::base", "robot"), "the joint 'j' has the same parent and child, 'robot'"),
+        (JOINT.format("robot", "world"), "the world cannot be the child of the joint 'j'"),
+        (JOINT.format("robot::base", "robot"), "the joint 'j' connects the link 'robot::base' with itself"),
     ],
 )
 def test_wrong_references_of_a_world_are_refused(world: WorldReader, inside: str, message: str) -> None:
@@ -78,10 +78,33 @@ def test_wrong_references_of_a_world_are_refused(world: WorldReader, inside: str
         world(f'<model name="robot">{LINK}</model>{inside}')
 
 
-def test_a_joint_of_a_world_is_reported(world: WorldReader) -> None:
-    scene = world(f'<model name="robot">{LINK}</model>{JOINT.format("world", "robot::base")}')
+HINGE = (
+    '<joint name="swing" type="revolute"><pose>0 0 1 0 0 0</pose><parent>world</parent><child>{0}</child>'
+    "<axis><xyz>1 0 0</xyz><limit><lower>-1</lower><upper>1</upper></limit></axis></joint>"
+)
+
+
+def test_a_joint_of_a_world_holds_a_model_as_one_in_the_model_does(world: WorldReader) -> None:
+    arm = f"<pose>1 2 3 0 0 {pi / 2}</pose>{LINK}"
+    outside = world(f'<model name="arm">{arm}</model>{HINGE.format("arm::base")}')
+    inside = world(f'<model name="arm">{arm}{HINGE.format("base")}</model>')
+    (joint,) = outside.model("arm").joints
+    (expected,) = inside.model("arm").joints
+    assert (joint.name, joint.kind, joint.parent, joint.child) == ("swing", "revolute", "world", "base")
+    assert joint.pose.position == pytest.approx((0, 0, 1))  # of the link, in the frame of the model
+    assert joint.pose.orientation == pytest.approx(expected.pose.orientation)
+    assert (joint.axis, joint.lower, joint.upper) == (expected.axis, -1, 1)
+    assert outside.warnings == inside.warnings == ()
+
+
+def test_a_joint_between_two_models_is_left_out(world: WorldReader) -> None:
+    models = "".join(
+        f'<model name="{name}"><pose>{x} 0 0 0 0 0</pose>{LINK}</model>' for x, name in enumerate("ab")
+    )
+    scene = world(models + JOINT.format("a", "b"))
     (warning,) = scene.warnings
-    assert "<joint> of a <world> is not simulated" in str(warning)
+    assert (warning.code, scene.model("b").joints) == (Code.NRP260, ())
+    assert "the joint 'j' between two models is not simulated" in str(warning)
 
 
 def test_changes_of_an_included_model_are_reported(world: WorldReader) -> None:
