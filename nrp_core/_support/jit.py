@@ -3,7 +3,7 @@
 Compiled code is kept in the user's cache directory, in a folder for each state of the sources. Numba itself
 checks only the file of a function, so it would reuse code after a change in another file. The sources of a
 function are its package, the modules of the compiled functions that its module imports, and so on
-recursively.
+recursively. Where they stand does not matter, so a new environment with the same sources compiles nothing.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import logging
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from types import FunctionType
@@ -26,7 +27,7 @@ A = TypeVar("A")
 try:
     import numba
     from llvmlite import ir  # type: ignore[import-untyped]
-    from numba.core import event, types
+    from numba.core import caching, event, types
     from numba.core.types.containers import BaseTuple
     from numba.extending import intrinsic
 
@@ -52,13 +53,23 @@ def inlined(function: F) -> F:
 def _compiled(function: F, *, inline: bool) -> F:
     if not COMPILED:
         return function
-    chosen = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(_cache_directory(_source(function).parent, _imported(function), chosen))
-    try:
+    with _kept_in(_cache_directory(_source(function).parent, _imported(function), numba.config.CACHE_DIR)):
         compiled: F = numba.njit(cache=True, nogil=True, error_model="numpy", forceinline=inline)(function)
-    finally:
-        numba.config.CACHE_DIR = chosen
     return compiled
+
+
+@contextmanager
+def _kept_in(folder: Path) -> Iterator[None]:
+    """Let Numba keep what is compiled in this context in a folder."""
+    settings = {"CACHE_DIR": str(folder)}
+    if getattr(numba.config, "CACHE_LOCATOR_CLASSES", None) == "":  # since Numba 0.62; not chosen by the user
+        settings["CACHE_LOCATOR_CLASSES"] = f"{__name__}.AnyPlace"
+    chosen = {name: getattr(numba.config, name) for name in settings}
+    vars(numba.config).update(settings)
+    try:
+        yield
+    finally:
+        vars(numba.config).update(chosen)
 
 
 def _source(function: Callable[..., Any]) -> Path:
@@ -99,6 +110,17 @@ def _cache_directory(package: Path, imported: frozenset[Path], chosen: str) -> P
 
 
 if COMPILED:
+
+    class AnyPlace(getattr(caching, "UserProvidedCacheLocator", object)):  # type: ignore[misc]
+        """Keeps code by the name of its module; by default Numba keeps it by the path of its source."""
+
+        def __init__(self, function: Callable[..., Any], file: str) -> None:
+            super().__init__(function, file)
+            self._folder = Path(numba.config.CACHE_DIR, f"{function.__module__}-{numba.__version__}")
+
+        def get_cache_path(self) -> str:
+            """Return the folder of the code."""
+            return str(self._folder)
 
     @intrinsic  # type: ignore[untyped-decorator]
     def borrowed(_typing: Any, arrays: Any) -> Any:

@@ -61,7 +61,9 @@ def test_code_compiled_from_other_sources_is_kept_apart(folder: str, tmp_path: P
     assert directory() != first
 
 
-def test_code_is_compiled_again_when_a_module_it_calls_indirectly_changes(tmp_path: Path) -> None:
+def test_code_is_compiled_again_when_a_module_it_calls_indirectly_changes_but_not_elsewhere(
+    tmp_path: Path,
+) -> None:
     pytest.importorskip("numba")
     texts = {
         "below": "def base(x): return x + {number}\nbase = jit(base)\n",
@@ -69,14 +71,14 @@ def test_code_is_compiled_again_when_a_module_it_calls_indirectly_changes(tmp_pa
         "above": "from between.kernels import step\n@jit\ndef run(x): return 10 * step(x)\nprint(run(1))\n",
     }
 
-    def result(number: int) -> tuple[str, set[str]]:
+    def result(number: int, place: str = "here") -> tuple[str, set[str]]:
         for name, text in texts.items():
-            (tmp_path / name).mkdir(exist_ok=True)
+            (tmp_path / place / name).mkdir(exist_ok=True, parents=True)
             lines = "from nrp_core._support.jit import jit\n" + text.format(number=number)
-            (tmp_path / name / "kernels.py").write_text(lines)
+            (tmp_path / place / name / "kernels.py").write_text(lines)
         cache = tmp_path / "cache"
         done = subprocess.run(
-            [sys.executable, "-c", "import above.kernels"], cwd=tmp_path, check=True, text=True,
+            [sys.executable, "-c", "import above.kernels"], cwd=tmp_path / place, check=True, text=True,
             capture_output=True, env={**os.environ, "NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": "."},
         )  # fmt: skip
         return done.stdout.strip(), {str(file) for file in cache.rglob("*.nbc")}
@@ -86,6 +88,7 @@ def test_code_is_compiled_again_when_a_module_it_calls_indirectly_changes(tmp_pa
     assert (first, again) == ("20", "20")
     assert len(compiled) == 3
     assert unchanged == compiled
+    assert result(1, "elsewhere") == ("20", compiled)
     assert result(2)[0] == "30"
 
 
