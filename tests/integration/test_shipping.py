@@ -87,11 +87,11 @@ def test_the_main_experiment_passes_on_the_pair_of_minimal_backends(run: Run) ->
 
 @pytest.mark.parametrize("side", ["brain", "world"])
 def test_both_conform(run: Run, side: str) -> None:
-    done = run("nrp", "conformance", side, "minimal", "--json")
+    done = run("nrp", "conformance", side, "minimal", "--level", "contract", "--json")  # all: its own tests
     assert done.returncode == 0, done.stdout[-2000:]
     counts = json.loads(done.stdout)["counts"]
-    assert counts["passed"] > 70
-    assert set(counts) == {"passed", "skipped"}
+    assert counts["passed"] > 20
+    assert set(counts) <= {"passed", "skipped"}
 
 
 def test_a_package_from_nrp_new_installs_and_is_found(run: Run, elsewhere: Path, tmp_path: Path) -> None:
