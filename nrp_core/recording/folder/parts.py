@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.recording.writing.frames import SceneFrames
+from nrp_core.world.scene.model import Scene
 from nrp_core.world.scene.sensing import View
 from nrp_core.world.sensors.laser import Laser
 from nrp_core.world.world import World
@@ -88,6 +90,24 @@ def mounts_data(world: World) -> Iterator[dict[str, Any]]:
                 "orientation": list(pose.orientation),
                 "view": _view_data(looks) if isinstance(looks, View) else None,
             }
+
+
+def lights_data(scene: Scene) -> list[dict[str, Any]]:
+    """Return the lights that are on, in SI units; a range of None has no end."""
+    return [
+        {
+            "kind": light.kind,
+            "position": list(light.pose.position),
+            "direction": list(light.direction),
+            "color": list(light.diffuse[:3]),
+            "casts_shadows": light.casts_shadows,
+            "range_m": light.attenuation[0] if isfinite(light.attenuation[0]) else None,
+            "attenuation": list(light.attenuation[1:]),
+            "cone_rad": light.cone[1],
+        }
+        for light in scene.lights
+        if any(light.diffuse[:3])
+    ]
 
 
 def _view_data(view: View) -> dict[str, float]:

@@ -24,7 +24,7 @@ from nrp_core.experiment.model.tree import Tree
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Findings
 from nrp_core.recording.folder.calls import CallNoter
-from nrp_core.recording.folder.parts import groups_data, mounts_data, projection_data
+from nrp_core.recording.folder.parts import groups_data, lights_data, mounts_data, projection_data
 from nrp_core.recording.folder.self_contained import write_experiment
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import (
@@ -304,6 +304,7 @@ def _about(run: Run, root: Path) -> dict[str, Any]:
             "capabilities": run.world.capabilities,
             "scene": run.world.scene.digest,
             "mounts": list(mounts_data(run.world)),
+            "lights": lights_data(run.world.scene),
         },
         "parameters": run.parameters.as_data(),
         "aliases": experiment.aliases,

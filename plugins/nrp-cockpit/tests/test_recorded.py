@@ -298,6 +298,7 @@ def test_it_says_what_was_recorded(desk: Desk, folder: Path):
 
 def test_it_says_how_its_sensors_are_mounted_and_its_cells_are_connected(desk: Desk):
     experiment = desk.said("experiment")
+    assert [light["kind"] for light in experiment["lights"]] == ["directional"]
     [mount] = experiment["mounts"]  # as husky.sdf has it
     assert (mount["topic"], mount["frame"]) == (CAMERA, "husky/base_link")
     assert mount["position"] == pytest.approx([-0.16, 0, 0.362])
@@ -317,10 +318,11 @@ def test_a_recording_that_does_not_say_them_is_shown_without(folder: Path, tmp_p
     shutil.copytree(folder, tmp_path / "older")
     path = tmp_path / "older" / RUN_NAME
     about = read_sealed(path)
-    del about["brain"]["projections"], about["world"]["mounts"]
+    del about["brain"]["projections"], about["world"]["mounts"], about["world"]["lights"]
     path.write_bytes(sealed(about))
     with opened(tmp_path / "older") as desk:
-        assert desk.said("experiment")["projections"] == desk.said("experiment")["mounts"] == []
+        experiment = desk.said("experiment")
+        assert experiment["projections"] == experiment["mounts"] == experiment["lights"] == []
 
 
 def test_its_functions_are_read_and_not_executed(folder: Path, tmp_path: Path):

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import hypot
 from pathlib import Path
 from typing import Any
 
 import pytest
 from visitors import Cockpit, RefusedError, Visitor, cockpit
 
+TO_GROUND = (-0.1698, 0.1, -0.3)
+"""The direction of the sun in room.sdf."""
 COLOUR = "/left_vr_screen/body/screen_glass/color"
 
 
@@ -140,9 +143,13 @@ def test_a_body_is_coloured_by_the_topic_that_the_experiment_names(visitor: Visi
     assert topics["sofa"] == ("/sofa/link/seat/color", "sofa/link/seat")
 
 
-def test_the_page_is_told_where_the_camera_looks(visitor: Visitor) -> None:
+def test_the_page_is_told_where_the_camera_looks_and_where_light_comes_from(visitor: Visitor) -> None:
     visitor.subscribe("/cockpit/experiment")
-    [mount] = visitor.until(lambda: visitor.last("experiment"))["mounts"]
+    experiment = visitor.until(lambda: visitor.last("experiment"))
+    [sun] = experiment["lights"]  # as room.sdf has it
+    assert (sun["kind"], sun["range_m"]) == ("directional", None)
+    assert sun["direction"] == pytest.approx([part / hypot(*TO_GROUND) for part in TO_GROUND])
+    [mount] = experiment["mounts"]
     assert (mount["topic"], mount["frame"]) == ("/husky/camera", "husky/base_link")
     assert mount["position"] == pytest.approx([-0.16, 0, 0.362])
     assert mount["view"] == {"fov_rad": 1.57, "aspect": pytest.approx(4 / 3)}

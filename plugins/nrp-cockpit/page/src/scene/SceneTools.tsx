@@ -12,6 +12,7 @@ const MODES: { value: Mode; label: string }[] = [
 const LAYERS: { value: Layer; label: string }[] = [
   { value: "frustum", label: "Frustum" },
   { value: "rays", label: "Rays" },
+  { value: "contacts", label: "Contacts" },
   { value: "trail", label: "Trail" },
 ];
 

@@ -2,7 +2,7 @@ import { create } from "zustand";
 import type { Orbit } from "./orbit";
 
 export type Mode = "orbit" | "follow" | "above";
-export type Layer = "trail" | "frustum" | "rays";
+export type Layer = "trail" | "frustum" | "rays" | "contacts";
 
 interface Choices {
   mode: Mode;

@@ -5,12 +5,19 @@ import {
   GridHelper,
   Group,
   HemisphereLight,
+  type Light as Lamp,
   type LineBasicMaterial,
   Vector3,
 } from "three";
+import type { Light } from "../state/types";
+import { lampsOf } from "./lamps";
 
 const SKY_LIGHT = 2.6;
 const SUN_LIGHT = 1.5;
+/** The share of the light from all sides that remains in a room with lamps of its own. */
+const SKY_WITH_LAMPS = 0.5;
+/** The direction to the sun of a room that does not say it. */
+const SUN = new Vector3(-0.4, -0.5, 1);
 const SHADOW_PX = 1024;
 /** Below the ground that a scene has, so that the grid shows only where there is none. */
 const GRID_Z_M = -0.004;
@@ -20,6 +27,9 @@ export class Surroundings {
   readonly root = new Group();
   private readonly sky = new HemisphereLight(0xffffff, 0xb5b0a8);
   private readonly sun = new DirectionalLight(0xffffff);
+  private lamps: Lamp[] = [];
+  private readonly toSun = SUN.clone();
+  private dim = 1;
   private grid: GridHelper | null = null;
   private line: Color | null = null;
 
@@ -31,13 +41,25 @@ export class Surroundings {
     this.root.add(this.sky, this.sun, this.sun.target);
   }
 
+  /** Takes over the lights of a room: its first directional one is the sun, and its lamps shine where they are. */
+  light(lights: readonly Light[]): void {
+    for (const lamp of this.lamps) lamp.removeFromParent().dispose();
+    this.lamps = lampsOf(lights);
+    for (const lamp of this.lamps) this.root.add(lamp);
+    const sun = lights.find(({ kind }) => kind === "directional");
+    this.toSun.copy(sun ? new Vector3(...sun.direction).negate() : SUN);
+    this.sun.color.setRGB(...(sun?.color ?? [1, 1, 1]));
+    this.sun.visible = sun !== undefined || lights.length === 0;
+    this.shine();
+  }
+
   /** Lets the light reach, and the grid cover, a room. */
   surround(room: Box3): void {
     const centre = room.getCenter(new Vector3());
     const size = room.getSize(new Vector3());
     const radius = Math.max(1, size.length() / 2);
     this.sun.target.position.copy(centre);
-    this.sun.position.copy(centre).add(new Vector3(-0.4, -0.5, 1).setLength(2 * radius));
+    this.sun.position.copy(centre).add(this.toSun.clone().setLength(2 * radius));
     const camera = this.sun.shadow.camera;
     camera.left = camera.bottom = -radius;
     camera.right = camera.top = radius;
@@ -49,16 +71,22 @@ export class Surroundings {
 
   /** `dim` is how bright the theme is, up to 1. */
   style(line: Color, dim: number): void {
-    this.sky.intensity = SKY_LIGHT * dim;
-    this.sun.intensity = SUN_LIGHT * dim;
+    this.dim = dim;
+    this.shine();
     this.line = line;
     if (this.grid) (this.grid.material as LineBasicMaterial).color.copy(line);
   }
 
   dispose(): void {
+    for (const lamp of this.lamps) lamp.dispose();
     this.grid?.dispose();
     this.sun.dispose();
     this.sky.dispose();
+  }
+
+  private shine(): void {
+    this.sky.intensity = SKY_LIGHT * this.dim * (this.lamps.length > 0 ? SKY_WITH_LAMPS : 1);
+    this.sun.intensity = SUN_LIGHT * this.dim;
   }
 
   private replaceGrid(size_m: number): void {

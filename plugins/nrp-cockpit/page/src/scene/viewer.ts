@@ -9,7 +9,7 @@ import {
   WebGLRenderer,
 } from "three";
 import { useRun } from "../state/run";
-import type { Mount } from "../state/types";
+import type { Light, Mount } from "../state/types";
 import type { Change } from "../world/world";
 import { world } from "../world/world";
 import { Bodies, type ShapeMesh } from "./bodies";
@@ -20,6 +20,7 @@ import { Outline } from "./outline";
 import type { LaserScan } from "./sightLines";
 import { Sights } from "./sights";
 import { Surroundings } from "./surroundings";
+import { type Contacts, Touches } from "./touches";
 import { Trails } from "./trails";
 
 /** Gets the size of the image in CSS pixels. */
@@ -43,6 +44,7 @@ export class Viewer {
   readonly bodies = new Bodies(() => this.invalidate());
   private readonly trails = new Trails();
   private readonly sights = new Sights();
+  private readonly touches = new Touches();
   private readonly renderer: WebGLRenderer;
   private readonly surroundings: Surroundings;
   private readonly outline = new Outline();
@@ -67,7 +69,13 @@ export class Viewer {
     this.renderer.setPixelRatio(fine ? Math.min(2, window.devicePixelRatio) : 1);
     this.surroundings = new Surroundings(fine);
     this.camera.up.set(0, 0, 1);
-    this.scene.add(this.surroundings.root, this.bodies.root, this.trails.root, this.sights.root);
+    this.scene.add(
+      this.surroundings.root,
+      this.bodies.root,
+      this.trails.root,
+      this.sights.root,
+      this.touches.root,
+    );
     this.resizing = new ResizeObserver(() => this.resize());
     this.resizing.observe(canvas);
     this.style();
@@ -110,6 +118,7 @@ export class Viewer {
     this.trails.root.visible = layers.has("trail");
     this.trails.show(world.trails);
     this.sights.show(layers);
+    this.touches.root.visible = layers.has("contacts");
     this.invalidate();
   }
 
@@ -122,6 +131,20 @@ export class Viewer {
 
   scan(mount: Mount, scan: LaserScan): void {
     this.sights.scan(mount, scan);
+    this.invalidate();
+  }
+
+  touch(contacts: Contacts): void {
+    this.touches.show(contacts);
+    this.invalidate();
+  }
+
+  /** Shows the room in its own light. */
+  light(lights: readonly Light[]): void {
+    this.surroundings.light(lights);
+    const room = this.bodies.room();
+    if (!room.isEmpty()) this.surroundings.surround(room);
+    this.renderer.shadowMap.needsUpdate = true;
     this.invalidate();
   }
 
@@ -141,6 +164,7 @@ export class Viewer {
     this.outline.style(this.color("--accent"), this.size.x, this.size.y);
     this.trails.style(this.color("--d-purple"));
     this.sights.style(this.color("--d-orange"), this.color("--d-sky"));
+    this.touches.style(this.color("--d-vermillion"));
     this.surroundings.style(this.color("--line-strong"), Number(this.token("--scene-dim")) || 1);
     this.invalidate();
   }
@@ -168,6 +192,7 @@ export class Viewer {
     this.outline.dispose();
     this.trails.dispose();
     this.sights.dispose();
+    this.touches.dispose();
     this.surroundings.dispose();
     this.bodies.dispose();
     this.renderer.dispose();

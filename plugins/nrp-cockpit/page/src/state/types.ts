@@ -64,6 +64,21 @@ export interface Mount {
   view: { fov_rad: number; aspect: number } | null;
 }
 
+/** A light of the room that is on. */
+export interface Light {
+  kind: "directional" | "point" | "spot";
+  position: Vector;
+  direction: Vector;
+  color: Vector;
+  casts_shadows: boolean;
+  /** null: it has no end. */
+  range_m: number | null;
+  /** At a distance d the light is divided by the first + second * d + third * d^2. */
+  attenuation: Vector;
+  /** The full angle of any light of a spot. */
+  cone_rad: number;
+}
+
 export interface Experiment {
   name: string;
   file: string;
@@ -84,6 +99,7 @@ export interface Experiment {
   devices: Device[];
   bodies: Body[];
   mounts: Mount[];
+  lights: Light[];
 }
 
 export interface Status {

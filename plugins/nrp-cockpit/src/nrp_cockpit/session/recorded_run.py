@@ -90,6 +90,7 @@ class RecordedRun:
             "devices": list(self._devices(brain.get("populations") or {})),
             "bodies": list(_bodies(entities, [each.name for each in topics])),
             "mounts": world.get("mounts") or [],
+            "lights": world.get("lights") or [],
         }
 
     def functions_data(self) -> dict[str, Any]:
