@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from nrp_core.errors import ExperimentError
+from nrp_core.experiment.making.prepare import prepare
+from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, InvalidExperimentError, Level
@@ -31,14 +33,18 @@ def brain(tmp_path: Path) -> str:
     return str(path)
 
 
-def opened(brain: str, *settings: str) -> Run:
+def experiment_of(brain: str, *settings: str) -> Experiment:
     own = [
         f"brain.model={brain}",
         "brain.populations={sensors: null, actors: null, driver: 1, relay: 3, last: 5}",
         "transfer_functions=[]", "aliases={}", "events={}", "criteria={}", "comparison.vary={}",
         "world.options.image_scale=0.1", "duration=1 s", "brain.backend=spinnaker", *settings,
     ]  # fmt: skip
-    return Run(load_experiment("braitenberg_husky", own))
+    return load_experiment("braitenberg_husky", own)
+
+
+def opened(brain: str, *settings: str) -> Run:
+    return Run(experiment_of(brain, *settings))
 
 
 def fired(run: Run, until_s: float = UNTIL_S) -> dict[int, np.ndarray]:
@@ -105,6 +111,14 @@ def test_activated_cells_fire_while_they_are_driven(brain: str) -> None:
     assert times.max() < HALF_MS + 120.0
 
 
+def test_a_negative_weight_inhibits_cells_with_conductances(tmp_path: Path) -> None:
+    path = tmp_path / "brain.py"
+    path.write_text(BRAIN.replace("IF_curr_exp", "IF_cond_exp").replace("8.0", "0.1"))
+    drive = "{cells: driver, rate: 2 kHz, weight: -0.05}"
+    assert counts(str(path))[1] > 5
+    assert counts(str(path), f"brain.interventions=[{{activate: {drive}}}]")[1] == 0
+
+
 def test_a_control_is_a_variant_of_the_experiment(brain: str) -> None:
     """The digest of the network tells the variants apart, and each is the same every time."""
 
@@ -129,6 +143,7 @@ def test_a_control_is_a_variant_of_the_experiment(brain: str) -> None:
         ("interventions=[{scale: {by: 2}}]", "needs 'sources', 'targets' or both"),
         ("interventions=[{scale: {sources: relay, by: -1}}]", "greater than or equal to 0"),
         ("controls=[{rewire: degrees}]", "degree_preserving"),
+        ("interventions=[{activate: {cells: relay, rate: -3 Hz, weight: 1}}]", "greater than or equal to 0"),
         ("controls=[{}]", "needs exactly one of rewire, shuffle; it has none"),
     ],
 )
@@ -153,3 +168,34 @@ def test_an_unknown_name_is_a_mistake_of_its_intervention(brain: str) -> None:
 def test_an_intervention_that_meets_no_synapse_is_a_warning(brain: str) -> None:
     found = warnings_of(brain, ["brain.interventions=[{silence: last}]"])
     assert any("'silence_last' affects no synapse [NRP336]" in one for one in found)
+
+
+IDLE = [
+    (
+        "interventions=[{silence: relay, at: 1 s}]",
+        "'silence_relay' has no effect: it acts at 1 s, and the run ends",
+    ),
+    (
+        "interventions=[{scale: {sources: relay, by: 1}}]",
+        "has no effect: it multiplies weights by 1",
+    ),
+    (
+        "interventions=[{activate: {cells: last, rate: 0 Hz, weight: 3}}]",
+        "it sends 0 spikes a second of weight 3",
+    ),
+    (
+        "interventions=[{activate: {cells: last, rate: 9 Hz, weight: 0}}]",
+        "it sends 9 spikes a second of weight 0",
+    ),
+    ("controls=[{shuffle: weights}]", "'shuffle: weights' changes nothing: the synapses stay the same"),
+    ("interventions=[{silence: relay, at: 980 ms}]", ""),
+    ("interventions=[{scale: {sources: relay, by: 1.1}}]", ""),
+    ("controls=[{rewire: degree_preserving}]", ""),
+]
+
+
+@pytest.mark.parametrize(("setting", "words"), IDLE)
+def test_a_variant_that_changes_nothing_is_a_warning(brain: str, setting: str, words: str) -> None:
+    plan = prepare(experiment_of(brain, f"brain.{setting}", "brain.backend=event"))
+    found = [one.message for one in plan.warnings if one.code is Code.NRP336]
+    assert [words in one for one in found] == [True] * bool(words)

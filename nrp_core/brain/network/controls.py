@@ -12,16 +12,13 @@ from types import MappingProxyType
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.network.data import Network, Origin, Projection
+from nrp_core.brain.network.data import LISTED, Network, Projection
 from nrp_core.errors import NetworkError
 from nrp_core.seeds import Seeds
 
 Control = Callable[[Network, Seeds], Network]
-LISTED: Final = Origin("FromListConnector")
-"""The origin of synapses that follow no rule any more."""
 _ROUNDS: Final = 200
 _OTHER: Final = {"excitatory": "inhibitory", "inhibitory": "excitatory"}
 
@@ -78,9 +75,9 @@ def with_shuffled_signs(network: Network, seeds: Seeds) -> Network:
     for projection in network.projections:
         moved = changes[network.offsets[projection.pre] + projection.pre_index]
         if (~moved).any() or not len(moved):
-            projections.append(chosen(projection, ~moved) if moved.any() else projection)
+            projections.append(projection.only(~moved) if moved.any() else projection)
         if moved.any():
-            projections.append(_on_other_receptor(network, chosen(projection, moved)))
+            projections.append(_on_other_receptor(network, projection.only(moved)))
     return replace(network, projections=tuple(projections))
 
 
@@ -92,19 +89,6 @@ CONTROLS: Final[Mapping[tuple[str, str], Control]] = MappingProxyType(
     }
 )
 """The controls by the key and value that select them in an experiment file."""
-
-
-def chosen(projection: Projection, mask: npt.NDArray[np.bool_]) -> Projection:
-    """Return a projection with only some of its synapses."""
-    return replace(
-        projection,
-        pre_index=projection.pre_index[mask],
-        post_index=projection.post_index[mask],
-        weight=projection.weight[mask],
-        delay_ms=projection.delay_ms[mask],
-        synapse_parameters={name: values[mask] for name, values in projection.synapse_parameters.items()},
-        origin=LISTED,
-    )
 
 
 def _each(

@@ -12,11 +12,12 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core.brain.network.indices import ends_of, folded, indices_of
@@ -103,6 +104,10 @@ class Origin:
     delay: Any = None
 
 
+LISTED: Final = Origin("FromListConnector")
+"""The origin of synapses that follow no rule."""
+
+
 @folded("pre_index", "post_index")
 @dataclass(frozen=True)
 class Projection:
@@ -134,7 +139,7 @@ class Projection:
     synapse_type: str = STATIC
     synapse_parameters: Mapping[str, FloatArray] = field(default_factory=dict)
     plasticity: Mapping[str, str] = field(default_factory=dict)
-    origin: Origin = field(default_factory=lambda: Origin("FromListConnector"))
+    origin: Origin = LISTED
 
     @property
     def size(self) -> int:
@@ -148,6 +153,18 @@ class Projection:
     def ends(self, synapse: int) -> tuple[int, int]:
         """Return the indices of the two cells that a synapse connects."""
         return ends_of(self, synapse)
+
+    def only(self, synapses: npt.NDArray[np.bool_]) -> Projection:
+        """Return the projection with only the synapses where a mask is true."""
+        return replace(
+            self,
+            pre_index=self.pre_index[synapses],
+            post_index=self.post_index[synapses],
+            weight=self.weight[synapses],
+            delay_ms=self.delay_ms[synapses],
+            synapse_parameters={name: values[synapses] for name, values in self.synapse_parameters.items()},
+            origin=LISTED,
+        )
 
 
 @dataclass(frozen=True)

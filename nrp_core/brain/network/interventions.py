@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.brain.network.controls import LISTED, chosen
-from nrp_core.brain.network.data import Network, Projection
+from nrp_core.brain.network.data import LISTED, Network, Projection
 from nrp_core.brain.network.synapses.stdp import STDP
+
+Synapses = npt.NDArray[np.bool_]
+"""For each synapse of a projection, whether it is selected."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,57 +41,45 @@ class Intervention:
         """Cut all synapses from and to cells."""
         return cls(cells, cells, either=True)
 
-    def synapses(self, network: Network, projection: Projection) -> npt.NDArray[np.bool_]:
-        """Return for each synapse of a projection whether it is selected.
+    def synapses(self, network: Network) -> dict[str, Synapses]:
+        """Return the selected synapses of each projection that has some, by its label.
 
         Raises:
             NeuronSelectionError: there are no such cells.
         """
-        ends = []
-        for name, label, index in (
-            (self.sources, projection.pre, projection.pre_index),
-            (self.targets, projection.post, projection.post_index),
-        ):
-            is_meant = np.full(network.size, name is None)
-            if name is not None:
-                is_meant[network.neurons(name)] = True
-            ends.append(is_meant[network.offsets[label] + index])
-        before, behind = ends
-        meant: npt.NDArray[np.bool_] = before | behind if self.either else before & behind
-        return meant
+        sources, targets = (_cells(network, name) for name in (self.sources, self.targets))
+        found = {}
+        for projection in network.projections:
+            before = sources[network.offsets[projection.pre] + projection.pre_index]
+            behind = targets[network.offsets[projection.post] + projection.post_index]
+            selected = before | behind if self.either else before & behind
+            if selected.any():
+                found[projection.label] = selected
+        return found
 
-    def require_cells(self, network: Network) -> None:
-        """Raise NeuronSelectionError unless the network has the named cells."""
-        for name in (self.sources, self.targets):
-            if name is not None:
-                network.neurons(name)
-
-    def of(self, network: Network) -> Network:
+    def of(self, network: Network, synapses: Mapping[str, Synapses] | None = None) -> Network:
         """Return the network with the intervention; other projections stay the same objects.
 
-        Raises:
-            NeuronSelectionError: there are no such cells.
-        """
-        self.require_cells(network)
-        projections = []
-        for projection in network.projections:
-            meant = self.synapses(network, projection)
-            projections.append(self._changed(projection, meant) if meant.any() else projection)
-        return replace(network, projections=tuple(projections))
-
-    def affected(self, network: Network) -> list[Projection]:
-        """Return the projections with selected synapses.
+        Args:
+            network: the network.
+            synapses: as :meth:`synapses` returns them, if they are already known.
 
         Raises:
             NeuronSelectionError: there are no such cells.
         """
-        self.require_cells(network)
-        return [one for one in network.projections if self.synapses(network, one).any()]
+        selected = self.synapses(network) if synapses is None else synapses
+        projections = tuple(
+            self._changed(projection, selected[projection.label])
+            if projection.label in selected
+            else projection
+            for projection in network.projections
+        )
+        return replace(network, projections=projections)
 
-    def _changed(self, projection: Projection, meant: npt.NDArray[np.bool_]) -> Projection:
+    def _changed(self, projection: Projection, synapses: Synapses) -> Projection:
         if self.factor == 0.0:
-            return chosen(projection, ~meant)
-        share = np.where(meant, self.factor, 1.0)
+            return projection.only(~synapses)
+        share = np.where(synapses, self.factor, 1.0)
         limits = ("w_min", "w_max") if projection.synapse_type == STDP else ()
         parameters = {
             name: values * share if name in limits else values
@@ -100,3 +91,11 @@ class Intervention:
             synapse_parameters=parameters,
             origin=LISTED,
         )
+
+
+def _cells(network: Network, name: str | None) -> npt.NDArray[np.bool_]:
+    """Return for each cell of a network whether it has a name; without a name all do."""
+    cells = np.full(network.size, name is None)
+    if name is not None:
+        cells[network.neurons(name)] = True
+    return cells

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container
 from functools import partial
 from math import inf
 from typing import Final
 
+import numpy as np
+
 from nrp_core.brain.changes import WEIGHTS
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.interface import Brain, BrainCapabilities
-from nrp_core.brain.network.data import Network, Projection
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.interventions import Intervention
 from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.clock import milliseconds
@@ -34,23 +36,29 @@ def with_variants(network: Network, experiment: Experiment, collector: Collector
     seeds = Seeds(experiment.seed).child("controls")
     for i, section in enumerate(experiment.brain.controls):
         with collector.during(Code.NRP335, "brain", "controls", i, always=True):
-            network = section.control(network, seeds.child(str(i)))
+            before, network = network, section.control(network, seeds.child(str(i)))
+            if _are_equal(before, network):
+                message = f"'{section.name}' changes nothing: the synapses stay the same"
+                collector.add(Code.NRP336, message, "brain", "controls", i, level=Level.WARNING)
     has_synapses = any(projection.size for projection in network.projections)
     for i, intervention in enumerate(experiment.brain.interventions):
         with collector.during(Code.NRP335, *_KEYS, i, always=True):
-            change = intervention.change
+            change, idle = intervention.change, intervention.idle(experiment.duration)
+            if idle:
+                message = f"'{intervention.name}' has no effect: it {idle}"
+                collector.add(Code.NRP336, message, *_KEYS, i, level=Level.WARNING)
             if change is None:
                 assert intervention.activate is not None
                 network.neurons(intervention.activate.cells)
                 continue
-            affected = change.affected(network)
-            if not affected and has_synapses:
+            synapses = change.synapses(network)
+            if not synapses and has_synapses and not idle:
                 message = f"'{intervention.name}' affects no synapse"
                 collector.add(Code.NRP336, message, *_KEYS, i, level=Level.WARNING)
             if intervention.at == 0:
-                network = change.of(network)
+                network = change.of(network, synapses)
             else:
-                _require_lasting(affected, intervention.name)
+                _require_lasting(network, synapses, intervention.name)
     return network
 
 
@@ -95,33 +103,53 @@ class Interventions:
 
 
 def _drive(brain: Brain, section: ActivateSection, at_ns: int, name: str) -> None:
+    network = brain.network
+    neurons = network.neurons(section.cells)
     receptor = "excitatory" if section.weight >= 0 else "inhibitory"
+    driven = [
+        population
+        for label, population in network.populations.items()
+        if np.isin(network.ids_of(label), neurons).any()
+    ]
     source = PoissonSource(
         rate=section.rate,
-        weight=section.weight,
+        weight=abs(section.weight) if all(one.is_conductance_based for one in driven) else section.weight,
         receptor_type=receptor,
         start=milliseconds(at_ns),
         duration=inf if section.duration is None else milliseconds(section.duration),
     )
-    brain.add_source(source, brain.network.neurons(section.cells), name=f"intervention/{name}")
+    brain.add_source(source, neurons, name=f"intervention/{name}")
 
 
 def _apply(change: Intervention, brain: Brain) -> None:
-    for projection in brain.network.projections:
-        meant = change.synapses(brain.network, projection)
-        if meant.any():
-            weights = brain.read_weights(projection.label)
-            weights[meant] *= change.factor
-            brain.set_weights(projection.label, weights)
+    for label, synapses in change.synapses(brain.network).items():
+        weights = brain.read_weights(label)
+        weights[synapses] *= change.factor
+        brain.set_weights(label, weights)
+
+
+def _are_equal(network: Network, other: Network) -> bool:
+    """Return whether a control left all synapses as they were."""
+    if len(network.projections) != len(other.projections):
+        return False
+    return all(
+        one is two
+        or (
+            one.receptor == two.receptor
+            and np.array_equal(one.post_index, two.post_index)
+            and np.array_equal(one.weight, two.weight)
+        )
+        for one, two in zip(network.projections, other.projections, strict=True)
+    )
 
 
 def _is_due(at_ns: int, now_ns: int, _times: Times) -> bool:
     return now_ns >= at_ns
 
 
-def _require_lasting(affected: Sequence[Projection], name: str) -> None:
-    for projection in affected:
-        if projection.synapse_type == STDP:
+def _require_lasting(network: Network, affected: Container[str], name: str) -> None:
+    for projection in network.projections:
+        if projection.synapse_type == STDP and projection.label in affected:
             raise NetworkError(
                 f"'{name}' changes weights during the run, but projection "
                 f"'{projection.label}' is plastic and would recover; leave out 'at'"

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from nrp_core.brain.network.controls import CONTROLS, Control
 from nrp_core.brain.network.interventions import Intervention
+from nrp_core.clock import seconds
 from nrp_core.experiment.model.section import Section
 from nrp_core.quantities import DurationNs, RateHz, TimeNs
 
@@ -34,7 +35,7 @@ class ActivateSection(Section):
 
     cells: str
     """The cells, a population or named group."""
-    rate: RateHz
+    rate: Annotated[RateHz, Field(ge=0)]
     """Rate of each train."""
     weight: float
     """Weight of each spike, in the unit of the cells' synapses: uS, nA or mV."""
@@ -60,6 +61,16 @@ class InterventionSection(Section):
     def _one_kind(self) -> InterventionSection:
         self._require_one_of(("silence", "lesion", "scale", "activate"))
         return self
+
+    def idle(self, duration_ns: int) -> str:
+        """Return why it changes nothing in a run of a duration; empty if it may."""
+        if self.at >= duration_ns:
+            return f"acts at {seconds(self.at):g} s, and the run ends at {seconds(duration_ns):g} s"
+        if self.scale is not None and self.scale.by == 1:
+            return "multiplies weights by 1"
+        if self.activate is not None and 0 in (self.activate.rate, self.activate.weight):
+            return f"sends {self.activate.rate:g} spikes a second of weight {self.activate.weight:g}"
+        return ""
 
     @property
     def change(self) -> Intervention | None:
@@ -96,7 +107,12 @@ class WiringControl(Section):
         return self
 
     @property
+    def name(self) -> str:
+        """The kind of the control, as it is written."""
+        return f"shuffle: {self.shuffle}" if self.rewire is None else f"rewire: {self.rewire}"
+
+    @property
     def control(self) -> Control:
         """The function that makes the network."""
-        key = "rewire" if self.rewire is not None else "shuffle"
-        return CONTROLS[key, str(getattr(self, key))]
+        kind, _, statistic = self.name.partition(": ")
+        return CONTROLS[kind, statistic]

@@ -45,10 +45,8 @@ def all_of(network: Network, value: Callable[[Projection], np.ndarray]) -> list[
     return np.concatenate([value(one) for one in network.projections]).tolist()
 
 
-@given(st.integers(0, 2**32 - 1), st.integers(0, 2**32 - 1))
-def test_rewiring_keeps_all_degrees_and_adds_neither_loops_nor_double_synapses(seed: int, other: int) -> None:
-    network = sparse(seed)
-    found = CONTROLS[REWIRE](network, Seeds(other))
+def require_rewired(network: Network, found: Network) -> None:
+    """Assert that all degrees are kept, and that there are neither new loops nor double synapses."""
     for mine, given_ in zip(found.projections, network.projections, strict=True):
         assert mine.pre_index.tolist() == given_.pre_index.tolist()
         assert sorted(mine.post_index.tolist()) == sorted(given_.post_index.tolist())
@@ -57,38 +55,93 @@ def test_rewiring_keeps_all_degrees_and_adds_neither_loops_nor_double_synapses(s
         pairs = list(zip(mine.pre_index.tolist(), mine.post_index.tolist(), strict=True))
         assert len(set(pairs)) == len(pairs)
         assert all(pre != post for pre, post in pairs)
-    assert CONTROLS[REWIRE](network, Seeds(other)).digest == found.digest
 
 
-@given(st.integers(0, 2**32 - 1), st.sampled_from(["IF_curr_exp", "IF_cond_exp"]))
-def test_shuffled_signs_move_whole_cells_and_keep_pairs_and_magnitudes(seed: int, cell: str) -> None:
-    network = sparse(seed, cell)
-    found = CONTROLS[SIGNS](network, Seeds(seed))
+def require_other_signs(network: Network, found: Network) -> None:
+    """Assert that whole cells change their sign, and that pairs and magnitudes are kept."""
 
     def synapses(of: Network) -> Counter[tuple[float, ...]]:
         columns = ("pre_index", "post_index", "delay_ms")
         rows = [all_of(of, lambda one, name=name: getattr(one, name)) for name in columns]  # type: ignore[misc]
         return Counter(zip(*rows, np.abs(all_of(of, lambda one: one.weight)).tolist(), strict=True))
 
-    def inhibiting(of: Network) -> set[int]:
-        return {i for one in of.projections if one.receptor == "inhibitory" for i in one.pre_index.tolist()}
-
-    def exciting(of: Network) -> set[int]:
-        return {i for one in of.projections if one.receptor == "excitatory" for i in one.pre_index.tolist()}
+    def cells(of: Network, receptor: str) -> set[int]:
+        return {i for one in of.projections if one.receptor == receptor for i in one.pre_index.tolist()}
 
     assert synapses(found) == synapses(network)
-    assert not inhibiting(found) & exciting(found)
-    assert len(inhibiting(found)) == len(inhibiting(network))
-    assert inhibiting(found) != inhibiting(network)
+    assert not cells(found, "inhibitory") & cells(found, "excitatory")
+    assert len(cells(found, "inhibitory")) == len(cells(network, "inhibitory"))
+    assert cells(found, "inhibitory") != cells(network, "inhibitory")
 
 
-def test_shuffled_weights_are_the_same_weights_elsewhere() -> None:
-    network = sparse(3)
-    found = CONTROLS[WEIGHTS](network, Seeds(1))
+def require_other_weights(network: Network, found: Network) -> None:
+    """Assert that each projection has the same weights at other synapses."""
     for mine, given_ in zip(found.projections, network.projections, strict=True):
         assert sorted(mine.weight) == sorted(given_.weight)
         assert mine.weight.tolist() != given_.weight.tolist()
         assert mine.post_index.tolist() == given_.post_index.tolist()
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(0, 2**32 - 1))
+def test_rewiring_keeps_all_degrees_and_adds_neither_loops_nor_double_synapses(seed: int, other: int) -> None:
+    network = sparse(seed)
+    found = CONTROLS[REWIRE](network, Seeds(other))
+    require_rewired(network, found)
+    assert CONTROLS[REWIRE](network, Seeds(other)).digest == found.digest
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from(["IF_curr_exp", "IF_cond_exp"]))
+def test_shuffled_signs_move_whole_cells_and_keep_pairs_and_magnitudes(seed: int, cell: str) -> None:
+    network = sparse(seed, cell)
+    require_other_signs(network, CONTROLS[SIGNS](network, Seeds(seed)))
+
+
+def test_shuffled_weights_are_the_same_weights_elsewhere() -> None:
+    network = sparse(3)
+    require_other_weights(network, CONTROLS[WEIGHTS](network, Seeds(1)))
+
+
+def each(change: Callable[[Projection], Projection]) -> Callable[[Network], Network]:
+    return lambda network: replace(network, projections=tuple(map(change, network.projections)))
+
+
+def by_synapse(network: Network) -> Network:
+    """Exchange the receptors of the first half of all synapses, whichever cells they belong to."""
+    found: list[Projection] = []
+    for one, receptor in zip(network.projections, ("inhibitory", "excitatory"), strict=True):
+        first = np.arange(one.size) < one.size // 2
+        moved = replace(one.only(first), label=f"{receptor}'", receptor=receptor)
+        found += [one.only(~first), replace(moved, weight=-moved.weight)]
+    return replace(network, projections=tuple(found))
+
+
+def permuted(one: Projection, **columns: str) -> Projection:
+    """Return a projection with some columns permuted, as a control without any further care would."""
+    order = np.random.default_rng(1).permutation(one.size)
+    return replace(one, **{name: getattr(one, name)[order] for name in columns})  # type: ignore[arg-type]
+
+
+RNG = np.random.default_rng(1)
+WRONG_CONTROLS = [
+    (require_rewired, lambda network: network),
+    (require_rewired, each(lambda one: permuted(one, post_index=""))),
+    (require_rewired, each(lambda one: permuted(one, post_index="", weight=""))),
+    (require_rewired, each(lambda one: replace(one, post_index=RNG.integers(0, N, one.size, np.int32)))),
+    (require_other_signs, lambda network: network),
+    (require_other_signs, by_synapse),
+    (require_other_weights, lambda network: network),
+    (require_other_weights, each(lambda one: replace(one, weight=RNG.choice(one.weight, one.size)))),
+    (require_other_weights, each(lambda one: permuted(one, weight="", post_index=""))),
+]
+
+
+@pytest.mark.parametrize(("require", "wrong"), WRONG_CONTROLS)
+def test_a_wrong_control_is_noticed(
+    require: Callable[[Network, Network], None], wrong: Callable[[Network], Network]
+) -> None:
+    network = sparse(4)
+    with pytest.raises(AssertionError):
+        require(network, wrong(network))
 
 
 def test_a_wiring_without_alternative_is_an_error_alone_and_a_remark_beside_others() -> None:
@@ -105,34 +158,72 @@ def test_a_wiring_without_alternative_is_an_error_alone_and_a_remark_beside_othe
     )
 
 
-@pytest.mark.parametrize(
-    ("intervention", "is_meant"),
-    [
-        (Intervention.silence("few"), lambda pre, post: pre < 4),
-        (Intervention.lesion("few"), lambda pre, post: (pre < 4) | (post < 4)),
-        (Intervention("few", "others", 0.0), lambda pre, post: (pre < 4) & (post >= 10) & (post < 30)),
-        (Intervention(None, "few", 0.0), lambda pre, post: post < 4),
-    ],
+def expected(network: Network, intervention: Intervention) -> list[list[float]]:
+    """Return source, target, weight and delay of each synapse after an intervention, one by one."""
+    few, others = set(range(4)), set(range(10, 30))
+    names = {None: set(range(N)), "few": few, "others": others}
+    sources, targets = names[intervention.sources], names[intervention.targets]
+    kept = []
+    for one in network.projections:
+        for i in range(one.size):
+            pre, post = int(one.pre_index[i]), int(one.post_index[i])
+            ends = (pre in sources, post in targets)
+            factor = intervention.factor if (any if intervention.either else all)(ends) else 1.0
+            if factor:
+                kept.append([pre, post, float(one.weight[i]) * factor, float(one.delay_ms[i])])
+    return kept
+
+
+def synapses_of(network: Network) -> list[list[float]]:
+    columns = ("pre_index", "post_index", "weight", "delay_ms")
+    return [
+        list(row)
+        for one in network.projections
+        for row in zip(*(getattr(one, column).tolist() for column in columns), strict=True)
+    ]
+
+
+NAMES = st.sampled_from([None, "few", "others"])
+INTERVENTIONS = st.one_of(
+    st.builds(Intervention.silence, st.sampled_from(["few", "others"])),
+    st.builds(Intervention.lesion, st.sampled_from(["few", "others"])),
+    st.builds(Intervention, NAMES, NAMES, st.sampled_from([0.0, 0.5, 1.0, 2.5]), st.booleans()),
 )
-def test_cut_synapses_are_those_of_the_named_cells(
-    intervention: Intervention, is_meant: Callable[..., np.ndarray]
+
+
+@given(st.integers(0, 2**32 - 1), INTERVENTIONS)
+def test_an_intervention_changes_the_synapses_of_the_named_cells_alone(
+    seed: int, intervention: Intervention
 ) -> None:
-    network = sparse(5)
+    network = sparse(seed)
     found = intervention.of(network)
-    for mine, given_ in zip(found.projections, network.projections, strict=True):
-        kept = ~is_meant(given_.pre_index, given_.post_index)
-        assert 0 < kept.sum() < len(kept)
-        assert mine.post_index.tolist() == given_.post_index[kept].tolist()
-        assert mine.weight.tolist() == given_.weight[kept].tolist()
-    assert intervention.affected(found) == []
+    assert synapses_of(found) == expected(network, intervention)
+    if intervention.factor == 0.0:
+        assert intervention.synapses(found) == {}
 
 
-def test_scaling_multiplies_the_weights_of_the_named_cells_alone() -> None:
+WRONG_INTERVENTIONS = [
+    (Intervention.silence("few"), Intervention(None, "few")),
+    (Intervention.silence("few"), Intervention.lesion("few")),
+    (Intervention.lesion("few"), Intervention("few", "few")),
+    (Intervention("few", "others", 2.5), Intervention("few", "others", 2.5, either=True)),
+    (Intervention("few", "others", 2.5), Intervention("others", "few", 2.5)),
+    (Intervention("few", None, 0.5), Intervention("few", None, 0.0)),
+]
+
+
+@pytest.mark.parametrize(("intervention", "wrong"), WRONG_INTERVENTIONS)
+def test_a_wrong_intervention_is_noticed(intervention: Intervention, wrong: Intervention) -> None:
     network = sparse(5)
-    found = Intervention("few", None, 2.5).of(network)
-    for mine, given_ in zip(found.projections, network.projections, strict=True):
-        share = np.where(given_.pre_index < 4, 2.5, 1.0)
-        assert mine.weight.tolist() == (share * given_.weight).tolist()
+    assert synapses_of(intervention.of(network)) == expected(network, intervention)
+    assert synapses_of(wrong.of(network)) != expected(network, intervention)
+
+
+def test_projections_without_selected_synapses_stay_the_same_objects() -> None:
+    network = sparse(5)
+    only = replace(network, views={"few": network.projections[0].pre_index[:1]})
+    changed = Intervention("few", None, 2.0).of(only).projections
+    assert [one is other for one, other in zip(changed, only.projections, strict=True)] == [False, True]
 
 
 def test_an_unknown_name_is_an_error_with_the_nearest_one() -> None:
