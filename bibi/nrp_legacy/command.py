@@ -26,7 +26,10 @@ def import_experiment(
 
     if output.is_dir() and any(output.iterdir()):
         raise typer.BadParameter(f"the folder {output} is not empty", param_hint="--output")
-    path = next(iter(sorted(file.glob("*.exc"))), file) if file.is_dir() else file
+    documents = sorted(file.glob("*.exc")) if file.is_dir() else [file]
+    if not documents:
+        raise typer.BadParameter(f"there is no .exc file in the folder {file}", param_hint="EXPERIMENT.exc")
+    path = documents[0]
     overrides = overrides_of([], brain=None, world=None, models=models)
     report = write_folder(read_exc(path, overrides), output)
     if json:

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
+from nrp_core.cli.failure import complain
 from nrp_core.registry import Registry
 
 
@@ -90,10 +91,16 @@ def overrides_of(
     models: Sequence[Path] | None = None,
     **values: object,
 ) -> list[str]:
-    """Return all overrides in the form of ``--set``; a dedicated option wins over ``--set``."""
+    """Return all overrides in the form of ``--set``; a dedicated option wins over ``--set``, with a note."""
     folders = dumps([str(folder.absolute()) for folder in models]) if models else None
     named = {"brain.backend": brain, "world.backend": world, "models": folders, **values}
-    return [*(given or ()), *(f"{key}={value}" for key, value in named.items() if value is not None)]
+    options = [f"{key}={value}" for key, value in named.items() if value is not None]
+    winners = {one.partition("=")[0]: one for one in options}
+    for one in given or ():
+        winner = winners.get(one.partition("=")[0].strip(), one)
+        if winner != one:
+            complain(f"'-s {one}' has no effect: another option sets {winner}", label="note")
+    return [*(given or ()), *options]
 
 
 @contextmanager

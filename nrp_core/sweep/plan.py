@@ -7,6 +7,7 @@ import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ from nrp_core.experiment.model.tree import Key, Tree
 from nrp_core.experiment.reading.find import SHIPPED, find_file, load_experiment
 from nrp_core.findings import Code, Finding, InvalidExperimentError
 from nrp_core.paths import TextFrom
+from nrp_core.quantities import time_ns
 from nrp_core.sweep.axes import Axis, Choices, Span, Value, written
 from nrp_core.sweep.design import combinations, number_of_runs
 from nrp_core.sweep.measuring import scalar_metric
@@ -59,6 +61,7 @@ class Plan:
         own_seed: its seed.
         code: fingerprints of the packages that compute the runs.
         files: a digest of the files of the experiment.
+        remarks: sentences about what the runs never reach.
     """
 
     sweep: SweepFile
@@ -67,6 +70,7 @@ class Plan:
     own_seed: int
     code: Mapping[str, str] = field(default_factory=dict)
     files: str = ""
+    remarks: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, sweep: SweepFile, source: Tree | None = None, *, confirmed: bool = False) -> Plan:
@@ -109,7 +113,8 @@ class Plan:
         for brain in backends[0]:
             for world in backends[1]:
                 code |= code_of(brain, world)
-        return cls(sweep, name, own.name, own.seed, code, digest_of_files(own))
+        remarks = tuple(_remarks(sweep, own))
+        return cls(sweep, name, own.name, own.seed, code, digest_of_files(own), remarks)
 
     def __len__(self) -> int:
         return number_of_runs(self.sweep)
@@ -200,6 +205,18 @@ def _require_valid(experiment: str, settings: list[str], key: str, axis: Axis) -
         collector = Collector(own.source)
         with_parameters(own, collector)
         collector.raise_errors()
+
+
+def _remarks(sweep: SweepFile, own: Experiment) -> Iterator[str]:
+    """Yield what lies beyond the end of the runs: the end itself, and events with varied times."""
+    until_ns = own.duration if sweep.until is None else sweep.until
+    end = f"{seconds(until_ns):g} s"
+    if until_ns > own.duration:
+        beyond = f"beyond the duration of the experiment, {seconds(own.duration):g} s"
+        yield f"'until', {end}, is {beyond}; the runs continue after it"
+    for key, axis in sweep.vary.items():
+        if fnmatchcase(key, "events.*.at") and min(map(time_ns, _samples(key, axis))) >= until_ns:
+            yield f"'{key}' has no effect: the runs end at {end}, before all its values"
 
 
 def _samples(key: str, axis: Axis) -> Iterator[Value]:

@@ -70,6 +70,10 @@ def inspect(
             raise typer.BadParameter(f"only a recording can be checked, not {file}", param_hint="--check")
         check_recording(file, as_json=json)
     given = overrides_of(overrides, brain=None, world=None, models=models)
+    if image is not None:
+        _check_image(image)
+        if is_experiment(file) or is_recording(file) or are_functions(file):
+            raise typer.BadParameter(f"only a robot or a room is drawn, not {file}", param_hint="--image")
     if is_experiment(file):
         inspect_experiment(str(file), given, as_json=json)
         return
@@ -79,8 +83,6 @@ def inspect(
     if are_functions(file):
         inspect_functions(file, given, as_json=json)
         return
-    if image is not None:
-        _check_image(image)
     if not _is_scene(file):
         from nrp_core.errors import ExperimentError
 

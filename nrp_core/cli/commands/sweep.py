@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nrp_core.cli.failure import NO
+from nrp_core.cli.failure import NO, complain
 from nrp_core.cli.options import Json, require_folder_of
 from nrp_core.cli.output import document
 
@@ -90,6 +90,8 @@ def sweep(
     if folder is not None:
         raise typer.BadParameter("only 'show' takes a folder; use --out for results", param_hint="DIR")
     require_folder_of(plot, "--plot")
+    if plot is None and (measure is not None or kind is not None):
+        complain("--measure and --kind have no effect without --plot", label="note")
     made = _opened(Path(target), out, only or [], retry_failed=retry_failed, record=record, confirmed=yes)
     if emit is not None:
         _emit(made, emit, workers)
@@ -110,6 +112,8 @@ def _opened(
     plan = Plan.of(described, source, confirmed=confirmed)
     made = SweepRun(plan, out or Path(f"{file.stem}.sweep"), Choice(tuple(only), retry_failed, record))
     _say(_headline(plan, made))
+    for remark in plan.remarks:
+        complain(remark, label="note")
     return made
 
 

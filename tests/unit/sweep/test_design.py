@@ -14,6 +14,7 @@ from nrp_core.findings import InvalidExperimentError
 from nrp_core.sweep.axes import axis_of
 from nrp_core.sweep.design import combinations, number_of_runs
 from nrp_core.sweep.model import SweepFile
+from nrp_core.sweep.plan import Plan
 from nrp_core.sweep.reading import sweep_of
 
 WHOLE = st.integers(-5, 5)
@@ -109,3 +110,19 @@ def test_a_mistake_in_the_description_is_named(keys: dict[str, Any], message: st
     with pytest.raises(InvalidExperimentError) as raised:
         sweep_of(tree_of({"experiment": "some", **keys}))
     assert message in str(raised.value.findings[0])
+
+
+@pytest.mark.parametrize(
+    ("until", "times", "words"),
+    [
+        ("200 ms", ["1 s", "2 s"], "'events.left_red.at' has no effect: the runs end at 0.2 s, before all"),
+        ("1500 ms", ["1 s", "2 s"], ""),
+        ("100 s", ["1 s", "2 s"], "'until', 100 s, is beyond the duration of the experiment, 40 s"),
+        (None, "38..45 s", ""),
+        (None, "40..45 s", "'events.left_red.at' has no effect: the runs end at 40 s"),
+    ],
+)
+def test_what_the_runs_never_reach_is_reported(until: str | None, times: Any, words: str) -> None:
+    vary = {"events.left_red.at": times, "seed": [1, 2]}
+    sweep = SweepFile.model_validate({"experiment": "braitenberg_husky", "vary": vary, "until": until})
+    assert [words in remark for remark in Plan.of(sweep).remarks] == [True] * bool(words)
