@@ -215,7 +215,8 @@ def _remarks(sweep: SweepFile, own: Experiment) -> Iterator[str]:
         beyond = f"beyond the duration of the experiment, {seconds(own.duration):g} s"
         yield f"'until', {end}, is {beyond}; the runs continue after it"
     for key, axis in sweep.vary.items():
-        if fnmatchcase(key, "events.*.at") and min(map(time_ns, _samples(key, axis))) >= until_ns:
+        first = [f"{axis.low:g} {axis.unit}"] if isinstance(axis, Range) else _samples(key, axis)
+        if fnmatchcase(key, "events.*.at") and min(map(time_ns, first)) >= until_ns:
             yield f"'{key}' has no effect: the runs end at {end}, before all its values"
 
 

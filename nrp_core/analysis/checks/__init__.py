@@ -3,8 +3,10 @@
 from nrp_core.analysis.checks import (
     attributes,
     beginnings,
+    branches,
     calls,
     capabilities,
+    commands,
     conditions,
     effects,
     endings,
@@ -29,8 +31,10 @@ from nrp_core.analysis.checks import (
 __all__ = [
     "attributes",
     "beginnings",
+    "branches",
     "calls",
     "capabilities",
+    "commands",
     "conditions",
     "effects",
     "endings",

@@ -1,4 +1,4 @@
-"""Files that functions write themselves."""
+"""Files that functions write themselves, or that two recorders share."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import ast
 from collections.abc import Iterator
 
 from nrp_core.analysis.imported import full_names
-from nrp_core.analysis.registry import checks_function
-from nrp_core.analysis.study import Examined
+from nrp_core.analysis.registry import checks_experiment, checks_function
+from nrp_core.analysis.study import Examined, Study
 from nrp_core.analysis.used import local_names, used_functions
+from nrp_core.dsl.functions.mappings import MapCSVRecorder
 from nrp_core.findings import Code, Finding, Level
 
 _OPENERS = frozenset({"open", "io.open", "codecs.open", "gzip.open", "bz2.open", "lzma.open"})
@@ -40,6 +41,25 @@ def files_are_left_to_recorders(function: Examined) -> Iterator[Finding]:
                     "record values with the CSV recorder (nrp.MapCSVRecorder)"
                 )
                 yield function.declared.finding(Code.NRP303, node, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP254)
+def recorders_of_one_file_have_the_same_columns(study: Study) -> Iterator[Finding]:
+    """Look for two recorders with different headers whose rows go into one file."""
+    first: dict[object, tuple[str, list[str]]] = {}
+    for function in study.examined:
+        for name, mapping in function.function.mappings.items():
+            if not isinstance(mapping, MapCSVRecorder):
+                continue
+            headers = list(mapping.headers)
+            owner, others = first.setdefault(mapping.filename, (function.function.name, headers))
+            if headers != others:
+                message = (
+                    f"the rows of '{name}' have the columns {', '.join(headers)}, and go below those of "
+                    f"'{owner}' in '{mapping.filename}', which are {', '.join(others)}"
+                )
+                node = function.declared.nodes.get(name)
+                yield function.declared.finding(Code.NRP254, node, message, Level.WARNING)
 
 
 def _writes(call: ast.Call, own: set[str], imported: dict[str, str]) -> bool:

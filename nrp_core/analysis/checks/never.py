@@ -5,16 +5,19 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator, Mapping
 
-from nrp_core.analysis.events import Add
+from nrp_core.analysis.events import Add, Divide, Read
 from nrp_core.analysis.registry import checks_experiment, checks_function
-from nrp_core.analysis.scopes import SCOPES
-from nrp_core.analysis.shapes import Known, Number
+from nrp_core.analysis.scopes import SCOPES, own_nodes
+from nrp_core.analysis.shapes import Instance, Known, Number
 from nrp_core.analysis.study import Examined, Study
-from nrp_core.clock import seconds
+from nrp_core.clock import from_seconds, seconds
+from nrp_core.dsl.tf_lib.vision import RedShares
 from nrp_core.experiment.model.event_schema import Event
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level
 
+_TRIED = 5000
+"""How many steps a period is compared with."""
 _LEAVES = (ast.Return, ast.Raise, ast.Yield, ast.YieldFrom, ast.Await)
 
 
@@ -98,6 +101,70 @@ def times_are_reached(function: Examined) -> Iterator[Finding]:
         if bound > duration_s:
             message = f"'t', in seconds, never reaches {bound:g}: the run ends at {duration_s:g} s"
             yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP248)
+def times_are_met(function: Examined) -> Iterator[Finding]:
+    """Look for tests whether ``t`` equals a time, or is a multiple of one, that miss it."""
+    step_ns, starts_at = function.experiment.timestep, function.experiment.tf_time == "start"
+    multiples = {}
+    for event in function.events:
+        match event:
+            case Add(ast.Compare(_, [ast.Eq()], [_]) as node, Number("s"), Known(int() | float() as time)):
+                if not isinstance(node.left, ast.Name):
+                    continue
+                if from_seconds(time) % step_ns or (time == 0 and not starts_at):
+                    message = (
+                        f"'t' never equals {time:g}: it is a multiple of {seconds(step_ns):g} s"
+                        f"{'' if time else ', and the first step ends at that time'}"
+                    )
+                    yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
+            case Divide(
+                ast.BinOp(ast.Name("t"), ast.Mod()) as node, Number("s"), Known(int() | float() as s)
+            ):
+                multiples[id(node)] = s
+    for test in own_nodes(function.declared.node.body):
+        match test:
+            case ast.Compare(left, [ast.Eq()], [ast.Constant(0)]) if id(left) in multiples:
+                message = _missed(multiples[id(left)], step_ns)
+                if message:
+                    yield function.declared.finding(Code.NRP248, test, message, Level.WARNING)
+
+
+@checks_function(Code.NRP248)
+def shares_are_compared_with_shares(function: Examined) -> Iterator[Finding]:
+    """Look for comparisons of a share of an image, 0 to 1, with a number beyond 1."""
+    shares = {
+        id(event.node)
+        for event in function.events
+        if isinstance(event, Read) and event.owner == Instance(RedShares)
+    }
+    for event in function.events:
+        match event:
+            case Add(ast.Compare(one, _, [other]) as node, left, right):
+                for mine, bound in ((one, right), (other, left)):
+                    match bound:
+                        case Known(int() | float() as limit) if id(mine) in shares and limit > 1:
+                            message = f"'{ast.unparse(mine)}' is a share from 0 to 1, never {limit:g}"
+                            yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
+
+
+def _missed(period_s: float, step_ns: int) -> str:
+    """Return how many multiples of a period a remainder of floats misses; empty if none."""
+    period_ns = from_seconds(period_s)
+    if period_ns <= 0:
+        return ""
+    steps = range(step_ns, (_TRIED + 1) * step_ns, step_ns)
+    meant = [now_ns for now_ns in steps if now_ns % period_ns == 0]
+    met = [now_ns for now_ns in meant if seconds(now_ns) % period_s == 0]
+    if meant and len(met) == len(meant):
+        return ""
+    if not meant:
+        return f"none of the first {_TRIED} steps of {seconds(step_ns):g} s is a multiple of {period_s:g} s"
+    return (
+        f"the remainder is 0 at {len(met)} of the first {len(meant)} multiples of {period_s:g} s, because "
+        "numbers are rounded; throttling_rate runs a function at a rate"
+    )
 
 
 @checks_function(Code.NRP251)

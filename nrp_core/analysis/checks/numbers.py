@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Iterator
-from math import tau
+from math import cos, sin, tan, tau
+from typing import Any, Final
 
-from nrp_core.analysis.events import Add, Divide, Write
+import numpy as np
+
+from nrp_core.analysis.events import Add, Call, Divide, Read, Write
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.shapes import UNITS, Known, Number, Shape, item_of
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.findings import Code, Finding, Level
+
+_OF_ANGLES: Final[tuple[Any, ...]] = (sin, cos, tan, np.sin, np.cos, np.tan)
 
 
 @checks_function(Code.NRP232)
@@ -42,6 +48,27 @@ def units_agree(function: Examined) -> Iterator[Finding]:
                 yield function.declared.finding(Code.NRP233, node, message, Level.NOTE)
 
 
+@checks_function(Code.NRP233)
+def times_of_recorders_are_in_ms(function: Examined) -> Iterator[Finding]:
+    """Look for times of a recorder, in ms, that are combined with a time in s."""
+    times = {
+        id(event.node)
+        for event in function.events
+        if isinstance(event, Read) and event.name == "times" and isinstance(event.owner, Known)
+        if isinstance(event.owner.value, Device)
+    }
+    for event in function.events:
+        match event:
+            case Add(ast.BinOp(one, _, other) | ast.Compare(one, _, [other]) as node, left, right):
+                for mine, with_, shape in ((one, other, right), (other, one, left)):
+                    read = mine.value if isinstance(mine, ast.Subscript) else mine
+                    is_plain = isinstance(with_, ast.Name)  # a product may hold the factor
+                    if is_plain and shape == Number("s") and id(read) in times:
+                        text = ast.unparse(node)
+                        message = f"'{ast.unparse(read)}' is in ms, and '{text:.60}' combines it with s"
+                        yield function.declared.finding(Code.NRP233, node, message, Level.WARNING)
+
+
 @checks_experiment(Code.NRP249)
 def angles_have_units(study: Study) -> Iterator[Finding]:
     """Look for angles of poses given in degrees instead of radians."""
@@ -54,6 +81,20 @@ def angles_have_units(study: Study) -> Iterator[Finding]:
             if reached == keys and isinstance(value, (int, float)) and abs(value) > tau:
                 message = f"the {what} of '{name}' is {value:g} rad, more than a turn; write '{value:g} deg'"
                 yield written.place.finding(Code.NRP249, message, Level.WARNING)
+
+
+@checks_function(Code.NRP249)
+def angles_of_functions_are_in_radians(function: Examined) -> Iterator[Finding]:
+    """Look for sines and the like of constants that are more than a full turn."""
+    for event in function.events:
+        match event:
+            case Call(node, Known(callee), (Known(int() | float() as angle),)) if abs(angle) > tau:
+                if any(callee is one for one in _OF_ANGLES):
+                    message = (
+                        f"'{ast.unparse(node):.60}' takes {angle:g} as radians, more than a turn; "
+                        f"degrees are math.radians({angle:g})"
+                    )
+                    yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
 
 
 def _unit(shape: Shape) -> str | None:

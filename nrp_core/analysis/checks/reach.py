@@ -81,6 +81,27 @@ def events_are_not_overwritten(study: Study) -> Iterator[Finding]:
                 yield place.finding(Code.NRP229, message, Level.WARNING)
 
 
+@checks_experiment(Code.NRP298)
+def coloured_shapes_are_seen(study: Study) -> Iterator[Finding]:
+    """Look for shapes that events colour, and that are invisible until then."""
+    if study.scene is None:
+        return
+    invisible = {
+        f"/{model.name}/{link.name}/{visual.name}/color": f"{model.name}/{link.name}/{visual.name}"
+        for model in study.scene.models
+        for link in model.links
+        for visual in link.visuals
+        if visual.rgba[3] == 0
+    }
+    experiment = study.experiment
+    for name, event in experiment.events.items():
+        for said in event.publish:
+            visual = invisible.get(_target(experiment, said.topic))
+            if visual is not None:
+                message = f"'{visual}', which '{name}' colours, is invisible at the start: its opacity is 0"
+                yield experiment.place("events", name, "publish").finding(Code.NRP298, message, Level.WARNING)
+
+
 @checks_experiment(Code.NRP279)
 def own_topics_are_used(study: Study) -> Iterator[Finding]:
     """Look for topics of the experiment that nothing publishes on and nothing reads."""

@@ -63,7 +63,7 @@ def ordered_values_are_compared(function: Examined) -> Iterator[Finding]:
 
 @checks_function(Code.NRP225)
 def settings_are_numbers(function: Examined) -> Iterator[Finding]:
-    """Look for settings of devices that are assigned a value that is not a number."""
+    """Look for settings of devices that are assigned values that are not numbers, or are true or false."""
     for event in function.events:
         match event:
             case Write(node, Known(Device() | DeviceGroup()), name, True, value) if name in UNITS:
@@ -72,21 +72,8 @@ def settings_are_numbers(function: Examined) -> Iterator[Finding]:
                 if wrong:
                     message = f"'{name}' takes a number: {wrong}"
                     yield function.declared.finding(Code.NRP225, node, message)
-
-
-@checks_function(Code.NRP225)
-def settings_are_not_truth_values(function: Examined) -> Iterator[Finding]:
-    """Look for settings of devices that are assigned true or false, which count as 1 and 0."""
-    for event in function.events:
-        match event:
-            case Write(node, Known(Device() | DeviceGroup()), name, True, value) if name in UNITS:
-                shapes = value.items if isinstance(value, Row) else (value,)
-                if any(shape == Instance(bool) or _is(shape, bool) for shape in shapes):
-                    unit = UNITS[name]
-                    message = (
-                        f"'{name}' is in {unit} and is set to true or false, which is 1 or 0 {unit}; "
-                        f"write the value: 100.0 if ... else 0.0"
-                    )
+                elif any(shape == Instance(bool) or _is(shape, bool) for shape in shapes):
+                    message = _truth_value(name, UNITS[name])
                     yield function.declared.finding(Code.NRP225, node, message, Level.WARNING)
 
 
@@ -98,6 +85,13 @@ def _takes_values(callee: Any) -> bool:
         return False
     module = str(getattr(callee, "__module__", ""))
     return module.startswith(("nrp_core.dsl.tf_lib", "nrp_core.dsl.parameters.topics", "numpy"))
+
+
+def _truth_value(name: str, unit: str) -> str:
+    return (
+        f"'{name}' is in {unit} and is set to true or false, which is 1 or 0 {unit}; "
+        f"write the value: 100.0 if ... else 0.0"
+    )
 
 
 def _text_and_number(node: ast.BinOp, left: Shape, right: Shape) -> str:

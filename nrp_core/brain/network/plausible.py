@@ -52,6 +52,8 @@ _SHORTEST_MS: Final = 0.5
 _STEP: Final = Plausible(0.001, 100.0, "ms", "s", "us")
 _STRONGEST: Final = 50.0
 """Conductance of one synapse in units of the leak; more takes a cell to the reversal potential."""
+_NOTICED: Final = 0.01
+"""The smallest effect of a projection, as a share of the distance from rest to threshold."""
 _LARGEST_EFFECT: Final = 1_000.0
 """Limits of one spike: the voltage that its current causes, mV, or its conductance in units of the leak."""
 
@@ -68,8 +70,9 @@ def implausible(network: Network) -> list[str]:
     for population in network.populations.values():
         found += _of_cells(population)
     for projection in network.projections:
-        found += _of_synapses(projection, network.populations[projection.post])
-        found += _of_pairs(projection, network)
+        post = network.populations[projection.post]
+        found += _of_synapses(projection, post)
+        found += _of_all_together(projection, post)
     return found
 
 
@@ -159,6 +162,26 @@ def _of_synapses(projection: Projection, post: Population) -> Iterator[str]:
             )
 
 
+def _of_all_together(projection: Projection, post: Population) -> Iterator[str]:
+    """Yield that no cell notices a projection, even if all its synapses are active at once."""
+    cells, name = post.parameters, f"tau_syn_{'E' if projection.receptor == 'excitatory' else 'I'}"
+    needed = {name, "cm", "v_rest", "v_thresh"}
+    if not projection.size or not needed <= cells.keys() or "w_max" in projection.synapse_parameters:
+        return
+    distance_mv = float((cells["v_thresh"] - cells["v_rest"]).min())
+    charge = float(np.abs(projection.weight).max()) * projection.size * float(cells[name].max()) * np.e
+    if post.is_conductance_based:
+        reversal = cells["e_rev_E" if projection.receptor == "excitatory" else "e_rev_I"]
+        charge *= float(np.abs(reversal - cells["v_rest"]).max())
+    effect_mv = charge / float(cells["cm"].min())
+    if 0 < effect_mv < _NOTICED * distance_mv:
+        yield (
+            f"all synapses of the projection '{projection.label}' together move a cell by {effect_mv:.2g} mV "
+            f"at most, and its threshold is {distance_mv:g} mV above its resting potential: is the weight or "
+            f"cm ({float(cells['cm'].min()):g} nF), in another unit?"
+        )
+
+
 def _leak_us(cells: Population) -> float | None:
     """Return the smallest leak conductance of cells, uS (nF/ms); None if they have none."""
     if not {"cm", "tau_m"} <= cells.parameters.keys() or cells.cell_type in _IN_MV:
@@ -181,12 +204,3 @@ def _beyond_limits(owner: str, projection: Projection) -> Iterator[str]:
                 f"{int(beyond.sum())} of {projection.size} weights of {owner} begin {change} {name}: "
                 f"{sizes[first]:g}, and {name} is {limit:g}"
             )
-
-
-def _of_pairs(projection: Projection, network: Network) -> Iterator[str]:
-    pre, post = network.populations[projection.pre], network.populations[projection.post]
-    if projection.origin.connector == "OneToOneConnector" and pre.size != post.size:
-        yield (
-            f"the projection '{projection.label}' is one to one, but '{pre.label}' has {pre.size} cells and "
-            f"'{post.label}' has {post.size}: the remaining cells are not connected"
-        )

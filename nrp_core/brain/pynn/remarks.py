@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from nrp_core.brain.pynn.populations import ids_of
 from nrp_core.brain.pynn.simulator import State
 
 _ROUNDING_MS = 1e-9
 
 
 def remarks_on(state: State, populations: Sequence[str], projections: Sequence[str]) -> tuple[str, ...]:
-    """Return the remarks so far, and a sentence for each changed label, unused source and wrong delay.
+    """Return the remarks so far, and a sentence for each doubtful label, source, delay and pair of cells.
 
     Args:
         state: the objects that the script built.
@@ -24,6 +26,7 @@ def remarks_on(state: State, populations: Sequence[str], projections: Sequence[s
         *_repeated(state.projections, projections),
         *_unused(state),
         *_beyond(state, projections),
+        *_unpaired(state, projections),
     )
 
 
@@ -39,10 +42,14 @@ def _repeated(projections: Sequence[Any], labels: Sequence[str]) -> Iterator[str
     Projections between different populations may share a label. A projection without one is named after its
     populations.
     """
-    seen: set[tuple[str, int, int]] = set()
+    counts = Counter(one.label for one in projections if one.has_own_label)
+    seen: set[tuple[str, bytes, bytes]] = set()
     for one, label in zip(projections, labels, strict=True):
-        key = one.label, id(one.pre), id(one.post)
-        if one.has_own_label and key in seen:
+        if counts[one.label] < 2 or not one.has_own_label:
+            continue
+        ends = (ids_of(cells).tobytes() for cells in (one.pre, one.post))
+        key = (one.label, *ends)
+        if key in seen:
             yield (
                 f"two projections from '{one.pre.label}' to '{one.post.label}' have the label '{one.label}'; "
                 f"the later one is called '{label}'"
@@ -72,3 +79,13 @@ def _beyond(state: State, labels: Sequence[str]) -> Iterator[str]:
             yield f"a delay {owner} is {shortest_ms:g} ms, and min_delay of setup is {low_ms:g} ms"
         if longest_ms > high_ms + _ROUNDING_MS:
             yield f"a delay {owner} is {longest_ms:g} ms, and max_delay of setup is {high_ms:g} ms"
+
+
+def _unpaired(state: State, labels: Sequence[str]) -> Iterator[str]:
+    """Yield the projections between groups of two sizes whose cells are connected in pairs."""
+    for one, label in zip(state.projections, labels, strict=True):
+        if type(one.connector).__name__ == "OneToOneConnector" and one.pre.size != one.post.size:
+            yield (
+                f"the projection '{label}' is one to one, but '{one.pre.label}' has {one.pre.size} cells and "
+                f"'{one.post.label}' has {one.post.size}: the remaining cells are not connected"
+            )

@@ -33,10 +33,14 @@ from nrp_core.experiment.model.tree import Key
 from nrp_core.findings import Code, Finding, Findings, Level, has_errors
 from nrp_core.registry import Registry
 from nrp_core.world.backends import worlds
+from nrp_core.world.drives.planar import planar_drives
 from nrp_core.world.drives.plausible import implausible_drives
+from nrp_core.world.engine_kit.backend import PhysicsBackend
+from nrp_core.world.engine_kit.planar_servo import servo_of
 from nrp_core.world.interface import WorldBackend
 from nrp_core.world.raycast.footing import below_ground
 from nrp_core.world.scene import plausible as scene_plausibility
+from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sensing import Noise
 from nrp_core.world.sensors.imperfect import with_imperfection
@@ -274,6 +278,8 @@ class Examination:
     def _check_starts(self) -> None:
         if self.scene is None or self.world is None or not things_fall(self.world.capabilities):
             return
+        if isinstance(self.world.backend, PhysicsBackend):
+            self._check_drives(self.scene)
         for robot, sentence in scene_plausibility.implausible(self.scene, self._experiment.world.robots):
             keys = ("world", "scene") if robot is None else ("world", "robots", robot)
             self.collector.add(Code.NRP298, sentence, *keys, level=Level.WARNING)
@@ -284,6 +290,15 @@ class Examination:
             self.collector.add(Code.NRP316, message, "world", "scene", level=Level.WARNING)
         for name, code, message in wrong_starts(self.scene, self._experiment.world.robots):
             self.collector.add(code, message, "world", "robots", name, level=Level.WARNING)
+
+    def _check_drives(self, scene: Scene) -> None:
+        """Make the servo of each drive, as an engine does when it opens the scene."""
+        for model in scene.models:
+            keys = ("world", "robots", model.name)
+            is_robot = model.name in self._experiment.world.robots
+            with self.collector.during(Code.NRP209, *(keys if is_robot else ("world", "scene"))):
+                for drive in planar_drives(model):
+                    servo_of(model, drive, bodies_of(model), scene.gravity)
 
     def _wrong_drives(self, scene: Scene) -> Iterator[tuple[str, str]]:
         step_s = seconds(self._experiment.timestep)

@@ -348,3 +348,19 @@ MESSAGE_OVERWRITTEN = Explanation(
     "{n} messages are overwritten before anything uses them",
     Weight.REMARK,
 )
+
+ALWAYS_THE_SAME = Explanation(
+    "Code that never runs, or a condition or value that is always the same.",
+    "The code looks as if it decided or counted something, and it does not.",
+    "Write the condition, branch or assignment that the message suggests, or remove it.",
+    "{n} conditions, branches or values are always the same",
+    Weight.REMARK,
+)
+
+COMMAND_IGNORED = Explanation(
+    "A part of a command that the drive does not use.",
+    "The robot does not move as this part of the command asks.",
+    "Use the components that the message names, or another drive, such as `planar_move` for sideways motion.",
+    "{n} parts of commands are ignored by their drives",
+    Weight.REMARK,
+)

@@ -38,6 +38,7 @@ class Ackermann(Drive):
     """
 
     tag: ClassVar[str] = "ackermann"
+    components: ClassVar[tuple[str, ...]] = ("linear.x", "angular.z")
 
     left: tuple[str, ...]
     right: tuple[str, ...]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from math import isfinite
-from typing import Any, Final, Protocol
+from typing import Any, ClassVar, Final, Protocol
 
 from nrp_core.clock import from_seconds
 from nrp_core.findings import Code
@@ -33,9 +33,15 @@ _FAST_RAD_S: Final = 50.0
 
 
 class Drive(MountedDrive):
-    """The data of a drive; a subclass is a frozen dataclass with slots whose fields are its parameters."""
+    """The data of a drive; a subclass is a frozen dataclass with slots whose fields are its parameters.
+
+    Attributes:
+        components: the components of a Twist that command it; empty for a drive with other commands.
+    """
 
     __slots__ = ()
+
+    components: ClassVar[tuple[str, ...]] = ()
 
     @classmethod
     @abstractmethod

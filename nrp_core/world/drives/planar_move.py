@@ -26,6 +26,7 @@ class PlanarMove(Drive):
     """
 
     tag: ClassVar[str] = "planar_move"
+    components: ClassVar[tuple[str, ...]] = ("linear.x", "linear.y", "angular.z")
 
     timeout: float = inf
     rate_hz: float = 20.0

@@ -16,6 +16,8 @@ _WHEEL_TIMES: Final = 1.5
 """How much larger a wheel may be than its shape; a radius in place of a diameter is off by 2."""
 _TRACK_TIMES: Final = 3.0
 """How much larger the track may be than the distance of the wheels: wheels that skid need up to twice."""
+_NARROW: Final = 1.5
+"""How much smaller it may be: no wheel turns a robot as one that is nearer to the middle."""
 _UPRIGHT: Final = 0.7
 """The cosine of 45 degrees."""
 
@@ -88,15 +90,14 @@ def _of_shapes(owner: str, drive: _Wheeled, wheels: list[Joint], model: Model) -
 def _of_track(owner: str, drive: _Wheeled, joints: dict[str, Joint]) -> Iterator[str]:
     pairs = [(joints[one], joints[two]) for one, two in zip(drive.left, drive.right, strict=False)]
     between = [dist(left.pose.position, right.pose.position) for left, right in pairs]
-    if (
-        between
-        and min(between) > 0
-        and not 1 / _TRACK_TIMES <= drive.separation / min(between) <= _TRACK_TIMES
-    ):
+    if between and min(between) > 0 and not 1 / _NARROW <= drive.separation / min(between) <= _TRACK_TIMES:
         yield (
             f"{owner} has a wheel separation of {drive.separation:.3g} m, and its wheels are "
             f"{min(between):.3g} m apart"
         )
+    aside = [left.pose.position[1] - right.pose.position[1] for left, right in pairs]
+    if aside and all(offset < -apart / 2 for offset, apart in zip(aside, between, strict=True)):
+        yield f"{owner} has its left wheels on the right, and its right ones on the left"
 
 
 def _axis(joint: Joint) -> np.ndarray[tuple[int], np.dtype[np.float64]]:

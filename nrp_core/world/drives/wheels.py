@@ -133,6 +133,7 @@ class WheelDrive(Drive):
     """
 
     tag: ClassVar[str] = "wheels"
+    components: ClassVar[tuple[str, ...]] = ("linear.x", "angular.z")
 
     left: tuple[str, ...]
     right: tuple[str, ...]

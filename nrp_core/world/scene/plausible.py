@@ -9,10 +9,10 @@ from typing import Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.errors import SceneError
+from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose, Vector
-from nrp_core.world.scene.model import Box, Geometry, Light, Model, Plane, Scene
+from nrp_core.world.scene.model import Box, Geometry, Light, Link, Model, Plane, Scene
 from nrp_core.world.scene.tessellation import triangles_of
 
 _TURNS_RAD: Final = 4 * pi
@@ -28,6 +28,8 @@ _STRONGEST: Final = 25.0
 _FASTEST_HZ: Final = 1e5
 """More often than any sensor of robots; inertial sensors reach 32 kHz (ICM-42688-P data sheet)."""
 _NEAR_M: Final = 1.0
+_SHORT: Final = 0.1
+"""The smallest range of a sensor of distances, in sizes of the robot."""
 _SENSOR_TIMES: Final = 10.0
 """How many times a robot's size a sensor is away from its link if its place is in millimetres."""
 _TIMES: Final = 100.0
@@ -63,9 +65,12 @@ def _of_gravity(gravity: Vector) -> Iterator[str]:
 
 
 def _of_lights(lights: Iterable[Light]) -> Iterator[str]:
-    """Yield a sentence if all that shines on a scene comes from below."""
+    """Yield a sentence if nothing shines on a scene, or only from below."""
+    lights = tuple(lights)
+    if lights and not any(any(light.diffuse[:3]) for light in lights):
+        yield "the lights of the room are black: nothing is lit"
     suns = [light for light in lights if light.kind == "directional"]
-    if suns and len(suns) == len(tuple(lights)) and all(light.direction[2] > 0 for light in suns):
+    if suns and len(suns) == len(lights) and all(light.direction[2] > 0 for light in suns):
         x, y, z = suns[0].direction
         yield f"the light '{suns[0].name}' shines upward, to {x:g} {y:g} {z:g}: no side that is seen is lit"
 
@@ -82,11 +87,26 @@ def _of_measurements(model: Model) -> Iterator[str]:
         for limit, what in largest:
             if noise > limit:
                 yield f"the noise of {owner} is {noise:g}, and {what} is {limit:g}"
+    for link in model.links:
+        yield from _of_contacts(model, link)
+
+
+def _of_contacts(model: Model, link: Link) -> Iterator[str]:
+    """Yield the contact sensors of a link that feel a shape that the link does not have."""
+    shapes = [one.name for one in link.collisions]
+    for sensor in link.sensors:
+        for name in getattr(sensor, "collisions", ()):
+            if name not in shapes:
+                hint = did_you_mean(name, shapes) if shapes else "; it has none"
+                yield (
+                    f"the sensor '{sensor.name}' of '{model.name}' feels the collision '{name}', which its "
+                    f"link '{link.name}' does not have{hint}"
+                )
 
 
 def _of_rest(model: Model) -> Iterator[str]:
     if model.static:
-        yield f"the robot '{model.name}' is static: nothing moves it, and its file gives it no drive"
+        yield f"the robot '{model.name}' is static: nothing moves it, and no drive can"
 
 
 def _of_joints(model: Model) -> Iterator[str]:
@@ -118,13 +138,23 @@ def _of_sizes(model: Model) -> Iterator[str]:
         )
     mass = sum(link.inertial.mass for link in model.links if link.inertial is not None)
     around = touched if shown is None else np.maximum(touched, shown)
-    yield from _of_sensors(model, float(np.linalg.norm(around)))
+    size_m = float(np.linalg.norm(around))
+    yield from _of_sensors(model, size_m)
+    for link in model.links:
+        away_m = 0.0 if link.inertial is None else hypot(*link.inertial.pose.position)
+        if away_m > _SENSOR_TIMES * size_m:
+            yield (
+                f"the centre of mass of the link '{link.name}' of '{model.name}' is {away_m:.3g} m from the "
+                f"link, and the robot {size_m:.3g} m large; is it meant in mm?"
+            )
     density = mass / float(around.prod())
     if density > _DENSEST or 0 < density < _LIGHTEST:
-        than = "more than osmium" if density > _DENSEST else "less than hydrogen"
+        is_dense = density > _DENSEST
+        than = "more than osmium" if is_dense else "less than hydrogen"
+        meant = "is its mass meant in g?" if is_dense else "are its lengths meant in mm?"
         yield (
             f"'{model.name}' weighs {mass:.3g} kg in a box of {' x '.join(f'{one:.2g}' for one in around)} m "
-            f"around it: {density:.2g} kg/m^3, {than}; is its mass meant in g?"
+            f"around it: {density:.2g} kg/m^3, {than}; {meant}"
         )
 
 
@@ -138,6 +168,12 @@ def _of_sensors(model: Model, size_m: float) -> Iterator[str]:
                 yield (
                     f"the camera '{sensor.name}' of '{model.name}' sees {view.far:g} m far, and the robot is "
                     f"{size_m:.3g} m large; is <far> meant in km?"
+                )
+            reach_m = getattr(sensor, "range_max", inf)
+            if reach_m < _SHORT * size_m:
+                yield (
+                    f"the sensor '{sensor.name}' of '{model.name}' measures up to {reach_m:g} m, and the "
+                    f"robot is {size_m:.3g} m large; is its range meant in km?"
                 )
             if away_m > _SENSOR_TIMES * size_m:
                 yield (

@@ -129,14 +129,34 @@ def test_weights_that_begin_outside_the_limits_of_their_plasticity_are_counted()
     ]
 
 
-def test_populations_of_two_sizes_that_are_connected_one_to_one_are_reported() -> None:
+def test_groups_of_two_sizes_that_are_connected_one_to_one_are_reported() -> None:
     sim = builder()
     small, large = (sim.Population(n, sim.IF_cond_exp(), label=f"{n} cells") for n in (2, 5))
-    sim.Projection(small, large, sim.OneToOneConnector(), sim.StaticSynapse(weight=0.01), label="pairs")
-    assert implausible(sim.network()) == [
+    pairs, synapse = sim.OneToOneConnector(), sim.StaticSynapse(weight=0.01)
+    sim.Projection(small, large, pairs, synapse, label="pairs")
+    sim.Projection(small, large[1:3], pairs, synapse, label="as many")
+    sim.Projection(large[0:3], large[3:5], pairs, synapse, label="views")
+    first, second = sim.network().remarks
+    assert first == (
         "the projection 'pairs' is one to one, but '2 cells' has 2 cells and '5 cells' has 5: "
         "the remaining cells are not connected"
-    ]
+    )
+    assert second.startswith("the projection 'views' is one to one")
+    assert implausible(sim.network()) == []
+
+
+@pytest.mark.parametrize(("cell", "weight"), [("IF_cond_exp", 0.01), ("IF_curr_alpha", 1.0)])
+@pytest.mark.parametrize(("cm", "is_reported"), [(0.25, False), (45.0, True)])
+def test_a_projection_that_no_cell_notices_is_reported(
+    cell: str, weight: float, cm: float, is_reported: bool
+) -> None:
+    sim = builder()
+    cells = sim.Population(2, getattr(sim, cell)(cm=cm, tau_syn_E=0.5), label="cells")
+    synapse = sim.StaticSynapse(weight=weight)
+    sim.Projection(cells, cells, sim.OneToOneConnector(), synapse, label="loop")
+    assert ["the projection 'loop' together move a cell by" in one for one in implausible(sim.network())] == [
+        True
+    ] * is_reported
 
 
 @pytest.mark.parametrize("name", sorted({name.partition("/")[0] for name in shipped()}))

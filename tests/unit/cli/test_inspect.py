@@ -8,6 +8,8 @@ from pathlib import Path
 import cv2
 import pytest
 
+from nrp_core.cli.options import overrides_of
+
 HUSKY = Path(str(files("nrp_experiments.braitenberg_husky"))) / "husky.sdf"
 
 
@@ -121,6 +123,22 @@ def test_an_image_of_another_kind_is_refused_before_anything_is_read(nrp, tmp_pa
     done = nrp("inspect", HUSKY, "--image", tmp_path / "husky.gif")
     assert done.code == 2
     assert "an image is a .png or .jpg file" in done.err
+
+
+@pytest.mark.parametrize("file", ["listing1.py", "experiment.yaml"])
+def test_an_image_of_a_file_that_is_not_drawn_is_refused(nrp, tmp_path, file):
+    done = nrp("inspect", HUSKY.parent / file, "--image", tmp_path / "husky.png")
+    assert done.code == 2
+    assert "only a robot or a room is drawn" in done.err
+
+
+def test_a_setting_that_another_option_sets_is_noted(capsys):
+    given = ["seed=4", "brain.backend=event", "duration=1 s"]
+    found = overrides_of(given, brain="event", world=None, seed=3)
+    assert found == [*given, "brain.backend=event", "seed=3"]
+    noted = capsys.readouterr().err
+    assert "'-s seed=4' has no effect: another option sets seed=3" in noted
+    assert noted.count("has no effect") == 1
 
 
 def test_a_robot_with_an_element_that_a_run_would_leave_out_is_described_without_it(nrp, tmp_path):

@@ -63,6 +63,11 @@ def read_geometry(element: Element, form: Form, reading: Reading, *, static: boo
         SceneError: a size is missing or not positive, or the shape is unknown.
     """
     shape = _shape(element)
+    others = [child.tag for child in element.children if child.tag in _SHAPES and child.tag != shape.tag]
+    if others:
+        ignored = ", ".join(f"<{tag}>" for tag in others)
+        message = f"a <geometry> has one shape: <{shape.tag}> is used, and not {ignored}"
+        reading.notes.warn(element, Code.NRP263, message)
     if shape.tag == "plane":
         return [_plane(shape)]
     if shape.tag == "mesh":

@@ -130,7 +130,7 @@ def _check_angles(pose: Element, notes: Notes) -> None:
     if widest > _TURNS_RAD:
         message = (
             f"the <pose> {pose.text} has an angle of {widest:g} rad, more than two turns; "
-            'is it meant in degrees? <pose degrees="true"> reads it so'
+            'is it meant in degrees? In SDF <pose degrees="true"> reads it so; xacro has ${radians(...)}'
         )
         notes.warn(pose, Code.NRP298, message, subject=pose.text)
 

@@ -1,0 +1,89 @@
+"""Code that never runs, and conditions and values that are always the same."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from itertools import chain, pairwise
+from typing import Final
+
+from nrp_core.analysis.declared import found_in
+from nrp_core.analysis.registry import checks_experiment
+from nrp_core.analysis.study import Study
+from nrp_core.findings import Code, Finding, Level
+
+Found = Iterator[tuple[ast.AST, str]]
+
+_LEAVING: Final = {ast.Return: "returns", ast.Raise: "raises", ast.Break: "leaves", ast.Continue: "goes on"}
+_SPACED: Final = 2
+"""Columns from the end of a target to a sign that is written as ` =+`."""
+
+
+@checks_experiment(Code.NRP320)
+def code_can_act(study: Study) -> Iterator[Finding]:
+    """Look for branches and statements that are never reached, and for constants in place of comparisons."""
+    sources = [source for listing in study.listings for source in listing.sources]
+    for source in [*sources, *study.neighbours]:
+        for node in ast.walk(source.tree):
+            for place, message in chain(_decided(node), _repeated(node), _unreached(node), _slips(node)):
+                yield found_in(source, Code.NRP320, place, message, Level.WARNING)
+
+
+def _decided(node: ast.AST) -> Found:
+    """Yield the conditions that a constant makes always true: ``x == 1 or 2``."""
+    if not isinstance(node, ast.If | ast.While | ast.IfExp):
+        return
+    for part in ast.walk(node.test):
+        if not (isinstance(part, ast.BoolOp) and isinstance(part.op, ast.Or)):
+            continue
+        for before, value in pairwise(part.values):
+            if isinstance(value, ast.Constant) and type(value.value) in (int, float, str) and value.value:
+                meant = ""
+                if isinstance(before, ast.Compare) and len(before.ops) == 1:
+                    whole = ast.Compare(before.left, before.ops, [value])
+                    meant = f"; did you mean '{ast.unparse(before)} or {ast.unparse(whole)}'?"
+                yield part, f"'{ast.unparse(part):.60}' is always true, because of {value.value!r}{meant}"
+                break
+
+
+def _repeated(node: ast.AST) -> Found:
+    """Yield the branches behind a condition that an earlier branch already has."""
+    if not isinstance(node, ast.If) or any(isinstance(one, ast.Call) for one in ast.walk(node.test)):
+        return
+    branch: ast.If = node
+    while len(branch.orelse) == 1 and isinstance(branch.orelse[0], ast.If):
+        branch = branch.orelse[0]
+        if ast.dump(branch.test) == ast.dump(node.test):
+            text = f"{ast.unparse(branch.test):.60}"
+            yield branch.test, f"this branch is never taken: '{text}' is already tested in line {node.lineno}"
+            return
+
+
+def _unreached(node: ast.AST) -> Found:
+    """Yield the first statement behind one that leaves its block; a ``yield`` there makes a generator."""
+    for name in ("body", "orelse", "finalbody"):
+        statements = getattr(node, name, None)
+        if not isinstance(statements, list):
+            continue
+        for before, behind in pairwise(statements):
+            verb = _LEAVING.get(type(before))
+            if verb and not any(isinstance(one, ast.Yield | ast.YieldFrom) for one in ast.walk(behind)):
+                yield behind, f"this is never reached: line {before.lineno} {verb}"
+                break
+
+
+def _slips(node: ast.AST) -> Found:
+    """Yield ``x =+ 1``, which adds nothing, and quotients of constants that are rounded to 0."""
+    match node:
+        case ast.Assign([target], ast.UnaryOp(ast.UAdd() | ast.USub() as sign, operand) as value):
+            plus = isinstance(sign, ast.UAdd)
+            gap = value.col_offset - (target.end_col_offset or 0)
+            is_close = target.end_lineno == value.lineno and gap == _SPACED
+            if is_close and (plus or operand.col_offset - value.col_offset > 1):
+                signs = "+" if plus else "-"
+                verb = "adds to" if plus else "subtracts from"
+                name = ast.unparse(target)
+                yield node, f"'={signs}' sets '{name}' to {ast.unparse(value)}; '{signs}=' {verb} it"
+        case ast.BinOp(ast.Constant(int() as left), ast.FloorDiv(), ast.Constant(int() as right)):
+            if right and left and left // right == 0:
+                yield node, f"'{left} // {right}' is 0: '//' drops the fraction, and '/' keeps it"

@@ -1,0 +1,155 @@
+"""Code that looks as if it decided, counted or commanded something, and does not, is reported at its line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from nrp_core.analysis.validate import validate_file
+from nrp_core.findings import Finding, Level
+
+# The comment in a line is the code of its finding and some words of it.
+WRONG = """\
+import math
+from math import sin
+
+import numpy as np
+from geometry_msgs.msg import Twist, Vector3
+from sensor_msgs.msg import Image
+
+LATE = 0.05
+RATIO = 1 // 10  # NRP320 '1 // 10' is 0
+
+
+@nrp.MapRobotSubscriber("camera", Topic("/husky/camera", Image))
+@nrp.MapSpikeSource("eye", nrp.brain.sensors[0], nrp.poisson)
+@nrp.MapSpikeSink("spikes", nrp.brain.actors[0], nrp.spike_recorder)
+@nrp.MapVariable("n", initial_value=0.0)
+@nrp.MapCSVRecorder("rows", "rows.csv", headers=["t", "n"])
+@nrp.Robot2Neuron()
+def see(t, camera, eye, spikes, n, rows):
+    found = nrp.tf_lib.detect_red(camera.value)
+    eye.rate = 1000.0 * found.left
+    rows.record_entry(t, n.value)
+    if found.left == 0 or 1:  # NRP320 did you mean 'found.left == 0 or found.left == 1'?
+        eye.rate = 0.0
+    if camera.value.encoding == "rgb8" or "bgr8":  # NRP320 is always true, because of 'bgr8'
+        eye.rate = 1.0
+    if t > 1:
+        eye.rate = 1.0
+    elif t > 2:
+        eye.rate = 2.0
+    elif t > 1:  # NRP320 't > 1' is already tested in line 26
+        eye.rate = 3.0
+    n.value =+ 1.0  # NRP320 '=+' sets 'n.value' to +1.0; '+=' adds to it
+    if found.left > 50:  # NRP248 'found.left' is a share from 0 to 1
+        eye.rate = 4.0
+    if t == LATE:  # NRP248 't' never equals 0.05: it is a multiple of 0.02 s
+        eye.rate = 5.0
+    if t == 0:  # NRP248 the first step ends at that time
+        eye.rate = 6.0
+    if t % 0.1 == 0:  # NRP248 because numbers are rounded
+        eye.rate = 7.0
+    if len(spikes.times) and t - spikes.times[-1] < 0.1:  # NRP233 'spikes.times' is in ms
+        eye.rate = 8.0
+    eye.rate += sin(90) + np.cos(180.0)  # NRP249 more than a turn
+
+
+@nrp.MapCSVRecorder("rows", "rows.csv", headers=["x"])  # NRP254 have the columns x, and go below
+@nrp.Neuron2Robot(Topic("/husky/cmd_vel", Twist))
+def drive(t, rows):
+    rows.record_entry(t)
+    angular = Vector3(0.3 * t, 0, 1.0)  # NRP321 'angular.x' of the command has no effect
+    command = Twist(Vector3(x=t, y=0.5), angular)  # NRP321 'linear.y'
+    command.linear.z = 1.0  # NRP321 'linear.z'
+    return command
+    command.linear.x = 0.0  # NRP320 this is never reached: line 53 returns
+"""
+RIGHT = """\
+import math
+
+from geometry_msgs.msg import Twist, Vector3
+from sensor_msgs.msg import Image
+
+RATIO = 10 // 3 + 0 // 7
+
+
+def events():
+    return
+    yield
+
+
+@nrp.MapRobotSubscriber("camera", Topic("/husky/camera", Image))
+@nrp.MapSpikeSource("eye", nrp.brain.sensors[0], nrp.poisson)
+@nrp.MapSpikeSink("spikes", nrp.brain.actors[0], nrp.spike_recorder)
+@nrp.MapVariable("n", initial_value=0.0)
+@nrp.MapCSVRecorder("rows", "rows.csv", headers=["t"])
+@nrp.Robot2Neuron()
+def see(t, camera, eye, spikes, n, rows):
+    found = nrp.tf_lib.detect_red(camera.value)
+    rows.record_entry(t)
+    name = camera.value.encoding or "rgb8"
+    if found.left == 0 or found.right == 0 or name == "mono8":
+        eye.rate = 0.0
+    if t > 1:
+        eye.rate = 1.0
+    elif t > 2:
+        eye.rate = 2.0
+    if t > 1:
+        eye.rate = 3.0
+    n.value = -1.0
+    n.value =-1.0
+    n.value = +1.0
+    if 0.5 < found.left <= 1:
+        eye.rate = 4.0
+    if t == 0.06 or t % 1.0 == 0 or t % 0.5 == 0.1:
+        eye.rate = 5.0
+    if len(spikes.times) and 1000.0 * t - spikes.times[-1] < 100.0:
+        eye.rate = 8.0
+    eye.rate += math.sin(math.radians(90)) + math.cos(math.pi) + math.sqrt(90)
+
+
+@nrp.MapCSVRecorder("rows", "rows.csv", headers=["t"])
+@nrp.Neuron2Robot(Topic("/husky/cmd_vel", Twist))
+def drive(t, rows):
+    rows.record_entry(t)
+    if t < 1:
+        return Twist()
+    command = Twist(Vector3(t, 0, 0.0), Vector3(z=t))
+    command.angular.x = 0
+    return command
+"""
+
+
+def warnings(husky: Path, text: str, *settings: str) -> list[Finding]:
+    (husky / "mine.py").write_text(text)
+    found = validate_file(husky / "experiment.yaml", [f"transfer_functions=[{husky}/mine.py]", *settings])
+    return [one for one in found if one.level is not Level.NOTE]
+
+
+def test_each_slip_is_reported_at_its_line(husky: Path) -> None:
+    found = warnings(husky, WRONG)
+    lines = WRONG.splitlines()
+    expected = {
+        number: line.partition("# NRP")[2] for number, line in enumerate(lines, start=1) if "# NRP" in line
+    }
+    for number, words in expected.items():
+        code, _, words = words.partition(" ")
+        said = [one for one in found if one.line == number]
+        assert {one.code.name for one in said} == {f"NRP{code}"}, lines[number - 1]
+        assert all(words in one.message for one in said), said
+    assert {one.line for one in found} == set(expected)
+
+
+def test_code_like_it_that_works_is_not_reported(husky: Path) -> None:
+    assert warnings(husky, RIGHT) == []
+
+
+@pytest.mark.parametrize(("half", "is_ignored"), [("linear: {y: 1}", True), ("linear: {x: 1, y: 0}", False)])
+def test_an_event_with_a_velocity_that_the_drive_ignores_is_reported(
+    husky: Path, half: str, is_ignored: bool
+) -> None:
+    event = f"events.go={{at: 1 s, publish: {{topic: /husky/cmd_vel, value: {{{half}}}}}}}"
+    said = [one.message for one in validate_file(husky / "experiment.yaml", [event, "transfer_functions=[]"])]
+    assert any("'linear.y' of the command has no effect" in one for one in said) == is_ignored
