@@ -209,6 +209,11 @@ WRONG: dict[str, tuple[str, ...]] = {
         "parameters[name][ids] = values",
         "parameters[name][ids] = values[0]",
     ),
+    "the reset of the first of the cells that fire": (
+        "cells_that_fire_at_once_are_reset_each_to_its_own_potential",
+        's.v[fired] = self._p["v_reset"][fired]',
+        's.v[fired] = self._p["v_reset"][fired[0]]',
+    ),
     "initial values ignored": (
         "a_cell_starts_from_its_initial_potential_also_after_a_reset",
         'population.initial_values["v"]',

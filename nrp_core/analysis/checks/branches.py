@@ -67,7 +67,12 @@ def _unreached(node: ast.AST) -> Found:
             continue
         for before, behind in pairwise(statements):
             verb = _LEAVING.get(type(before))
-            if verb and not any(isinstance(one, ast.Yield | ast.YieldFrom) for one in ast.walk(behind)):
+            ends_the_run = isinstance(before, ast.Raise) and "SystemExit" in ast.unparse(before)  # NRP302
+            if (
+                verb
+                and not ends_the_run
+                and not any(isinstance(one, ast.Yield | ast.YieldFrom) for one in ast.walk(behind))
+            ):
                 yield behind, f"this is never reached: line {before.lineno} {verb}"
                 break
 

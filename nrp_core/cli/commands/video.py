@@ -66,6 +66,7 @@ def video(
         from_where = _vector(eye)
     with usage_errors("--target"):
         to_where = _vector(target)
+    _refuse_ignored(view, {"--camera": camera, "--robot": robot, "--eye": eye, "--target": target})
     options = VideoOptions(
         camera, View(view), speed, begin_s, end_s, width, height, robot=robot, eye=from_where, target=to_where
     )
@@ -78,6 +79,23 @@ def video(
         document({"video": output, "images": count, "complete": source.complete})
     else:
         typer.echo(output)
+
+
+def _refuse_ignored(view: str, given: dict[str, str | None]) -> None:
+    """Refuse an option that has no effect beside another.
+
+    Raises:
+        typer.BadParameter: a view of the scene beside a camera, or a viewpoint that the view does not have.
+    """
+    used = {"follow": ("--robot",), "above": (), "free": ("--eye", "--target")}[view]
+    names = [name for name, value in given.items() if value is not None]
+    for name in names:
+        if "--camera" in names and (name != "--camera" or view != "follow"):
+            raise typer.BadParameter(
+                "shows recorded images: leave out --view and its options", param_hint="--camera"
+            )
+        if name not in ("--camera", *used):
+            raise typer.BadParameter(f"has no effect with --view {view}", param_hint=name)
 
 
 def _size(text: str) -> tuple[int, int]:

@@ -45,6 +45,30 @@ class EachTests(BrainKit):
             assert expected, "no cell fired"
             assert times(heard, 1 + i) == expected, f"cell {i} of a population with {values}"
 
+    def test_cells_that_fire_at_once_are_reset_each_to_its_own_potential(self) -> None:
+        """Two cells that one spike makes fire go on as each of them does alone."""
+        self.require_repeatable()
+        sample = self.sample
+        values: dict[str, Any] = {"i_offset": [1.5 * sample.current_na] * 2}
+        reset, threshold = (sample.all_parameters.get(name) for name in ("v_reset", "v_thresh"))
+        if reset is not None and threshold is not None:
+            values["v_reset"] = [reset, reset - 0.5 * abs(threshold - reset)]
+        both = self._after_a_kick(self.cells("n", 2, **values))
+        for i in range(2):
+            own: Any = {name: each[i] for name, each in values.items()}
+            expected = times(self._after_a_kick(self.cells("n", **own)), 1)
+            assert len(expected) > 1, "no cell fired twice"
+            assert times(both, 1 + i) == expected, f"cell {i} of a population with {values}"
+
+    def _after_a_kick(self, population: Population) -> SpikeRecorderPort:
+        """Run cells that one strong spike makes fire, and return their spikes."""
+        pairs = [(0, i) for i in range(population.size)]
+        kick = connect("s", "n", self.sample.strong, 2.0, pairs=pairs)
+        brain = self.open(spikes("s", [5.0]), population, kick)
+        heard = record(brain)
+        self.run(brain, 80)
+        return heard
+
     def _under_inputs(self, population: Population) -> SpikeRecorderPort:
         """Run cells with synapses of both kinds, and return the results."""
         inputs = [(0, i) for i in range(population.size)]

@@ -16,6 +16,7 @@ from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.sealing import sealed
 
 Nrp = Callable[..., Any]
+PLAIN = Path(__file__).parents[2] / "recordings" / "plain_0.1.0"
 
 
 @pytest.fixture
@@ -35,6 +36,22 @@ def slower(recorded: Path, tmp_path: Path) -> Path:
     source = (recorded / "experiment" / "drive.py").read_text()
     edited.write_text(source.replace("Vector3(forward", "Vector3(0.5 * forward"))
     return edited
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--eye", "1,2,3"), "has no effect with --view follow"),
+        (("--view", "above", "--robot", "husky"), "has no effect with --view above"),
+        (("--camera", "eye", "--view", "above"), "shows recorded images: leave out --view"),
+    ],
+)
+def test_an_option_of_another_view_of_a_video_is_refused(
+    nrp: Nrp, options: tuple[str, ...], words: str
+) -> None:
+    done = nrp("video", PLAIN, *options)
+    assert done.code == 2
+    assert words in " ".join(done.err.split())
 
 
 def test_a_recording_is_verified(nrp: Nrp, recorded: Path) -> None:
