@@ -169,25 +169,16 @@ function take(state: DesignState): void {
   const { state: before, described } = get();
   if (before?.file !== state.file) set({ findings: [] });
   set({ state, metamodel: described?.[state.kind] ?? null });
-  if (!described) void describe();
   checkSoon();
-}
-
-let describing = false;
-
-/** Asks for the classes that forms are made of. The first state shows that the services are there. */
-async function describe(): Promise<void> {
-  if (describing) return;
-  describing = true;
-  const described = await send<NonNullable<Design["described"]>>("describe");
-  describing = false;
-  const { state } = get();
-  if (described) set({ described, metamodel: state ? described[state.kind] : null });
 }
 
 /** Follows the model while the designer is open; the server sends it to every page after each change. */
 export function follow(): () => void {
   const unhear = wire.subscribe<DesignState>(TOPIC, take);
+  void send<NonNullable<Design["described"]>>("describe").then((described) => {
+    const { state } = get();
+    if (described) set({ described, metamodel: state ? described[state.kind] : null });
+  });
   return () => {
     window.clearTimeout(timer);
     unhear();

@@ -14,11 +14,18 @@ export class Calls {
   private readonly services = new Map<string, number>();
   private readonly pending = new Map<number, Pending>();
   private nextId = 1;
+  /** What was asked for since the link opened, until the server says what it offers; null: it did. */
+  private early: (() => void)[] | null = null;
 
   constructor(private readonly send: (data: Uint8Array) => boolean) {}
 
+  opened(): void {
+    this.early = [];
+  }
+
   advertised(services: Service[]): void {
     for (const service of services) this.services.set(service.name, service.id);
+    this.callEarly();
   }
 
   withdrawn(ids: number[]): void {
@@ -26,6 +33,11 @@ export class Calls {
   }
 
   call(name: string, request: object): Promise<unknown> {
+    const { early } = this;
+    if (early)
+      return new Promise((resolve, reject) => {
+        early.push(() => void this.call(name, request).then(resolve, reject));
+      });
     const service = this.services.get(name);
     if (service === undefined) return Promise.reject(new CallError(`The server has no service '${name}'.`));
     const callId = this.nextId++;
@@ -48,6 +60,13 @@ export class Calls {
     this.services.clear();
     for (const { reject } of this.pending.values()) reject(new CallError("The connection was lost."));
     this.pending.clear();
+    this.callEarly();
+  }
+
+  private callEarly(): void {
+    const { early } = this;
+    this.early = null;
+    for (const call of early ?? []) call();
   }
 
   private take(callId: number): Pending | undefined {

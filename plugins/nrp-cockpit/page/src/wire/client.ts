@@ -74,7 +74,7 @@ export class Wire {
       this.outgoing.clear();
       this.subscriptions.reset();
       this.calls.lost();
-    }
+    } else this.calls.opened();
     for (const listener of this.linkListeners) listener(link);
   }
 
