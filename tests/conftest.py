@@ -1,15 +1,20 @@
 """Options of the whole test suite."""
 
 import gc
+import os
 import signal
 from pathlib import Path
 
+import platformdirs
 import pytest
 from hypothesis import settings
 
 settings.register_profile("untimed", deadline=None)  # machines are busy at times; no test is timed
 settings.load_profile("untimed")
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's job in the background ignores Ctrl-C
+
+# where kernels are kept anyway: tests with a cache folder of their own would compile all of them again
+os.environ.setdefault("NUMBA_CACHE_DIR", str(platformdirs.user_cache_path("nrp-core") / "kernels"))
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -44,7 +44,7 @@ def main(question: str, cpu_s: str, target: str | None = None) -> int:
     stream = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     with tempfile.TemporaryDirectory() as scratch:
-        os.environ.setdefault(_KERNELS, scratch)  # the usual place cannot be written
+        os.environ[_KERNELS] = scratch  # no other place can be written
         answer = _answer(question, target)
     with stream:
         json.dump(answer, stream)
