@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from nrp_core._support.extras import require_extra
+from nrp_core.errors import ExperimentError
 from nrp_core.experiment.model.tree import tree_of
 from nrp_core.sweep.executors.interface import executor
 from nrp_core.sweep.plan import Plan
@@ -53,6 +54,8 @@ def sweep(
         ExperimentError: the sweep or the folder is not valid.
         BackendError: a requirement is not installed or cannot be reached.
     """
+    if workers is not None and workers < 1:
+        raise ExperimentError(f"'workers' is at least 1, not {workers}")
     require_extra("pandas", "sweep", "a table of a sweep in Python")
     if isinstance(description, Mapping):
         plan = Plan.of(sweep_of(tree_of(description)), confirmed=confirmed)

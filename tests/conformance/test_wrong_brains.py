@@ -214,6 +214,11 @@ WRONG: dict[str, tuple[str, ...]] = {
         's.v[fired] = self._p["v_reset"][fired]',
         's.v[fired] = self._p["v_reset"][fired[0]]',
     ),
+    "a current replaces the offset": (
+        "a_current_adds_to_the_offset_of_its_cell",
+        'p["i_offset"] + s.current_na',
+        'np.where(s.current_na, s.current_na, p["i_offset"])',
+    ),
     "initial values ignored": (
         "a_cell_starts_from_its_initial_potential_also_after_a_reset",
         'population.initial_values["v"]',

@@ -89,6 +89,16 @@ class DeviceTests(BrainKit):
         assert times(heard, 0), "the device had no effect"
         assert times(heard, 1) == pytest.approx(times(heard, 0), abs=self.tolerance_ms)
 
+    def test_a_current_adds_to_the_offset_of_its_cell(self) -> None:
+        """A cell with both fires before cells with one of them."""
+        current_na = 1.5 * self.sample.current_na
+        brain = self.open(self.cells("n", 3, i_offset=[current_na, 0.0, current_na]))
+        heard = record(brain)
+        brain.add_source(DCSource(amplitude=current_na), [0, 1], name="dc")
+        self.run(brain, 120)
+        both, injected, offset = (min(times(heard, cell)) for cell in range(3))
+        assert both < min(injected, offset)
+
     def test_removing_one_of_two_currents_leaves_the_other(self) -> None:
         brain = self.open(self.cells("n", 2))
         heard = record(brain)

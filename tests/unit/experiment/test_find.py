@@ -121,3 +121,9 @@ def test_a_circle_of_symbolic_links_is_refused_with_its_name(tmp_path: Path, nam
         (tmp_path / link).symlink_to(target)
     with pytest.raises(ExperimentError, match=r"the symbolic link \S+ -> \S+ leads nowhere"):
         find_file(str(tmp_path / name))
+
+
+@pytest.mark.parametrize("overrides", ["seed=3", {"seed": 3}])
+def test_overrides_that_are_not_a_list_are_refused_as_a_whole(overrides: object) -> None:
+    with pytest.raises(ExperimentError, match="overrides are a list such as"):
+        load_experiment("braitenberg_husky", overrides)  # type: ignore[arg-type]

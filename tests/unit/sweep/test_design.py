@@ -8,6 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import nrp_core.sweep
+from nrp_core.errors import ExperimentError
 from nrp_core.experiment.model.ranges import Range
 from nrp_core.experiment.model.tree import tree_of
 from nrp_core.findings import InvalidExperimentError
@@ -110,6 +112,11 @@ def test_a_mistake_in_the_description_is_named(keys: dict[str, Any], message: st
     with pytest.raises(InvalidExperimentError) as raised:
         sweep_of(tree_of({"experiment": "some", **keys}))
     assert message in str(raised.value.findings[0])
+
+
+def test_a_sweep_without_workers_is_refused() -> None:
+    with pytest.raises(ExperimentError, match="'workers' is at least 1, not 0"):
+        nrp_core.sweep.sweep({"experiment": "braitenberg_husky", "vary": {"seed": [1]}}, workers=0)
 
 
 @pytest.mark.parametrize(
