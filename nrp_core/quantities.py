@@ -15,7 +15,7 @@ from pydantic import BeforeValidator, WithJsonSchema
 from nrp_core.clock import NS_PER_S
 from nrp_core.errors import did_you_mean
 
-_TIME = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1, "min": 60, "h": 3600}
+TIME_UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1, "min": 60, "h": 3600}
 _RATE = {"Hz": 1, "kHz": 1e3, "MHz": 1e6}
 _LENGTH = {"mm": 1e-3, "cm": 1e-2, "m": 1, "km": 1e3}
 _ANGLE = {"rad": 1, "deg": pi / 180}
@@ -60,7 +60,7 @@ def parse(value: object, units: dict[str, float], what: str, *, bare: str | None
 
 def time_ns(value: object) -> int:
     """Read a time; it needs a unit, except for 0."""
-    exact = parse(value, _TIME, "a time", bare=None) * NS_PER_S
+    exact = parse(value, TIME_UNITS, "a time", bare=None) * NS_PER_S
     if exact != int(exact):
         raise ValueError(f"{value!r} is not a whole number of nanoseconds")
     if abs(int(exact)) > _LONGEST_NS:

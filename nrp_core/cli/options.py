@@ -77,6 +77,19 @@ Models = Annotated[
 Seed = Annotated[
     int | None, typer.Option("--seed", envvar="NRP_SEED", help="The seed of all random numbers.")
 ]
+On = Annotated[
+    str,
+    typer.Option(
+        metavar="local|dask|slurm|tcp://HOST:PORT", envvar="NRP_ON", help="Where the runs are performed."
+    ),
+]
+Workers = Annotated[
+    int | None, typer.Option(metavar="N", envvar="NRP_WORKERS", min=1, help="Number of runs at once.")
+]
+PlotFile = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", dir_okay=False, help="Draw a figure into a .png, .svg or .pdf file."),
+]
 SocketPath = Annotated[
     Path,
     typer.Argument(metavar="SOCKET", envvar="NRP_CONTROL", help="The socket of nrp run --control."),

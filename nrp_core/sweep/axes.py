@@ -10,8 +10,10 @@ from functools import cached_property
 from math import exp, log
 from typing import Any, TypeAlias
 
+from nrp_core.clock import NS_PER_S, seconds
 from nrp_core.errors import did_you_mean
 from nrp_core.experiment.model.ranges import Range
+from nrp_core.quantities import TIME_UNITS
 
 Value: TypeAlias = "bool | int | float | str | list[Any]"
 """A value of a setting, as in an experiment file."""
@@ -88,6 +90,8 @@ class Span:
         number = float(f"{number:.{_DIGITS}g}")
         if self.is_whole:
             return round(number)
+        if self.unit in TIME_UNITS:
+            number = seconds(round(number * TIME_UNITS[self.unit] * NS_PER_S)) / TIME_UNITS[self.unit]
         return f"{number:.{_DIGITS}g} {self.unit}" if self.unit else number
 
 

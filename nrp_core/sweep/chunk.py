@@ -9,10 +9,8 @@ A job that was killed resumes where it stopped.
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict
 from itertools import pairwise
 from pathlib import Path
 
@@ -39,18 +37,14 @@ def write_chunks(folder: Path, tasks: Sequence[Task], chunks: int) -> list[tuple
     for number, chunk in enumerate(_cut(tasks, chunks), first):
         file = jobs / f"{number}.jsonl"
         with writing(file):
-            file.write_text("".join(json.dumps(asdict(task)) + "\n" for task in chunk), "utf-8")
+            file.write_text("".join(task.to_line() for task in chunk), "utf-8")
         found.append((file, folder / f"journal.{number}.jsonl"))
     return found
 
 
 def read_tasks(path: Path) -> list[Task]:
     """Return the tasks of a file."""
-    lines = path.read_text("utf-8").splitlines()
-    return [
-        Task(**{**data, "overrides": tuple(data["overrides"]), "measure": tuple(data["measure"])})
-        for data in map(json.loads, lines)
-    ]
+    return list(map(Task.from_line, path.read_text("utf-8").splitlines()))
 
 
 def perform_all(tasks: Iterable[Task], journal: Path) -> None:

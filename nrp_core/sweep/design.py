@@ -15,7 +15,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.experiment.model.ranges import Range
 from nrp_core.seeds import Seeds
 from nrp_core.sweep.axes import Axis, Value
-from nrp_core.sweep.model import GRID, SEED, Design, SweepFile
+from nrp_core.sweep.model import GIVEN, GRID, SEED, Design, SweepFile
 
 
 def number_of_runs(sweep: SweepFile) -> int:
@@ -64,6 +64,8 @@ def _points(axes: Mapping[str, Axis], design: Design) -> Iterator[dict[str, Valu
 
 def _shares(design: Design, dimensions: int) -> FloatArray:
     """Return points of the unit cube, shape ``(points, dimensions)``; the same for equal designs."""
+    if design.kind == GIVEN:
+        return np.array(design.shares)
     rng = np.random.default_rng(Seeds(0).child("sweep").integer(design.kind))
     if design.kind == "random":
         return rng.random((design.points, dimensions))

@@ -19,7 +19,9 @@ _WORDS = {
     "vary": "keys that vary",
     "measure": "metrics",
     "until_ns": "end time",
+    "stop_when_failed": "criteria that stop a run",
     "code": "version of the code",
+    "search": "settings of the search",
 }
 
 

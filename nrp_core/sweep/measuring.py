@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from contextlib import ExitStack
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -91,13 +91,33 @@ def _run(run: Run, task: Task, folder: Path | None) -> None:
         recorder = RecordingFolder(run, folder, images=images, snapshots_ns=None)
     state = "failed"
     try:
-        run.run(task.until_s)
+        with _stopping(run, task.stop_when_failed):
+            run.run(task.until_s)
         state = "finished"
     except SimulationError:
         pass
     finally:
         if recorder is not None:
             recorder.close(state)
+
+
+@contextmanager
+def _stopping(run: Run, criteria: Sequence[str]) -> Iterator[None]:
+    """Stop the run of a block as soon as one of these criteria is not met."""
+
+    def look(_: Run) -> None:
+        outcomes = run.outcomes()
+        if any(outcomes[name].passed is False for name in criteria):
+            run.loop.stop()
+
+    if not criteria:
+        yield
+        return
+    run.on_step.append(look)
+    try:
+        yield
+    finally:
+        run.on_step.remove(look)
 
 
 def _measured(metrics: list[ScalarMetric], signals: RunSignals, result: Result) -> dict[str, float | None]:

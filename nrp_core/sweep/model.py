@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 from pydantic import Field, PlainValidator, WithJsonSchema, field_validator, model_validator
 
 from nrp_core.errors import did_you_mean
 from nrp_core.experiment.model.ranges import Range
-from nrp_core.experiment.model.section import Section
+from nrp_core.experiment.model.section import Name, Section
 from nrp_core.quantities import DurationNs
 from nrp_core.sweep.axes import Axis, Span, axis_of
 
 SEED = "seed"
 GRID = "grid"
 SAMPLED = ("random", "sobol", "latin")
+GIVEN = "given"
 _PARTS = 2
 
 
@@ -25,12 +26,20 @@ class Design:
     """The combinations of values to run.
 
     Args:
-        kind: ``grid`` or one of :data:`SAMPLED`.
+        kind: ``grid``, one of :data:`SAMPLED`, or :data:`GIVEN` by a search.
         points: number of combinations of a sampled design; each is run with every seed.
+        shares: the points of a given design, in the unit cube.
     """
 
     kind: str = GRID
     points: int = 0
+    shares: tuple[tuple[float, ...], ...] = ()
+
+    @classmethod
+    def given(cls, shares: Iterable[Iterable[float]]) -> Design:
+        """Return the design of these points of the unit cube."""
+        points = tuple(map(tuple, shares))
+        return cls(GIVEN, len(points), points)
 
     def __str__(self) -> str:
         return self.kind if self.kind == GRID else f"{self.kind} {self.points}"
@@ -75,8 +84,8 @@ def _text(value: object) -> str:
 ExperimentField = Annotated[str, PlainValidator(_text), WithJsonSchema({"type": "string"})]
 
 
-class SweepFile(Section):
-    """An experiment, the settings that vary, and the measures."""
+class ManyRuns(Section):
+    """An experiment, the settings that vary, and the measures: the keys that all files of many runs share."""
 
     experiment: ExperimentField
     """A shipped experiment, or a file or folder, relative to this file."""
@@ -84,12 +93,12 @@ class SweepFile(Section):
     """Settings of every run, by their dotted keys."""
     vary: dict[str, AxisField] = Field(default_factory=dict)
     """The values of the settings that vary, by dotted key."""
-    design: DesignField = Design()
-    """The combinations of values to run."""
     measure: tuple[str, ...] = ("criteria", "time_to_event")
     """Metrics, as in ``nrp diff``, that give a number for each run."""
     until: DurationNs | None = None
     """Simulated time at which every run stops; by default the duration of the experiment."""
+    stop_when_failed: tuple[Name, ...] = ()
+    """Criteria; a run stops as soon as one of them is not met."""
 
     @field_validator("settings")
     @classmethod
@@ -100,22 +109,42 @@ class SweepFile(Section):
         return settings
 
     @model_validator(mode="after")
-    def _consistent(self) -> SweepFile:
-        for key, axis in self.vary.items():
+    def _distinct(self) -> Self:
+        for key in self.vary:
             if key in self.settings:
                 raise ValueError(f"'{key}' appears under both 'settings' and 'vary'")
-            needs_steps = self.design.kind == GRID or key == SEED
-            if isinstance(axis, Span) and needs_steps and not len(axis):
-                raise ValueError(
-                    f"vary.{key}: a grid of numbers needs 'steps', as in {{from: 0.5, to: 2, steps: 7}}"
-                )
-        if isinstance(self.vary.get(SEED), Range):
+        if isinstance(seeds := self.vary.get(SEED), Range):
             raise ValueError("vary.seed: seeds cannot be drawn; write {from: 1, to: 10}, or a list")
-        if self.design.kind != GRID and not self.sampled:
-            raise ValueError(f"design: no setting varies that {self.design.kind} could sample")
+        if isinstance(seeds, Span):
+            require_steps(SEED, seeds)
         return self
 
     @property
     def sampled(self) -> list[str]:
         """The keys whose values a design combines: all but the seed and the settings drawn with it."""
         return [key for key, axis in self.vary.items() if key != SEED and not isinstance(axis, Range)]
+
+
+class SweepFile(ManyRuns):
+    """Many runs by a design."""
+
+    design: DesignField = Design()
+    """The combinations of values to run."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        for key in self.sampled if self.design.kind == GRID else ():
+            require_steps(key, self.vary[key])
+        if self.design.kind != GRID and not self.sampled:
+            raise ValueError(f"design: no setting varies that {self.design.kind} could sample")
+        return self
+
+
+def require_steps(key: str, axis: Axis) -> None:
+    """Refuse a span of real numbers where its values are counted.
+
+    Raises:
+        ValueError: it is one.
+    """
+    if isinstance(axis, Span) and not len(axis):
+        raise ValueError(f"vary.{key}: a grid of numbers needs 'steps', as in {{from: 0.5, to: 2, steps: 7}}")

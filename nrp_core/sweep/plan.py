@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +14,7 @@ from typing import Any
 
 from nrp_core.clock import seconds
 from nrp_core.comparison.grid import digest_of_files, require_there
-from nrp_core.errors import ExperimentError
+from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.backends import code_of
 from nrp_core.experiment.making.parameters import with_parameters
 from nrp_core.experiment.model.collector import Collector
@@ -28,7 +28,7 @@ from nrp_core.quantities import time_ns
 from nrp_core.sweep.axes import Axis, Choices, Span, Value, written
 from nrp_core.sweep.design import combinations, number_of_runs
 from nrp_core.sweep.measuring import scalar_metric
-from nrp_core.sweep.model import SEED, SweepFile
+from nrp_core.sweep.model import SEED, Design, SweepFile
 from nrp_core.sweep.record import Task
 
 MOST_RUNS = 100_000
@@ -62,6 +62,7 @@ class Plan:
         code: fingerprints of the packages that compute the runs.
         files: a digest of the files of the experiment.
         remarks: sentences about what the runs never reach.
+        search: the settings of the search that chooses the points, if one does.
     """
 
     sweep: SweepFile
@@ -71,6 +72,7 @@ class Plan:
     code: Mapping[str, str] = field(default_factory=dict)
     files: str = ""
     remarks: tuple[str, ...] = ()
+    search: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
     def of(cls, sweep: SweepFile, source: Tree | None = None, *, confirmed: bool = False) -> Plan:
@@ -107,6 +109,9 @@ class Plan:
             with mistakes.at("vary", key):
                 require_there(own, key)
                 _require_valid(name, settings, key, axis)
+        for place, criterion in enumerate(sweep.stop_when_failed):
+            with mistakes.at("stop_when_failed", place):
+                _require_criterion(own, criterion)
         mistakes.raise_all()
         backends = [_names(sweep, key, own) for key in _BACKENDS]
         code: dict[str, str] = {}
@@ -136,8 +141,14 @@ class Plan:
             "vary": sorted(self.sweep.vary),
             "measure": list(self.sweep.measure),
             "until_ns": self.sweep.until,
+            "stop_when_failed": sorted(self.sweep.stop_when_failed),
             "code": dict(self.code),
+            "search": dict(self.search),
         }
+
+    def with_points(self, shares: Iterable[Iterable[float]]) -> Plan:
+        """Return the same plan for given points of the unit cube of the settings that vary."""
+        return replace(self, sweep=self.sweep.model_copy(update={"design": Design.given(shares)}))
 
     def _run(self, index: int, values: Mapping[str, Value]) -> PlannedRun:
         given = {SEED: self.own_seed, **self.sweep.settings, **values}
@@ -146,7 +157,8 @@ class Plan:
         until_ns = self.sweep.until
         task = Task(
             hashlib.blake2b(described.encode(), digest_size=8).hexdigest(), index, self.experiment, overrides,
-            self.sweep.measure, None if until_ns is None else seconds(until_ns), self.code,
+            self.sweep.measure, None if until_ns is None else seconds(until_ns),
+            self.sweep.stop_when_failed, self.code,
         )  # fmt: skip
         return PlannedRun(task, values)
 
@@ -218,6 +230,11 @@ def _remarks(sweep: SweepFile, own: Experiment) -> Iterator[str]:
         first = [f"{axis.low:g} {axis.unit}"] if isinstance(axis, Range) else _samples(key, axis)
         if fnmatchcase(key, "events.*.at") and min(map(time_ns, first)) >= until_ns:
             yield f"'{key}' has no effect: the runs end at {end}, before all its values"
+
+
+def _require_criterion(own: Experiment, name: str) -> None:
+    if name not in own.criteria:
+        raise ExperimentError(f"there is no criterion '{name}'{did_you_mean(name, own.criteria)}")
 
 
 def _samples(key: str, axis: Axis) -> Iterator[Value]:

@@ -7,6 +7,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Self
 
+INVALID = "invalid"
+"""The state of a run that could not begin."""
+
 
 @dataclass(frozen=True, slots=True)
 class Task:
@@ -19,6 +22,7 @@ class Task:
         overrides: ``dotted.key=value``.
         measure: names of metrics.
         until_s: its end time, s; None: the end of the experiment.
+        stop_when_failed: criteria; the run stops as soon as one of them is not met.
         code: fingerprints of the packages of the core and the backends, by name.
         recording: a folder to record into; None: the run is not recorded.
         attempt: 1, plus the number of workers that died in it.
@@ -30,9 +34,21 @@ class Task:
     overrides: tuple[str, ...]
     measure: tuple[str, ...] = ()
     until_s: float | None = None
+    stop_when_failed: tuple[str, ...] = ()
     code: Mapping[str, str] = field(default_factory=dict)
     recording: str | None = None
     attempt: int = 1
+
+    @classmethod
+    def from_line(cls, line: str) -> Self:
+        """Read a line of :meth:`to_line`."""
+        data: dict[str, Any] = json.loads(line)
+        lists = ("overrides", "measure", "stop_when_failed")
+        return cls(**{**data, **{name: tuple(data[name]) for name in lists}})
+
+    def to_line(self) -> str:
+        """Return one line of JSON."""
+        return _line(self)
 
     def again(self) -> Self:
         """Return the same run for another attempt."""
@@ -64,7 +80,7 @@ class Record:
     seed: int | None = None
     brain: str = ""
     world: str = ""
-    state: str = "invalid"
+    state: str = INVALID
     complete: bool = False
     passed: bool | None = None
     problems: tuple[str, ...] = ()
@@ -89,7 +105,7 @@ class Record:
 
     def to_line(self) -> str:
         """Return one line of JSON."""
-        return json.dumps(asdict(self), separators=(",", ":")) + "\n"
+        return _line(self)
 
     @classmethod
     def from_line(cls, line: str) -> Self:
@@ -100,3 +116,7 @@ class Record:
         """
         data: dict[str, Any] = json.loads(line)
         return cls(**{**data, "problems": tuple(data["problems"])})
+
+
+def _line(of: Task | Record) -> str:
+    return json.dumps(asdict(of), separators=(",", ":")) + "\n"

@@ -85,10 +85,17 @@ class SweepRun:
         self.records = read_records(folder)
         self._chosen = chosen(plan.runs, self.choice.only, list(plan.sweep.vary))
 
+    def extend(self, plan: Plan) -> None:
+        """Continue with a plan of the same sweep with more runs."""
+        claim(self.folder, plan)
+        self.plan = plan
+        self._chosen = chosen(plan.runs, self.choice.only, list(plan.sweep.vary))
+
     @property
     def pending(self) -> list[Task]:
-        """The runs that are still to be made."""
-        return [self._task(run.task) for run in self._chosen if not self._is_done(run)]
+        """The runs that are still to be made; of equal ones only the first."""
+        tasks = {run.task.id: run.task for run in reversed(self._chosen) if not self._is_done(run)}
+        return [self._task(task) for task in reversed(tasks.values())]
 
     @property
     def rows(self) -> list[Row]:

@@ -36,8 +36,9 @@ RUNS_AS = {"sh": ["bash", "-e"], "python": [sys.executable]}
 MANY_RUNS = frozenset(
     f"docs/{name}.md"
     for name in (
-        "howto/add-a-synapse-law", "howto/compare-simulators", "howto/record-and-replay",
-        "howto/steer-a-run", "howto/sweep-settings", "tutorial/one-run-to-a-thousand",
+        "howto/add-a-synapse-law", "howto/compare-simulators", "howto/evolve-settings",
+        "howto/record-and-replay", "howto/steer-a-run", "howto/sweep-settings",
+        "tutorial/one-run-to-a-thousand",
     )
 )  # fmt: skip
 """Pages that take minutes together; other tests run the same commands."""

@@ -13,7 +13,10 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-DOORS = ("nrp_core", "nrp_core.brain", "nrp_core.world", "nrp_core.comparison", "nrp_core.sweep")
+DOORS = (
+    "nrp_core", "nrp_core.brain", "nrp_core.world",
+    "nrp_core.comparison", "nrp_core.sweep", "nrp_core.evolve",
+)  # fmt: skip
 IMPORT = re.compile(
     r"^[ >]*(?:from (nrp_core[\w.]*) import (\([^)]*\)|[^\n#]*)|import (nrp_core[\w.]*))", re.MULTILINE
 )

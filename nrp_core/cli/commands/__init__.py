@@ -15,6 +15,7 @@ COMMANDS = (
     "replay",
     "diff",
     "sweep",
+    "evolve",
     "plot",
     "video",
     "export",

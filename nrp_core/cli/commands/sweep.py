@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from nrp_core.cli.failure import NO, complain
-from nrp_core.cli.options import Json, require_folder_of
+from nrp_core.cli.options import Json, On, PlotFile, Workers, require_folder_of
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
@@ -27,15 +27,8 @@ def sweep(
     folder: Annotated[
         Path | None, typer.Argument(metavar="DIR", help="The folder to show, after 'show'.")
     ] = None,
-    on: Annotated[
-        str,
-        typer.Option(
-            metavar="local|dask|slurm|tcp://HOST:PORT", envvar="NRP_ON", help="Where the runs are performed."
-        ),
-    ] = "local",
-    workers: Annotated[
-        int | None, typer.Option(metavar="N", envvar="NRP_WORKERS", min=1, help="Number of runs at once.")
-    ] = None,
+    on: On = "local",
+    workers: Workers = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -68,10 +61,7 @@ def sweep(
     measure: Annotated[
         str | None, typer.Option(metavar="METRIC.PART", help="The measure of figures; by default the first.")
     ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", dir_okay=False, help="Draw a figure into a .png, .svg or .pdf file."),
-    ] = None,
+    plot: PlotFile = None,
     kind: Annotated[
         str | None,
         typer.Option(metavar="curve|heat|parallel", help="The kind of figure; by default by what varies."),

@@ -56,3 +56,18 @@ class TimeToEvent(ScalarMetric):
     def resolution(self, run: RunSignals) -> float:
         """One step of the loop: events are checked between steps."""
         return run.step_s
+
+
+class CriterionDistance(ScalarMetric):
+    """The decisive distance of each criterion that has one.
+
+    It is the smallest distance to a target (``near``), or the largest from a centre (``stays_within``).
+    """
+
+    name, title, unit = "criterion_distance", "Distance of a criterion", "m"
+    margin = Margin(at_least=0.05)  # a tenth of a small robot's length
+    needs_recording = False
+
+    def values(self, run: RunSignals) -> Mapping[str, float | None]:
+        outcomes = run.result.get("criteria") or {}
+        return {name: one["distance"] for name, one in outcomes.items() if one["limit"] is not None}

@@ -1,0 +1,142 @@
+"""``nrp evolve``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from nrp_core.cli.failure import complain
+from nrp_core.cli.options import Json, On, PlotFile, Workers, require_folder_of
+from nrp_core.cli.output import document
+
+if TYPE_CHECKING:
+    from nrp_core.evolve.history import History
+
+SHOW = "show"
+_MOST_LINES = 12
+
+
+def evolve(
+    target: Annotated[
+        str, typer.Argument(metavar="FILE|show", help="The file of a search; or 'show' for its results.")
+    ],
+    folder: Annotated[
+        Path | None, typer.Argument(metavar="DIR", help="The folder to show, after 'show'.")
+    ] = None,
+    on: On = "local",
+    workers: Workers = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            envvar="NRP_OUT",
+            file_okay=False,
+            help="The folder of the results; by default NAME.evolve.",
+        ),
+    ] = None,
+    plot: PlotFile = None,
+    json: Json = False,
+) -> None:
+    """Search for the best settings of an experiment. Stop at any time; repeat the command to resume."""
+    if (target == SHOW) is (folder is None):
+        raise typer.BadParameter("name the folder of the results: nrp evolve show DIR", param_hint="DIR")
+    require_folder_of(plot, "--plot")
+    if folder is not None:
+        from nrp_core.evolve.history import History
+
+        _show(History.read(folder), folder, plot, as_json=json)
+        return
+    found = out or Path(f"{Path(target).stem}.evolve")
+    history, ended = _search(Path(target), found, on, workers)
+    if ended:
+        _say(f"ended after generation {len(history) - 1}: {ended}")
+    _show(history, found, plot, as_json=json)
+
+
+def _search(file: Path, folder: Path, on: str, workers: int | None) -> tuple[History, str]:
+    from nrp_core.cli.progress import display
+    from nrp_core.evolve.evolution import Evolution
+    from nrp_core.evolve.reading import read_evolve
+    from nrp_core.sweep.executors.interface import executor
+
+    described, source = read_evolve(file)
+    made = Evolution(described, source, folder)
+    method = f"{described.optimiser} over {len(made.keys)} settings"
+    size = f"{described.generations} generations of {described.population} candidates"
+    seeds = f", {described.seeds} runs each" if described.seeds > 1 else ""
+    _say(f"{made.name}: {method}; {size}{seeds}; results in {folder}")
+    for remark in made.remarks:
+        complain(remark, label="note")
+    with executor(on, folder, workers) as where, display() as shown:
+        last = ""
+
+        def tell_generation(history: History) -> None:
+            nonlocal last
+            last = _value_text(history, history.best[0])
+
+        history = made.run(
+            where,
+            lambda progress: shown.count("runs", progress.done, progress.total, _status(str(progress), last)),
+            tell_generation,
+        )
+    return history, made.ended
+
+
+def _status(progress: str, best: str) -> str:
+    return ", ".join(part for part in (f"best {best}" if best else "", progress) if part)
+
+
+def _show(history: History, folder: Path, plot: Path | None, *, as_json: bool) -> None:
+    if plot is not None:
+        from nrp_core.evolve.figure import draw
+
+        draw(history, plot)
+    files = sorted(folder.glob("best*.yaml"))
+    if as_json:
+        document(_data(history, files, folder, plot))
+        return
+    last = range(max(1, len(history) - _MOST_LINES), len(history))
+    for generation in (0, *last):
+        typer.echo(f"generation {generation}: {_spread_text(history, generation)}")
+    typer.echo(f"all generations: {folder / 'generations.csv'}; all runs: {folder / 'results.csv'}")
+    for candidate in history.best:
+        given = " ".join(f"{key}={value}" for key, value in history.settings(candidate).items())
+        typer.echo(f"best: {_value_text(history, candidate)} with {given}")
+    for file in files:
+        typer.echo(f"run it with: nrp run {file}")
+    if plot is not None:
+        typer.echo(f"figure: {plot}")
+
+
+def _spread_text(history: History, generation: int) -> str:
+    course = {name: numbers[generation] for name, numbers in history.course.items()}
+    parts = zip(course["best"], course["mean"], course["sd"], strict=True)
+    text = "; ".join(f"best {best:.4g}, mean {mean:.4g} ± {sd:.2g}" for best, mean, sd in parts)
+    failed = int(course["failed"].max())
+    return text + (f" ({failed} failed)" if failed else "")
+
+
+def _value_text(history: History, candidate: int) -> str:
+    return ", ".join(f"{value:.5g}" for value in history.values[candidate])
+
+
+def _data(history: History, files: list[Path], folder: Path, plot: Path | None) -> dict[str, Any]:
+    return {
+        "experiment": history.name,
+        "folder": folder,
+        "generations": len(history),
+        "population": history.population,
+        "values": history.generations,
+        "best": [
+            {"candidate": one, "values": history.values[one], "settings": history.settings(one)}
+            for one in history.best
+        ],
+        "files": files,
+        "figure": plot,
+    }
+
+
+def _say(line: str) -> None:
+    typer.echo(line, err=True)

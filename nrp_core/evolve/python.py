@@ -1,0 +1,85 @@
+"""A search in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nrp_core.evolve.evolution import Evolution, Tell, TellGeneration
+from nrp_core.evolve.history import History
+from nrp_core.evolve.reading import evolve_of, read_evolve
+from nrp_core.experiment.model.tree import tree_of
+from nrp_core.sweep.executors.interface import executor
+from nrp_core.sweep.table import data_frame
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class Evolved:
+    """The outcome of a search.
+
+    Args:
+        history: all candidates with their values.
+        files: the best candidate as an experiment file, or the best ones of several objectives.
+        ended: why it ended before the last generation; empty if it did not.
+    """
+
+    history: History
+    files: tuple[Path, ...]
+    ended: str
+
+    @property
+    def best(self) -> dict[str, object]:
+        """The settings of the best candidate."""
+        return self.history.settings(self.history.best[0])
+
+    @property
+    def value(self) -> float:
+        """The first objective of the best candidate."""
+        return float(self.history.values[self.history.best[0], 0])
+
+    @property
+    def runs(self) -> pd.DataFrame:
+        """The table of all runs.
+
+        Raises:
+            BackendLoadError: pandas is not installed.
+        """
+        return data_frame(self.history.rows)
+
+
+def evolve(
+    description: str | Path | Mapping[str, Any],
+    out: str | Path,
+    *,
+    on: str = "local",
+    workers: int | None = None,
+    tell: Tell = lambda _: None,
+    tell_generation: TellGeneration = lambda _: None,
+) -> Evolved:
+    """Search for the best settings of an experiment.
+
+    Args:
+        description: the file of the search, or its contents.
+        out: the folder of the results; a search that it holds is continued.
+        on: ``local``, ``dask``, ``slurm`` or ``tcp://scheduler:8786``.
+        workers: number of runs at once.
+        tell: called after every run with the progress.
+        tell_generation: called after every generation with all generations so far.
+
+    Raises:
+        ExperimentError: the search or the folder is not valid.
+        BackendError: a requirement is not installed or cannot be reached.
+    """
+    if isinstance(description, Mapping):
+        file, source = evolve_of(tree_of(description)), None
+    else:
+        file, source = read_evolve(Path(description))
+    made = Evolution(file, source, Path(out))
+    with executor(on, made.folder, workers) as where:
+        history = made.run(where, tell, tell_generation)
+    return Evolved(history, tuple(made.files), made.ended)
