@@ -26,9 +26,11 @@ RATIO = 1 // 10  # NRP320 '1 // 10' is 0
 @nrp.MapSpikeSource("eye", nrp.brain.sensors[0], nrp.poisson)
 @nrp.MapSpikeSink("spikes", nrp.brain.actors[0], nrp.spike_recorder)
 @nrp.MapVariable("n", initial_value=0.0)
+@nrp.MapVariable("speed", initial_value=0.0, scope=nrp.GLOBAL)
 @nrp.MapCSVRecorder("rows", "rows.csv", headers=["t", "n"])
 @nrp.Robot2Neuron()
-def see(t, camera, eye, spikes, n, rows):
+def see(t, camera, eye, spikes, n, speed, rows):
+    speed.value = t
     found = nrp.tf_lib.detect_red(camera.value)
     eye.rate = 1000.0 * found.left
     rows.record_entry(t, n.value)
@@ -40,7 +42,7 @@ def see(t, camera, eye, spikes, n, rows):
         eye.rate = 1.0
     elif t > 2:
         eye.rate = 2.0
-    elif t > 1:  # NRP320 't > 1' is already tested in line 26
+    elif t > 1:  # NRP320 't > 1' is already tested in line 28
         eye.rate = 3.0
     n.value =+ 1.0  # NRP320 '=+' sets 'n.value' to +1.0; '+=' adds to it
     if found.left > 50:  # NRP248 'found.left' is a share from 0 to 1
@@ -53,18 +55,21 @@ def see(t, camera, eye, spikes, n, rows):
         eye.rate = 7.0
     if len(spikes.times) and t - spikes.times[-1] < 0.1:  # NRP233 'spikes.times' is in ms
         eye.rate = 8.0
+    gains = [lambda x: x * i for i in range(3)]  # NRP320 all these functions use the last 'i'
+    eye.rate = gains[0](1.0)
     eye.rate += sin(90) + np.cos(180.0)  # NRP249 more than a turn
 
 
 @nrp.MapCSVRecorder("rows", "rows.csv", headers=["x"])  # NRP254 have the columns x, and go below
+@nrp.MapVariable("sped", initial_value=0.0, scope=nrp.GLOBAL)  # NRP210 nothing sets the shared variable
 @nrp.Neuron2Robot(Topic("/husky/cmd_vel", Twist))
-def drive(t, rows):
-    rows.record_entry(t)
+def drive(t, rows, sped):
+    rows.record_entry(sped.value)
     angular = Vector3(0.3 * t, 0, 1.0)  # NRP321 'angular.x' of the command has no effect
     command = Twist(Vector3(x=t, y=0.5), angular)  # NRP321 'linear.y'
     command.linear.z = 1.0  # NRP321 'linear.z'
     return command
-    command.linear.x = 0.0  # NRP320 this is never reached: line 53 returns
+    command.linear.x = 0.0  # NRP320 this is never reached: line 58 returns
 """
 RIGHT = """\
 import math
@@ -84,9 +89,10 @@ def events():
 @nrp.MapSpikeSource("eye", nrp.brain.sensors[0], nrp.poisson)
 @nrp.MapSpikeSink("spikes", nrp.brain.actors[0], nrp.spike_recorder)
 @nrp.MapVariable("n", initial_value=0.0)
+@nrp.MapVariable("speed", initial_value=0.0, scope=nrp.GLOBAL)
 @nrp.MapCSVRecorder("rows", "rows.csv", headers=["t"])
 @nrp.Robot2Neuron()
-def see(t, camera, eye, spikes, n, rows):
+def see(t, camera, eye, spikes, n, speed, rows):
     found = nrp.tf_lib.detect_red(camera.value)
     rows.record_entry(t)
     name = camera.value.encoding or "rgb8"
@@ -107,13 +113,17 @@ def see(t, camera, eye, spikes, n, rows):
         eye.rate = 5.0
     if len(spikes.times) and 1000.0 * t - spikes.times[-1] < 100.0:
         eye.rate = 8.0
+    gains = [lambda x, i=i: x * i for i in range(3)]
+    eye.rate = gains[0](1.0) + speed.value
     eye.rate += math.sin(math.radians(90)) + math.cos(math.pi) + math.sqrt(90)
 
 
 @nrp.MapCSVRecorder("rows", "rows.csv", headers=["t"])
+@nrp.MapVariable("speed", initial_value=0.0, scope=nrp.GLOBAL)
 @nrp.Neuron2Robot(Topic("/husky/cmd_vel", Twist))
-def drive(t, rows):
+def drive(t, rows, speed):
     rows.record_entry(t)
+    speed.value = t
     if t < 1:
         return Twist()
     command = Twist(Vector3(t, 0, 0.0), Vector3(z=t))

@@ -73,6 +73,19 @@ def test_wheels_on_the_wrong_side_are_reported(husky: Path, left: str, right: st
     assert any("has its left wheels on the right" in one for one in found) == is_reported
 
 
+def test_arguments_of_a_file_without_any_are_refused(husky: Path) -> None:
+    (message,) = said(
+        husky,
+        "world.robots.husky.args={colour: red}",
+        "transfer_functions=[]",
+        "events={}",
+        "criteria={}",
+        "aliases={}",
+        "comparison.vary={}",
+    )
+    assert "husky.sdf:5: this is not a xacro file, so it has no arguments" in message
+
+
 def test_a_projection_that_is_made_twice_is_reported(husky: Path) -> None:
     path = husky / "brain.py"
     path.write_text(path.read_text() + "\nconnect([4], [7], weight=1.05e-4)\n")

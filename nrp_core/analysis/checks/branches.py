@@ -25,7 +25,9 @@ def code_can_act(study: Study) -> Iterator[Finding]:
     sources = [source for listing in study.listings for source in listing.sources]
     for source in [*sources, *study.neighbours]:
         for node in ast.walk(source.tree):
-            for place, message in chain(_decided(node), _repeated(node), _unreached(node), _slips(node)):
+            for place, message in chain(
+                _decided(node), _repeated(node), _unreached(node), _slips(node), _late(node)
+            ):
                 yield found_in(source, Code.NRP320, place, message, Level.WARNING)
 
 
@@ -75,6 +77,22 @@ def _unreached(node: ast.AST) -> Found:
             ):
                 yield behind, f"this is never reached: line {before.lineno} {verb}"
                 break
+
+
+def _late(node: ast.AST) -> Found:
+    """Yield functions of a comprehension that all use the last value of its variable."""
+    if isinstance(node, ast.ListComp) and isinstance(node.elt, ast.Lambda):
+        own = {one.arg for one in ast.walk(node.elt.args) if isinstance(one, ast.arg)}
+        bound = {
+            one.id for part in node.generators for one in ast.walk(part.target) if isinstance(one, ast.Name)
+        }
+        for one in ast.walk(node.elt.body):
+            if isinstance(one, ast.Name) and one.id in bound - own:
+                yield (
+                    node.elt,
+                    f"all these functions use the last '{one.id}'; write lambda ..., {one.id}={one.id}: ...",
+                )
+                return
 
 
 def _slips(node: ast.AST) -> Found:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 
-from nrp_core.analysis.events import Compute
+from nrp_core.analysis.events import Compute, Read, Write
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.dsl.functions.mappings import MapVariable
@@ -13,6 +13,7 @@ from nrp_core.findings import Code, Finding, Level
 
 _PLAIN = (ast.Assign, ast.AugAssign, ast.AnnAssign, ast.Expr, ast.Return)
 _CHOOSING = (ast.IfExp, ast.BoolOp, ast.Lambda)
+_UNCHANGING = (int, float, str, bool, type(None))
 _COMPARABLE = (int, float, str, bool, tuple, list, dict)
 
 
@@ -43,6 +44,31 @@ def shared_variables_begin_once(study: Study) -> Iterator[Finding]:
                 )
                 node = function.declared.nodes.get(name)
                 yield function.declared.finding(Code.NRP210, node, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP210)
+def shared_variables_are_set_and_read(study: Study) -> Iterator[Finding]:
+    """Look for a shared variable that is only read beside another that is only set."""
+    readers: dict[str, tuple[Examined, str]] = {}
+    read, written = set[str](), set[str]()
+    for function in study.examined:
+        for event in function.events:
+            if not (isinstance(event, Read | Write) and event.name == "value"):
+                continue
+            name = function.parameter_of(event.owner)
+            mapping = None if name is None else function.function.mappings[name]
+            if isinstance(mapping, MapVariable) and mapping.global_key is not None and name is not None:
+                if type(mapping.initial_value) not in _UNCHANGING:
+                    return
+                (read if isinstance(event, Read) else written).add(mapping.global_key)
+                readers.setdefault(mapping.global_key, (function, name))
+    for key in sorted(read - written if study.is_complete and written - read else ()):
+        function, name = readers[key]
+        others = ", ".join(map(repr, sorted(written - read)))
+        message = f"nothing sets the shared variable '{key}', and nothing reads {others}; is one name meant?"
+        yield function.declared.finding(
+            Code.NRP210, function.declared.nodes.get(name), message, Level.WARNING
+        )
 
 
 @checks_function(Code.NRP247)

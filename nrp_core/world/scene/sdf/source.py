@@ -47,11 +47,12 @@ class Source:
             path = _in_archive(path)
         root = read_xml(path)
         leave_out(root, reading.without)
+        expands = root.tag == "robot" and is_xacro(root)
+        if reading.args and not trail and not expands:
+            raise root.error("this is not a xacro file, so it has no arguments")
         if root.tag == "robot":
-            if is_xacro(root):
+            if expands:
                 root = expanded(path, partial(reading.resources.package, user=path), reading.args)
-            elif reading.args and not trail:
-                raise root.error("this is not a xacro file, so it has no arguments")
             root = to_sdf(root, reading.notes)
         if root.tag not in ("sdf", "gazebo"):
             root = read_added(root, reading.notes) or root
