@@ -168,7 +168,10 @@ def _of_all_together(projection: Projection, post: Population) -> Iterator[str]:
     needed = {name, "cm", "v_rest", "v_thresh"}
     if not projection.size or not needed <= cells.keys() or "w_max" in projection.synapse_parameters:
         return
-    distance_mv = float((cells["v_thresh"] - cells["v_rest"]).min())
+    distances_mv = cells["v_thresh"] - cells["v_rest"]
+    distance_mv = float(distances_mv[distances_mv > 0].min(initial=np.inf))  # others are pacemakers
+    if not np.isfinite(distance_mv):
+        return
     charge = float(np.abs(projection.weight).max()) * projection.size * float(cells[name].max()) * np.e
     if post.is_conductance_based:
         reversal = cells["e_rev_E" if projection.receptor == "excitatory" else "e_rev_I"]

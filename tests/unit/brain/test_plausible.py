@@ -152,6 +152,7 @@ def test_a_projection_that_no_cell_notices_is_reported(
 ) -> None:
     sim = builder()
     cells = sim.Population(2, getattr(sim, cell)(cm=cm, tau_syn_E=0.5), label="cells")
+    cells[1:2].set(v_thresh=-65.1, v_reset=-70.0)  # a pacemaker
     synapse = sim.StaticSynapse(weight=weight)
     sim.Projection(cells, cells, sim.OneToOneConnector(), synapse, label="loop")
     assert ["the projection 'loop' together move a cell by" in one for one in implausible(sim.network())] == [
