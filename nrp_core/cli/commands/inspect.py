@@ -74,11 +74,11 @@ def inspect(
         _check_image(image)
         if is_experiment(file) or is_recording(file) or are_functions(file):
             raise typer.BadParameter(f"only a robot or a room is drawn, not {file}", param_hint="--image")
+    if is_recording(file):  # first, because its folder holds the experiment, too
+        inspect_recording(file, as_json=json, details=verbose)
+        return
     if is_experiment(file):
         inspect_experiment(str(file), given, as_json=json)
-        return
-    if is_recording(file):
-        inspect_recording(file, as_json=json, details=verbose)
         return
     if are_functions(file):
         inspect_functions(file, given, as_json=json)

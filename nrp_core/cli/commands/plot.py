@@ -86,7 +86,11 @@ def plot(
             label="warning",
             color="yellow",
         )
-    figure.plot(source, target, figure.What(what), _options(size, dpi, begin, until, panels, style))
+    options = _options(size, dpi, begin, until, panels, style)
+    if options.crowded and what == figure.What.RUN:
+        advice = "at least 150x100mm, choose --panels, or draw one part, such as 'raster'"
+        complain(f"the texts of all panels overlap on {size}: use {advice}", label="note", color="yellow")
+    figure.plot(source, target, figure.What(what), options)
     if json:
         document({"figure": target, "complete": source.complete})
     else:

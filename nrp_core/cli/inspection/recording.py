@@ -14,16 +14,16 @@ from nrp_core.cli.output import document
 from nrp_core.cli.summary import print_problems, styled_headline
 from nrp_core.clock import seconds
 from nrp_core.experiment.running.judgement import recorded_judgement
-from nrp_core.recording.layout import MCAP_NAME, SNAPSHOTS, STEPS
+from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, STEPS
 from nrp_core.recording.reading.mcap_messages import is_mcap
 from nrp_core.recording.reading.recording import Recording
 
 
 def is_recording(path: Path) -> bool:
-    """Return whether a folder holds a recording, or a file begins like one."""
+    """Return whether a folder holds a recording, of which files may be missing, or a file begins like one."""
     if path.is_dir():
-        return (path / MCAP_NAME).is_file()
-    return is_mcap(path)
+        return (path / MCAP_NAME).is_file() or (path / RUN_NAME).is_file()
+    return path.is_file() and is_mcap(path)
 
 
 @dataclass(slots=True)

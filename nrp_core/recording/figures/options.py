@@ -16,6 +16,8 @@ from nrp_core.quantities import parse
 DPI = 150
 _UNITS = {"cm": 1 / 2.54, "mm": 1 / 25.4, "in": 1.0}
 _LEAST_IN, _MOST_IN = 1.0, 100.0
+_PAGE_IN = (5.9, 3.9)
+"""The smallest page on which the texts of all panels keep clear of each other, with four criteria."""
 
 
 class Panel(StrEnum):
@@ -47,6 +49,12 @@ class PlotOptions:
     end_s: float = inf
     panels: Collection[Panel] = tuple(Panel)
     style: str | None = None
+
+    @property
+    def crowded(self) -> bool:
+        """Whether a page with all panels is too small for them."""
+        least = zip(self.size_inches or _PAGE_IN, _PAGE_IN, strict=True)
+        return len(self.panels) == len(Panel) and any(side < needed for side, needed in least)
 
     def figure(self, size_inches: tuple[float, float], **settings: Any) -> Figure:
         """Return an empty figure, of this size unless the options have another."""

@@ -30,7 +30,7 @@ class ReplayResult:
     Args:
         steps: the number of steps that were compared.
         difference: the first one, if any.
-        from_ns, until_ns: the period that was run and compared.
+        from_ns, until_ns: the period that was compared; the run may have continued.
         flaws: the damaged files of the recording.
         not_compared: the parts of the recording that were not compared, as texts.
         error: the error that ended the run early; it may have ended the recorded run, too.

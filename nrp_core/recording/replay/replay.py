@@ -172,7 +172,7 @@ class Replay(Closing):
             comparison.steps,
             comparison.difference,
             begin_ns,
-            self.run.loop.now_ns,
+            compared_ns if error is None else self.run.loop.now_ns,
             self._check.flaws,
             tuple(self._not_compared(begin_ns, compared_ns, next(recorded, None))),
             error,

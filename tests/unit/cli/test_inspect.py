@@ -21,6 +21,10 @@ def test_inspect_prints_the_tree(nrp):
     assert done.err == ""
 
 
+def test_an_experiment_is_shown_by_its_name(nrp):
+    assert "husky (husky.sdf)" in nrp("inspect", "braitenberg_husky").out
+
+
 def test_warnings_go_to_standard_error(nrp, tmp_path):
     robot = tmp_path / "robot.urdf"
     robot.write_text('<robot name="r"><link name="base"/><wheels/></robot>')

@@ -54,6 +54,12 @@ def test_an_option_of_another_view_of_a_video_is_refused(
     assert words in " ".join(done.err.split())
 
 
+def test_a_page_too_small_for_its_texts_is_noted(nrp: Nrp, tmp_path: Path) -> None:
+    done = nrp("plot", PLAIN, "--size", "90x60mm", "-o", tmp_path / "page.png")
+    assert "the texts of all panels overlap on 90x60mm: use at least 150x100mm" in done.err
+    assert "overlap" not in nrp("plot", PLAIN, "raster", "--size", "90x60mm", "-o", tmp_path / "r.png").err
+
+
 def test_a_recording_is_verified(nrp: Nrp, recorded: Path) -> None:
     done = nrp("replay", recorded, "--verify")
     assert (done.code, done.out) == (0, "identical: 0 s to 1 s, 50 steps\n")
@@ -216,6 +222,19 @@ def test_without_a_description_of_the_run_it_is_never_identical(nrp: Nrp, record
         again.err
         == "warning: it has no run.json, so the versions and files of its run are unknown [NRP285]\n"
     )
+
+
+def test_a_recording_without_its_messages_is_one_that_lost_them(nrp: Nrp, recorded: Path) -> None:
+    (recorded / MCAP_NAME).unlink()
+    done = nrp("inspect", "--check", recorded)
+    assert (done.code, "recording.mcap (every message) is missing" in done.err) == (1, True)
+    shown = nrp("inspect", recorded)
+    assert (shown.code, "no file 'recording.mcap' is in it" in shown.err) == (3, True)
+
+
+def test_steps_beyond_the_end_of_a_recording_are_not_called_the_same(nrp: Nrp, recorded: Path) -> None:
+    done = nrp("replay", recorded, "--until", "1.2s", "--verify")
+    assert done.out.startswith("the same: 0 s to 1 s, 50 steps; not compared: the steps after 1 s")
 
 
 def test_a_run_that_was_killed_is_compared_as_far_as_it_went(

@@ -361,6 +361,16 @@ def test_a_figure_has_the_size_the_resolution_and_the_panels_that_are_wanted(
     assert not {"Room from above", "Devices (mV)", "Commands (m/s)"} & shown
 
 
+@pytest.mark.parametrize(
+    ("size", "panels", "crowded"),
+    [("90x60mm", tuple(Panel), True), ("150x100mm", tuple(Panel), False), ("90x60mm", (Panel.MAP,), False)],
+)
+def test_a_page_is_crowded_if_it_is_small_and_has_all_panels(
+    size: str, panels: tuple[Panel, ...], crowded: bool
+) -> None:
+    assert PlotOptions(size_inches=size_inches(size), panels=panels).crowded is crowded
+
+
 def test_a_figure_shows_a_window_of_time_and_values_from_before_it_hold(recording: Recording) -> None:
     story = Story.of(recording, 0.21, 0.29)
     assert (story.begin_s, story.end_s) == pytest.approx((0.21, 0.28))

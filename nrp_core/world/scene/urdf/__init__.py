@@ -239,13 +239,17 @@ def _parent_frame(joint: Element) -> str:
 
 
 def _is_no_limit(value: Element, joint: Element, robot: _Robot) -> bool:
-    """Return whether a value is a limit of 0 for effort or velocity, with which the joint could not move."""
-    if value.tag not in ("effort", "velocity") or value.parse_numbers(value.text, 1, finite=False) != (0.0,):
+    """Return whether a value is a limit of effort or velocity with which the joint could not move."""
+    if value.tag not in ("effort", "velocity"):
+        return False
+    (limit,) = value.parse_numbers(value.text, 1, finite=False)
+    if limit > 0:
         return False
     if joint.attribute("type") != "fixed":
         name = joint.attribute("name")
         message = (
-            f"the {value.tag} of the joint '{name}' is limited to 0, so that it could not move: no limit"
+            f"the {value.tag} of the joint '{name}' is limited to {limit:g}, so that it could not move: "
+            "no limit"
         )
         robot.notes.warn(value, Code.NRP264, message, subject=value.tag)
     return True

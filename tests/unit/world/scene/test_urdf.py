@@ -398,14 +398,17 @@ def test_the_mass_of_a_link_without_one_is_that_of_the_links_fixed_to_it(urdf: U
     assert masses == {"base": None, "plate": None, "inertia": 1.0, "wheel": 1000.0}
 
 
-def test_limits_of_0_for_effort_and_velocity_are_none(urdf: UrdfReader) -> None:
-    limit = '<limit lower="-1" upper="1" effort="0" velocity="0.0"/>'
+@pytest.mark.parametrize(("effort", "velocity", "told"), [("0", "0.0", "0"), ("-5", "-5", "-5")])
+def test_limits_of_effort_and_velocity_that_hold_a_joint_still_are_none(
+    urdf: UrdfReader, effort: str, velocity: str, told: str
+) -> None:
+    limit = f'<limit lower="-1" upper="1" effort="{effort}" velocity="{velocity}"/>'
     model = urdf(f'<link name="base">{MASS}</link><link name="arm">{MASS}</link>{joint("revolute", limit)}')
     (turning,) = model.joints
     assert (turning.effort, turning.velocity, turning.lower) == (inf, inf, -1.0)
-    said = [str(each) for each in model.warnings if "is limited to 0" in each.message]
+    said = [str(each) for each in model.warnings if f"is limited to {told}," in each.message]
     assert len(said) == 2
-    assert "the effort of the joint 'j' is limited to 0" in said[0]
+    assert f"the effort of the joint 'j' is limited to {told}" in said[0]
 
 
 def test_a_link_without_mass_at_a_force_sensor_gets_a_little_because_it_moves_alone(urdf: UrdfReader) -> None:
