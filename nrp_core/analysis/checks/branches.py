@@ -69,14 +69,17 @@ def _unreached(node: ast.AST) -> Found:
             continue
         for before, behind in pairwise(statements):
             verb = _LEAVING.get(type(before))
-            ends_the_run = isinstance(before, ast.Raise) and "SystemExit" in ast.unparse(before)  # NRP302
-            if (
-                verb
-                and not ends_the_run
-                and not any(isinstance(one, ast.Yield | ast.YieldFrom) for one in ast.walk(behind))
-            ):
+            if verb and not _is_meant_or_known(before, behind):
                 yield behind, f"this is never reached: line {before.lineno} {verb}"
                 break
+
+
+def _is_meant_or_known(before: ast.stmt, behind: ast.stmt) -> bool:
+    """Return whether a statement makes a generator, or another finding reports it."""
+    ends_the_run = isinstance(before, ast.Raise) and "SystemExit" in ast.unparse(before)  # NRP302
+    declares = isinstance(behind, ast.FunctionDef) and bool(behind.decorator_list)  # NRP210
+    makes_generator = any(isinstance(one, ast.Yield | ast.YieldFrom) for one in ast.walk(behind))
+    return ends_the_run or declares or makes_generator
 
 
 def _late(node: ast.AST) -> Found:
