@@ -16,10 +16,11 @@ from nrp_core.conformance.world.exact_motion import ExactMotionTests
 SOURCE = Path(__file__).parents[2] / "plugins/nrp-world-minimal/src/nrp_world_minimal/engine.py"
 ARC, ROOM = "a_curve_is_exactly_the_commanded_arc", "a_low_wall_stops_a_robot_and_a_bridge_does_not"
 SIDEWAYS, SPEED = "a_planar_drive_moves_exactly_as_commanded", "velocities_are_those_of_the_arc"
+BESIDE, CORNER = "a_wall_at_an_angle_leaves_the_room_beside_it", "a_robot_in_a_corner_is_inside_neither_wall"
 LONG = "a_robot_ends_at_half_its_length_in_every_heading"
 WRONG = {
     "turns 2 % slow": ("angle = self.command.turn", "angle = 0.98 * self.command.turn", f"{ARC} {SPEED}"),
-    "forward 2 % slow": ("length = STEP_S", "length = 0.98 * STEP_S", f"{ARC} {SIDEWAYS} {SPEED}"),
+    "forward 2 % slow": ("length = STEP_S", "length = 0.98 * STEP_S", f"{ARC} {SIDEWAYS} {SPEED} {BESIDE}"),
     "turns the other way when backing": (
         "angle = self.command.turn * STEP_S",
         "angle = self.command.turn * (-STEP_S if self.command.forward < 0 else STEP_S)",
@@ -43,9 +44,14 @@ WRONG = {
     "slow robots stand": ("if robot.command == REST", "if abs(robot.command.forward) < 0.03", ARC),
     "footprints do not turn": (
         "return self.corners @ rotation(yaw).T + (x, y)", "return self.corners + (x, y)",
-        LONG,
+        f"{LONG} {CORNER}",
     ),
     "low walls do not stop": ("CLEARANCE_M = 0.05", "CLEARANCE_M = 0.2", ROOM),
+    "walls do not turn": (
+        "points_of(collision, place), (place @ collision.pose).yaw)", "points_of(collision, place), 0.0)",
+        BESIDE,
+    ),
+    "one wall at a time": ("ATTEMPTS = 4", "ATTEMPTS = 1", CORNER),
     "what is above stops": ("if o.low < mine.high and o.high", "if o.high", ROOM),
 }  # fmt: skip
 
@@ -59,7 +65,7 @@ def failing(old: str, new: str) -> set[str]:
     backend: Any = module.__dict__["MinimalBackend"]
     tests = type("Wrong", (ExactMotionTests,), {"make_backend": classmethod(lambda cls: backend())})
     results = run_tests(tests, traceback="native")
-    assert len(results) == 14
+    assert len(results) == 16
     return {r.test.partition("[")[0] for r in results if r.outcome is Outcome.FAILED}
 
 

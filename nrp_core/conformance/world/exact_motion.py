@@ -14,7 +14,7 @@ import pytest
 
 from nrp_core.clock import seconds
 from nrp_core.conformance.world.kit import WorldKit, twist
-from nrp_core.conformance.world.scenes import LENGTH, at, floor, prop, robot
+from nrp_core.conformance.world.scenes import LENGTH, TRACK, WHEEL_WIDTH, at, floor, prop, robot
 from nrp_core.world.drives.planar_move import PlanarMove
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.rigid.pose import Pose
@@ -102,6 +102,27 @@ class ExactMotionTests(WorldKit):
         x, y, _ = world.model_motion("robot").pose.position
         expected = 1.4 - LENGTH / 2
         assert hypot(x, y) == pytest.approx(expected, abs=0.5 * self.step_s + self._deep(LENGTH / 2))
+
+    def test_a_wall_at_an_angle_leaves_the_room_beside_it(self) -> None:
+        """The robot drives past the middle of a wall, through the corner of the box around the wall."""
+        wall = prop("wall", Box((6.0, 0.1, 2.0)), at(0, 3, 1, yaw=pi / 4))
+        world = self.open(floor(), robot(x=1.8, yaw=pi / 2), wall)
+        self.drive(world, 0.5, 0.0, 4.0)
+        x, y, _ = world.model_motion("robot").pose.position
+        assert (x, y) == pytest.approx((1.8, 0.5 * seconds(world.now_ns)), abs=self.lost(0.5, 4.0))
+
+    def test_a_robot_in_a_corner_is_inside_neither_wall(self) -> None:
+        walls = (
+            prop("east", Box((0.2, 6.0, 2.0)), at(2, 0, 1)),
+            prop("north", Box((6.0, 0.2, 2.0)), at(0, 2, 1)),
+        )
+        world = self.open(floor(), robot(yaw=pi / 4), *walls)
+        self.drive(world, 0.5, 0.0, 5.0)
+        pose = world.model_motion("robot").pose
+        (x, y, _), across = pose.position, TRACK / 2 + WHEEL_WIDTH / 2
+        c, s = abs(cos(pose.yaw)), abs(sin(pose.yaw))
+        assert x + LENGTH / 2 * c + across * s <= 1.9 + self._deep(LENGTH)
+        assert y + LENGTH / 2 * s + across * c <= 1.9 + self._deep(LENGTH)
 
     def _deep(self, size: float) -> float:
         """Return the allowed penetration of bodies of a size, m."""
