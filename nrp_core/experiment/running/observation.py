@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+import hashlib
+import struct
+from collections.abc import Collection, Iterable
 from typing import Any
 
+from nrp_core.cle import ClosedLoop
 from nrp_core.experiment.making.watch import Watch
 from nrp_core.experiment.running.falls import FallWatch
-from nrp_core.experiment.running.run_totals import TrajectoryDigest
 from nrp_core.world.rigid.pose import Pose
 
 
@@ -31,8 +33,9 @@ class Observation:
         self._looked_at_ns: int | None = None
         self.digest = TrajectoryDigest()
 
-    def look(self, now_ns: int) -> None:
+    def look(self, loop: ClosedLoop) -> None:
         """Evaluate a time, after the step to it or before the first step; once for each time."""
+        now_ns = loop.now_ns
         if now_ns != self._looked_at_ns:
             self._looked_at_ns = now_ns
             self._watch.look(now_ns)
@@ -59,3 +62,25 @@ class Observation:
         """Restore a state from :meth:`save`, in a world that was restored."""
         self._looked_at_ns, self.digest.state, watched = saved
         self._watch.restore(watched)
+
+
+class TrajectoryDigest:
+    """A hash of poses, bit for bit; equal digests, equal trajectories.
+
+    The digest of each step is made from the previous one, so the state is a few bytes.
+
+    Attributes:
+        state: the digest so far.
+    """
+
+    def __init__(self) -> None:
+        self.state = b""
+
+    def add(self, poses: Iterable[Pose]) -> None:
+        """Add the poses of the robots after one more step."""
+        data = b"".join(struct.pack("<7d", *pose.position, *pose.orientation) for pose in poses)
+        self.state = hashlib.blake2b(self.state + data, digest_size=16).digest()
+
+    def hexdigest(self) -> str:
+        """Return the digest so far."""
+        return self.state.hex()

@@ -51,7 +51,7 @@ from nrp_core.experiment.running.observation import Observation
 from nrp_core.experiment.running.opening import open_side
 from nrp_core.experiment.running.problems import Reporter, ends_of, problems_of, state_of
 from nrp_core.experiment.running.result import Result, failure_data, pose_data
-from nrp_core.experiment.running.run_totals import SpikeCounter
+from nrp_core.experiment.running.spike_counts import SpikeCounter
 from nrp_core.experiment.running.unheard import UnheardCommands
 from nrp_core.findings import Finding
 from nrp_core.findings.problems import is_complete
@@ -170,8 +170,8 @@ class Run(Closing):
             function_time_limit_s=None if limit_ns is None else seconds(limit_ns),
             pacing=pacing_of(self.experiment.pace),
         )
-        loop.hooks.before_step.append(self._look)
-        loop.hooks.after_step.append(self._after_step)
+        loop.hooks.before_step.append(self._observation.look)
+        loop.hooks.after_step.extend((self._observation.look, self._after_step))
         loop.hooks.after_reset.append(self._after_reset)
         return loop
 
@@ -326,11 +326,7 @@ class Run(Closing):
         self.error = None
         self._wall_ns = 0
 
-    def _look(self, loop: ClosedLoop) -> None:
-        self._observation.look(loop.now_ns)
-
     def _after_step(self, loop: ClosedLoop) -> None:
-        self._look(loop)
         for observer in self.on_step:
             observer(self)
 

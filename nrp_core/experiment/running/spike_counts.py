@@ -1,11 +1,8 @@
-"""Totals of a run: spikes of each neuron, and a digest of the robots' trajectories."""
+"""The number of spikes of each neuron in a run."""
 
 from __future__ import annotations
 
-import hashlib
 import re
-import struct
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +12,6 @@ from nrp_core._support.arrays import IntArray
 from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.spikes import Spikes
-from nrp_core.world.rigid.pose import Pose
 
 _AUTOMATIC = re.compile(r"population\d+")
 """Automatic names of populations without a label in their script."""
@@ -62,25 +58,3 @@ class SpikeCounterPort(SinkPort):
     def restore(self, saved: Any) -> None:
         self.active, counts = saved
         self._counts[:] = counts
-
-
-class TrajectoryDigest:
-    """A hash of poses, bit for bit; equal digests, equal trajectories.
-
-    The digest of each step is made from the previous one, so the state is a few bytes.
-
-    Attributes:
-        state: the digest so far.
-    """
-
-    def __init__(self) -> None:
-        self.state = b""
-
-    def add(self, poses: Iterable[Pose]) -> None:
-        """Add the poses of the robots after one more step."""
-        data = b"".join(struct.pack("<7d", *pose.position, *pose.orientation) for pose in poses)
-        self.state = hashlib.blake2b(self.state + data, digest_size=16).digest()
-
-    def hexdigest(self) -> str:
-        """Return the digest so far."""
-        return self.state.hex()
