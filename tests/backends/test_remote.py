@@ -164,7 +164,9 @@ def test_a_process_that_hangs_is_one_clear_error(remote, ask):
 
 
 def test_a_limit_may_be_a_little_less_than_whole_seconds(remote):
-    remote(LimitedBackend(), cells(), time_limit="3999999999 ns")
+    brain = remote(LimitedBackend(), cells(), time_limit="3999999999 ns")
+    brain.run_until(NS_PER_MS)
+    assert brain.now_ns == NS_PER_MS
 
 
 def test_a_process_that_hangs_while_it_opens_is_one_clear_error(tmp_path):
@@ -288,7 +290,9 @@ def test_a_simulator_that_does_not_load_there_is_one_clear_error(remote, capfd):
 def test_a_python_in_the_home_folder_is_found(python, remote, tmp_path, monkeypatch):
     python({})
     monkeypatch.setenv("HOME", str(tmp_path))
-    remote(EventBackend(), cells(), python="~/python").run_until(NS_PER_MS)
+    brain = remote(EventBackend(), cells(), python="~/python")
+    brain.run_until(NS_PER_MS)
+    assert brain.now_ns == NS_PER_MS
 
 
 def test_closing_a_brain_ends_its_process(remote):

@@ -123,4 +123,5 @@ def test_worlds_are_opened_and_closed_again_and_again(open_world, parts):
     for _ in range(30):
         world = open_world(parts.floor(), parts.prop("box", Box((1, 1, 1)), mass=1.0))
         world.run_until(20_000_000)
+        assert world.now_ns == 20_000_000
         world.close()

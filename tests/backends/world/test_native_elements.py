@@ -176,9 +176,11 @@ def test_a_wrong_contact_for_pybullet_is_an_error_with_file_and_line(
 
 
 def test_an_engine_leaves_the_elements_of_another_alone(open_in: Open) -> None:
-    open_in("mujoco", CAR.format(native="", contact='<no_such_thing value="1"/>'))
+    car = open_in("mujoco", CAR.format(native="", contact='<no_such_thing value="1"/>'))
+    assert not [each for each in car.warnings if "no_such_thing" in str(each)]
     pytest.importorskip("pybullet")
-    open_in("pybullet", ROTOR.format(native='<mujoco:no_such_thing value="1"/>'))
+    rotor = open_in("pybullet", ROTOR.format(native='<mujoco:no_such_thing value="1"/>'))
+    assert not [each for each in rotor.warnings if "mujoco:no_such_thing" in str(each)]
 
 
 def _model_of(world: World) -> Any:
