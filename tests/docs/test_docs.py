@@ -37,7 +37,7 @@ MANY_RUNS = frozenset(
     f"docs/{name}.md"
     for name in (
         "howto/add-a-synapse-law", "howto/compare-simulators", "howto/evolve-settings",
-        "howto/record-and-replay", "howto/steer-a-run", "howto/sweep-settings",
+        "howto/prove-a-backend", "howto/record-and-replay", "howto/steer-a-run", "howto/sweep-settings",
         "tutorial/one-run-to-a-thousand",
     )
 )  # fmt: skip

@@ -14,6 +14,10 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("untimed", deadline=None)  # machines are busy at times; no test is timed
+settings.load_profile("untimed")
 
 OPTION = "--ros"
 
