@@ -57,6 +57,7 @@ class PutsShapesIntoTheMiddleOfTheirLink(ChangesTheScene):
 
 
 @found_by(
+    "a_robot_in_a_corner_is_inside_neither_wall",
     "a_shape_has_its_exact_size",
     "a_shape_has_its_size_and_place",
 )

@@ -146,6 +146,7 @@ class MakesEverythingSolid(ChangesTheScene):
 
 
 @found_by(
+    "a_robot_in_a_corner_is_inside_neither_wall",
     "a_laser_measures_the_distance_to_a_wall",
     "a_laser_measures_moving_bodies",
     "a_link_stands_on_any_of_its_shapes",
@@ -190,6 +191,7 @@ class TurnsTheWrongWay(MujocoEngine):
 
 
 @found_by(
+    "a_wall_at_an_angle_leaves_the_room_beside_it",
     "a_curve_is_a_circle_of_speed_over_turn",
     "a_curve_is_exactly_the_commanded_arc",
     "a_planar_drive_moves_exactly_as_commanded",
@@ -273,6 +275,7 @@ class SortsJoints(MujocoEngine):
 
 
 @found_by(
+    "a_wall_at_an_angle_leaves_the_room_beside_it",
     "a_curve_is_a_circle_of_speed_over_turn",
     "a_curve_is_exactly_the_commanded_arc",
     "a_positive_turn_is_to_the_left",
