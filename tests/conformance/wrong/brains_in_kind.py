@@ -62,6 +62,7 @@ class IgnoresInhibition(SmallBrain):
 
 
 @found_by(
+    "cells_that_fire_at_once_are_reset_each_to_its_own_potential",
     "a_device_acts_within_its_delay_and_a_step",
     "a_source_acts_only_on_the_selected_neurons",
     "an_injected_spike_acts_after_its_delay",
@@ -121,6 +122,7 @@ class SendsDeviceSpikesAtOnce(SmallBrain):
 
 
 @found_by(
+    "a_current_adds_to_the_offset_of_its_cell",
     "a_late_device_acts_from_then_on",
     "a_source_acts_only_on_the_selected_neurons",
     "currents_of_several_sources_add_up",
@@ -133,6 +135,7 @@ class GivesCurrentsToTheNextNeuron(SmallBrain):
 
 
 @found_by(
+    "a_current_adds_to_the_offset_of_its_cell",
     "a_current_acts_from_the_moment_it_is_set",
     "a_late_device_acts_from_then_on",
     "a_removed_device_has_no_effect",
@@ -156,6 +159,7 @@ class TakesCurrentsOneWindowLate(SmallBrain):
 
 
 @found_by(
+    "a_current_adds_to_the_offset_of_its_cell",
     "a_current_acts_from_the_moment_it_is_set",
     "a_late_device_acts_from_then_on",
     "a_removed_device_has_no_effect",
@@ -203,6 +207,7 @@ class SharesCurrentsBetweenBrains(SmallBrain):
 
 
 @found_by(
+    "cells_that_fire_at_once_are_reset_each_to_its_own_potential",
     "a_cell_can_act_on_itself",
     "a_snapshot_keeps_spikes_in_flight",
     "a_source_spike_at_the_edge_of_a_window_is_counted_once_and_acts_once",

@@ -119,6 +119,7 @@ class HearsOneSourceAtATime(SmallBrain):
 
 
 @found_by(
+    "cells_that_fire_at_once_are_reset_each_to_its_own_potential",
     "each_cell_has_its_own_parameters",
 )
 class TakesTheFirstCellOfAPopulationForAll(SmallBrain):

@@ -223,6 +223,8 @@ class KeepsTheMembraneOverAReset(SmallBrain):
 
 
 @found_by(
+    "a_cell_starts_from_its_initial_potential_also_after_a_reset",
+    "a_reset_forgets_spikes_in_transit",
     "a_reset_brain_equals_a_fresh_one",
     "a_reset_repeats_the_noise",
     "a_reset_with_another_seed_equals_a_brain_opened_with_it",
