@@ -1,4 +1,4 @@
-"""What a run sums up."""
+"""The number of spikes in the result of a run."""
 
 from __future__ import annotations
 
