@@ -102,7 +102,8 @@ def goals_of(model: Model) -> Iterator[tuple[str, float]]:
     starts = start_positions(model)
     for joint in commandable(model):
         start, step = starts.get(joint.name, 0.0), SLIDE if joint.kind == "prismatic" else STEP
-        yield joint.name, start + step if start + step <= joint.upper else max(start - step, joint.lower)
+        up, down = min(step, joint.upper - start), min(step, start - joint.lower)
+        yield joint.name, start + up if up >= down else start - down
 
 
 if __name__ == "__main__":

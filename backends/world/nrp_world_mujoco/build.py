@@ -12,7 +12,7 @@ from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
 from nrp_core.findings import Findings
 from nrp_core.world.drives.planar import planar_drives
-from nrp_core.world.engine_kit.firm_servo import firm_joints
+from nrp_core.world.engine_kit.firm_servo import FirmJoint, firm_joints
 from nrp_core.world.engine_kit.joint_servo import servoed_joints
 from nrp_core.world.engine_kit.planar_servo import PlanarServo, servo_of
 from nrp_core.world.engine_kit.simulated import simulated_bodies
@@ -59,7 +59,7 @@ class Built:
     visuals: Mapping[str, int]
     cameras: Mapping[CameraPath, int]
     servos: Mapping[tuple[str, str], int]
-    firm: Mapping[tuple[str, str], Joint]
+    firm: Mapping[tuple[str, str], FirmJoint]
     owners: Sequence[BodyPath]
     warnings: Findings
 
@@ -122,7 +122,7 @@ class _Builder:
         self._visuals: dict[str, Any] = {}
         self._cameras: dict[CameraPath, Any] = {}
         self._servos: dict[tuple[str, str], Any] = {}
-        self._firm: dict[tuple[str, str], Joint] = {}
+        self._firm: dict[tuple[str, str], FirmJoint] = {}
         self._owners: list[tuple[BodyPath, Any]] = []
         self._collisions: dict[str, list[Any]] = {}
         self._native = NativeElements(spec)
@@ -165,9 +165,9 @@ class _Builder:
             if name in joints:
                 limit = next(joint.effort for joint in model.joints if joint.name == name)
                 self._servos[model.name, name] = self._add_joint_servo(joints[name], limit)
-        for name, joint in firm_joints(model, bodies).items():
+        for name, firm in firm_joints(model, bodies).items():
             joints[name].solimp_friction = FIRMEST
-            self._firm[model.name, name] = joint
+            self._firm[model.name, name] = firm
         self._native.apply(model, joints, self._collisions)
 
     def _add_joint(self, element: Any, model: str, joint: Joint) -> Any:

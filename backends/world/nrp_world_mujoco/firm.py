@@ -36,9 +36,9 @@ class MujocoFirmJoints(FirmJoints):
         self._model, self._data = built.model, data
         self._dofs = np.array([built.joints[model][joint] for model, joint in self.paths], dtype=int)
         self._places = built.model.jnt_qposadr[built.model.dof_jntid[self._dofs]]
-        self._frictions = np.array([joint.friction for joint in built.firm.values()])
+        self._frictions = np.array([firm.joint.friction for firm in built.firm.values()])
         self._dampers = self._model.dof_damping[self._dofs].copy()
-        efforts = [joint.effort for joint in built.firm.values()]
+        efforts = [firm.joint.effort for firm in built.firm.values()]
         self._limits = np.clip(efforts, SMALLEST, FAR_AWAY)  # without friction there is no constraint
         self._rows: IntArray = self.on  # of their constraints, after those of couplings
 

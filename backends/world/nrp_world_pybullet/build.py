@@ -10,6 +10,7 @@ from math import isfinite
 from nrp_core._support.quiet import quiet
 from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
+from nrp_core.findings import Findings
 from nrp_core.world.drives.planar import planar_drives
 from nrp_core.world.engine_kit.planar_servo import PlanarServo, servo_of
 from nrp_core.world.engine_kit.simulated import simulated_bodies
@@ -58,6 +59,7 @@ class Built:
         drives: the servo of each drive, by model and drive.
         visuals: handle of the body and index there of each visual, by its path.
         owners: model and body of each multi-body's links, the base being -1.
+        warnings: elements for PyBullet that are not used.
     """
 
     bodies: Mapping[str, list[tuple[Body, Place]]]
@@ -65,6 +67,7 @@ class Built:
     drives: Mapping[tuple[str, str], PlanarServo]
     visuals: Mapping[str, tuple[Place, int]]
     owners: Mapping[tuple[int, int], BodyPath]
+    warnings: Findings
 
 
 def build(
@@ -124,11 +127,13 @@ class _Builder:
         self._drives: dict[tuple[str, str], PlanarServo] = {}
         self._visuals: dict[str, tuple[Place, int]] = {}
         self._owners: dict[tuple[int, int], BodyPath] = {}
+        self._warnings = Findings()
 
     def built(self) -> Built:
         for model in self._scene.models:
             self._add_model(model)
-        return Built(self._bodies, self._joints, self._drives, self._visuals, self._owners)
+        parts = self._bodies, self._joints, self._drives, self._visuals, self._owners
+        return Built(*parts, self._warnings)
 
     def _add_model(self, model: Model) -> None:
         bodies = simulated_bodies(model, self._step_s, self._physical)
@@ -141,7 +146,7 @@ class _Builder:
         self._feel(model, bodies, places)
         where = {index: (place.multibody, place.link) for index, place in places.items()}
         links = {link.name: where[index] for index, body in enumerate(bodies) for link in body.links}
-        set_contacts(model, links, self._client)
+        set_contacts(model, links, self._client, self._warnings)
         joints = {body.joint.name: places[i] for i, body in enumerate(bodies) if body.joint}
         self._joints[model.name] = {
             name: place

@@ -155,8 +155,8 @@ class Control:
         places = self._built.joints[model.name]
         found = firm_joints(model, [body for body, _ in self._built.bodies[model.name]])
         for multibody in sorted({places[name].multibody for name in found}):
-            own = {name: joint for name, joint in found.items() if places[name].multibody == multibody}
-            joints = {(model.name, name): (joint, places[name]) for name, joint in own.items()}
+            own = {name: firm for name, firm in found.items() if places[name].multibody == multibody}
+            joints = {(model.name, name): (firm, places[name]) for name, firm in own.items()}
             yield BulletFirmJoints(joints, self._client, self._step_s)
 
     @property

@@ -59,6 +59,7 @@ class PybulletEngine(JointedEngine):
             visuals=self._draws,
             physical=options.drive == "physical",
         )
+        self.warnings += self._built.warnings
         self._drives = {path: self._drive_of(path, step_s, scene.gravity) for path in self._built.drives}
         wheels = {
             (model, wheel.joint) for (model, _), servo in self._built.drives.items() for wheel in servo.wheels

@@ -13,8 +13,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.world.engine_kit.firm_joints import FirmJoints, JointPath
-from nrp_core.world.engine_kit.firm_servo import FREE, POSITION
-from nrp_core.world.scene.model import Joint
+from nrp_core.world.engine_kit.firm_servo import FREE, POSITION, FirmJoint
 from nrp_world_pybullet.build import UNLIMITED_FORCE, Place
 from nrp_world_pybullet.library import bullet
 
@@ -33,12 +32,15 @@ class BulletFirmJoints(FirmJoints):
         step_s: the physics step.
     """
 
-    def __init__(self, joints: Mapping[JointPath, tuple[Joint, Place]], client: int, step_s: float) -> None:
-        super().__init__({path: joint for path, (joint, _) in joints.items()}, step_s)
+    def __init__(
+        self, joints: Mapping[JointPath, tuple[FirmJoint, Place]], client: int, step_s: float
+    ) -> None:
+        super().__init__({path: firm for path, (firm, _) in joints.items()}, step_s)
         self._client, self._multibody = client, next(place.multibody for _, place in joints.values())
         self._links = [place.link for _, place in joints.values()]
-        self._frictions = [joint.friction for joint, _ in joints.values()]
-        self._limits = np.array([min(joint.effort, UNLIMITED_FORCE) for joint, _ in joints.values()])
+        own = [firm.joint for firm, _ in joints.values()]
+        self._frictions = [joint.friction for joint in own]
+        self._limits = np.array([min(joint.effort, UNLIMITED_FORCE) for joint in own])
         self._step_s, self._learnt = step_s, np.zeros(len(joints))
 
     def _do_step(self) -> None:

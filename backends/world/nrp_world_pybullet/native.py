@@ -9,10 +9,13 @@ from collections.abc import Mapping
 from math import isfinite
 
 from nrp_core.errors import did_you_mean
+from nrp_core.findings import Code, Findings
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.origin import Native
 from nrp_world_pybullet.library import bullet
 
+_ANCHOR = "friction_anchor"
+"""An element without a value."""
 _ARGUMENTS = {
     "lateral_friction": "lateralFriction",
     "rolling_friction": "rollingFriction",
@@ -21,15 +24,18 @@ _ARGUMENTS = {
     "stiffness": "contactStiffness",
     "damping": "contactDamping",
 }
+_UNUSED = ("contact_cfm", "contact_erp", "inertia_scaling")
+"""Elements of PyBullet's reader that cannot be set in a world that was not read by it."""
 
 
-def set_contacts(model: Model, links: Mapping[str, tuple[int, int]], client: int) -> None:
+def set_contacts(model: Model, links: Mapping[str, tuple[int, int]], client: int, warnings: Findings) -> None:
     """Set the properties of contacts that a model has for PyBullet.
 
     Args:
         model: the model.
         links: the multi-body and index of each link.
         client: the physics client.
+        warnings: receives the elements that are valid and not used.
 
     Raises:
         SceneError: an element is invalid; the message names its file and line.
@@ -43,17 +49,16 @@ def set_contacts(model: Model, links: Mapping[str, tuple[int, int]], client: int
             if link is None or link not in links:
                 wanted = 'it needs link="..."' if link is None else f"the model has no link '{link}'"
                 raise element.error(f"{wanted}{did_you_mean(link or '', links)}")
-            values = dict(_value(each) for each in element.children if not _is_anchor(each))
-            if any(map(_is_anchor, element.children)):
+            for each in (each for each in element.children if each.tag in _UNUSED):
+                message = f"<{each.tag}> of the <contact> of '{link}' is not used"
+                warnings.add(Code.NRP263, message, subject=each.tag, path=each.path, line=each.line or None)
+            used = [each for each in element.children if each.tag not in (*_UNUSED, _ANCHOR)]
+            values = dict(map(_value, used))
+            if any(each.tag == _ANCHOR for each in element.children):
                 bullet.changeDynamics(*links[link], frictionAnchor=1, physicsClientId=client)
             if ("contactStiffness" in values) != ("contactDamping" in values):
                 raise element.error("stiffness and damping only act together; give both")
             bullet.changeDynamics(*links[link], **values, physicsClientId=client)
-
-
-def _is_anchor(element: Native) -> bool:
-    """Return whether an element is ``<friction_anchor/>``, which has no value."""
-    return element.tag == "friction_anchor"
 
 
 def _value(element: Native) -> tuple[str, float]:

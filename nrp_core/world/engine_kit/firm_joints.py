@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.world.engine_kit.firm_servo import FREE, FirmServos
+from nrp_core.world.engine_kit.firm_servo import FREE, FirmJoint, FirmServos
 from nrp_core.world.rigid.motion import JointAim, JointStates
-from nrp_core.world.scene.model import Joint
 
 JointPath = tuple[str, str]
 """A model and its joint."""
@@ -31,7 +30,7 @@ class FirmJoints(ABC):
         active: whether there are any.
     """
 
-    def __init__(self, joints: Mapping[JointPath, Joint], step_s: float) -> None:
+    def __init__(self, joints: Mapping[JointPath, FirmJoint], step_s: float) -> None:
         self.paths = list(joints)
         self.servos = FirmServos(list(joints.values()), step_s)
         self.on: IntArray = np.zeros(0, dtype=int)

@@ -9,7 +9,7 @@ robot on its wheels, moves the joint off its path, unless it exceeds the joint's
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import dist, exp, inf
 from typing import Any
 
@@ -17,7 +17,7 @@ import numpy as np
 
 from nrp_core._support.arrays import BoolArray, FloatArray
 from nrp_core.world.rigid.motion import JointAim
-from nrp_core.world.scene.joint_inertia import STIFF_TIME_CONSTANT_S
+from nrp_core.world.scene.joint_inertia import STIFF_TIME_CONSTANT_S, joint_inertias
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Model
 
@@ -25,13 +25,33 @@ RETURN_S = 0.005
 """Time constant with which a joint that was pushed off its path returns to it, s."""
 STRENGTH = 10.0
 """How many times the model's weight a joint without a limit of effort can hold."""
+BRAKING = 0.5
+"""The share of a joint's effort with which it can brake; gravity and the other joints may take the rest."""
 GRAVITY = 9.81
 _ARRIVED = 1e-9
 """Distance (rad, m) and speed at which a path ends."""
 FREE, VELOCITY, POSITION = 0, 1, 2
 
 
-def firm_joints(model: Model, bodies: Sequence[Body]) -> Mapping[str, Joint]:
+@dataclass(frozen=True, slots=True)
+class FirmJoint:
+    """A joint with a controller without gains.
+
+    Args:
+        joint: the joint, with its limits.
+        inertia: the inertia (kg m^2) or mass (kg) that it moves, with all joints at 0.
+    """
+
+    joint: Joint
+    inertia: float = 0.0
+
+    @property
+    def braking(self) -> float:
+        """The acceleration with which it can brake, rad/s^2 or m/s^2."""
+        return BRAKING * self.joint.effort / self.inertia if self.inertia else inf
+
+
+def firm_joints(model: Model, bodies: Sequence[Body]) -> Mapping[str, FirmJoint]:
     """Return the joints of a model with a controller without gains.
 
     Those without a limit of effort get one, so that they do not crush what is in their way: the effort that
@@ -45,12 +65,14 @@ def firm_joints(model: Model, bodies: Sequence[Body]) -> Mapping[str, Joint]:
     names = {each.joint for each in (*model.controllers, *led) if each.is_firm}
     masses = [(body.inertial.mass, body.in_model @ body.inertial.pose) for body in bodies if body.inertial]
     weight = STRENGTH * GRAVITY * sum(mass for mass, _ in masses)
+    inertias = joint_inertias(bodies) if names else {}
     joints = {}
     for joint in model.joints:
         if joint.name in names and joint.coordinates:
             lever = max((dist(pose.position, joint.pose.position) for _, pose in masses), default=0.0)
             largest = weight if joint.kind == "prismatic" else weight * lever
-            joints[joint.name] = replace(joint, effort=largest) if joint.effort == inf and largest else joint
+            limited = replace(joint, effort=largest) if joint.effort == inf and largest else joint
+            joints[joint.name] = FirmJoint(limited, inertias[joint.name])
     return joints
 
 
@@ -66,9 +88,11 @@ class FirmServos:
         positions, speeds: position and velocity of each path at the end of the next step.
     """
 
-    def __init__(self, joints: Sequence[Joint], step_s: float) -> None:
+    def __init__(self, firm: Sequence[FirmJoint], step_s: float) -> None:
+        joints = [each.joint for each in firm]
         count = len(joints)
         self._step_s = step_s
+        self._braking = np.array([each.braking for each in firm])
         self._limits = np.array([joint.velocity for joint in joints])
         self._lowest = np.array([joint.lower for joint in joints])
         self._highest = np.array([joint.upper for joint in joints])
@@ -134,10 +158,13 @@ class FirmServos:
     def velocities(self, positions: FloatArray) -> FloatArray:
         """Return the velocities at the end of the next step, from the positions at its start.
 
-        This is ``speed + (position of the path - position) / RETURN_S``, by backward Euler. It takes no joint
-        over an end of its range, because the force behind it can exceed that of the end.
+        This is ``speed + (position of the path - position) / RETURN_S``, by backward Euler, but never so fast
+        that the joint could not brake before the path. It takes no joint over an end of its range, because
+        the force behind it can exceed that of the end.
         """
-        back = (self.positions - positions + RETURN_S * self.speeds) / (RETURN_S + self._step_s)
+        gap = self.positions - positions - self._step_s * self.speeds
+        fastest = np.sqrt(2.0 * self._braking * np.maximum(abs(gap), _ARRIVED))
+        back = self.speeds + (gap / (RETURN_S + self._step_s)).clip(-fastest, fastest)
         wanted: FloatArray = np.where(self.kinds == POSITION, back, self.speeds)
         down = np.minimum((self._lowest - positions) / self._step_s, 0.0)
         up = np.maximum((self._highest - positions) / self._step_s, 0.0)

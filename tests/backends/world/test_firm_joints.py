@@ -212,3 +212,17 @@ def test_an_effort_releases_a_firm_joint(open_world, advance):
     fallen = MASS * GRAVITY * LENGTH / 2 / inertia * 0.1**2 / 2
     assert world.joint_states("chain").positions[0] == pytest.approx(fallen, rel=0.1)
     assert world.joint_states("chain").efforts[0] == 0.0
+
+
+@pytest.mark.parametrize("share", [0.25, 0.5, 1.0])
+def test_a_weak_joint_that_falls_behind_its_path_arrives_without_swinging(open_world, advance, share):
+    """A motor that is too weak for the path of a far target catches up with it, and brakes in time."""
+    rod = chain(effort=share, links=1)
+    world = open_world(replace(rod, joints=(replace(rod.joints[0], axis=(0.0, 0.0, 1.0)),)))
+    command(world, 1.0)
+    furthest = 0.0
+    for _ in range(75):
+        advance(world, 0.02)
+        furthest = max(furthest, world.joint_states("chain").positions[0])
+    assert furthest < 1.01
+    assert world.joint_states("chain").positions[0] == pytest.approx(1.0, abs=1e-3)

@@ -35,7 +35,7 @@ _SHAPES = (
     "empty",
 )  # fmt: skip
 _NOT_READ = ("image",)
-_SIZES = {
+DEFAULT_SIZES = {
     "box": {"size": "1 1 1"},
     "sphere": {"radius": "1"},
     "cylinder": {"radius": "1", "length": "1"},
@@ -92,6 +92,12 @@ def is_empty(element: Element) -> bool:
     return _shape(element).tag == "empty"
 
 
+def is_point(element: Element) -> bool:
+    """Return whether a ``<geometry>`` is a sphere of no size."""
+    shape = _shape(element)
+    return shape.tag == "sphere" and shape.number("radius", 1.0) == 0
+
+
 def _shape(element: Element) -> Element:
     shapes = [child for child in element.children if ":" not in child.tag]
     if not shapes:
@@ -101,7 +107,7 @@ def _shape(element: Element) -> Element:
 
 def _with_sizes(shape: Element, reading: Reading) -> Element:
     """Return a shape with all its sizes; one that is missing causes a warning."""
-    sizes = _SIZES.get(shape.tag, {})
+    sizes = DEFAULT_SIZES.get(shape.tag, {})
     missing = {tag: size for tag, size in sizes.items() if shape.find(tag) is None}
     for tag, size in missing.items():
         message = f"<{shape.tag}> has no <{tag}>: {size} m is used"

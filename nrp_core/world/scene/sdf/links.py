@@ -12,7 +12,7 @@ from nrp_core.world.scene.inertia import WATER, of_collisions
 from nrp_core.world.scene.meshes.convert import Form
 from nrp_core.world.scene.model import Inertial, Link
 from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.geometry import is_empty, read_geometry
+from nrp_core.world.scene.reading.geometry import is_empty, is_point, read_geometry
 from nrp_core.world.scene.reading.repairs import (
     DEFAULT_FRICTION,
     MASSLESS,
@@ -68,6 +68,9 @@ def _named(link: Element, tag: str, reading: Reading) -> Iterator[tuple[str, Ele
         geometry = element.find("geometry")
         if geometry is None:
             message = f"the {tag} '{name}' has no <geometry>: left out"
+            reading.notes.warn(element, Code.NRP260, message, subject=name)
+        elif tag == "visual" and is_point(geometry):
+            message = f"the visual '{name}' is a sphere without a size, which nobody sees: left out"
             reading.notes.warn(element, Code.NRP260, message, subject=name)
         elif not is_empty(geometry):
             yield unique, element

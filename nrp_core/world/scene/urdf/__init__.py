@@ -14,6 +14,7 @@ from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
 from nrp_core.world.scene.checks import MODEL, WORLD, rigid_groups
 from nrp_core.world.scene.reading.context import Notes
+from nrp_core.world.scene.reading.geometry import DEFAULT_SIZES
 from nrp_core.world.scene.reading.repairs import MASSLESS
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.urdf.elements import for_engine, from_attributes, new, numbers, pose
@@ -22,12 +23,9 @@ from nrp_core.world.scene.urdf.transmissions import controlled, led, transmitted
 
 _READ = ("link", "joint", "material", "gazebo")
 _ELSEWHERE = ("sensor",)  # for hardware drivers
-_SIZES = {
-    "box": ("size",),
-    "sphere": ("radius",),
-    "cylinder": ("radius", "length"),
-    "capsule": ("radius", "length"),
-}
+_SHAPES = ("box", "sphere", "cylinder", "capsule")
+_KINDS = {"spherical": "ball"}
+"""The types of joints that have another name in SDF; ``spherical`` is PyBullet's."""
 _OF_ENGINES = ("mujoco",)
 """Elements of a robot that hold elements for one engine, such as ``<mujoco><option .../></mujoco>``."""
 
@@ -75,6 +73,7 @@ def to_sdf(element: Element, notes: Notes) -> Element:
     robot = _Robot.of(element, notes)
     _warn_of_loose(element, robot)
     model = new("model", element, name=element.attribute("name"))
+    model.children += _static(element, notes)
     for child in element.children:
         if child.tag == "link" and child.attribute("name") != WORLD:
             model.children.append(_link(child, robot))
@@ -157,6 +156,15 @@ def _has_mass(link: Element) -> bool:
     return mass is not None and mass.parse_numbers(mass.attribute("value"), 1) != (0.0,)
 
 
+def _static(robot: Element, notes: Notes) -> Iterator[Element]:
+    """Yield ``<static>`` for a robot whose masses are all 0 and that has no joint that moves, as PyBullet."""
+    stated = [link for link in robot.all("link") if link.section("inertial").find("mass") is not None]
+    moving = any(joint.attribute("type") != "fixed" for joint in robot.all("joint"))
+    if stated and not moving and not any(map(_has_mass, stated)):
+        notes.warn(robot, Code.NRP264, f"no link of '{robot.attribute('name')}' has a mass: it never moves")
+        yield new("static", robot, text="true")
+
+
 def _link(link: Element, robot: _Robot) -> Element:
     name = link.attribute("name")
     result = new("link", link, *_place(robot.held_by.get(name), robot), name=name)
@@ -196,9 +204,9 @@ def _geometry(geometry: Element) -> Element:
     if shape.tag == "mesh":
         parts = [new("uri", shape, text=shape.attribute("filename")), *from_attributes(shape, "scale")]
     else:
-        for size in _SIZES.get(shape.tag, ()):
+        for size in DEFAULT_SIZES[shape.tag] if shape.tag in _SHAPES else ():
             shape.attribute(size)  # an error if it is missing: URDF has no default sizes
-        parts = list(from_attributes(shape, "size", "radius", "length"))
+        parts = list(from_attributes(shape, "size", "radius", "length", "normal"))
     return new("geometry", geometry, new(shape.tag, shape, *parts))
 
 
@@ -229,7 +237,7 @@ def _joint(joint: Element, robot: _Robot) -> Element:
         pose(joint, relative_to=_parent_frame(joint)),
         _axis(joint, robot),
         name=robot.joint_name(joint),
-        type=joint.attribute("type"),
+        type=_KINDS.get(joint.attribute("type"), joint.attribute("type")),
     )
 
 
@@ -255,6 +263,20 @@ def _is_no_limit(value: Element, joint: Element, robot: _Robot) -> bool:
     return True
 
 
+def _is_crossed(limit: Element, joint: Element, robot: _Robot) -> bool:
+    """Return whether limits are crossed, by which PyBullet and ODE mean none."""
+    ends = {end.tag: end.numbers(1, finite=False)[0] for end in from_attributes(limit, "lower", "upper")}
+    lower, upper = ends.get("lower", 0.0), ends.get("upper", 0.0)
+    crossed = lower > upper and joint.attribute("type") in ("revolute", "prismatic")
+    if crossed:
+        message = (
+            f"the lower limit ({lower:g}) of the joint '{joint.attribute('name')}' is above the upper one "
+            f"({upper:g}): no limits, as in PyBullet"
+        )
+        robot.notes.warn(limit, Code.NRP264, message, subject=joint.attribute("name"))
+    return crossed
+
+
 def _axis(joint: Element, robot: _Robot) -> Element:
     axis = joint.find("axis") or joint
     parts = [new("xyz", axis, text=numbers(axis, "xyz", "1 0 0"))]
@@ -267,7 +289,9 @@ def _axis(joint: Element, robot: _Robot) -> Element:
             for value in from_attributes(child, "lower", "upper", "effort", "velocity", "damping", "friction")
             if not _is_no_limit(value, joint, robot)
         ]
-        if child.tag == "limit":  # in URDF a missing limit is 0
+        if child.tag == "limit" and _is_crossed(child, joint, robot):
+            values = [value for value in values if value.tag not in ("lower", "upper")]
+        elif child.tag == "limit":  # in URDF a missing limit is 0
             values += [new(tag, child, text="0") for tag in ("lower", "upper") if tag not in child.attributes]
         parts.append(new(child.tag, child, *values))
     return new("axis", axis, *parts)

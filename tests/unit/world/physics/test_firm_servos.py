@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nrp_core.world.engine_kit.firm_servo import FirmServos
+from nrp_core.world.engine_kit.firm_servo import BRAKING, RETURN_S, FirmJoint, FirmServos
 from nrp_core.world.rigid.motion import JointAim
 from nrp_core.world.scene.joint_inertia import STIFF_TIME_CONSTANT_S as LAG
 from nrp_core.world.scene.model import Joint
@@ -18,7 +18,7 @@ STEP_S = 0.002
 
 
 def servos(speed: float = inf) -> FirmServos:
-    return FirmServos([Joint("j", "revolute", "a", "b", velocity=speed)], STEP_S)
+    return FirmServos([FirmJoint(Joint("j", "revolute", "a", "b", velocity=speed))], STEP_S)
 
 
 def to(position: float) -> JointAim:
@@ -81,3 +81,13 @@ def test_a_pushed_joint_is_taken_back_to_its_path():
     servo.aim(0, to(0.0))
     follow(servo, 1)
     assert servo.velocities(np.array([0.01]))[0] == pytest.approx(-0.01 / (0.005 + STEP_S))
+
+
+def test_a_joint_far_off_its_path_is_taken_back_no_faster_than_it_can_brake():
+    effort, inertia, off = 12.0, 0.4, 0.1
+    servo = FirmServos([FirmJoint(Joint("j", "revolute", "a", "b", effort=effort), inertia)], STEP_S)
+    servo.aim(0, to(0.0))
+    follow(servo, 1)
+    speed = -servo.velocities(np.array([off]))[0]
+    assert speed**2 / (2 * BRAKING * effort / inertia) == pytest.approx(off)  # v^2 / 2a
+    assert speed < off / (RETURN_S + STEP_S)  # without a limit it would pass its path, and turn back for ever

@@ -68,7 +68,7 @@ def test_a_plane_faces_along_its_normal(link: LinkReader) -> None:
     [
         "<box><size>1 0 3</size></box>",
         "<box><size>1 -2 3</size></box>",
-        "<sphere><radius>0</radius></sphere>",
+        "<sphere><radius>-1</radius></sphere>",
         "<cylinder><radius>1</radius><length>-2</length></cylinder>",
         "<plane><size>0 1</size></plane>",
         "<cube><size>1 2 3</size></cube>",
