@@ -8,6 +8,7 @@ from nrp_cockpit.session.past import Past
 from visitors import SMALL
 
 from nrp_core.clock import NS_PER_S
+from nrp_core.errors import CapabilityError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 
@@ -32,6 +33,8 @@ def test_large_snapshots_are_taken_more_rarely(
         kept = Past(run, can_save=True)
         run.loop.hooks.after_step.append(lambda loop: kept.after_step())
         run.run_until(UNTIL_S)
+        with pytest.raises(CapabilityError, match="there is no snapshot to return from to 1 s"):
+            Past(run, can_save=False).way_to(NS_PER_S)
     assert counted == taken
 
 
@@ -47,6 +50,8 @@ def test_of_long_ago_few_snapshots_are_kept_and_every_time_is_still_reached(
         there = run.result().final_pose
         run.run_until(5.0)
         assert [each.t_ns // NS_PER_S for each in whole._moments] == [0, 2, 4, 5]
+        size = len(run.snapshot())
+        assert sum(len(each.data) for each in whole._moments) < size  # four, compressed, are less than one
         whole.way_to(7 * NS_PER_S // 2)()  # from the snapshot of 2 s
         assert run.now_s == 3.5
         assert run.result().final_pose == there

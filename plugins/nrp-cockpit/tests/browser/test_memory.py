@@ -10,8 +10,9 @@ from playwright.sync_api import CDPSession, Page
 
 WARM_S, LONG_S = 120, 600
 EVERY_S = 60
-MOST_MB_OF_SERVER, MOST_MB_OF_PAGE = 25.0, 5.0
-"""By which they may grow after two minutes, in which plots fill their windows and caches their room."""
+MOST_MB_OF_SERVER, MOST_MB_OF_PAGE = 4.0, 2.0
+"""By which they may grow after two minutes, in which plots fill their windows and caches their room: less
+than half a megabyte a minute."""
 
 
 def server_mb(cockpits: Cockpits) -> float:

