@@ -168,8 +168,10 @@ def command() -> Iterator[str]:
     words = [sys.executable, "-m", "nrp_core", "cockpit", "braitenberg_husky", "--no-browser"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
         assert process.stdout is not None
-        yield process.stdout.readline().strip()
-        process.terminate()
+        try:
+            yield process.stdout.readline().strip()
+        finally:
+            process.terminate()
 
 
 def page() -> bool:

@@ -88,6 +88,16 @@ class Cockpits:
         assert set(codes) <= {0}
 
 
+@contextmanager
+def running() -> Iterator[Cockpits]:
+    """Give cockpits that end with the block, also when it fails."""
+    cockpits = Cockpits()
+    try:
+        yield cockpits
+    finally:
+        cockpits.close()
+
+
 class Watched:
     """Opens pages of one browser and notes what they ask for and complain about."""
 

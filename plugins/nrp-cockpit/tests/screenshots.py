@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 
 from brains import Artist, draw_the_brain_of_the_paper
-from browsing import Cockpits, Watched, chromium, time_s, wait_until
+from browsing import Cockpits, Watched, chromium, running, time_s, wait_until
 from nrp_bibi import Bibi, read_bibi, write_bibi
 from playwright.sync_api import Page
 
@@ -26,14 +26,12 @@ BRANCH_S = 12
 
 def main() -> None:
     """Take the pictures."""
-    cockpits = Cockpits()
-    with chromium() as browser, tempfile.TemporaryDirectory() as folder:
+    with running() as cockpits, chromium() as browser, tempfile.TemporaryDirectory() as folder:
         watched = Watched(browser)
         _run(watched.open(cockpits.open("braitenberg_husky"), **SIZE))
         _two_futures(watched.open(cockpits.open("braitenberg_husky"), **SIZE))
         _drawing(watched, cockpits, Path(folder) / "drive.bibi")
         _brain(watched, cockpits, Path(folder) / "drawn_brain.py")
-    cockpits.close()
 
 
 def _go_to(page: Page, t_s: int) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browsing import HUSKY, PATIENCE_MS, Cockpits, Kept, Watched, chromium
+from browsing import HUSKY, PATIENCE_MS, Cockpits, Kept, Watched, chromium, running
 from playwright.sync_api import Browser, expect
 
 from nrp_core.experiment.reading.find import find_file, load_experiment
@@ -33,9 +33,8 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture
 def cockpits() -> Iterator[Cockpits]:
-    cockpits = Cockpits()
-    yield cockpits
-    cockpits.close()
+    with running() as cockpits:
+        yield cockpits
 
 
 @pytest.fixture(scope="session")

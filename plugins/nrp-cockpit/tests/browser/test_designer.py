@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browsing import HUSKY, PATIENCE_MS, Cockpits, Watched
+from browsing import HUSKY, PATIENCE_MS, Cockpits, Watched, running
 from nrp_bibi import bibi_text, read_bibi
 from nrp_bibi.model.functions import Neuron2Robot, PythonTransferFunction
 from nrp_bibi.model.selectors import Index
@@ -115,10 +115,9 @@ def shown(page: Page) -> None:
 @pytest.fixture(scope="module")
 def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """The address of a designer beside the Husky, which all tests share; each draws into files of its own."""
-    cockpits = Cockpits()
     file = tmp_path_factory.mktemp("studio") / "first.bibi"
-    yield cockpits.design(str(file), "-e", "braitenberg_husky", *FAST)
-    cockpits.close()
+    with running() as cockpits:
+        yield cockpits.design(str(file), "-e", "braitenberg_husky", *FAST)
 
 
 @pytest.fixture
