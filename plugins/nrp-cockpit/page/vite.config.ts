@@ -39,5 +39,6 @@ export default defineConfig({
     chunkSizeWarningLimit: 650, // three.js and the editor, each fetched when its room opens
   },
   server: { proxy: { "/ws": { target: server, ws: true, changeOrigin: true } } },
-  test: { include: ["src/**/*.test.ts"] },
+  // a process for each file takes longer than its tests
+  test: { include: ["src/**/*.test.ts"], pool: "threads", isolate: false },
 });
