@@ -1,4 +1,13 @@
-import { Box3, Group, type Material, Mesh, type Object3D, Vector3 } from "three";
+import {
+  Box3,
+  BoxGeometry,
+  Group,
+  type Material,
+  Mesh,
+  MeshLambertMaterial,
+  type Object3D,
+  Vector3,
+} from "three";
 import type { Entities, Entity, Shape } from "../world/entities";
 import { WORLD_FRAME } from "../world/entities";
 import type { Pose } from "../world/pose";
@@ -28,6 +37,8 @@ const ENDLESS_M = 50;
 /** The entities of the world as meshes: a group for each frame, which moves, with the meshes of its entities. */
 export class Bodies {
   readonly root = new Group();
+  /** A body as most are, to compile what draws them before the first is there. */
+  readonly typical = new Mesh(new BoxGeometry(), new MeshLambertMaterial());
   private readonly groups = new Map<string, Group>();
   private readonly meshes = new Map<string, ShapeMesh[]>();
   private readonly geometries = new Geometries();
@@ -36,6 +47,7 @@ export class Bodies {
   /** `onImage` is called when an image on a body can be seen. */
   constructor(onImage?: () => void) {
     this.materials = new Materials(onImage);
+    this.typical.castShadow = this.typical.receiveShadow = true;
   }
 
   /** Shows these entities; those that are the same objects as before stay as they are. */
@@ -82,6 +94,8 @@ export class Bodies {
   dispose(): void {
     this.geometries.dispose();
     this.materials.dispose();
+    this.typical.geometry.dispose();
+    this.typical.material.dispose();
   }
 
   private add(entity: Entity): void {

@@ -57,12 +57,15 @@ export class Viewer {
   private orbit = useChoices.getState().view ?? START;
   private placed = useChoices.getState().view !== null;
   private frame = 0;
+  /** Whether the scene has come; before, there is nothing to draw. */
+  private known = false;
   private disposed = false;
 
   /** @throws Error if the browser has no WebGL. */
   constructor(private readonly canvas: HTMLCanvasElement) {
     const fine = !drawsInSoftware();
     this.renderer = new WebGLRenderer({ canvas, alpha: true, antialias: fine, stencil: true });
+    this.renderer.debug.checkShaderErrors = import.meta.env.DEV; // to ask for errors waits for the compiler
     this.renderer.shadowMap.enabled = fine;
     this.renderer.shadowMap.type = PCFShadowMap;
     this.renderer.shadowMap.autoUpdate = false;
@@ -80,7 +83,7 @@ export class Viewer {
     this.resizing.observe(canvas);
     this.style();
     this.unfollow = world.follow((change) => this.changed(change));
-    this.changed("scene");
+    if (world.entities.size > 0) this.changed("scene");
   }
 
   get view(): Orbit {
@@ -144,6 +147,7 @@ export class Viewer {
     this.surroundings.light(lights);
     const room = this.bodies.room();
     if (!room.isEmpty()) this.surroundings.surround(room);
+    else this.renderer.compile(this.bodies.typical, this.camera, this.scene); // takes long: begins before they come
     this.renderer.shadowMap.needsUpdate = true;
     this.invalidate();
   }
@@ -235,10 +239,16 @@ export class Viewer {
   }
 
   private rebuild(): void {
+    this.known = true;
     this.bodies.show(world.entities);
     this.bodies.move((frame) => world.frame(frame));
     this.bodies.root.updateMatrixWorld();
     this.select(this.selected);
+    this.surround();
+    this.renderer.compile(this.scene, this.camera); // all at once; to draw waits for one after the other
+  }
+
+  private surround(): void {
     const room = this.bodies.room();
     if (room.isEmpty()) return;
     const { x, y } = room.getSize(new Vector3());
@@ -257,6 +267,7 @@ export class Viewer {
   }
 
   private draw(): void {
+    if (!this.known) return;
     this.camera.position.set(...eyeOf(this.orbit));
     this.camera.lookAt(...this.orbit.target);
     this.camera.updateMatrixWorld();
