@@ -14,7 +14,7 @@ from nrp_core.recording.layout import WORLD_FRAME
 from nrp_core.world.render.scene_mesh import frames_of
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.merged_bodies import bodies_of, body_of, place_in_frame
+from nrp_core.world.scene.merged_bodies import Body, bodies_of, body_of, place_in_frame
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.world import World
 
@@ -68,14 +68,18 @@ def _frames(world: World) -> Frames:
 
 
 class _LinkFrames(Frames):
-    """A frame for each body that moves, named after its first link, ``model/link``."""
+    """The frames of bodies that move, named after their first links, ``model/link``, and of their sensors."""
 
     def __init__(self, world: World) -> None:
         self._bodies = {model.name: bodies_of(model) for model in world.scene.models}
-        paths = list(frames_of(self._bodies))
-        moving = [(model, self._bodies[model][index]) for model, index in paths]
-        self.names = tuple(f"{model}/{body.name}" for model, body in moving)
-        self._in_body = np.array([matrix_of(body.links[0].pose) for _, body in moving]).reshape(-1, 3, 4)
+        found = [
+            (path, *frame)
+            for path in frames_of(self._bodies)
+            for frame in _in_body(path[0], self._bodies[path[0]][path[1]]).items()
+        ]
+        paths = [path for path, _, _ in found]
+        self.names = tuple(name for _, name, _ in found)
+        self._in_body = np.array([matrix_of(pose) for _, _, pose in found]).reshape(-1, 3, 4)
         self._at, self._poses = np.empty((len(paths), 3, 4)), np.empty((len(paths), 7))
         self._read = world.engine.frames(paths)
         self._read(self._at)  # an engine without this capability raises its error now
@@ -92,6 +96,16 @@ class _LinkFrames(Frames):
         self._read(self._at)
         to_poses(self._at, self._in_body, self._poses)
         return self._poses
+
+
+def _in_body(model: str, body: Body) -> dict[str, Pose]:
+    """Return the frames of a body with their poses in it: of its first link, and of its sensors' messages."""
+    frames = {f"{model}/{body.name}": body.links[0].pose}
+    for link in body.links:
+        for sensor in link.sensors:
+            place = link.pose @ (sensor.offset or Pose())
+            frames.setdefault(sensor.frame_on(model, link.name), place)
+    return frames
 
 
 class _ModelFrames(Frames):

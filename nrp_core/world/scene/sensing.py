@@ -81,6 +81,15 @@ class MountedSensor:
         return None
 
     @property
+    def offset(self) -> Pose | None:
+        """The pose, in the frame of its link, along which it measures; None: the link's own."""
+        return None
+
+    def frame_on(self, model: str, link: str) -> str:
+        """Return the name of the frame of its messages: ``model/link``, or its own, ``model/link/sensor``."""
+        return f"{model}/{link}" if self.offset in (None, Pose()) else f"{model}/{link}/{self.name}"
+
+    @property
     def measured_joints(self) -> tuple[str, ...]:
         """The joints of its model in which it measures forces."""
         return ()

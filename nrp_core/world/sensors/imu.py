@@ -49,6 +49,10 @@ class Imu(Sensor):
         link = model.link(plugin.require("bodyName")).name
         return link, cls(name, topic, rate_hz, offset_of(plugin), noise=noise)
 
+    @property
+    def offset(self) -> Pose:
+        return self.pose
+
     def part(self, model: Model, link: str, engine: Engine) -> ImuPart:
         return ImuPart(self, model.name, link, engine)
 

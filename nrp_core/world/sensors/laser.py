@@ -12,8 +12,10 @@ import numpy.typing as npt
 
 from nrp_core.findings import Code
 from nrp_core.world.engine import Engine
+from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.point_cloud2 import create_cloud
 from nrp_core.world.messages.sensor_msgs import LaserScan, PointCloud2
+from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.raycast.beams import Beams, directions
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Model
@@ -109,6 +111,10 @@ class Laser(Sensor):
             noise=noise_of(laser, reading),
         )
 
+    @property
+    def offset(self) -> Pose:
+        return self.pose
+
     def part(self, model: Model, link: str, engine: Engine) -> LaserPart:
         return LaserPart(self, model.name, link, engine)
 
@@ -147,14 +153,14 @@ class LaserPart(SensorPart):
         return LaserScan(self._header(now_ns), right, left, step, 0.0, 0.0, nearest, farthest, middle)
 
     def _points(self, ranges: npt.NDArray[np.float64], now_ns: int) -> PointCloud2:
-        """Return a row of points for each layer; NaN for rays that hit nothing."""
+        """Return a row of points for each layer in the frame of the link; NaN for rays that hit nothing."""
         laser = self._laser
         points = np.zeros(ranges.shape, POINT)
         met = np.where(np.isfinite(ranges), ranges, np.nan)
         for axis, along, start in zip("xyz", _turned(self._beams).T, laser.pose.position, strict=True):
             points[axis] = along.reshape(ranges.shape) * met + start
         points["ring"] = np.arange(laser.layers)[:, None]
-        return create_cloud(self._header(now_ns), points)
+        return create_cloud(Header(Time.from_ns(now_ns), "/".join(self._place)), points)
 
 
 def _require_sensible(scan: Element, reading: Reading) -> None:

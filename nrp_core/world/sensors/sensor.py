@@ -76,7 +76,7 @@ class SensorPart(Part):
 
     def __init__(self, sensor: Sensor, model: str, link: str, engine: Engine) -> None:
         self._place = (model, link)
-        self._frame = f"{model}/{link}"
+        self._frame = sensor.frame_on(model, link)
         self._engine = engine
         self._imperfect = sensor
 

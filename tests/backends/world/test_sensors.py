@@ -105,6 +105,19 @@ def test_a_mesh_is_met_at_its_triangles(open_world, parts, advance, tmp_path):
     assert np.isfinite(scan.ranges).sum() == 2 * int(np.degrees(atan2(1.0, 2.0))) + 1
 
 
+def test_points_of_a_scan_in_the_published_frame_are_on_the_wall(open_world, parts, advance):
+    """The frame of the link would show the wall too near by 0.1 m."""
+    mounted = replace(LASER, pose=Pose.from_rpy((-0.1, 0.2, 0.1), 0.0, 0.0, 0.3))
+    scan = sense(open_world(fixed(mounted), parts.wall(3.0)), "/scan", advance)
+    assert scan.header.frame_id == mounted.frame_on("carrier", "link") == "carrier/link/laser"
+    angles = scan.angle_min + scan.angle_increment * np.arange(181)
+    met = np.isfinite(scan.ranges)
+    rays = [(r * cos(a), r * sin(a), 0.0) for r, a in zip(scan.ranges[met], angles[met], strict=True)]
+    assert [(mounted.offset @ Pose(ray)).position[0] for ray in rays] == pytest.approx(
+        [3.0] * met.sum(), abs=1e-4
+    )
+
+
 def test_a_laser_turns_with_its_robot_and_sees_what_moves(open_world, parts, advance):
     ball = parts.prop("ball", Sphere(0.5), Pose((0.0, 2.0, 0.5)), mass=1.0)
     turned = Pose.from_rpy((0.0, 0.0, 0.5), 0.0, 0.0, pi / 2)

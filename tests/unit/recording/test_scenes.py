@@ -11,7 +11,7 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from scipy.spatial.transform import Rotation
 
-from nrp_core import load_experiment
+from nrp_core import load_experiment, worlds
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.layout import MCAP_NAME, SCENE, TRANSFORMS
 from nrp_core.recording.reading.recording import Recording
@@ -22,7 +22,8 @@ from nrp_core.recording.writing.scenery import scene_update, shown_visuals
 from nrp_core.world.pose_messages import transform_pose
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.model import Capsule, Link, Mesh, Model, Scene, Visual
+from nrp_core.world.scene.model import Capsule, Inertial, Joint, Link, Mesh, Model, Scene, Visual
+from nrp_core.world.sensors.laser import Laser
 
 WORLDS = ("mujoco", "pybullet")
 components = st.floats(-1.0, 1.0)
@@ -84,6 +85,23 @@ def test_a_viewer_with_a_decoder_of_its_own_reads_scene_and_frames(
     assert "hexapod/body" in used
     body = next(each for each in frames[-1].transforms if each.child_frame_id == "hexapod/body")
     assert body.transform.translation.x == pytest.approx(at["hexapod/body"].position[0], abs=1e-6)
+
+
+@pytest.mark.parametrize("engine", WORLDS)
+def test_the_frames_of_scans_are_where_their_sensors_are(engine: str) -> None:
+    """Also of a sensor on a link that is fixed to another one, which is one body with it."""
+    inertial = Inertial(1.0, inertia=(0.1, 0.1, 0.1, 0.0, 0.0, 0.0))
+    mount = Pose.from_rpy((0.1, 0.2, 0.3), 0.0, 0.0, 0.5)
+    arm = Link("arm", Pose((0.0, 0.0, 0.4)), sensors=(Laser("laser", "/scan", 10.0, pose=mount),))
+    joint = Joint("held", "fixed", "base", "arm", arm.pose)
+    rover = Model("rover", (Link("base", inertial=inertial), arm), (joint,), pose=Pose((3.0, 0.0, 1.0)))
+    backend = worlds().load(engine)
+    with backend.open(Scene((rover,)), seed=1, options=backend.options()) as world:
+        world.run_until(100_000_000)
+        frames = SceneFrames(world).now
+        assert frames.names == ("rover/base", "rover/arm/laser")
+        there = world.link_motion("rover", "arm").pose @ mount
+        np.testing.assert_allclose(frames.poses()[1], (*there.position, *there.orientation), atol=1e-6)
 
 
 def test_a_mesh_is_recorded_with_its_file_and_its_scale(tmp_path: Path) -> None:

@@ -1,11 +1,16 @@
-"""Poses of the links of a world for ROS's tools: transforms on ``/tf``."""
+"""Poses of the links of a world for ROS's tools: transforms on ``/tf``, as the tree that they expect.
+
+Below the frame ``world`` is the base of each robot; if it has odometry, ``odom`` is between them. The links
+of a robot are below its base, and the frames of its sensors below their links.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from nrp_core.errors import CapabilityError
-from nrp_core.world import World
+from nrp_core.world import Link, Model, Pose, World
 from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.geometry_msgs import Quaternion, Vector3
 from nrp_core.world.messages.std_msgs import Header
@@ -17,7 +22,7 @@ WORLD = "world"
 
 
 class Frames:
-    """Publishes the frames ``model/link`` of sensor messages while there are subscribers.
+    """Publishes the frames of sensor messages while there are subscribers.
 
     Args:
         world: the world with the movable models.
@@ -34,15 +39,36 @@ class Frames:
     def send(self, now_ns: int) -> None:
         """Publish the present poses of links."""
         if self._publisher.peers():
-            header = Header(Time.from_ns(now_ns), WORLD)
-            links = [(model.name, link.name) for model, link in self._world.scene.links() if not model.static]
-            self._publisher.publish(self._list([self._frame(header, *link) for link in links]))
+            now = Time.from_ns(now_ns)
+            moving = [model for model in self._world.scene.models if not model.static]
+            tree = (frame for model in moving for frame in self._tree(model))
+            self._publisher.publish(self._list([self._frame(now, *frame) for frame in tree]))
 
-    def _frame(self, header: Header, model: str, link: str) -> Any:
+    def _tree(self, model: Model) -> Iterator[tuple[str, str, Pose]]:
+        """Yield the frames of a model: the parent, the name and the pose in the parent."""
+        places = {link.name: self._place(model, link) for link in model.links}
+        parent, origin = WORLD, Pose()
+        if any(getattr(drive, "odometry_topic", None) for drive in model.drives):
+            parent, origin = f"{model.name}/odom", model.pose
+            yield WORLD, parent, origin
+        first = model.links[0].name
+        base = f"{model.name}/{first}"
+        yield parent, base, origin.inverse() @ places[first]
+        for link in model.links:
+            name = f"{model.name}/{link.name}"
+            if name != base:
+                yield base, name, places[first].inverse() @ places[link.name]
+            for sensor in link.sensors:
+                own = sensor.frame_on(model.name, link.name)
+                if sensor.offset is not None and own != name:
+                    yield name, own, sensor.offset
+
+    def _place(self, model: Model, link: Link) -> Pose:
         try:
-            pose = self._world.link_motion(model, link).pose
+            return self._world.link_motion(model.name, link.name).pose
         except CapabilityError:  # it does not report links moved by joints: use their initial poses
-            held = self._world.scene.model(model).link(link).pose
-            pose = self._world.model_motion(model).pose @ held
+            return self._world.model_motion(model.name).pose @ link.pose
+
+    def _frame(self, now: Time, parent: str, name: str, pose: Pose) -> Any:
         transform = self._transform(Vector3(*pose.position), Quaternion(*pose.orientation))
-        return self._stamped(header, f"{model}/{link}", transform)
+        return self._stamped(Header(now, parent), name, transform)
