@@ -199,6 +199,7 @@ class _Builder:
             element.inertia = body.inertial.inertia[:3]
             element.ipos = body.inertial.pose.position
             element.iquat = scalar_first(body.inertial.pose.orientation)
+            element.gravcomp = body.weightless
         if body.floats:
             element.add_freejoint()
         for link in body.links:

@@ -12,7 +12,7 @@ from nrp_core.world.engine_kit.firm_joints import JointPath
 from nrp_core.world.engine_kit.firm_servo import firm_joints
 from nrp_core.world.engine_kit.joint_servo import ExplicitServos, servoed_joints
 from nrp_core.world.rigid.motion import BodyPath, JointAim, JointStates, Touch, Wrench
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Model, Scene
 from nrp_world_pybullet.build import Built, Place
@@ -136,6 +136,14 @@ class Control:
         self._efforts: dict[JointPath, float] = {}
         self._wrenches: dict[BodyPath, Wrench] = {}
         self._applied: dict[JointPath, float] = {}
+        self._lifts = list(self._lifts_of(scene.gravity))
+
+    def _lifts_of(self, gravity: Vector) -> Iterator[tuple[Body, Place, Wrench]]:
+        """Yield the bodies that gravity does not pull, or not in full, with the forces that hold them."""
+        for body, place in (each for bodies in self._built.bodies.values() for each in bodies):
+            if body.inertial is not None and body.weightless:
+                x, y, z = (-body.weightless * body.inertial.mass * part for part in gravity)
+                yield body, place, Wrench((x, y, z))
 
     def _trees_of(self, model: Model) -> Iterator[Tree]:
         """Yield the trees of a model with servos, springs or strong dampers."""
@@ -162,7 +170,12 @@ class Control:
     @property
     def active(self) -> bool:
         """Whether forces must be set before each step."""
-        if self._efforts or self._wrenches or (self._firm and any(firm.active for firm in self._firm)):
+        if (
+            self._efforts
+            or self._wrenches
+            or self._lifts
+            or (self._firm and any(firm.active for firm in self._firm))
+        ):
             return True
         return any(not tree.idle for tree in self._trees)
 
@@ -214,6 +227,8 @@ class Control:
                 firm.step()
         for (model, index), wrench in self._wrenches.items():
             self._pull(*self._built.bodies[model][index], wrench)
+        for lift in self._lifts:
+            self._pull(*lift)
 
     def _drive(self, place: Place, effort: float) -> None:
         where, mode, client = (place.multibody, place.link), bullet.TORQUE_CONTROL, self._client

@@ -48,6 +48,13 @@ class Body:
         """Whether it is a root that floats freely."""
         return self.parent is None and not self.fixed
 
+    @property
+    def weightless(self) -> float:
+        """The share of its mass that gravity does not pull; engines lift it at its centre of mass."""
+        masses = [(link.inertial.mass, link.gravity) for link in self.links if link.inertial is not None]
+        without = sum(mass for mass, pulled in masses if not pulled)
+        return without / sum(mass for mass, _ in masses) if without else 0.0
+
 
 def bodies_of(model: Model) -> tuple[Body, ...]:
     """Return the bodies of a model, parents before children, roots in the order of the links.

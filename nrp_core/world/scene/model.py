@@ -162,7 +162,12 @@ class Inertial:
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """A rigid body; its pose is given in the model's frame. ``inertial`` None: without mass."""
+    """A rigid body; its pose is given in the model's frame.
+
+    Args:
+        inertial: its mass; None: without mass.
+        gravity: whether gravity pulls it.
+    """
 
     name: str
     pose: Pose = Pose()
@@ -170,6 +175,7 @@ class Link:
     visuals: tuple[Visual, ...] = ()
     collisions: tuple[Collision, ...] = ()
     sensors: tuple[MountedSensor, ...] = ()
+    gravity: bool = field(default=True, metadata=LATER)
 
 
 @dataclass(frozen=True, slots=True)

@@ -51,7 +51,9 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) 
     ]
     inertial = None if static else _inertial(link, frames, solid, reading)
     sensors = link_sensors(link.all("sensor"), Mount(name, place), reading)
-    return build_link(name, frames.pose(name, link), inertial, shown, [part for part, _ in solid], sensors)
+    pose, touched = frames.pose(name, link), [part for part, _ in solid]
+    result = build_link(name, pose, inertial, shown, touched, sensors)
+    return replace(result, gravity=link.flag("gravity", True))
 
 
 def _named(link: Element, tag: str, reading: Reading) -> Iterator[tuple[str, Element]]:

@@ -83,7 +83,6 @@ _NOT_SIMULATED: dict[tuple[str, str], tuple[str, ...]] = {
     ("model", "enable_wind"): ("0", "false"),
     ("link", "audio_source"): (),
     ("link", "enable_wind"): ("0", "false"),
-    ("link", "gravity"): ("1", "true"),
     ("link", "kinematic"): ("0", "false"),
     ("link", "light"): (),
     ("link", "particle_emitter"): (),

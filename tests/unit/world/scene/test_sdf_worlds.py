@@ -334,11 +334,11 @@ def test_elements_of_other_namespaces_are_the_users_own(write: Writer) -> None:
 def test_elements_of_the_specification_that_are_not_simulated_cause_a_warning(world: WorldReader) -> None:
     scene = world(
         '<actor name="x"/><physics><ode><solver/></ode></physics><scene/><gui><camera name="c"/></gui>'
-        '<wind/><model name="a"><link name="base"><gravity>0</gravity><inertial/></link></model>'
+        '<wind/><model name="a"><link name="base"><kinematic>1</kinematic><inertial/></link></model>'
     )
     assert len(scene.warnings) == 2
     assert "<actor> of a <world> is not simulated" in str(scene.warnings[0])
-    assert "<gravity> 0 of a <link> is not simulated" in str(scene.warnings[1])
+    assert "<kinematic> 1 of a <link> is not simulated" in str(scene.warnings[1])
 
 
 def test_the_warnings_of_a_robot_join_those_of_the_room(world: WorldReader, write: Writer) -> None:

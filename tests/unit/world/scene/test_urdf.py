@@ -206,11 +206,11 @@ def test_gazebo_elements_without_a_reference_apply_to_the_model(urdf: UrdfReader
     assert read.drives[0].command_topic == "/r2/cmd_vel"
 
 
-def test_gravity_can_be_turned_off_only_with_a_warning(urdf: UrdfReader) -> None:
-    block = '<gazebo reference="base"><turnGravityOff>true</turnGravityOff></gazebo>'
-    assert "<gravity> 0 of a <link> is not simulated" in str(
-        urdf(f'<link name="base">{MASS}</link>{block}').warnings[0]
-    )
+def test_gravity_can_be_turned_off(urdf: UrdfReader) -> None:
+    block = '<gazebo reference="base"><turnGravityOff>{}</turnGravityOff></gazebo>'
+    for value, pulled in (("true", False), ("false", True)):
+        read = urdf(f'<link name="base">{MASS}</link>{block.format(value)}')
+        assert (read.links[0].gravity, read.warnings) == (pulled, ())
 
 
 # -- errors, with the line of the URDF
