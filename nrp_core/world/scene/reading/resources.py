@@ -2,8 +2,8 @@
 
 They are searched in this order: beside the file that refers to them, in its parent folder, in the folders
 given by the user, in those of the environment variables of Gazebo and ROS, among the standard models that
-ship here (``ground_plane``, ``sun``), and last in the folders above the file that have the name of the model
-or package.
+ship here (``ground_plane``, ``sun``), then in the folders above the file that have the name of the model
+or package, and last among the packages of the ROS workspace that the file is in.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from nrp_core.errors import SceneError
+from nrp_core.world.scene.reading.workspaces import in_workspace, package_name
 from nrp_core.world.scene.reading.xml import Element, read_xml
 
 ENVIRONMENT = (
@@ -87,7 +88,7 @@ class Resources:
             if folder.is_dir():
                 return folder
         for folder in user.absolute().parents:
-            if folder.name == name or _package_name(folder) == name:
+            if folder.name == name or package_name(folder) == name:
                 return folder
         raise SceneError(f"there is no package '{name}' in the search path", path=user)
 
@@ -102,6 +103,10 @@ class Resources:
             name, _, inner = rest.partition("/")
             yield from (folder / inner for folder in (beside, *beside.parents) if folder.name == name)
             yield from (folder / inner for folder in (beside, beside.parent) if inner)  # another name
+            if name:
+                yield from (folder / inner for folder in in_workspace(name, user))
+            else:  # package:///meshes/a.stl is in the package of the file
+                yield from (folder / inner for folder in beside.parents)
 
 
 def main_file(folder: Path) -> Path | None:
@@ -134,8 +139,3 @@ def _depth(path: Path) -> tuple[int, str]:
 
 def _version(sdf: Element) -> tuple[int, ...]:
     return tuple(int(part) for part in sdf.attributes.get("version", "0").split(".") if part.isdigit())
-
-
-def _package_name(folder: Path) -> str:
-    manifest = folder / "package.xml"
-    return read_xml(manifest).word("name") if manifest.is_file() else ""

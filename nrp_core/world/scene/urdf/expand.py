@@ -46,7 +46,7 @@ def expanded(
         from xacro import substitution_args
     except ImportError:
         message = (
-            "this is a xacro file and xacro is not installed: pip install 'nrp-core[xacro]', "
+            "this is a xacro file and xacro is not installed: pip install xacro, "
             "or expand it with `xacro FILE > robot.urdf`"
         )
         raise SceneError(message, path=path) from None
