@@ -18,6 +18,7 @@ from nrp_core.world.batch import WorldBatch
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine
 from nrp_core.world.scene.model import Scene
+from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World
 
 WORLD_INTERFACE_VERSION = 2
@@ -48,6 +49,14 @@ class WorldBackend(ABC):
     @abstractmethod
     def engine(self, scene: Scene, *, seed: int, options: WorldOptions) -> Engine:
         """Load a scene into the engine, at time 0."""
+
+    def topics(self, options: WorldOptions) -> Sequence[TopicInfo]:
+        """Return the topics that engines add to those of the scene, for the checks before a run.
+
+        Raises:
+            ExperimentError: an option is wrong.
+        """
+        return ()
 
     def another(self, first: Engine, *, seed: int, options: WorldOptions) -> Engine:
         """Open the scene of an engine again; may reuse the parts built for it."""

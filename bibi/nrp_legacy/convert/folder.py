@@ -157,6 +157,7 @@ class _Import:
     def _world(self) -> dict[str, Any]:
         models, world = Models(self._maker.library, self._folder), self._experiment.world
         robots: dict[str, Any] = {}
+        assert world.scene is not None, "an experiment of that platform always has a room"
         scene = models.copy(world.scene)
         for name, robot in world.robots.items():
             robots[name] = {"model": models.copy(robot.model)}

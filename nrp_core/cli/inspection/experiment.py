@@ -79,7 +79,8 @@ def _lines(experiment: Experiment, parameters: Parameters) -> Iterator[str]:
     yield f"  brain: {brain.model.name} in {brain.backend}"
     yield from _parameters("parameter", parameters.brain)
     robots = ", ".join(f"{name} ({robot.model.name})" for name, robot in world.robots.items()) or "no robot"
-    yield f"  world: {world.scene.name} in {world.backend}, {robots}"
+    room = world.scene.name if world.scene else "its own room"
+    yield f"  world: {room} in {world.backend}, {robots}"
     if experiment.transfer_functions:
         yield f"  transfer functions: {', '.join(path.name for path in experiment.transfer_functions)}"
     yield from _parameters("parameter", parameters.functions)

@@ -15,6 +15,7 @@ from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine
+from nrp_core.world.part import Part
 from nrp_core.world.rigid.motion import (
     BodyPath,
     BodyVelocity,
@@ -24,7 +25,8 @@ from nrp_core.world.rigid.motion import (
     Touch,
     Wrench,
 )
-from nrp_core.world.scene.model import Rgba, Scene
+from nrp_core.world.scene.model import Model, Rgba, Scene
+from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World
 
 _CELL = "MockCell"
@@ -97,17 +99,41 @@ class MockBrain(Brain):
     def _do_close(self) -> None: ...
 
 
+class MockPart(Part):
+    """A part whose messages are empty, and which does nothing.
+
+    Args:
+        topics: its topics.
+    """
+
+    def __init__(self, topics: Sequence[TopicInfo]) -> None:
+        self.topics = tuple(topics)
+        self._types = {topic.name: topic.type for topic in topics}
+
+    def read(self, topic: str, now_ns: int) -> Any:
+        return self._types[topic]()
+
+    def write(self, topic: str, message: Any, now_ns: int) -> None: ...
+
+
 class MockEngine(Engine):
     """An engine whose models never move or touch, without cameras.
 
     Args:
         scene: the models.
         step_ns: its physics step.
+        topics: its own topics, besides those of the scene; their messages are empty.
     """
 
-    def __init__(self, scene: Scene = _EMPTY, *, step_ns: int = NS_PER_MS) -> None:
+    def __init__(
+        self, scene: Scene = _EMPTY, *, step_ns: int = NS_PER_MS, topics: Sequence[TopicInfo] = ()
+    ) -> None:
         capabilities = WorldCapabilities(step_ns, contacts=True, ball_joints=True, coupled_joints=True)
         super().__init__(scene, capabilities, seed=0, identity="mock")
+        self._own = MockPart(topics)
+
+    def parts(self, usual: Sequence[Part], model: Model | None) -> Sequence[Part]:
+        return [*usual, self._own] if model is None else usual
 
     def _do_advance(self, steps: int) -> None: ...
 

@@ -43,12 +43,14 @@ class Maker(PartMaker):
     """Makes each part from the file that the experiment names; subclasses replace methods for others."""
 
     def room(self, experiment: Experiment) -> Scene:
-        """Return the scene without robots; if the experiment is not strict, without what cannot be used.
+        """Return the scene without robots, empty without a file; if not strict, without what cannot be used.
 
         Raises:
             SceneError: it cannot be read.
         """
         path, models = experiment.world.scene, experiment.models
+        if path is None:
+            return Scene(())
         if experiment.strict:
             return read_scene(path, search_path=models)
         read = partial(read_scene, path, search_path=models, lenient=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial, reduce
 from typing import Any, Generic, TypeVar
@@ -17,7 +17,7 @@ from nrp_core.cle.wiring import declare_topics
 from nrp_core.clock import StepPlan, seconds
 from nrp_core.dsl.functions.collector import require_new_name
 from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
+from nrp_core.dsl.testing.mocks import MockBrain, MockEngine, MockWorld
 from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
 from nrp_core.experiment.backends import load_backend, named
 from nrp_core.experiment.making.interventions import check_capabilities, with_variants
@@ -44,6 +44,7 @@ from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sensing import Noise
 from nrp_core.world.sensors.imperfect import with_imperfection
+from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World
 
 ProgressCallback = Callable[[str], None]
@@ -235,6 +236,9 @@ class Examination:
 
     def _scene(self) -> Scene | None:
         scene, robots = None, self._experiment.world.robots
+        if self._lacks_scene():
+            self.collector.add(Code.NRP203, "'world' needs the key 'scene'", "world")
+            return None
         with self.collector.during(Code.NRP209, "world", "scene"):
             scene = maker_of(self._experiment).room(self._experiment)
         models: list[Model] = []
@@ -249,6 +253,10 @@ class Examination:
             self.collector.findings += scene.warnings
             return self._with_sensors(scene)
         return None
+
+    def _lacks_scene(self) -> bool:
+        has_own = self.world is not None and self.world.capabilities.own_scene
+        return self._experiment.world.scene is None and not has_own
 
     def _with_sensors(self, scene: Scene) -> Scene:
         """Return the scene with the imperfections of sensors in the experiment."""
@@ -336,13 +344,23 @@ class Examination:
 
     def _check_together(self) -> None:
         """Set everything up as for a run, with mocks that make the same checks as engines."""
-        if self.scene is None:
+        own = self._own_topics()
+        if self.scene is None or own is None:
             return
-        world = MockWorld(scene=self.scene)
+        world = MockWorld(engine=MockEngine(self.scene, topics=own))
         if declare_own(self._experiment, world, self.collector):
             Watch(self._experiment, world, self.collector)
             if self.network is not None:
                 self._check_functions(self.network, world)
+
+    def _own_topics(self) -> Sequence[TopicInfo] | None:
+        """Return the topics that belong to the world, not to its scene; None if an option is wrong."""
+        if self.world is None:
+            return ()
+        name = self._experiment.world.backend
+        with self.collector.during(Code.NRP206, "world", "options"), named(name, "report its topics"):
+            return self.world.backend.topics(self.world.options)
+        return None
 
     def _check_functions(self, network: Network, world: World) -> None:
         with self.collector.during(Code.NRP216, "brain", "backend"):

@@ -238,8 +238,8 @@ class SensorSection(Section):
 class WorldSection(BackendSection):
     """The world side."""
 
-    scene: ExistingFile
-    """The room: an SDF file."""
+    scene: ExistingFile | None = None
+    """The room: an SDF file; required unless the world has its own."""
     robots: dict[Name, RobotSection] = Field(default_factory=dict)
     """The robots in it; a robot's name is that of its model in the scene."""
     sensors: dict[TopicName, SensorSection] = Field(default_factory=dict)

@@ -143,6 +143,7 @@ class Code(Enum):
     NRP321 = functions.COMMAND_IGNORED
     NRP335 = brain.IMPOSSIBLE_VARIANT
     NRP336 = brain.IDLE_INTERVENTION
+    NRP340 = world.STEP_OF_ENVIRONMENT
 
     def __repr__(self) -> str:
         return f"Code.{self.name}"

@@ -193,3 +193,11 @@ STEP_IGNORED = Explanation(
     "{n} rooms ask for another time step",
     Weight.REMARK,
 )
+
+STEP_OF_ENVIRONMENT = Explanation(
+    "An environment simulates another time in a step than the experiment gives it.",
+    "The brain runs for longer or shorter than the body between two observations.",
+    "Set the time that the message names: `world: {options: {timestep: 50 ms}}`.",
+    "{n} environments simulate another time in a step",
+    Weight.REMARK,
+)

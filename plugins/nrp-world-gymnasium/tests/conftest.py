@@ -1,0 +1,99 @@
+"""Worlds of environments, and environments with the spaces that Gymnasium's own small ones do not have."""
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium import spaces
+from nrp_world_gymnasium import GymnasiumBackend
+
+from nrp_core.world import Scene, World
+
+Open = Callable[..., World]
+EMPTY = Scene(())
+
+
+@pytest.fixture
+def open_world() -> Iterator[Open]:
+    with ExitStack() as opened:
+
+        def open_(env: str, *, seed: int = 1, scene: Scene = EMPTY, **options: Any) -> World:
+            backend = GymnasiumBackend()
+            chosen = backend.options.model_validate({"env": env, **options})
+            return opened.enter_context(backend.open(scene, seed=seed, options=chosen))
+
+        yield open_
+
+
+class Corridor(gymnasium.Env[Any, Any]):
+    """A walker sees an image, a map and a text; its actions are a number of steps and two turns."""
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 10}  # noqa: RUF012
+
+    observation_space = spaces.Dict(
+        {
+            "eye": spaces.Box(0, 255, (4, 6, 3), np.uint8),
+            "map": spaces.Box(0.0, 9.0, (2, 3), np.float32),
+            "mission": spaces.Text(20),
+        }
+    )
+    action_space = spaces.Dict(
+        {"steps": spaces.Discrete(3, start=-1), "turns": spaces.Box(-1.0, 2.0, (2,), np.float32)}
+    )
+
+    def __init__(self, render_mode: str | None = None) -> None:
+        self.render_mode = render_mode
+        self.taken: list[Any] = []
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
+        super().reset(seed=seed)
+        self.place = 0
+        return self._seen(), {}
+
+    def step(self, action: Any) -> Any:
+        self.taken.append(action)
+        self.place += int(action["steps"])
+        return self._seen(), float(action["turns"].sum()), False, False, {}
+
+    def render(self) -> Any:
+        return np.full((3, 5, 3), 7, np.uint8)
+
+    def _seen(self) -> dict[str, Any]:
+        eye = np.arange(72, dtype=np.uint8).reshape(4, 6, 3)
+        places = np.arange(6, dtype=np.float32).reshape(2, 3) + self.place / 8
+        return {"eye": eye, "map": places.clip(0, 9), "mission": f"go to {self.place}"}
+
+
+class Forgetful(Corridor):
+    """Its place differs in each life."""
+
+    lives = 0
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
+        super().reset(seed=seed)
+        Forgetful.lives += 1
+        self.place = Forgetful.lives
+        return self._seen(), {}
+
+
+class Lost(Corridor):
+    """Its map loses its numbers."""
+
+    def _seen(self) -> dict[str, Any]:
+        return {**super()._seen(), "map": np.full((2, 3), np.nan if self.place else 0.0, np.float32)}
+
+
+class Graphs(Corridor):
+    """Its observations are not messages."""
+
+    observation_space = spaces.Graph(spaces.Box(0, 1), None)  # type: ignore[assignment]
+
+    def _seen(self) -> Any:
+        return self.observation_space.sample()
+
+
+for kind in (Corridor, Forgetful, Graphs, Lost):
+    gymnasium.register(f"tests/{kind.__name__}-v0", kind, disable_env_checker=True)

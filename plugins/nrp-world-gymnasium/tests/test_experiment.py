@@ -1,0 +1,61 @@
+"""The experiment of the how-to page: two spiking cells balance a pole; mistakes in it are found before."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from nrp_core import InvalidExperimentError, Run, load_experiment, run
+from nrp_core.findings import Code, Level
+
+PLUGIN = Path(__file__).parents[1]
+PAGE = PLUGIN.parents[1] / "docs" / "howto" / "drive-a-gymnasium-environment.md"
+FILE = re.compile(r"^```\w+\n# (cart_pole/[\w.]+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture
+def cart_pole(tmp_path, monkeypatch):
+    """The experiment, with the plugin as if it were installed."""
+    project = tomllib.loads((PLUGIN / "pyproject.toml").read_text())["project"]
+    info = tmp_path / "site" / "nrp_world_gymnasium-0.1.0.dist-info"
+    info.mkdir(parents=True)
+    info.joinpath("METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: 0.1.0\n")
+    ((group, entries),) = project["entry-points"].items()
+    lines = [f"[{group}]", *(f"{name} = {target}" for name, target in entries.items())]
+    info.joinpath("entry_points.txt").write_text("\n".join(lines))
+    monkeypatch.syspath_prepend(info.parent)
+    for name, text in FILE.findall(PAGE.read_text()):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    return tmp_path / "cart_pole" / "experiment.yaml"
+
+
+def test_two_spiking_cells_balance_the_pole_of_the_page(cart_pole):
+    with Run(load_experiment(cart_pole)) as simulation:
+        simulation.run()
+        assert simulation.result().passed
+        total = simulation.world.engine.episodes.total
+    assert total == 500, "every step of the episode is rewarded"
+
+
+def test_without_its_brain_the_pole_falls(cart_pole):
+    assert not run(cart_pole, ["brain.interventions=[{silence: pushers}]"], until_s=2.0).passed
+
+
+@pytest.mark.parametrize(
+    ("overrides", "code", "message"),
+    [
+        (["world.options.env=CartPol-v1"], Code.NRP206, "Did you mean: `CartPole`"),
+        (["criteria.balances.topic_stays.name=/env/terminatd"], Code.NRP212, "/env/terminated"),
+        (["world.options.timestep=30 ms"], Code.NRP207, "30 ms"),
+        (["world.options.envs=CartPole-v1"], Code.NRP206, "did you mean 'env'"),
+        (["world.backend=mujoco", "world.options=null"], Code.NRP203, "'world' needs the key 'scene'"),
+    ],
+)
+def test_a_mistake_is_found_before_the_run(cart_pole, overrides, code, message):
+    with pytest.raises(InvalidExperimentError) as caught:
+        run(cart_pole, overrides)
+    (finding,) = (each for each in caught.value.findings if each.level is Level.ERROR)
+    assert finding.code is code
+    assert message in finding.message
