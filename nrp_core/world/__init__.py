@@ -83,13 +83,17 @@ if TYPE_CHECKING:
     from nrp_core.world.scene.sdf import read_model as read_model
     from nrp_core.world.scene.sdf import read_scene as read_scene
     from nrp_core.world.scene.sensing import Noise as Noise
+    from nrp_core.world.scene.surroundings import Surroundings as Surroundings
     from nrp_core.world.scene.tessellation import triangles_of as triangles_of
+    from nrp_core.world.sensors.air_pressure import AirPressure as AirPressure
     from nrp_core.world.sensors.camera import Camera as Camera
     from nrp_core.world.sensors.contact import ContactSensor as ContactSensor
     from nrp_core.world.sensors.force_torque import ForceTorque as ForceTorque
     from nrp_core.world.sensors.ground_truth import GroundTruth as GroundTruth
     from nrp_core.world.sensors.imu import Imu as Imu
     from nrp_core.world.sensors.laser import Laser as Laser
+    from nrp_core.world.sensors.magnetometer import Magnetometer as Magnetometer
+    from nrp_core.world.sensors.navsat import NavSat as NavSat
     from nrp_core.world.sensors.sensor import Sensor as Sensor
     from nrp_core.world.sensors.sensor import SensorPart as SensorPart
     from nrp_core.world.services.service import Service as Service
@@ -144,12 +148,16 @@ else:
             "nrp_core.world.scene.sdf": "read_model read_scene",
             "nrp_core.world.scene.sensing": "Noise",
             "nrp_core.world.scene.tessellation": "triangles_of",
+            "nrp_core.world.scene.surroundings": "Surroundings",
+            "nrp_core.world.sensors.air_pressure": "AirPressure",
             "nrp_core.world.sensors.camera": "Camera",
             "nrp_core.world.sensors.contact": "ContactSensor",
             "nrp_core.world.sensors.force_torque": "ForceTorque",
             "nrp_core.world.sensors.ground_truth": "GroundTruth",
             "nrp_core.world.sensors.imu": "Imu",
             "nrp_core.world.sensors.laser": "Laser",
+            "nrp_core.world.sensors.magnetometer": "Magnetometer",
+            "nrp_core.world.sensors.navsat": "NavSat",
             "nrp_core.world.sensors.sensor": "Sensor SensorPart",
             "nrp_core.world.services.service": "Service",
             "nrp_core.world.topics": "Direction Publication Stamped Subscription TopicInfo",

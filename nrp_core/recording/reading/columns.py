@@ -18,6 +18,9 @@ _UNITS = {
     "geometry_msgs/msg/Accel": {"linear": "m/s^2", "angular": "rad/s^2"},
     "geometry_msgs/msg/Wrench": {"force": "N", "torque": "N m"},
     "sensor_msgs/msg/Imu": {"angular_velocity": "rad/s", "linear_acceleration": "m/s^2"},
+    "sensor_msgs/msg/MagneticField": {"magnetic_field": "T"},
+    "sensor_msgs/msg/FluidPressure": {"fluid_pressure": "Pa"},
+    "sensor_msgs/msg/NavSatFix": {"latitude": "deg", "longitude": "deg", "altitude": "m"},
     "sensor_msgs/msg/LaserScan": {
         "angle_min": "rad", "angle_max": "rad", "angle_increment": "rad", "time_increment": "s",
         "scan_time": "s", "range_min": "m", "range_max": "m", "ranges": "m",

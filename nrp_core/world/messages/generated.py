@@ -35,6 +35,13 @@ def made(name: str) -> type | None:
     return None if definition is None else _class(name, *definition)
 
 
+def required(name: str) -> type:
+    """Return the class of a message type whose definition is known; others are a mistake of the caller."""
+    kind = made(name)
+    assert kind is not None, name
+    return kind
+
+
 def names(package: str) -> list[str]:
     """Return the names of all message types of a package."""
     return sorted(name.rpartition("/")[2] for name in _store().types if name.startswith(f"{package}/msg/"))

@@ -22,6 +22,7 @@ from nrp_core.world.scene.digest import LATER, digest_of
 from nrp_core.world.scene.finish import Finish as Finish
 from nrp_core.world.scene.origin import Native, Source
 from nrp_core.world.scene.sensing import MountedSensor
+from nrp_core.world.scene.surroundings import Surroundings
 
 Rgba = tuple[float, float, float, float]
 
@@ -366,6 +367,7 @@ class Scene:
         gravity: m/s^2.
         warnings: what its files say and a world does not do.
         step_s: the time step that its file asks for, s. No engine uses it: steps belong to the experiment.
+        surroundings: the Earth around it, for sensors.
 
     Raises:
         SceneError: two models have the same name, or one of them is inconsistent.
@@ -376,6 +378,7 @@ class Scene:
     gravity: Vector = (0.0, 0.0, -9.8)
     warnings: tuple[Finding, ...] = field(default=(), compare=False)
     step_s: float | None = field(default=None, compare=False)
+    surroundings: Surroundings = field(default=Surroundings(), metadata=LATER)
 
     def __post_init__(self) -> None:
         check_unique((model.name for model in self.models), "models", "the scene")

@@ -18,6 +18,7 @@ from nrp_core.world.scene.sdf.lights import read_light
 from nrp_core.world.scene.sdf.model import Parts, build_model, read_parts
 from nrp_core.world.scene.sdf.placed import Placed, read_placed
 from nrp_core.world.scene.sdf.source import Source
+from nrp_core.world.scene.sdf.surroundings import read_surroundings
 from nrp_core.world.scene.sdf.world_joints import add_joint_frames, in_model, read_world_joints
 from nrp_core.world.scene.stand_in import with_static_shapes
 
@@ -78,7 +79,8 @@ def read_world(world: Element, source: Source, reading: Reading) -> Scene:
         for pose in [state.poses.get(("light", light.name), light.pose(WORLD)[0])]
     ]
     shaped = with_static_shapes(models, partial(reading.notes.warn, world))
-    return Scene(shaped, tuple(lights), _gravity(world), reading.notes.findings, _step_s(world))
+    earth = read_surroundings(world, reading.notes)
+    return Scene(shaped, tuple(lights), _gravity(world), reading.notes.findings, _step_s(world), earth)
 
 
 def _models(

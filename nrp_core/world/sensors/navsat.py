@@ -1,0 +1,64 @@
+"""Satellite navigation (GPS): the place on the Earth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from nrp_core.world.engine import Engine
+from nrp_core.world.messages.generated import required
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.model import Model
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.sensor_elements import noise_of, rate_of, topic_of
+from nrp_core.world.scene.reading.sensors import Mount
+from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.sensors.sensor import Sensor, SensorPart
+
+_FIX, _GPS = 0, 1
+"""``STATUS_FIX`` and ``SERVICE_GPS`` of ``sensor_msgs/NavSatStatus``."""
+_DIAGONAL_KNOWN = 2
+"""``COVARIANCE_TYPE_DIAGONAL_KNOWN`` of ``sensor_msgs/NavSatFix``."""
+
+
+@dataclass(frozen=True, slots=True)
+class NavSat(Sensor):
+    """A receiver of satellite navigation; its noise is in m, in all directions."""
+
+    tag: ClassVar[str] = "navsat"
+
+    needs: ClassVar[tuple[str, ...]] = ("links",)
+
+    pose: Pose = Pose()
+
+    @classmethod
+    def read(cls, sensor: Element, mount: Mount, reading: Reading) -> NavSat:
+        """Read a receiver; the horizontal noise of positions is used for all directions."""
+        name = sensor.attribute("name")
+        section = sensor.section("navsat" if sensor.find("navsat") else "gps")
+        noise = noise_of(section.section("position_sensing").section("horizontal"), reading)
+        topic = topic_of(sensor, reading.topic_of(mount.name, f"{name}/navsat"), {}, reading)
+        return cls(name, topic, rate_of(sensor, reading), mount.place(sensor), noise=noise)
+
+    def part(self, model: Model, link: str, engine: Engine) -> NavSatPart:
+        return NavSatPart(self, model.name, link, engine)
+
+
+class NavSatPart(SensorPart):
+    """Publishes the fixes of one receiver."""
+
+    def __init__(self, sensor: NavSat, model: str, link: str, engine: Engine) -> None:
+        super().__init__(sensor, model, link, engine)
+        self._pose, self._variance = sensor.pose, sensor.noise.stddev**2
+        self._message = required("sensor_msgs/msg/NavSatFix")
+        self._status = required("sensor_msgs/msg/NavSatStatus")(_FIX, _GPS)
+        self.topics = (self._served(sensor.topic, self._message, f"place of {model}/{link} on the Earth"),)
+
+    def read(self, topic: str, now_ns: int) -> Any:
+        position = self._engine.link_motion(*self._place).at(self._pose).pose.position
+        (measured,) = self._noisy(topic, now_ns, position)
+        place = self._engine.scene.surroundings.on_earth(measured)
+        covariance = (np.eye(3) * self._variance).ravel()
+        return self._message(self._header(now_ns), self._status, *place, covariance, _DIAGONAL_KNOWN)
