@@ -10,8 +10,8 @@ import numpy as np
 from browsing import HUSKY, Cockpits, Watched, time_s, wait_until
 from playwright.sync_api import Locator, Page, expect
 
-VERMILLION = (0, 94, 213)
-"""Of contacts in the light theme, as OpenCV has it."""
+VERMILLION, PURPLE = (0, 94, 213), (138, 85, 176)
+"""Of contacts and of trails in the light theme, as OpenCV has them."""
 ARRIVES = """
 extends: braitenberg_husky/no_red
 name: touched
@@ -52,30 +52,32 @@ def test_a_click_turns_a_screen_red_and_the_robot_drives_to_it(
     expect(page.get_by_text("passed", exact=False).first).to_be_visible()
 
 
-def marked(page: Page) -> int:
-    """Return how many pixels of the scene have the colour of contacts."""
+def marked(page: Page, color: tuple[int, int, int], within: int = 12) -> int:
+    """Return how many pixels of the scene have a colour, each channel within a difference."""
     canvas = page.get_by_role("application", name="The scene in three dimensions", exact=False)
     seen = cv2.imdecode(np.frombuffer(canvas.screenshot(), np.uint8), cv2.IMREAD_COLOR).astype(int)
-    return int((np.abs(seen - VERMILLION) < 12).all(axis=2).sum())
+    return int((np.abs(seen - color) < within).all(axis=2).sum())
 
 
 def y_of(pose: Locator) -> float:
     return float(re.search(r"y\s*(-?[\d.]+) m", pose.inner_text()).group(1))  # type: ignore[union-attr]
 
 
-def test_a_robot_is_put_elsewhere_and_pushed_by_its_fields_and_stands_on_its_contacts(
+def test_a_robot_is_put_elsewhere_and_pushed_stands_on_its_contacts_and_leaves_a_trail(
     husky: str, watched: Watched
 ):
     page = watched.open(husky, width=1600, height=1000)
     page.get_by_role("button", name="Step", exact=True).click()
     expect(page.get_by_role("timer")).to_contain_text("0.02 s")
-    others = marked(page)
+    others = marked(page, VERMILLION)
     page.get_by_role("button", name="Contacts", exact=True).click()
     page.get_by_role("button", name="Play").click()
     wait_until(page, 0.3)  # it has come down on its wheels
     page.get_by_role("button", name="Pause").click()
     page.get_by_role("button", name="Play").wait_for()
-    assert marked(page) > others + 4 * 10, "a point of 7 pixels at each wheel, some behind the label"
+    assert marked(page, VERMILLION) > others + 4 * 10, (
+        "a point of 7 pixels at each wheel, some behind the label"
+    )
     select_in_scene(page, "husky")
     inspector = page.get_by_role("region", name="Selected")
     inspector.get_by_role("textbox", name="x (m)").fill("1.5")
@@ -83,6 +85,10 @@ def test_a_robot_is_put_elsewhere_and_pushed_by_its_fields_and_stands_on_its_con
     page.get_by_role("button", name="Step", exact=True).click()
     pose = inspector.get_by_role("region", name="Pose")
     expect(pose).to_contain_text("1.50")
+    with_trail = marked(page, PURPLE, within=40)  # a little of what is below shines through
+    page.get_by_role("button", name="Trail", exact=True).click()
+    page.wait_for_timeout(300)
+    assert with_trail > marked(page, PURPLE, within=40) + 40, "a band from where it stood to x = 1.5 m"
     inspector.get_by_role("textbox", name="y (N)").fill("9000")
     inspector.get_by_role("button", name="Push", exact=True).click()
     before_m = y_of(pose)
