@@ -47,9 +47,13 @@ def test_at_200_percent_nothing_is_lost_sideways(husky: str, watched: Watched):
     page = watched.open(husky, width=720, height=450)
     page.get_by_role("button", name="Play").click()
     wait_until(page, 0.1)
-    for view in ("Cockpit", "Functions", "Compare"):
+    for view in ("Cockpit", "Functions", "Designer", "Compare"):
         page.get_by_role("link", name=view, exact=True).click()
-        page.wait_for_timeout(300)
+        shown = page.locator(f"#main .{view.lower()}")
+        shown.wait_for()
+        size = shown.bounding_box()
+        assert size is not None
+        assert size["height"] >= 440, f"{view} is squeezed instead of scrolled"
         assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth"), view
         expect(page.get_by_role("button", name="Pause")).to_be_in_viewport()
 

@@ -115,10 +115,23 @@ function paintHeading({ pen, colours }: Sheet, pose: Pose, at: At): void {
 }
 
 const BAR_PX = 72;
+/** The plate behind the bar and its length, so that both are read over walls. */
+const PLATE = { high_px: 18, beyond_px: 6, opacity: 0.85 };
 
 function paintBar({ pen, colours, height }: Sheet, scale: number): void {
   const length_m = barLength(scale, BAR_PX);
+  const text = `${length_m} m`;
   const [left, right, y] = [12, 12 + length_m * scale, height - 12];
+  const end = right + 6 + pen.measureText(text).width;
+  pen.globalAlpha = PLATE.opacity;
+  pen.fillStyle = colours.panel;
+  pen.fillRect(
+    left - PLATE.beyond_px,
+    y - PLATE.high_px / 2,
+    end - left + 2 * PLATE.beyond_px,
+    PLATE.high_px,
+  );
+  pen.globalAlpha = 1;
   pen.strokeStyle = colours.text2;
   pen.lineWidth = 1;
   pen.beginPath();
@@ -131,5 +144,5 @@ function paintBar({ pen, colours, height }: Sheet, scale: number): void {
   pen.stroke();
   pen.fillStyle = colours.text2;
   pen.textBaseline = "middle";
-  pen.fillText(`${length_m} m`, right + 6, y);
+  pen.fillText(text, right + 6, y);
 }
