@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from browsing import HUSKY, Kept, Watched, wait_until
+from browsing import HUSKY, Kept, Watched
 from playwright.sync_api import Locator, Page, expect
 
 GREEN = [0, 158, 115]
@@ -39,14 +39,14 @@ def experiment(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def opened(experiment: Path, kept: Kept, watched: Watched) -> Page:
-    """A page of a run that has gone on for a second and stands, with the usual layout."""
+    """A page of a run that has gone to one second and stands, with the usual layout."""
     for each in experiment.parent.iterdir():
         if each != experiment:
             each.unlink()
     page = watched.open(kept.open(str(experiment), *HUSKY))
-    page.get_by_role("button", name="Play").click()
-    wait_until(page, 1.0)
-    page.get_by_role("button", name="Pause").click()
+    expect(page.get_by_role("button", name="Play")).to_be_enabled()
+    page.get_by_role("slider", name="Simulated time").press("PageUp")  # as fast as it can
+    expect(page.get_by_role("timer")).to_contain_text("1.00 s")
     page.get_by_role("button", name="Play").wait_for()
     return page
 
@@ -86,7 +86,7 @@ def test_a_curve_is_found_by_words_added_and_removed(opened: Page):
     expect(curves).to_have_count(0)
 
 
-def test_a_number_of_a_device_is_dragged_to_the_plots(opened: Page):
+def test_a_number_of_a_device_and_a_field_of_a_topic_are_dragged_to_the_plots(opened: Page):
     opened.get_by_role("button", name="Remove right_wheel_neuron").click()
     opened.get_by_role("button", name="Neuron 7 of circuit: right wheel neuron").press("Enter")
     inspector = opened.get_by_role("region", name="Selected")
@@ -94,6 +94,14 @@ def test_a_number_of_a_device_is_dragged_to_the_plots(opened: Page):
     plots = opened.get_by_role("region", name="Devices and topics")
     inspector.get_by_role("button", name="Add data to the plot").first.drag_to(plots)
     expect(plots.get_by_role("button", name="Remove right_wheel_neuron")).to_be_visible()
+    opened.keyboard.press("Escape")
+    inspector.get_by_role("button", name="husky", exact=True).click()
+    topic = inspector.locator(".inspector-topic").filter(has_text="/husky/odom")
+    topic.get_by_text("Add to plot").click()
+    topic.get_by_role("button", name="Add pose.pose.position.x to the plot").drag_to(plots)
+    expect(plots.get_by_role("button", name="Remove pose.pose.position.x")).to_be_visible()
+    opened.get_by_role("button", name="Step", exact=True).click()
+    expect(plots.get_by_role("region", name="/husky/odom")).to_contain_text(re.compile(r"-?\d\.\d"))
 
 
 def test_the_wheel_zooms_both_plots_and_a_double_click_resets_them(opened: Page):
@@ -120,6 +128,30 @@ def test_the_camera_shows_the_room(opened: Page):
         }"""
     )
     assert colours > 5
+
+
+def without_right(experiment: Path) -> bool:
+    """Return whether a layout is saved beside an experiment that plots the left wheel neuron alone."""
+    texts = [each.read_text() for each in experiment.parent.iterdir() if each != experiment]
+    return any("left_wheel_neuron" in text and "right_wheel_neuron" not in text for text in texts)
+
+
+def test_theme_panels_and_curves_are_there_again_after_a_reload(opened: Page, experiment: Path):
+    opened.get_by_role("button", name="Switch between light and dark").click()
+    border = opened.get_by_role("separator").first
+    before = str(border.get_attribute("aria-valuenow"))
+    border.press("ArrowDown")
+    expect(border).not_to_have_attribute("aria-valuenow", before)
+    moved = str(border.get_attribute("aria-valuenow"))
+    opened.get_by_role("button", name="Remove right_wheel_neuron").click()
+    assert any(without_right(experiment) or opened.wait_for_timeout(50) for _ in range(600)), (
+        "it is not saved"
+    )
+    opened.reload()
+    expect(opened.get_by_role("button", name="Remove left_wheel_neuron")).to_be_visible()
+    expect(opened.get_by_role("button", name="Remove right_wheel_neuron")).to_have_count(0)
+    expect(opened.get_by_role("separator").first).to_have_attribute("aria-valuenow", moved)
+    expect(opened.locator("html")).to_have_class("theme-dark")
 
 
 def test_who_only_looks_leaves_no_file_beside_the_experiment(opened: Page, experiment: Path):
