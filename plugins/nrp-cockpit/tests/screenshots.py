@@ -10,9 +10,9 @@ import tempfile
 from pathlib import Path
 
 from brains import Artist, draw_the_brain_of_the_paper
-from browsing import Cockpits, Watched, chromium, running, time_s, wait_until
+from browsing import PATIENCE_MS, Cockpits, Watched, chromium, running, time_s, wait_until
 from nrp_bibi import Bibi, read_bibi, write_bibi
-from playwright.sync_api import Page
+from playwright.sync_api import Page, expect
 
 from nrp_core.experiment.reading.find import find_file
 
@@ -26,6 +26,7 @@ BRANCH_S = 12
 
 def main() -> None:
     """Take the pictures."""
+    expect.set_options(timeout=PATIENCE_MS)
     with running() as cockpits, chromium() as browser, tempfile.TemporaryDirectory() as folder:
         watched = Watched(browser)
         _run(watched.open(cockpits.open("braitenberg_husky"), **SIZE))
@@ -36,6 +37,7 @@ def main() -> None:
 
 def _go_to(page: Page, t_s: int) -> None:
     """Run until a time to the step, however busy the machine is."""
+    expect(page.get_by_role("button", name="Play")).to_be_enabled()  # keys are heard from now on
     slider = page.get_by_role("slider", name="Simulated time")
     for second in range(1, t_s + 1):
         slider.press("PageUp")
