@@ -86,6 +86,21 @@ On = Annotated[
 Workers = Annotated[
     int | None, typer.Option(metavar="N", envvar="NRP_WORKERS", min=1, help="Number of runs at once.")
 ]
+SHOW = "show"
+FileOrShow = Annotated[
+    str, typer.Argument(metavar="FILE|show", help="The file that describes the runs; or 'show' for results.")
+]
+ShownFolder = Annotated[Path | None, typer.Argument(metavar="DIR", help="The folder to show, after 'show'.")]
+ResultsFolder = Annotated[
+    Path | None,
+    typer.Option(
+        "--out",
+        metavar="DIR",
+        envvar="NRP_OUT",
+        file_okay=False,
+        help="The folder of the results; by default NAME.sweep of a sweep, NAME.evolve of a search.",
+    ),
+]
 PlotFile = Annotated[
     Path | None,
     typer.Option(metavar="FILE", dir_okay=False, help="Draw a figure into a .png, .svg or .pdf file."),
@@ -135,3 +150,21 @@ def require_folder_of(file: Path | None, option: str) -> None:
         raise typer.BadParameter(f"{file.parent}: the folder does not exist", param_hint=option)
     if file is not None and file.is_dir():
         raise typer.BadParameter(f"{file} is a folder", param_hint=option)
+
+
+def folder_to_show(target: str, folder: Path | None, command: str) -> Path | None:
+    """Return the folder that ``nrp COMMAND show DIR`` names, None if runs are asked for.
+
+    Raises:
+        typer.BadParameter: 'show' without a folder, or a folder without 'show'.
+    """
+    if target == SHOW and folder is None:
+        raise typer.BadParameter(f"name the folder of the results: nrp {command} show DIR", param_hint="DIR")
+    if target != SHOW and folder is not None:
+        raise typer.BadParameter("only 'show' takes a folder; use --out for results", param_hint="DIR")
+    return folder
+
+
+def results_folder(out: Path | None, file: Path, command: str) -> Path:
+    """Return the folder of results: the given one, or that of a file by default."""
+    return out or Path(f"{file.stem}.{command}")

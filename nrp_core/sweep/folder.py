@@ -31,7 +31,7 @@ def claim(folder: Path, plan: Plan) -> None:
     Values and designs may differ, so that a sweep can be extended.
 
     Raises:
-        ExperimentError: it contains other files or another sweep, or cannot be written.
+        ExperimentError: it contains other files, another sweep or another search, or cannot be written.
     """
     path = folder / ABOUT
     if path.is_file():
@@ -74,7 +74,8 @@ def _require_same(there: dict[str, Any], plan: Plan, folder: Path) -> None:
     there, here = ({**one, "code": {name: one["code"][name] for name in shared}} for one in (there, here))
     other = [words for key, words in _WORDS.items() if there.get(key) != here[key]]
     if other:
+        kind = "search" if there.get("search") else "sweep"
         raise ExperimentError(
-            f"the folder contains another sweep, with different {', '.join(other)}; choose another (--out)",
+            f"the folder contains another {kind}, with different {', '.join(other)}; choose another (--out)",
             path=folder,
         )

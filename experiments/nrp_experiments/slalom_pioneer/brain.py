@@ -3,12 +3,21 @@
 Both wheels turn spontaneously, so without obstacles the robot drives straight on. The two groups of feelers
 inhibit each other: of two obstacles ahead, the nearer one determines the turn. After V. Braitenberg,
 "Vehicles" (1984), vehicle 2a. Groups are of ten cells. Units are PyNN's: mV, ms, nF, nA.
+
+The six weights are parameters; a negative one inhibits. The experiment ``evolved`` has others.
 """
 
 import nrp_core.pynn as sim
 
 CELLS = 10
 LEFT, RIGHT = slice(0, CELLS), slice(CELLS, 2 * CELLS)
+
+left_to_left = sim.parameter("left_to_left", 0.03, unit="nA", doc="left feelers to the left wheel")
+left_to_right = sim.parameter("left_to_right", -0.05, unit="nA", doc="left feelers to the right wheel")
+left_to_other = sim.parameter("left_to_other", -1.0, unit="nA", doc="left feelers to the right ones")
+right_to_right = sim.parameter("right_to_right", 0.03, unit="nA", doc="right feelers to the right wheel")
+right_to_left = sim.parameter("right_to_left", -0.05, unit="nA", doc="right feelers to the left wheel")
+right_to_other = sim.parameter("right_to_other", -1.0, unit="nA", doc="right feelers to the left ones")
 
 sim.setup(timestep=1.0)
 
@@ -29,7 +38,9 @@ def connect(pre, post, weight):
     )
 
 
-for side, other in ((LEFT, RIGHT), (RIGHT, LEFT)):
-    connect(feelers[side], wheels[side], 0.03)
-    connect(feelers[side], wheels[other], -0.05)
-    connect(feelers[side], feelers[other], -1.0)
+connect(feelers[LEFT], wheels[LEFT], left_to_left)
+connect(feelers[LEFT], wheels[RIGHT], left_to_right)
+connect(feelers[LEFT], feelers[RIGHT], left_to_other)
+connect(feelers[RIGHT], wheels[RIGHT], right_to_right)
+connect(feelers[RIGHT], wheels[LEFT], right_to_left)
+connect(feelers[RIGHT], feelers[LEFT], right_to_other)

@@ -3,52 +3,49 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from nrp_core.cli.failure import complain
-from nrp_core.cli.options import Json, On, PlotFile, Workers, require_folder_of
+from nrp_core.cli.options import (
+    FileOrShow,
+    Json,
+    On,
+    PlotFile,
+    ResultsFolder,
+    ShownFolder,
+    Workers,
+    folder_to_show,
+    require_folder_of,
+    results_folder,
+)
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
     from nrp_core.evolve.history import History
 
-SHOW = "show"
 _MOST_LINES = 12
 
 
 def evolve(
-    target: Annotated[
-        str, typer.Argument(metavar="FILE|show", help="The file of a search; or 'show' for its results.")
-    ],
-    folder: Annotated[
-        Path | None, typer.Argument(metavar="DIR", help="The folder to show, after 'show'.")
-    ] = None,
+    target: FileOrShow,
+    folder: ShownFolder = None,
     on: On = "local",
     workers: Workers = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            envvar="NRP_OUT",
-            file_okay=False,
-            help="The folder of the results; by default NAME.evolve.",
-        ),
-    ] = None,
+    out: ResultsFolder = None,
     plot: PlotFile = None,
     json: Json = False,
 ) -> None:
     """Search for the best settings of an experiment. Stop at any time; repeat the command to resume."""
-    if (target == SHOW) is (folder is None):
-        raise typer.BadParameter("name the folder of the results: nrp evolve show DIR", param_hint="DIR")
+    shown = folder_to_show(target, folder, "evolve")
     require_folder_of(plot, "--plot")
-    if folder is not None:
+    if shown is not None:
         from nrp_core.evolve.history import History
 
-        _show(History.read(folder), folder, plot, as_json=json)
+        _show(History.read(shown), shown, plot, as_json=json)
         return
-    found = out or Path(f"{Path(target).stem}.evolve")
+    found = results_folder(out, Path(target), "evolve")
     history, ended = _search(Path(target), found, on, workers)
     if ended:
         _say(f"ended after generation {len(history) - 1}: {ended}")

@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from nrp_core.cli.failure import NO, complain
-from nrp_core.cli.options import Json, On, PlotFile, Workers, require_folder_of
+from nrp_core.cli.options import (
+    FileOrShow,
+    Json,
+    On,
+    PlotFile,
+    ResultsFolder,
+    ShownFolder,
+    Workers,
+    folder_to_show,
+    require_folder_of,
+    results_folder,
+)
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
@@ -16,28 +27,15 @@ if TYPE_CHECKING:
     from nrp_core.sweep.plan import Plan
     from nrp_core.sweep.running import SweepRun
 
-SHOW = "show"
 _JOBS = 16
 
 
 def sweep(
-    target: Annotated[
-        str, typer.Argument(metavar="FILE|show", help="The file of a sweep; or 'show' for its results.")
-    ],
-    folder: Annotated[
-        Path | None, typer.Argument(metavar="DIR", help="The folder to show, after 'show'.")
-    ] = None,
+    target: FileOrShow,
+    folder: ShownFolder = None,
     on: On = "local",
     workers: Workers = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            envvar="NRP_OUT",
-            file_okay=False,
-            help="The folder of the results; by default NAME.sweep.",
-        ),
-    ] = None,
+    out: ResultsFolder = None,
     only: Annotated[
         list[str] | None,
         typer.Option(
@@ -72,13 +70,9 @@ def sweep(
 
     Ctrl-C keeps all finished runs. The exit code is 1 if a run failed.
     """
-    if target == SHOW:
-        if folder is None:
-            raise typer.BadParameter("name the folder of the results: nrp sweep show DIR", param_hint="DIR")
-        _show(folder, measure, plot, kind, as_json=json)
+    if shown := folder_to_show(target, folder, "sweep"):
+        _show(shown, measure, plot, kind, as_json=json)
         return
-    if folder is not None:
-        raise typer.BadParameter("only 'show' takes a folder; use --out for results", param_hint="DIR")
     require_folder_of(plot, "--plot")
     if plot is None and (measure is not None or kind is not None):
         complain("--measure and --kind have no effect without --plot", label="note")
@@ -100,7 +94,7 @@ def _opened(
 
     described, source = read_sweep(file)
     plan = Plan.of(described, source, confirmed=confirmed)
-    made = SweepRun(plan, out or Path(f"{file.stem}.sweep"), Choice(tuple(only), retry_failed, record))
+    made = SweepRun(plan, results_folder(out, file, "sweep"), Choice(tuple(only), retry_failed, record))
     _say(_headline(plan, made))
     for remark in plan.remarks:
         complain(remark, label="note")

@@ -233,10 +233,22 @@ def test_a_folder_of_another_search_and_of_a_sweep_are_refused(command: Evolve) 
     assert command("search.yaml", "--workers", 1)[0] == 0
     Path("search.yaml").write_text(FILE.replace("to: 2.0", "to: 3.0"))
     _, _, err = command("search.yaml")
-    assert "the folder contains another sweep, with different settings of the search" in err
+    assert "the folder contains another search, with different settings of the search" in err
     Path("search.yaml").write_text(FILE.replace("generations: 3", "generations: 4"))
     assert command("search.yaml", "--workers", 1)[0] == 0
     assert len(candidates("search.evolve")) == RUNS + 6
+
+
+def test_only_show_takes_a_folder_and_it_needs_one(command: Evolve) -> None:
+    assert "name the folder of the results: nrp evolve show DIR" in words(command("show"))
+    assert "only 'show' takes a folder; use --out for results" in words(command("search.yaml", "results"))
+
+
+def words(done: tuple[int, str, str]) -> str:
+    """Return the error of a command that was used wrongly, without line breaks."""
+    code, out, err = done
+    assert (code != 0, out) == (True, "")
+    return " ".join(err.split())
 
 
 def test_without_the_package_the_error_names_the_command(

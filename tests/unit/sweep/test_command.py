@@ -227,6 +227,8 @@ def test_the_results_are_shown_as_text_data_and_figures(sweep: Sweep, here: Path
     assert "'criteria.arives' was not measured; did you mean 'criteria.arrives'?" in err
     _, _, err = sweep("show", here)
     assert "the folder does not contain a sweep" in err
+    assert "nrp sweep show DIR" in " ".join(sweep("show")[2].split())
+    assert "only 'show' takes a folder" in " ".join(sweep("sweep.yaml", "sweep.sweep")[2].split())
 
 
 def test_emitted_jobs_are_collected_by_the_same_command(sweep: Sweep) -> None:
