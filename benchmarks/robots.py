@@ -1,18 +1,20 @@
-"""Whether real robots load, weigh what their files say, and reach what is commanded, on both engines.
+"""Whether real robots load, weigh what their files say, reach their commands, and fall alike on both engines.
 
-Give it robot files, or folders with URDF files; without any it takes the robots of ``pybullet_data``:
+Give it robot files, or folders with files in URDF, SDF or MJCF; without any it takes the robots of
+``pybullet_data`` and those of Gymnasium:
 
     python benchmarks/robots.py [FILE | FOLDER ...]
 
 Each robot is held by its base. Every joint that can be commanded goes 0.2 rad (5 cm) from its start, within
-its limits; after 1.5 s the table counts the joints that are within 1 mrad (1 mm).
+its limits; after 1.5 s the table counts the joints that are within 1 mrad (1 mm). Then, without commands, its
+joints fall for 0.5 s, and the table has the largest difference between the engines (rad, m).
 """
 
 from __future__ import annotations
 
+import re
 import sys
 import time
-import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from importlib.util import find_spec
@@ -24,22 +26,27 @@ from nrp_core.world.fitting import Fitting, JointControl, commandable, fitted
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.sdf import read_model
+from nrp_core.world.scene.sdf import read_model, read_scene
 from nrp_core.world.scene.starts import start_positions
 
 ENGINES = ("mujoco", "pybullet")
 STEP, SLIDE, WITHIN = 0.2, 0.05, 1e-3
+COMMANDED_NS, LIMP_NS = 1_500_000_000, 500_000_000
+STYLES = (".urdf", ".sdf", ".xml")
 PARTS = ("random_urdfs", "objects", "toys")
 """Folders of ``pybullet_data`` with things that are not robots."""
+_MASS = re.compile(r"<mass\s+value\s*=\s*\"([^\"]+)\"|<mass>([^<]+)</mass>")
+_REMARK = re.compile(r"<!--.*?-->", re.DOTALL)
+
+Ends = dict[str, float]
 
 
 def main() -> None:
-    print("| robot | joints | load, s | mass, kg (file) | mujoco | pybullet |")
-    print("|---|---|---|---|---|---|")
+    print("| robot | joints | load, s | mass, kg (file) | mujoco | pybullet | limp, apart |")
+    print("|---|---|---|---|---|---|---|")
     done = 0
     for path in robots(sys.argv[1:]):
-        row = measured(path)
-        if row is not None:
+        for row in measured(path):
             done += 1
             print(row, flush=True)
     print(f"\n{done} robots")
@@ -47,54 +54,76 @@ def main() -> None:
 
 def robots(given: Iterable[str]) -> Iterator[Path]:
     """Yield the files to measure."""
-    spec = find_spec("pybullet_data")
-    shipped = [str(Path(spec.origin).parent)] if spec is not None and spec.origin else []
+    specs = [find_spec(name) for name in ("pybullet_data", "gymnasium.envs.mujoco")]
+    shipped = [str(Path(spec.origin).parent) for spec in specs if spec is not None and spec.origin]
     for place in map(Path, list(given) or shipped):
-        files = [place] if place.is_file() else sorted(place.rglob("*.urdf"))
+        files = [place] if place.is_file() else sorted(p for p in place.rglob("*") if p.suffix in STYLES)
         yield from (path for path in files if not {*path.parts} & {*PARTS})
 
 
-def measured(path: Path) -> str | None:
-    """Return the row of a robot; None for a thing without joints that can be commanded."""
+def measured(path: Path) -> Iterator[str]:
+    """Yield the row of each robot in a file; none for things without joints that can be commanded."""
     began = time.process_time()
     try:
-        model = read_model(path, name="robot")
+        models = [read_model(path, name="robot")] if path.suffix == ".urdf" else list(read_scene(path).models)
         took = time.process_time() - began
-        if model.static or not commandable(model):
-            return None
-        model = fitted(model, Fitting(True, control=((".*", JointControl("position")),)))
+        held = [_held(model) for model in models if not model.static and commandable(model)]
     except NrpError as error:
-        return f"| {path.stem} | | | | refused: {str(error).rpartition(': ')[2][:80]} | |"
-    mass = sum(link.inertial.mass for link in model.links if link.inertial)
-    held = replace(model, drives=(), pose=Pose((0.0, 0.0, 3.0)))
-    ends = " | ".join(reached(held, engine) for engine in ENGINES)
-    count = len(commandable(model))
-    return f"| {path.stem} | {count} | {took:.2f} | {mass:.4g} ({written(path):.4g}) | {ends} |"
+        yield f"| {path.stem} | | | | refused: {str(error).rpartition(': ')[2][:80]} | | |"
+        return
+    for model in held:
+        mass = sum(link.inertial.mass for link in model.links if link.inertial)
+        ends = " | ".join(reached(model, engine) for engine in ENGINES)
+        name = path.stem if path.suffix == ".urdf" else f"{path.name} {model.name}"
+        count, said = len(commandable(model)), written(path)
+        yield (
+            f"| {name} | {count} | {took:.2f} | {mass:.4g}{f' ({said:.4g})' if said else ''} "
+            f"| {ends} | {apart(model)} |"
+        )
+
+
+def _held(model: Model) -> Model:
+    control = ((".*", JointControl("position")),)
+    bare = replace(model, drives=(), controllers=(), trajectory_controllers=(), pair_controllers=())
+    return replace(fitted(bare, Fitting(True, control=control)), pose=Pose((0.0, 0.0, 3.0)))
 
 
 def written(path: Path) -> float:
-    """Return the sum of the masses in a URDF file, kg."""
-    links = ET.parse(path).getroot().iter("link")
-    masses = [mass for link in links for mass in link.iter("mass")]
-    return sum(float(mass.get("value", 0.0)) for mass in masses)
+    """Return the sum of the masses that a file states, kg; 0 for one in MJCF."""
+    found = _MASS.findall(_REMARK.sub("", path.read_text(errors="replace")))
+    return sum(float(value or text) for value, text in found)
+
+
+def moved(model: Model, engine: str, goals: Ends, until_ns: int) -> Ends:
+    """Return the positions of all joints after commands."""
+    backend = worlds().load(engine)
+    topics = {each.joint: each.topic for each in model.controllers if each.kind == "position"}
+    with backend.open(Scene((model,)), seed=1, options=backend.options()) as world:
+        for name, goal in goals.items():
+            world.advertise(topics[name]).publish(Float64(goal))
+        world.run_until(until_ns)
+        states = world.joint_states(model.name)
+        return dict(zip(states.names, states.positions.tolist(), strict=True))
 
 
 def reached(model: Model, engine: str) -> str:
     """Return how many joints reach their commands in an engine."""
-    backend = worlds().load(engine)
-    topics = {each.joint: each.topic for each in model.controllers if each.kind == "position"}
+    goals = dict(goals_of(model))
     try:
-        with backend.open(Scene((model,)), seed=1, options=backend.options()) as world:
-            goals = dict(goals_of(model))
-            for name, goal in goals.items():
-                world.advertise(topics[name]).publish(Float64(goal))
-            world.run_until(1_500_000_000)
-            states = world.joint_states("robot")
-            ends = dict(zip(states.names, states.positions.tolist(), strict=True))
+        ends = moved(model, engine, goals, COMMANDED_NS)
     except NrpError as error:
         return f"refused: {str(error)[:80]}"
     near = [name for name, goal in goals.items() if abs(ends[name] - goal) <= WITHIN]
     return f"{len(near)} of {len(goals)}"
+
+
+def apart(model: Model) -> str:
+    """Return the largest difference of a joint between the engines after a fall without commands."""
+    try:
+        one, other = (moved(model, engine, {}, LIMP_NS) for engine in ENGINES)
+    except NrpError:
+        return ""
+    return f"{max((abs(one[name] - other[name]) for name in one), default=0.0):.2g}"
 
 
 def goals_of(model: Model) -> Iterator[tuple[str, float]]:

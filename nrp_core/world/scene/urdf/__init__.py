@@ -267,14 +267,13 @@ def _is_crossed(limit: Element, joint: Element, robot: _Robot) -> bool:
     """Return whether limits are crossed, by which PyBullet and ODE mean none."""
     ends = {end.tag: end.numbers(1, finite=False)[0] for end in from_attributes(limit, "lower", "upper")}
     lower, upper = ends.get("lower", 0.0), ends.get("upper", 0.0)
-    crossed = lower > upper and joint.attribute("type") in ("revolute", "prismatic")
-    if crossed:
+    if lower > upper and joint.attribute("type") != "fixed":
         message = (
             f"the lower limit ({lower:g}) of the joint '{joint.attribute('name')}' is above the upper one "
             f"({upper:g}): no limits, as in PyBullet"
         )
         robot.notes.warn(limit, Code.NRP264, message, subject=joint.attribute("name"))
-    return crossed
+    return lower > upper
 
 
 def _axis(joint: Element, robot: _Robot) -> Element:

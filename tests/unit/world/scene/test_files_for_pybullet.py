@@ -27,7 +27,7 @@ def arm(folder: Path, kind: str, inside: str = "") -> Model:
     return read(folder, f'{links}<joint name="j" type="{kind}">{ENDS}{inside}</joint>')
 
 
-@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+@pytest.mark.parametrize("kind", ["revolute", "prismatic", "continuous"])
 def test_crossed_limits_of_a_joint_are_none(tmp_path: Path, kind: str) -> None:
     found = arm(tmp_path, kind, '<limit lower="1" upper="-1" effort="5" velocity="2"/>')
     (joint,) = found.joints
