@@ -53,6 +53,8 @@ class BrainEdits(Functions):
         Raises:
             NrpError: there are no such neurons; the simulation begins again with the names that it had.
         """
+        if not isinstance(populations, Mapping):
+            raise ExperimentError(f"populations are a dict of names and neurons, not {populations!r:.60}")
         self._rebuild(self._model, populations)
 
     def save_brain(self) -> None:

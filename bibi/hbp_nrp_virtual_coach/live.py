@@ -64,7 +64,12 @@ class Live:
         It holds ``simulationTime`` and ``realTime`` (s), ``state``, and ``timeout``, the simulated time that
         is left (s). The function is called at every whole second of simulated time, when the state changes,
         and at least once a second. The simulation waits until it returns, so pausing there is exact.
+
+        Raises:
+            ExperimentError: it cannot be called.
         """
+        if not callable(callback):
+            raise ExperimentError(f"a status callback is a function, not {callback!r}")
         self._callbacks.append(callback)
 
     def _tell(self, status: dict[str, Any]) -> None:

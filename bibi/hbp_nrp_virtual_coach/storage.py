@@ -57,8 +57,9 @@ class Stored:
         """
         runs = self.runs()
         if not -1 <= number < len(runs) or not runs:
-            known = f"0 to {len(runs) - 1}" if runs else "none"
-            raise ExperimentError(f"'{self.name}' does not have a run {number}; runs: {known}")
+            if not runs:
+                raise ExperimentError(f"'{self.name}' has no runs yet")
+            raise ExperimentError(f"'{self.name}' does not have a run {number}; runs: 0 to {len(runs) - 1}")
         return runs[number]
 
 

@@ -14,6 +14,7 @@ import pickle
 import sys
 import tempfile
 from collections.abc import Callable
+from errno import ENOENT
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -108,9 +109,12 @@ def _reported(error: NrpError) -> dict[str, Any]:
 
 
 def _is_refused(error: BaseException | None) -> bool:
-    """Return whether an error comes from a file or an address that this process may not use."""
+    """Return whether an error comes from a file or an address that this process may not use.
+
+    An error of the system has a number; a library's own about the contents of a file has none.
+    """
     while error is not None:
-        if isinstance(error, OSError) and not isinstance(error, FileNotFoundError):
+        if isinstance(error, OSError) and error.errno not in (None, ENOENT):
             return True
         error = error.__cause__ or error.__context__
     return False

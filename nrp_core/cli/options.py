@@ -124,8 +124,12 @@ def overrides_of(
     named = {"brain.backend": brain, "world.backend": world, "models": folders, **values}
     options = [f"{key}={value}" for key, value in named.items() if value is not None]
     winners = {one.partition("=")[0]: one for one in options}
+    last = {one.partition("=")[0].strip(): one for one in given or ()}
     for one in given or ():
-        winner = winners.get(one.partition("=")[0].strip(), one)
+        key = one.partition("=")[0].strip()
+        if last[key] != one and key not in winners:
+            complain(f"'-s {one}' has no effect: a later -s sets {last[key]}", label="note")
+        winner = winners.get(key, one)
         if winner != one:
             complain(f"'-s {one}' has no effect: another option sets {winner}", label="note")
     return [*(given or ()), *options]

@@ -58,6 +58,15 @@ def see(t, camera, eye, spikes, n, speed, rows):
     gains = [lambda x: x * i for i in range(3)]  # NRP320 all these functions use the last 'i'
     eye.rate = gains[0](1.0)
     eye.rate += sin(90) + np.cos(180.0)  # NRP249 more than a turn
+    if found.left > found.left:  # NRP320 compares a value with itself: it is always False
+        eye.rate = 9.0
+    eye.rate = np.clip(found.left, 1.0, -1.0)  # NRP320 is always -1: its lower limit, 1, is above
+    eye.rate = min(0.5, max(1.0, found.left))  # NRP320 is always 0.5
+    eye.rate = 0 * found.right  # NRP320 '0 * found.right' is always 0
+    for i in range(3, 0):  # NRP320 this loop never runs: 'range(3, 0)' is empty
+        eye.rate = 3.0
+    eye.rate = eye.rate  # NRP300 'eye.rate' is set to itself
+    abs(found.left)  # NRP300 the value of 'abs(found.left)' is not used
 
 
 @nrp.MapCSVRecorder("rows", "rows.csv", headers=["x"])  # NRP254 have the columns x, and go below
@@ -68,8 +77,10 @@ def drive(t, rows, sped):
     angular = Vector3(0.3 * t, 0, 1.0)  # NRP321 'angular.x' of the command has no effect
     command = Twist(Vector3(x=t, y=0.5), angular)  # NRP321 'linear.y'
     command.linear.z = 1.0  # NRP321 'linear.z'
+    if t > 2:
+        return Twist(angular=Vector3(z=math.degrees(t)))  # NRP249 is in degrees, and messages carry radians
     return command
-    command.linear.x = 0.0  # NRP320 this is never reached: line 58 returns
+    command.linear.x = 0.0  # NRP320 this is never reached: line 69 returns
 """
 RIGHT = """\
 import math
@@ -116,6 +127,15 @@ def see(t, camera, eye, spikes, n, speed, rows):
     gains = [lambda x, i=i: x * i for i in range(3)]
     eye.rate = gains[0](1.0) + speed.value
     eye.rate += math.sin(math.radians(90)) + math.cos(math.pi) + math.sqrt(90)
+    if found.left != found.left or found.left > found.right:
+        eye.rate = 9.0
+    eye.rate = min(1.0, max(0.0, found.left)) + max(0.0, min(1.0, 0.5 * found.right)) + len([0] * 3)
+    for i in range(3, 0, -1):
+        eye.rate = float(i)
+    try:
+        float(name)
+    except ValueError:
+        eye.rate = speed.value
 
 
 @nrp.MapCSVRecorder("rows", "rows.csv", headers=["t"])
@@ -125,7 +145,7 @@ def drive(t, rows, speed):
     rows.record_entry(t)
     speed.value = t
     if t < 1:
-        return Twist()
+        return Twist(angular=Vector3(z=math.radians(30)))
     command = Twist(Vector3(t, 0, 0.0), Vector3(z=t))
     command.angular.x = 0
     return command

@@ -29,6 +29,14 @@ def test_a_script_without_a_right_in_a_check_gets_that_reason(
     (husky / "brain.py").write_text(f"{line}\n")
     (finding,) = validate_file(husky)
     assert "a check executes the script without network access" in finding.message
+
+
+def test_a_file_with_other_contents_has_nothing_to_do_with_rights(husky: Path) -> None:
+    pytest.importorskip("nir")
+    (husky / "net.nir").write_text("hello")
+    found = [one.message for one in validate_file(husky, [f"brain.model={husky}/net.nir"])]
+    (message,) = [one for one in found if "is not a NIR file" in one]
+    assert "network access" not in message
     (husky / "brain.py").write_text("open('no/such/file')\n")
     (finding,) = validate_file(husky)
     assert "No such file" in finding.message

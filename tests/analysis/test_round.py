@@ -10,6 +10,8 @@ from nrp_core.analysis.validate import validate_file
 from nrp_core.experiment.making.prepare import prepare
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.findings import Code, Level
+from nrp_core.world.drives.plausible import implausible_drives
+from nrp_core.world.scene.sdf import read_model
 
 HEAD = """\
 import os
@@ -67,6 +69,14 @@ def of_functions(husky: Path, body: str = "pass", **changes: str) -> list[str]:
             "at 5 s, when 'left_red' publishes another value",
         ),
         (
+            "events.left_red.publish={topic: /screens/left/color, value: Gazebo/BlueGlow}",
+            "has this colour from the start, and no event gives it another [NRP320]",
+        ),
+        (
+            "criteria.x={topic_stays: {name: /husky/odom, field: pose.pose.position.x, equals: 1.5}}",
+            "is measured and hardly ever exactly 1.5; write 'above' and 'below' [NRP248]",
+        ),
+        (
             "events.go={at: 1 s, publish: {topic: /husky/cmd_vel, value: {linear: {x: 1}}}}",
             "'go' publishes on '/husky/cmd_vel', as 'linear_twist' does in every step",
         ),
@@ -85,6 +95,7 @@ def test_what_an_experiment_asks_in_vain_is_reported(husky: Path, override: str,
         "events.again={at: 5 s, publish: {topic: /screens/left/color, value: Gazebo/RedGlow}}",
         "brain.populations.more=[0, 1]",
         "world.sensors={/husky/camera: {noise: 0.02}}",
+        "criteria.x={topic_stays: {name: /husky/odom, field: twist.twist.linear.x, equals: 0}}",
         "world.sensors={/husky/camera: {noise: 0.5, bias: -0.2}}",
     ],
 )
@@ -210,6 +221,23 @@ def test_a_value_of_a_file_is_reported_if_it_cannot_be_meant(
     path.write_text(path.read_text().replace(old, new.format(value), 1))
     found = [str(one) for one in validate_file(husky / "experiment.yaml") if one.code is not Code.NRP238]
     assert [words in message for message in found] == [True] * bool(words)
+
+
+def test_a_wheel_with_limits_is_reported(husky: Path) -> None:
+    path, joint = husky / "husky.sdf", 'name="back_left_joint" type="{}"'
+    free = path.read_text().replace(joint.format("continuous"), joint.format("revolute"))
+    limited = free.replace(JOINT[1], JOINT[2].format("<limit><lower>0</lower><upper>1</upper></limit>"), 1)
+    assert free != path.read_text()
+    for text, is_reported in ((free, False), (limited, True)):
+        path.write_text(text)
+        found = list(implausible_drives(read_model(path), 0.02))
+        words = "has a wheel that cannot roll: the joint 'back_left_joint' has limits of 0 to 1 rad"
+        assert any(words in one for one in found) == is_reported
+
+
+def test_a_room_that_is_the_robot_is_refused_with_both_names(husky: Path) -> None:
+    (message,) = said(husky, f"world.scene={husky}/husky.sdf")
+    assert "the room already has a model 'husky': rename the robot, or the model [NRP209]" in message
 
 
 def test_a_run_reports_what_devices_files_and_parameters_ask_in_vain(husky: Path) -> None:

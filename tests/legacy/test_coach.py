@@ -253,6 +253,14 @@ def test_a_callback_that_fails_does_not_end_the_run(
     assert "a status callback failed" in caplog.text
 
 
+def test_wrong_arguments_are_refused_at_once(launched: Launched) -> None:
+    simulation = launched()
+    with pytest.raises(ExperimentError, match="a status callback is a function, not None"):
+        simulation.register_status_callback(None)  # type: ignore[arg-type]
+    with pytest.raises(ExperimentError, match=r"populations are a dict of names and neurons, not \[1\]"):
+        simulation.edit_populations([1])  # type: ignore[arg-type]
+
+
 def test_experiments_are_cloned_changed_and_deleted(coach: VirtualCoach, corpus: Path) -> None:
     name = coach.clone_experiment_to_storage("p3dx_2018")
     assert name == "p3dx_2018_0"

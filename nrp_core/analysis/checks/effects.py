@@ -19,6 +19,8 @@ _ACTIVE = (ast.Call, ast.Await, ast.Yield, ast.YieldFrom, ast.NamedExpr)
 _ARITHMETIC = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod, ast.Pow, ast.MatMult)
 """Operators that only compute; `<<`, `>>` and `|` also connect things."""
 _LOOKUPS = (ast.Name, ast.Attribute, ast.Subscript)
+_PURE = frozenset({"abs", "bool", "float", "int", "len", "max", "min", "round", "sorted", "str", "sum"})
+"""Functions that only return a value."""
 _FRESH = (
     ast.BinOp, ast.UnaryOp, ast.Compare, ast.List, ast.Dict, ast.Set, ast.ListComp, ast.SetComp, ast.DictComp,
     ast.JoinedStr,
@@ -43,10 +45,9 @@ def statements_have_an_effect(study: Study) -> Iterator[Finding]:
             for one in ast.walk(statement)
         }
         for node in ast.walk(source.tree):
-            if isinstance(node, ast.Expr):
-                message = _lost(node.value, id(node) in tried)
-                if message:
-                    yield found_in(source, Code.NRP300, node, message, Level.WARNING)
+            message = _lost(node.value, id(node) in tried) if isinstance(node, ast.Expr) else _kept(node)
+            if message:
+                yield found_in(source, Code.NRP300, node, message, Level.WARNING)
 
 
 def _lost(value: ast.expr, is_tried: bool) -> str:
@@ -65,12 +66,23 @@ def _lost(value: ast.expr, is_tried: bool) -> str:
         isinstance(value, ast.BinOp) and isinstance(value.op, _ARITHMETIC) and not _is_text(value.left)
     ):
         return f"the value of '{text}' is not used"
+    if isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id in _PURE:
+        return f"the value of '{text}' is not used"
     if any(isinstance(one, _ACTIVE) for one in ast.walk(value)):
         return ""
     if isinstance(value, _LOOKUPS):
         return f"'{text}' alone has no effect: it is not called, assigned or returned"
     if isinstance(value, (ast.BoolOp, ast.UnaryOp, ast.IfExp, ast.JoinedStr)) or _is_plain(value):
         return f"the value of '{text}' is not used"
+    return ""
+
+
+def _kept(node: ast.AST) -> str:
+    """Return that an assignment gives an attribute the value that it has: ``eye.rate = eye.rate``."""
+    match node:
+        case ast.Assign([ast.Attribute() as target], ast.Attribute() as value):
+            text = ast.unparse(target)
+            return f"'{text}' is set to itself" if text == ast.unparse(value) and "(" not in text else ""
     return ""
 
 

@@ -18,6 +18,7 @@ from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.findings import Code, Finding, Level
 
 _OF_ANGLES: Final[tuple[Any, ...]] = (sin, cos, tan, np.sin, np.cos, np.tan)
+_TO_DEGREES: Final = ("degrees", "rad2deg")
 
 
 @checks_function(Code.NRP232)
@@ -95,6 +96,18 @@ def angles_of_functions_are_in_radians(function: Examined) -> Iterator[Finding]:
                         f"degrees are math.radians({angle:g})"
                     )
                     yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP249)
+def messages_carry_radians(function: Examined) -> Iterator[Finding]:
+    """Look for angles that are converted to degrees where a message takes them."""
+    for event in function.events:
+        match event:
+            case Call(node, Known(callee)) if hasattr(callee, "__msgtype__"):
+                for given in (*node.args, *(one.value for one in node.keywords)):
+                    if isinstance(given, ast.Call) and ast.unparse(given.func).endswith(_TO_DEGREES):
+                        message = f"'{ast.unparse(given):.60}' is in degrees, and messages carry radians"
+                        yield function.declared.finding(Code.NRP249, given, message, Level.WARNING)
 
 
 def _unit(shape: Shape) -> str | None:

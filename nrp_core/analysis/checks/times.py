@@ -32,7 +32,7 @@ def throttling_has_an_effect(function: Examined) -> Iterator[Finding]:
 def paths_take_time(study: Study) -> Iterator[Finding]:
     """Report the latency of each path from a sensor to an actuator."""
     timestep_ms = milliseconds(study.experiment.timestep)
-    for path in paths([examined.function for examined in study.examined]):
+    for path in paths([one.function for one in study.examined if one.function.active]):
         last = next(e.declared for e in study.examined if e.function.name == path.via[-1])
         message = f"{path} of {timestep_ms:g} ms, {path.steps * timestep_ms:g} ms in all"
         yield last.finding(Code.NRP238, last.nodes.get(""), message, Level.NOTE)

@@ -13,7 +13,7 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from types import CodeType, MappingProxyType, ModuleType
-from typing import Any
+from typing import Any, Final
 
 from nrp_core._support.global_generators import seeded
 from nrp_core._support.scoped_import import Missing, Scope
@@ -32,6 +32,10 @@ _LIBRARY = frozenset(
 )  # fmt: skip
 # simulators of earlier PyNN versions
 _FORMER_SIMULATORS = frozenset({"brian", "moose", "nemo", "pcsim"})
+
+
+_NETWORKS: Final = {".nir": "nrp_core.pynn.load_nir", ".nrpnet": "read_network"}
+"""What reads files of networks that are not scripts, by their suffix."""
 
 
 def load_network(
@@ -82,6 +86,12 @@ def load_network(
         file = existing_file(path)
     except MissingFileError as error:
         raise NetworkError(str(error)) from None
+    if file.suffix in _NETWORKS:
+        raise NetworkError(
+            f"is a network, not a script: {_NETWORKS[file.suffix]} reads it; in an experiment it is "
+            "'brain.model' like a script",
+            path=file,
+        )
     sim = builder(seed, parameters)
     if adapt is not None:
         adapt(sim)

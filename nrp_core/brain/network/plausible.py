@@ -45,7 +45,7 @@ _IN_MV: Final = frozenset(cell.name for cell in CELLS.values() if cell.weight_un
 """Cells with weights that are voltages, not currents."""
 _DELAY: Final = Plausible(0.01, 1_000.0, "ms", "s", "us")
 _RECOVERY: Final = Plausible(0.05, 1e6, "ms", "s", "us")
-_HIGHEST_HZ: Final = 1e5
+HIGHEST_HZ: Final = 1e5
 """Of one Poisson source, which often stands for thousands of neurons."""
 _SHORTEST_MS: Final = 0.5
 """Of the intervals of one source; no neuron fires at 2 kHz."""
@@ -92,7 +92,7 @@ def _of_cells(population: Population) -> Iterator[str]:
     if intervals and 0 < min(intervals) < _SHORTEST_MS:
         yield f"spikes of {owner} follow each other after {min(intervals):g} ms; is it meant in s?"
     rates = population.parameters.get("rate", np.zeros(1))
-    if population.cell_type == "SpikeSourcePoisson" and rates.max() > _HIGHEST_HZ:
+    if population.cell_type == "SpikeSourcePoisson" and rates.max() > HIGHEST_HZ:
         yield f"rate of {owner} is {rates.max():g} Hz; is it meant in mHz?"
 
 
@@ -145,21 +145,20 @@ def _of_synapses(projection: Projection, post: Population) -> Iterator[str]:
     for name in ("tau_rec", "tau_facil", "tau_plus", "tau_minus"):
         if name in projection.synapse_parameters:
             yield from _outside(f"{name} of {owner}", projection.synapse_parameters[name], _RECOVERY)
+    if projection.weight.size:
+        size = too_strong(float(np.abs(projection.weight).max()), post)
+        if size:
+            yield f"a weight of {owner} is {size}"
+
+
+def too_strong(weight: float, post: Population) -> str:
+    """Return a weight with its effect on a cell if that is implausibly large, or else an empty text."""
     leak = _leak_us(post)
-    if leak is None or not projection.weight.size:
-        return
-    strongest = float(np.abs(projection.weight).max())
-    if strongest > (_STRONGEST if post.is_conductance_based else _LARGEST_EFFECT) * leak:
-        if post.is_conductance_based:
-            yield (
-                f"a weight of {owner} is {strongest:g} uS, {strongest / leak:.3g} times the leak of a cell; "
-                f"is it meant in nS?"
-            )
-        else:
-            yield (
-                f"a weight of {owner} is {strongest:g} nA, which leads to {strongest / leak:.3g} mV; "
-                f"is it meant in pA?"
-            )
+    if leak is None or weight <= (_STRONGEST if post.is_conductance_based else _LARGEST_EFFECT) * leak:
+        return ""
+    if post.is_conductance_based:
+        return f"{weight:g} uS, {weight / leak:.3g} times the leak of a cell; is it meant in nS?"
+    return f"{weight:g} nA, which leads to {weight / leak:.3g} mV; is it meant in pA?"
 
 
 def _of_all_together(projection: Projection, post: Population) -> Iterator[str]:

@@ -10,13 +10,13 @@ import typer
 from nrp_core._support.jsonable import to_jsonable
 from nrp_core.cli.failure import NO, complain
 from nrp_core.cli.output import document
-from nrp_core.recording.reading.check import Check, check_folder_of
+from nrp_core.recording.reading.check import Check
 from nrp_core.recording.reading.recording import Recording
 
 
 def check_recording(path: Path, *, as_json: bool) -> None:
     """Check a recording, print the result, and end with exit code 1 if it has a flaw."""
-    check = check_folder_of(path) if path.is_dir() else Recording(path).check()
+    check = Recording(path).check()
     if as_json:
         document(_data(check))
     else:

@@ -46,6 +46,8 @@ def inspect_recording(path: Path, *, as_json: bool, details: bool) -> None:
     if not data["intact"]:
         advice = f"'nrp recover {path}' restores its intact part"
         complain(f"the recording is truncated or damaged; {advice}", label="warning", color="yellow")
+    for message in _doubts(recording, data):
+        complain(message, label="warning", color="yellow")
     if as_json:
         document(data)
         return
@@ -101,6 +103,19 @@ def _data(recording: Recording) -> dict[str, Any]:
             for name, topic in recording.topics.items()
         },
     }  # fmt: skip
+
+
+def _doubts(recording: Recording, data: dict[str, Any]) -> Iterator[str]:
+    """Yield what the files of a recording contradict in each other; ``--check`` compares every byte."""
+    run = recording.run
+    if not run and recording.file.name == MCAP_NAME:
+        yield f"{RUN_NAME} is missing: the experiment, its seed and its verdict are unknown"
+    end_s = (run.get("result") or {}).get("sim_time_s")
+    if data["intact"] and data["steps"] and end_s is not None and end_s != data["end_s"]:
+        yield (
+            f"the run ended at {end_s:g} s, and the messages end at {data['end_s']:g} s: they may be those "
+            "of another run; --check compares them with their digest"
+        )
 
 
 def _lines(data: dict[str, Any]) -> Iterator[str]:

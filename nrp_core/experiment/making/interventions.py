@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Container, Iterator
+from contextlib import suppress
 from functools import partial
 from math import inf
 from typing import Final
@@ -13,10 +14,11 @@ from nrp_core.brain.changes import WEIGHTS
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.interventions import Intervention
+from nrp_core.brain.network.interventions import Intervention, Synapses
+from nrp_core.brain.network.plausible import HIGHEST_HZ, too_strong
 from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.clock import milliseconds
-from nrp_core.errors import CapabilityError, NetworkError
+from nrp_core.errors import CapabilityError, NetworkError, NeuronSelectionError
 from nrp_core.experiment.events.conditions import Times
 from nrp_core.experiment.events.events import Action, Events
 from nrp_core.experiment.model.collector import Collector
@@ -40,6 +42,7 @@ def with_variants(network: Network, experiment: Experiment, collector: Collector
             if _are_equal(before, network):
                 message = f"'{section.name}' changes nothing: the synapses stay the same"
                 collector.add(Code.NRP336, message, "brain", "controls", i, level=Level.WARNING)
+    whole = network
     has_synapses = any(projection.size for projection in network.projections)
     for i, intervention in enumerate(experiment.brain.interventions):
         with collector.during(Code.NRP335, *_KEYS, i, always=True):
@@ -49,7 +52,8 @@ def with_variants(network: Network, experiment: Experiment, collector: Collector
                 collector.add(Code.NRP336, message, *_KEYS, i, level=Level.WARNING)
             if change is None:
                 assert intervention.activate is not None
-                network.neurons(intervention.activate.cells)
+                for message in _implausible(network, intervention.activate, intervention.name):
+                    collector.add(Code.NRP297, message, *_KEYS, i, level=Level.WARNING)
                 continue
             synapses = change.synapses(network)
             if not synapses and has_synapses and not idle:
@@ -59,7 +63,51 @@ def with_variants(network: Network, experiment: Experiment, collector: Collector
                 network = change.of(network, synapses)
             else:
                 _require_lasting(network, synapses, intervention.name)
+    _report_cut(whole, network, experiment, collector)
     return network
+
+
+def _report_cut(whole: Network, network: Network, experiment: Experiment, collector: Collector) -> None:
+    """Report interventions that act only where others have cut all synapses.
+
+    Args:
+        whole: the network before the interventions.
+        network: the network after those from the start.
+        experiment: the experiment.
+        collector: receives the findings.
+    """
+    cut: dict[str, Synapses] = {}
+    for i, intervention in sorted(enumerate(experiment.brain.interventions), key=lambda one: one[1].at):
+        selected: dict[str, Synapses] = {}
+        change = intervention.change or Intervention(intervention.driven, None)
+        with suppress(NeuronSelectionError):  # already reported
+            if intervention.change is None:
+                selected = change.synapses(whole)
+            elif intervention.at > 0:
+                selected = change.synapses(network)
+        left = change.synapses(network) if selected else {}
+        if selected and all(cut.get(label, ~mask)[mask].all() for label, mask in left.items()):
+            message = f"'{intervention.name}' has no effect: other interventions have cut all these synapses"
+            collector.add(Code.NRP336, message, *_KEYS, i, level=Level.WARNING)
+        elif intervention.change is not None and change.factor == 0:
+            cut |= {label: cut.get(label, mask) | mask for label, mask in selected.items()}
+
+
+def _implausible(network: Network, section: ActivateSection, name: str) -> Iterator[str]:
+    """Yield a sentence if the rate or weight of an activation is most likely in another unit."""
+    if section.rate > HIGHEST_HZ:
+        yield f"the rate of '{name}' is {section.rate:g} Hz; is it meant in mHz?"
+    sizes = [
+        too_strong(abs(section.weight), network.populations[label]) for label in _driven(network, section)
+    ]
+    if any(sizes):
+        yield f"the weight of '{name}' is {next(filter(None, sizes))}"
+
+
+def _driven(network: Network, section: ActivateSection) -> list[str]:
+    """Return the labels of the populations with cells that are activated."""
+    neurons = network.neurons(section.cells)
+    return [label for label in network.populations if np.isin(network.ids_of(label), neurons).any()]
 
 
 def check_capabilities(experiment: Experiment, capabilities: BrainCapabilities, collector: Collector) -> None:
@@ -106,11 +154,7 @@ def _drive(brain: Brain, section: ActivateSection, at_ns: int, name: str) -> Non
     network = brain.network
     neurons = network.neurons(section.cells)
     receptor = "excitatory" if section.weight >= 0 else "inhibitory"
-    driven = [
-        population
-        for label, population in network.populations.items()
-        if np.isin(network.ids_of(label), neurons).any()
-    ]
+    driven = [network.populations[label] for label in _driven(network, section)]
     source = PoissonSource(
         rate=section.rate,
         weight=abs(section.weight) if all(one.is_conductance_based for one in driven) else section.weight,

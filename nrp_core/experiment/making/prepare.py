@@ -18,7 +18,7 @@ from nrp_core.clock import StepPlan, seconds
 from nrp_core.dsl.functions.collector import require_new_name
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.testing.mocks import MockBrain, MockEngine, MockWorld
-from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
+from nrp_core.errors import NetworkError, NeuronSelectionError, SceneError, did_you_mean
 from nrp_core.experiment.backends import load_backend, named
 from nrp_core.experiment.making.interventions import check_capabilities, with_variants
 from nrp_core.experiment.making.maker import maker_of
@@ -156,6 +156,7 @@ def network_of(experiment: Experiment, collector: Collector, build: Build | None
         collector: receives the findings.
         build: makes the network; by default in this process, within the time limit of the experiment.
     """
+    before = len(collector.findings)
     with collector.during(Code.NRP208, "brain", "model"):
         try:
             network = maker_of(experiment).network(experiment, build or partial(_built_in_time, experiment))
@@ -163,6 +164,13 @@ def network_of(experiment: Experiment, collector: Collector, build: Build | None
         except NeuronSelectionError as error:
             keys = ("brain", "populations", error.subject or "")
             collector.add(Code.NRP211, error.message, *keys, subject=error.subject)
+    # a declaration of a parameter that is wrong ends the script, too
+    known = {(one.path, one.line) for one in collector.findings if one.code is Code.NRP289}
+    collector.findings[before:] = [
+        one
+        for one in collector.findings[before:]
+        if one.code is not Code.NRP208 or (one.path, one.line) not in known
+    ]
     return None
 
 
@@ -245,6 +253,8 @@ class Examination:
         for name in robots:
             omission = None if self._experiment.strict else Omission(Code.NRP256, "robot", name)
             with self.collector.during(Code.NRP209, "world", "robots", name, omission=omission):
+                if scene is not None and any(model.name == name for model in scene.models):
+                    raise SceneError(f"the room already has a model '{name}': rename the robot, or the model")
                 models.append(maker_of(self._experiment).robot(self._experiment, name))
         if scene is None or (self._experiment.strict and len(models) < len(robots)):
             return None

@@ -84,10 +84,16 @@ class InterventionSection(Section):
         return None
 
     @property
+    def driven(self) -> str | None:
+        """The name of the cells that it drives; None if it changes weights."""
+        return None if self.activate is None else self.activate.cells
+
+    @property
     def name(self) -> str:
         """The kind of the intervention and its cells."""
         if self.scale is not None:
-            return "_to_".join(["scale", *filter(None, (self.scale.sources, self.scale.targets))])
+            ends = (self.scale.sources, self.scale.targets and f"to_{self.scale.targets}")
+            return "_".join(["scale", *filter(None, ends)])
         if self.activate is not None:
             return f"activate_{self.activate.cells}"
         return f"silence_{self.silence}" if self.silence is not None else f"lesion_{self.lesion}"

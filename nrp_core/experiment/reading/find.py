@@ -6,7 +6,7 @@ point; other files in the folder are its variants: ``braitenberg_husky`` and ``b
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
@@ -36,7 +36,7 @@ def load_experiment(text: str | Path, overrides: Sequence[str] = ()) -> Experime
     Raises:
         ExperimentError: there is none, or it is invalid.
     """
-    if isinstance(overrides, str | Mapping):  # their items are letters or keys
+    if isinstance(overrides, str | Mapping) or not isinstance(overrides, Iterable):
         raise ExperimentError(f"overrides are a list such as ['seed=3', 'pace=max'], not {overrides!r:.60}")
     path = find_file(str(text))
     if Path(text).suffix.lower() == ARCHIVE:  # unpacked files are in a hidden folder

@@ -118,6 +118,10 @@ class Run(Closing):
         revise: Callable[[Plan], Plan] | None = None,
         build: Build | None = None,
     ) -> None:
+        if not isinstance(experiment, Experiment):
+            raise ExperimentError(
+                f"a Run takes an experiment, as load_experiment('...') returns it, not {experiment!r:.60}"
+            )
         plan = prepare(experiment, progress, build)
         if revise is not None:
             plan = revise(plan)
@@ -219,7 +223,7 @@ class Run(Closing):
             TimestepError: it is not a whole number of steps away, or has passed.
             SimulationError: an engine or a transfer function failed.
         """
-        if not isinstance(t_s, Real) or not abs(t_s) <= _LONGEST_S:
+        if not isinstance(t_s, Real) or isinstance(t_s, bool) or not abs(t_s) <= _LONGEST_S:
             raise TimestepError(f"cannot run to {t_s!r}: a time is a number of seconds, below {_LONGEST_S:g}")
         until_ns = from_seconds(t_s)
         if until_ns < self.loop.now_ns:

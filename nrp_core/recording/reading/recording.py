@@ -39,7 +39,8 @@ class Recording:
     """A recording on disk.
 
     Args:
-        path: the folder of a recording, or an MCAP file by itself.
+        path: the folder of a recording, or an MCAP file by itself. A folder that lost its messages can be
+            checked, not read.
 
     Raises:
         ExperimentError: not a recording, or in another format.
@@ -50,10 +51,13 @@ class Recording:
         self._has_folder = path.is_dir() or (path.name == MCAP_NAME and (path.parent / RUN_NAME).is_file())
         self.folder = path if path.is_dir() else path.parent
         self.file = path / MCAP_NAME if path.is_dir() else path
-        if not self.file.is_file():
-            lacking = f"no file '{self.file.name}' is in it" if path.is_dir() else "the folder does not exist"
-            raise ExperimentError(f"no recording: {lacking}", path=path)
-        if self.file.suffix != MCAP_SUFFIX and not is_mcap(self.file):
+        if not self.file.is_file() and not (path / RUN_NAME).is_file():
+            raise (
+                self._without_messages()
+                if path.is_dir()
+                else ExperimentError("no recording: the folder does not exist", path=path)
+            )
+        if not self._has_folder and self.file.suffix != MCAP_SUFFIX and not is_mcap(self.file):
             raise ExperimentError(
                 f"not a recording, which is a folder with a file '{MCAP_NAME}', or such a file", path=path
             )
@@ -70,7 +74,7 @@ class Recording:
 
         The whole file is read to determine this.
         """
-        messages = McapMessages(self.file)
+        messages = self._stored()
         for _ in messages if messages.closed else ():
             pass
         return messages.whole
@@ -86,7 +90,7 @@ class Recording:
     @cached_property
     def topics(self) -> dict[str, RecordedTopic]:
         """Every topic by its name."""
-        return {topic.name: topic for topic, _ in McapMessages(self.file)}
+        return {topic.name: topic for topic, _ in self._stored()}
 
     def with_role(self, *roles: Role) -> list[RecordedTopic]:
         """Return the topics of these roles."""
@@ -195,8 +199,16 @@ class Recording:
             message = f"the type of {topic.name} ({topic.type_name}) cannot be read: {error}"
             raise ExperimentError(message, path=self.file) from error
 
+    def _stored(self) -> McapMessages:
+        if not self.file.is_file():
+            raise self._without_messages()
+        return McapMessages(self.file)
+
+    def _without_messages(self) -> ExperimentError:
+        return ExperimentError(f"no recording: no file '{self.file.name}' is in it", path=self.folder)
+
     def raw(self, topics: Collection[str] | None = None) -> Iterator[tuple[RecordedTopic, Message]]:
         """Return messages undecoded, as records of the file."""
-        for topic, message in McapMessages(self.file):
+        for topic, message in self._stored():
             if message is not None and (topics is None or topic.name in topics):
                 yield topic, message

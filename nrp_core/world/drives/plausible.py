@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import dist
+from math import dist, tau
 from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
@@ -69,6 +69,9 @@ def _of_wheels(owner: str, drive: _Wheeled, model: Model) -> Iterator[str]:
             yield f"{owner} has a wheel that cannot turn: the joint '{joint.name}' is fixed"
         elif abs(_axis(joint)[2]) > _UPRIGHT:
             yield f"{owner} has a wheel that cannot roll: the joint '{joint.name}' turns about the vertical"
+        elif joint.upper - joint.lower < tau:
+            limits = f"limits of {joint.lower:g} to {joint.upper:g} rad"
+            yield f"{owner} has a wheel that cannot roll: the joint '{joint.name}' has {limits}"
     yield from _of_track(owner, drive, joints)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from nrp_core.findings import Code
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.geometry_msgs import Quaternion, Vector3
 from nrp_core.world.messages.sensor_msgs import Imu as ImuMessage
@@ -37,6 +38,9 @@ class Imu(Sensor):
         """Read an inertial sensor; the noise of the acceleration along x is used for all."""
         name = sensor.attribute("name")
         noise = noise_of(sensor.section("imu").section("linear_acceleration").section("x"), reading)
+        for other in sensor.section("imu").all("noise"):
+            message = "this <noise> is ignored: that of <linear_acceleration><x> is used for all values"
+            reading.notes.warn(other, Code.NRP263, message, subject=name)
         for plugin in sensor.all("plugin") if not noise else ():
             noise = Noise(0.0, plugin.number("gaussianNoise", 0.0))
         topic = topic_of(sensor, reading.topic_of(mount.name, f"{name}/imu"), _TOPICS, reading)

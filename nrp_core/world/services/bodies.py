@@ -195,5 +195,9 @@ class BodyRequests:
         start_ns = max(now_ns, ns_of(request.start_time))
         lasts_ns = ns_of(request.duration)
         end_ns = None if lasts_ns < 0 else start_ns + lasts_ns
+        if end_ns == start_ns:
+            raise SceneError(
+                f"a force on '{name}' that lasts 0 s has no effect: give it a 'duration', or -1 s for ever"
+            )
         if end_ns is None or end_ns > start_ns:
             self._live.forces.add(Push(model, name, load, start_ns, end_ns), now_ns)

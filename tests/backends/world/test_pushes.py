@@ -42,6 +42,13 @@ def test_pushes_on_both_links_of_a_body_add_up(world, advance):
     assert world.model_motion("pair").linear[0] == pytest.approx(1.5, abs=0.05)
 
 
+def test_a_push_that_lasts_no_time_is_refused(world):
+    wrench = Wrench(Vector3(1.0, 0.0, 0.0), Vector3())
+    answer = world.call("/gazebo/apply_body_wrench", body_name="pair::far", wrench=wrench)
+    assert not answer.success
+    assert "a force on 'far' that lasts 0 s has no effect: give it a 'duration'" in answer.status_message
+
+
 def test_a_push_beside_the_centre_turns_with_the_body_also_from_a_snapshot_on(world, advance):
     push(world, "far", 0.0, 1.0)
     angle, rate, step_s = 0.0, 0.0, 1e-4

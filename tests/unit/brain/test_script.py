@@ -287,3 +287,11 @@ def test_a_script_that_is_not_text_is_not_python(tmp_path: Path) -> None:
     (tmp_path / "brain.py").write_bytes(b"\x00\xff\x00")
     with pytest.raises(NetworkError, match=r"brain.py:1:2: this is not Python: not UTF-8: the byte 0xff"):
         load_network(tmp_path / "brain.py")
+
+
+@pytest.mark.parametrize(("name", "reader"), [("a.nir", "load_nir"), ("a.nrpnet", "read_network")])
+def test_a_file_of_a_network_is_not_executed(tmp_path: Path, name: str, reader: str) -> None:
+    (tmp_path / name).write_text(f"open({str(tmp_path / 'ran')!r}, 'w')")
+    with pytest.raises(NetworkError, match=f"is a network, not a script: .*{reader} reads it"):
+        load_network(tmp_path / name)
+    assert not (tmp_path / "ran").exists()

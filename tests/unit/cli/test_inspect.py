@@ -145,6 +145,12 @@ def test_a_setting_that_another_option_sets_is_noted(capsys):
     assert noted.count("has no effect") == 1
 
 
+def test_a_setting_that_is_given_twice_is_noted(capsys):
+    overrides_of(["seed=3", "pace=max", "seed=4", "pace=max"], brain=None, world=None)
+    (noted,) = capsys.readouterr().err.splitlines()
+    assert noted.endswith("'-s seed=3' has no effect: a later -s sets seed=4")
+
+
 def test_a_robot_with_an_element_that_a_run_would_leave_out_is_described_without_it(nrp, tmp_path):
     robot = tmp_path / "robot.sdf"
     joint = '<joint name="{}" type="fixed"><parent>a</parent><child>b</child></joint>'

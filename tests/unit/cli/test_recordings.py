@@ -13,7 +13,7 @@ import pytest
 from nrp_core.experiment.running.control import ControlServer, tell
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME
 from nrp_core.recording.reading.recording import Recording
-from nrp_core.recording.sealing import sealed
+from nrp_core.recording.sealing import read_sealed, sealed
 
 Nrp = Callable[..., Any]
 PLAIN = Path(__file__).parents[2] / "recordings" / "plain_0.1.0"
@@ -230,6 +230,17 @@ def test_a_recording_without_its_messages_is_one_that_lost_them(nrp: Nrp, record
     assert (done.code, "recording.mcap (every message) is missing" in done.err) == (1, True)
     shown = nrp("inspect", recorded)
     assert (shown.code, "no file 'recording.mcap' is in it" in shown.err) == (3, True)
+
+
+def test_messages_that_do_not_belong_to_the_run_are_noticed(nrp: Nrp, recorded: Path) -> None:
+    assert nrp("inspect", recorded).err == ""
+    run = read_sealed(recorded / RUN_NAME)
+    run["result"]["sim_time_s"] += 1.0
+    (recorded / RUN_NAME).write_bytes(sealed(run))
+    done = nrp("inspect", recorded)
+    assert (done.code, "they may be those of another run" in done.err) == (0, True)
+    (recorded / RUN_NAME).unlink()
+    assert "run.json is missing: the experiment, its seed and its verdict" in nrp("inspect", recorded).err
 
 
 def test_steps_beyond_the_end_of_a_recording_are_not_called_the_same(nrp: Nrp, recorded: Path) -> None:

@@ -139,3 +139,15 @@ def test_a_broken_description_of_the_run_is_an_error_with_its_name(folder: Path)
     (folder / RUN_NAME).write_text("{")
     with pytest.raises(ExperimentError, match="cannot be read as JSON"):
         _ = Recording(folder).run
+
+
+def test_a_folder_that_lost_its_messages_can_be_checked_but_not_read(folder: Path) -> None:
+    (folder / RUN_NAME).write_bytes(
+        sealed({"seed": 3, "format": 4, "state": "ended", "files": {MCAP_NAME: "0"}})
+    )
+    (folder / MCAP_NAME).unlink()
+    recording = Recording(folder)
+    assert [(flaw.file, flaw.problem) for flaw in recording.check().flaws] == [(MCAP_NAME, "is missing")]
+    for read in (recording.raw, lambda: recording.topics, lambda: recording.complete):
+        with pytest.raises(ExperimentError, match=r"no recording: no file 'recording\.mcap' is in it"):
+            list(read())

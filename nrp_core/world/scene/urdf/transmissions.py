@@ -32,6 +32,11 @@ def transmitted(transmission: Element, joints: Collection[str], notes: Notes) ->
         notes: receives warnings, also of joints that the robot does not have.
     """
     name = transmission.attributes.get("name", "")
+    actuators = transmission.all("actuator")
+    for one in (each for owner in (transmission, *actuators) for each in owner.all("mechanicalReduction")):
+        if one.text.strip("+-0. ") == "":
+            message = f"a <mechanicalReduction> of {one.text!r} is impossible: ignored, as all are"
+            notes.warn(one, Code.NRP263, message, subject=name)
     if not transmission.all("joint"):
         message = f"the <transmission> '{name}' has no <joint>, so that it commands nothing"
         notes.warn(transmission, Code.NRP265, message, subject=name)
@@ -43,7 +48,7 @@ def transmitted(transmission: Element, joints: Collection[str], notes: Notes) ->
             continue
         # older files have the interface in the actuator
         named = joint.all("hardwareInterface") or [
-            each for actuator in transmission.all("actuator") for each in actuator.all("hardwareInterface")
+            each for actuator in actuators for each in actuator.all("hardwareInterface")
         ]
         for interface in named:
             kind = _KINDS.get(interface.text.rpartition("/")[2])

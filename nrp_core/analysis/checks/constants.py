@@ -1,0 +1,85 @@
+"""Expressions that look computed, and have one value whatever they are computed from."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from typing import Any, Final
+
+from nrp_core.analysis.declared import found_in
+from nrp_core.analysis.registry import checks_experiment
+from nrp_core.analysis.study import Study
+from nrp_core.findings import Code, Finding, Level
+
+_CLIPS: Final = frozenset({"np.clip", "numpy.clip"})
+
+
+@checks_experiment(Code.NRP320)
+def expressions_depend_on_something(study: Study) -> Iterator[Finding]:
+    """Look for clamps with exchanged limits, products with 0, and values compared with themselves."""
+    sources = [source for listing in study.listings for source in listing.sources]
+    for source in [*sources, *study.neighbours]:
+        for node in ast.walk(source.tree):
+            message = _constant(node)
+            if message:
+                yield found_in(source, Code.NRP320, node, message, Level.WARNING)
+
+
+def _constant(node: ast.AST) -> str:
+    """Return which value an expression always has; empty if it has several, or if this is unknown."""
+    text = f"{ast.unparse(node):.60}" if isinstance(node, ast.expr) else ""
+    match node:
+        case ast.Compare(left, [ast.Lt() | ast.Gt() | ast.LtE() | ast.GtE() as sign], [right]):
+            if _is_pure(left) and ast.dump(left) == ast.dump(right):  # `x == x` is a test for NaN
+                always = isinstance(sign, ast.LtE | ast.GtE)
+                return f"'{text}' compares a value with itself: it is always {always}"
+        case ast.BinOp(left, ast.Mult(), right) if 0 in (_number(left), _number(right)):
+            if _number(left) is None or _number(right) is None:
+                return f"'{text}' is always 0"
+        case ast.Call(func, [_, low, high], []) if ast.unparse(func) in _CLIPS:
+            least, most = _number(low), _number(high)
+            if least is not None and most is not None and least > most:
+                return f"'{text}' is always {most:g}: its lower limit, {least:g}, is above its upper one"
+        case ast.Call(ast.Name("min" | "max" as outer), [one, other], []):
+            limit, inner = (one, other) if _number(one) is not None else (other, one)
+            bound, reached = _number(limit), _reached(inner, "max" if outer == "min" else "min")
+            if bound is not None and reached is not None and _excludes(outer, bound, reached):
+                return f"'{text}' is always {bound:g}: its lower limit is above its upper one"
+        case ast.For(iter=ast.Call(ast.Name("range"), args, [])) if _is_empty(args):
+            return f"this loop never runs: '{ast.unparse(node.iter)}' is empty"
+    return ""
+
+
+def _reached(node: ast.expr, name: str) -> float | None:
+    """Return the limit of ``max(limit, x)`` or ``min(limit, x)``; None for other expressions."""
+    match node:
+        case ast.Call(ast.Name(called), [_, _] as given, []) if called == name:
+            limits = [limit for one in given if (limit := _number(one)) is not None]
+            return limits[0] if len(limits) == 1 else None
+    return None
+
+
+def _excludes(outer: str, bound: float, reached: float) -> bool:
+    return reached > bound if outer == "min" else reached < bound
+
+
+def _is_empty(args: list[ast.expr]) -> bool:
+    given: list[Any] = [_number(one) for one in args]
+    numbers = [number for number in given if isinstance(number, int)]
+    if not numbers or len(numbers) != len(args) or 0 in numbers[2:]:
+        return False
+    begin, end, step = (0, *numbers, 1) if len(numbers) == 1 else (*numbers, 1)[:3]
+    return not range(begin, end, step)
+
+
+def _is_pure(node: ast.expr) -> bool:
+    return not any(isinstance(one, ast.Call) for one in ast.walk(node))
+
+
+def _number(node: ast.expr) -> float | None:
+    """Return the number that an expression writes out; None for others."""
+    try:
+        value = ast.literal_eval(node)
+    except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
+        return None
+    return value if type(value) in (int, float) else None

@@ -1,0 +1,68 @@
+"""Events that change nothing, and conditions on measured values that are hardly ever exact."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from typing import Final
+
+from nrp_core.analysis.checks.conditions import asked
+from nrp_core.analysis.registry import checks_experiment
+from nrp_core.analysis.study import Study
+from nrp_core.errors import NrpError
+from nrp_core.experiment.events.values import to_message
+from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.messages.gazebo_msgs import LinkStates, ModelStates
+from nrp_core.world.messages.nav_msgs import Odometry
+from nrp_core.world.messages.sensor_msgs import Imu, JointState
+from nrp_core.world.scene.model import Scene
+
+_MEASURED: Final = (Imu, JointState, LinkStates, ModelStates, Odometry)
+"""Messages whose numbers follow from forces, so that none but 0 is met exactly."""
+
+
+@checks_experiment(Code.NRP248)
+def measured_values_are_compared_with_bounds(study: Study) -> Iterator[Finding]:
+    """Look for events and criteria that wait for an exact value of a position, velocity or force."""
+    for keys, wanted in asked(study.experiment, "topic", "topic_stays"):
+        info = study.topics.get(study.experiment.aliases.get(wanted.name, wanted.name))
+        exact = wanted.equals
+        if info is not None and info.type in _MEASURED and type(exact) in (int, float) and exact:
+            message = (
+                f"'{wanted.field}' of '{wanted.name}' is measured and hardly ever exactly {exact:g}; "
+                "write 'above' and 'below'"
+            )
+            yield study.experiment.place(*keys, "equals").finding(Code.NRP248, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP320)
+def colors_change(study: Study) -> Iterator[Finding]:
+    """Look for visuals to which all events give the colour that they have in their file."""
+    if study.scene is None or not study.is_complete:
+        return
+    experiment, own = study.experiment, _colors(study.scene)
+    spoken = {topic.name for declared in study.declared for topic in declared.function.published}
+    given: dict[str, dict[str, object]] = defaultdict(dict)
+    for name, event in experiment.events.items():
+        for one in event.publish:
+            topic = experiment.aliases.get(one.topic, one.topic)
+            if topic in own and not {topic, one.topic} & spoken:
+                given[topic][name] = one.value
+    for topic, values in given.items():
+        try:
+            messages = [to_message(study.topics[topic], value) for value in values.values()]
+        except (NrpError, KeyError):  # reported by the check of events
+            continue
+        if all((one.r, one.g, one.b, one.a) == own[topic] for one in messages):
+            message = f"'{topic}' has this colour from the start, and no event gives it another"
+            place = experiment.place("events", next(iter(values)), "publish")
+            yield place.finding(Code.NRP320, message, Level.WARNING)
+
+
+def _colors(scene: Scene) -> dict[str, tuple[float, ...]]:
+    return {
+        f"/{model.name}/{link.name}/{visual.name}/color": tuple(visual.rgba)
+        for model in scene.models
+        for link in model.links
+        for visual in link.visuals
+    }
