@@ -13,6 +13,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from nrp_core._support.writing import writing
+from nrp_core.comparison.metrics.base import METRICS
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.recording.figures import UNDATED, check_target
 from nrp_core.recording.figures.style import FAINT, colour, style
@@ -80,7 +81,7 @@ def _curve(_: Figure, axes: Axes, table: SweepTable, name: str) -> None:
             values = group.numbers(name)
             axes.plot([at] * len(values), values, ".", color=colour(number), alpha=0.35, markersize=3)
     _label(axes, table, key)
-    axes.set_ylabel(name)
+    axes.set_ylabel(_with_unit(name))
     axes.grid(axis="y")
     if len(lines) > 1:
         more = f"\nand {len(lines) - _MOST_LINES} more, not drawn" if len(lines) > _MOST_LINES else ""
@@ -100,7 +101,7 @@ def _heat(figure: Figure, axes: Axes, table: SweepTable, name: str) -> None:
         values[y[str(group.values[up])]][x[str(group.values[across])]] += group.numbers(name)
     means = np.array([[np.mean(cell) if cell else np.nan for cell in line] for line in values])
     image = axes.imshow(means, origin="lower", aspect="auto", cmap=_COLOURS)
-    figure.colorbar(image, ax=axes, label=name).outline.set_visible(False)
+    figure.colorbar(image, ax=axes, label=_with_unit(name)).outline.set_visible(False)
     if means.size <= _MOST_CELLS_WITH_NUMBERS:
         for (row, column), value in np.ndenumerate(means):
             dark = np.isfinite(value) and (value - np.nanmin(means)) < 0.6 * np.ptp(means[np.isfinite(means)])
@@ -140,7 +141,7 @@ def _parallel(figure: Figure, axes: Axes, table: SweepTable, name: str) -> None:
     axes.set(xlim=(-0.1, len(shares) - 0.9), ylim=(-0.08, 1.1), yticks=[])
     axes.set_xticks(places, [*(short_key(key, table.keys) for key in table.keys), name])
     axes.spines[:].set_visible(False)
-    figure.colorbar(lines, ax=axes, label=name).outline.set_visible(False)
+    figure.colorbar(lines, ax=axes, label=_with_unit(name)).outline.set_visible(False)
 
 
 _KINDS: dict[str, Callable[[Figure, Axes, SweepTable, str], None]] = {
@@ -170,9 +171,22 @@ def _values(table: SweepTable, key: str) -> dict[str, Any]:
 
 
 def _is_number(table: SweepTable, key: str) -> bool:
-    return all(
-        _number(value) is not None and len(str(value).split()) <= 2 for value in _values(table, key).values()
+    """Return whether the values of a setting are numbers in one unit."""
+    values = _values(table, key).values()
+    return all(_number(value) is not None and len(str(value).split()) <= 2 for value in values) and (
+        len({_unit(value) for value in values}) <= 1
     )
+
+
+def _unit(value: Any) -> str:
+    return str(value).partition(" ")[2].strip()
+
+
+def _with_unit(name: str) -> str:
+    """Return a measure with the unit of its metric."""
+    metric = name.partition(".")[0]
+    unit = METRICS.load(metric).unit if metric in METRICS.names() else ""
+    return f"{name} ({unit})" if unit else name
 
 
 def _ticks(table: SweepTable, key: str) -> dict[str, float]:
@@ -196,6 +210,9 @@ def _ends(table: SweepTable, key: str) -> tuple[str, str]:
 
 def _label(axes: Axes, table: SweepTable, key: str) -> None:
     axes.set_xlabel(short_key(key, table.keys))
-    if not _is_number(table, key):
+    if _is_number(table, key):
+        for unit in {_unit(value) for value in _values(table, key).values()} - {""}:
+            axes.set_xlabel(f"{short_key(key, table.keys)} ({unit})")
+    else:
         ticks = _ticks(table, key)
         axes.set_xticks(list(ticks.values()), list(ticks))
