@@ -32,14 +32,15 @@ def test_each_part_of_a_space_has_a_topic_with_its_message(open_world):
 def test_observations_arrive_whole_and_actions_reach_the_environment(open_world):
     world = open_world(CORRIDOR, image=True)
     topics = ("observation/eye", "observation/map", "observation/mission", "reward", "return", "image")
-    subscribed = [world.subscribe(f"/env/{name}") for name in topics]
+    subscribed = [world.subscribe(f"/env/{name}", depth=3) for name in topics]
     steps, turns = world.advertise("/env/action/steps"), world.advertise("/env/action/turns")
     steps.publish(Int32(1))
     turns.publish(Float64MultiArray(data=np.array([0.25, -1.0])))
     world.run_until(2 * STEP_NS)
     eye, places, mission, reward, total, image = (each.latest.message for each in subscribed)
     assert (eye.height, eye.width, eye.encoding, eye.step) == (4, 6, "rgb8", 18)
-    assert eye.data.ravel().tolist() == list(range(72))
+    assert eye.data.ravel().tolist() == [2, *range(1, 72)]
+    assert [each.message.data[0, 0, 0] for each in subscribed[0].kept()] == [0, 1, 2], "images are kept"
     assert places.data.tolist() == [0.25, 1.25, 2.25, 3.25, 4.25, 5.25]
     assert [(each.size, each.stride) for each in places.layout.dim] == [(2, 6), (3, 3)]
     assert (mission.data, reward.data, total.data) == ("go to 2", -0.75, -1.5)

@@ -105,7 +105,7 @@ def image_of(pixels: npt.NDArray[np.uint8]) -> Image:
     """Return the message of an image, shape ``(height, width)`` or ``(height, width, channels)``."""
     height, width, *rest = pixels.shape
     channels = rest[0] if rest else 1
-    data = np.ascontiguousarray(pixels).reshape(height, width, channels)
+    data = np.array(pixels, order="C").reshape(height, width, channels)  # environments reuse their arrays
     return Image(height=height, width=width, encoding=_ENCODINGS[channels], step=width * channels, data=data)
 
 
