@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from importlib.metadata import version
 
 import numpy as np
@@ -19,6 +20,7 @@ from nrp_core.brain.devices.sources import DCSource, PoissonSource
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.remote import RemoteBrain, RemoteOptions
 from nrp_core.brain.remote.columns import SharedColumns
+from nrp_core.brain.remote.idle import end_idle
 from nrp_core.brain.remote.liveness import Watchdog
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import BackendLoadError, CapabilityError, NetworkError, SimulationError
@@ -295,12 +297,58 @@ def test_a_python_in_the_home_folder_is_found(python, remote, tmp_path, monkeypa
     assert brain.now_ns == NS_PER_MS
 
 
-def test_closing_a_brain_ends_its_process(remote):
-    brain = remote(EventBackend(), cells())
-    pid = brain._process.pid
-    brain.close()
-    with pytest.raises(ProcessLookupError):
+def runs(pid):
+    """Return whether a process has not ended."""
+    with suppress(ProcessLookupError):
         os.kill(pid, 0)
+        return True
+    return False
+
+
+def test_the_process_of_a_closed_brain_serves_the_next_one_as_a_new_one_would(remote):
+    expected = run(first := remote(EventBackend(), cells()), driven(first), 200)
+    first.set_parameters([3], {"i_offset": 9.0})
+    first.close()
+    second = remote(EventBackend(), cells())
+    assert second._process.pid == first._process.pid
+    assert run(second, driven(second), 200) == expected
+
+
+def test_a_process_is_not_used_where_a_new_one_would_differ(remote, tmp_path, monkeypatch):
+    first = remote(LimitedBackend(), cells(), time_limit="10 s")
+    first.close()
+    slower = remote(LimitedBackend(), cells(), time_limit="20 s")
+    other = remote(SpinnakerBackend(), cells())
+    monkeypatch.chdir(tmp_path)
+    elsewhere = remote(LimitedBackend(), cells(), time_limit="10 s")
+    assert first._process.pid not in {brain._process.pid for brain in (slower, other, elsewhere)}
+
+
+def test_a_process_whose_brain_has_failed_ends_with_it(remote):
+    brain = remote(EventBackend(), cells())
+    with pytest.raises(NetworkError):
+        brain._process.call("read_weights", "nothing")
+    brain.close()
+    assert not runs(brain._process.pid)
+
+
+def test_an_idle_process_that_has_ended_is_replaced(remote):
+    first = remote(EventBackend(), cells())
+    first.close()
+    os.kill(first._process.pid, signal.SIGKILL)
+    os.waitid(os.P_PID, first._process.pid, os.WEXITED | os.WNOWAIT)
+    second = remote(EventBackend(), cells())
+    second.run_until(NS_PER_MS)
+    assert second.now_ns == NS_PER_MS
+
+
+def test_two_idle_processes_are_kept_at_most_and_none_at_the_end(remote):
+    brains = [remote(EventBackend(), cells()) for _ in range(3)]
+    for brain in brains:
+        brain.close()
+    assert [runs(brain._process.pid) for brain in brains] == [False, True, True]
+    end_idle()
+    assert not any(runs(brain._process.pid) for brain in brains)
 
 
 def test_changes_of_parameters_and_weights_reach_the_other_process(remote):

@@ -9,7 +9,8 @@ A backend that supports this derives its options from :class:`RemoteOptions` and
 A simulator that can run once in a process is guarded by a :class:`Sole` of its name; a second brain then
 automatically runs in another process. The named Python needs nrp-core and the backend installed. Both sides
 advance in lockstep, with one request and one reply for each step of the loop. If the process dies, or neither
-answers nor computes for the option ``time_limit``, one error is raised.
+answers nor computes for the option ``time_limit``, one error is raised. The process of a closed brain is kept
+for the next one.
 """
 
 from nrp_core.brain.remote.brain import RemoteBrain, RemoteOptions

@@ -12,7 +12,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.interface import Brain, BrainBackend, BrainOptions
 from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.remote.process import BrainProcess
+from nrp_core.brain.remote.idle import borrow, give_back
 from nrp_core.brain.remote.sole import is_taken
 from nrp_core.brain.remote.step import Inputs, read_spikes
 from nrp_core.brain.spikes import Spikes, SynapticEvents
@@ -71,7 +71,7 @@ class RemoteBrain(Brain):
         self, backend: BrainBackend, network: Network, *, seed: int, options: BrainOptions, python: str
     ) -> None:
         limit_ns = options.time_limit if isinstance(options, RemoteOptions) else DEFAULT_LIMIT_NS
-        self._process = BrainProcess(python, type(backend).__module__, seconds(limit_ns))
+        self._process = borrow(python, type(backend).__module__, seconds(limit_ns))
         try:
             opened: Opened = self._process.call("open", backend, network, seed, options)
         except BaseException:
@@ -137,7 +137,7 @@ class RemoteBrain(Brain):
         return population.label in self._emitting
 
     def _do_close(self) -> None:
-        self._process.close()
+        give_back(self._process)
 
     def _forget(self) -> None:
         """Discard pending inputs and spikes, which belong to the time before a reset or restore."""

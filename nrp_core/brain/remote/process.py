@@ -9,18 +9,43 @@ import socket
 import struct
 import subprocess
 from importlib.metadata import version
-from typing import Any, Final
+from pathlib import Path
+from typing import Any, Final, NamedTuple, Self
 
 from nrp_core.brain.remote import far_end
 from nrp_core.brain.remote.columns import SharedColumns
 from nrp_core.brain.remote.liveness import Watchdog
 from nrp_core.brain.remote.messages import Channel, Numbers
-from nrp_core.errors import BackendLoadError, SimulationError
+from nrp_core.errors import BackendLoadError, NrpError, SimulationError
 
 _PATIENCE_S: Final = 5.0
 """Time for a process to end by itself, s."""
 _STANDARD_ERROR: Final = 2
 _MICROSECONDS: Final = 1_000_000
+
+
+class Kind(NamedTuple):
+    """What a process cannot change once it has started.
+
+    Args:
+        program: path of the interpreter.
+        module: the module of the backend.
+        time_limit_s: how long the process may neither answer nor compute, s.
+        folder: its working directory.
+    """
+
+    program: str
+    module: str
+    time_limit_s: float
+    folder: Path
+
+    @classmethod
+    def of(cls, python: str, module: str, time_limit_s: float) -> Self:
+        """Return the kind of a process that is started here; see :class:`BrainProcess`."""
+        program = shutil.which(os.path.expanduser(python))  # noqa: PTH111  a Path would lose the ./ of a path
+        if program is None:
+            raise BackendLoadError(f"python: '{python}' is not a program that can be run")
+        return cls(program, module, time_limit_s, Path.cwd())
 
 
 class BrainProcess:
@@ -35,20 +60,19 @@ class BrainProcess:
 
     Attributes:
         columns: memory shared with the process.
+        kind: what another process must have in common with it to be used in its place.
 
     Raises:
         BackendLoadError: the interpreter is not a program that can be run.
     """
 
     def __init__(self, python: str, module: str, time_limit_s: float) -> None:
-        program = shutil.which(os.path.expanduser(python))  # noqa: PTH111  a Path would lose the ./ of a path
-        if program is None:
-            raise BackendLoadError(f"python: '{python}' is not a program that can be run")
+        self.kind = Kind.of(python, module, time_limit_s)
         self._python, self._time_limit_s = python, time_limit_s
         self.columns = SharedColumns()
         ours, theirs = socket.socketpair()
         descriptors = [theirs.fileno(), self.columns.descriptor]
-        command = [program, far_end.__file__, *map(str, descriptors), version("nrp-core"), module]
+        command = [self.kind.program, far_end.__file__, *map(str, descriptors), version("nrp-core"), module]
         with theirs:
             self._process = subprocess.Popen(
                 command, pass_fds=descriptors, stdin=subprocess.DEVNULL, stdout=_STANDARD_ERROR
@@ -56,12 +80,17 @@ class BrainProcess:
         self._watch = Watchdog(self._process.pid, time_limit_s, self._hangs)
         _time_out(ours, self._watch.between_looks_s)
         self._channel = Channel(ours, self.columns, self._watch.look)
-        self._greeted = self._opened = self._waiting = False
+        self._greeted = self._opened = self._waiting = self._failed = False
 
     @property
     def pid(self) -> int:
         """The operating system's number of the process."""
         return self._process.pid
+
+    @property
+    def lives(self) -> bool:
+        """Whether the process has not ended."""
+        return self._process.poll() is None
 
     def call(self, request: str, *arguments: Any) -> Any:
         """Return the answer to a request.
@@ -90,6 +119,17 @@ class BrainProcess:
             return self._answer()[1]
         except (EOFError, OSError):
             raise self._ended() from None
+
+    def close_brain(self) -> bool:
+        """Close the brain; return whether the process can open another one."""
+        if self._waiting or self._failed or not self._opened:
+            return False
+        try:
+            self.call("close")
+        except NrpError:
+            return False
+        self._opened = False
+        return True
 
     def close(self) -> None:
         """End the process."""
@@ -120,6 +160,7 @@ class BrainProcess:
         if message is None:
             return None, numbers
         answer, error = message
+        self._failed |= error is not None
         if isinstance(error, BackendLoadError):
             raise self._error(f"does not open a brain: {error}")
         if error is not None:

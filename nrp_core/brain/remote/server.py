@@ -89,6 +89,7 @@ class BrainServer:
         """Close the brain, if one was opened."""
         if hasattr(self, "_brain"):
             self._brain.close()
+            del self._brain
 
 
 REQUESTS: Final[Mapping[str, Callable[..., object]]] = {
@@ -102,6 +103,7 @@ REQUESTS: Final[Mapping[str, Callable[..., object]]] = {
         "set_weights",
         "save",
         "restore",
+        "close",
     )
 }
 
