@@ -93,6 +93,23 @@ class CommandGroup(TyperGroup):
                 formatter.write_dl(others)
 
 
+class Command(TyperCommand):
+    """A command that refuses a second value for an option that takes one, instead of ignoring the first."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the arguments.
+
+        Raises:
+            typer.BadParameter: an option that takes one value is given twice.
+        """
+        given = self.make_parser(ctx).parse_args(args=list(args))[2]
+        for option in self.params:
+            takes_one = option.param_type_name == "option" and not (option.multiple or option.is_flag)
+            if takes_one and not option.count and given.count(option) > 1:
+                raise typer.BadParameter("given twice, and it takes one value", ctx=ctx, param=option)
+        return super().parse_args(ctx, args)
+
+
 def _summary(name: str) -> str:
     """Return the line about a command of the core, without making its options."""
     function = core_function(name)
@@ -114,5 +131,5 @@ def _command(name: str, found: Any) -> Any:
     if isinstance(found, typer.Typer):
         return get_command(found)
     app = typer.Typer(rich_markup_mode=None, add_completion=False)
-    app.command(name)(found)
+    app.command(name, cls=Command)(found)
     return get_command(app)

@@ -77,6 +77,13 @@ def test_a_valid_experiment_is_valid(nrp: Nrp, experiment: Path) -> None:
     assert (done.code, done.out) == (0, "valid\n")
 
 
+def test_a_second_value_for_an_option_that_takes_one_is_refused(nrp: Nrp, experiment: Path) -> None:
+    done = nrp("run", experiment, "--until", "10 ms", "--until=20 ms")
+    assert done.code == 2
+    assert "Invalid value for '--until'" in done.err
+    assert "given twice, and it takes one value" in done.err
+
+
 def test_all_mistakes_are_reported_at_once(nrp: Nrp, experiment: Path) -> None:
     done = nrp("validate", experiment, "-s", "topics./a=nothing/Here", "-s", "duration=-1 s", "--json")
     data = json.loads(done.out)

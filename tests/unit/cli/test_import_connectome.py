@@ -34,3 +34,13 @@ def test_a_wrong_table_is_one_error(tmp_path: Path, nrp: Callable[..., Any]) -> 
     assert done.code != 0
     assert "no column for the source of an edge" in done.err
     assert str(path) in done.err
+
+
+@pytest.mark.parametrize(("option", "name"), [("--unit-mv", "unit_mv"), ("--delay-ms", "delay_ms")])
+def test_a_weight_or_delay_of_nothing_is_refused(
+    option: str, name: str, tmp_path: Path, nrp: Callable[..., Any]
+) -> None:
+    (tmp_path / "edges.csv").write_text("pre,post,weight\n1,2,3\n")
+    done = nrp("import-connectome", tmp_path / "edges.csv", option, "0")
+    assert done.code != 0
+    assert f"{name} is 0; it must be above 0" in done.err

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from math import inf
 from pathlib import Path
 from typing import Final
 
@@ -59,12 +60,15 @@ def read_connectome(
         edges: the table of edges.
         neurons: the table of neurons; without one, the neurons are those with edges, by id.
         groups: patterns such as ``MN9*`` of the groups to name; all of them if there are none.
-        unit_mv: weight of one synapse.
-        delay_ms: delay of all synapses.
+        unit_mv: weight of one synapse, above 0.
+        delay_ms: delay of all synapses, above 0.
 
     Raises:
-        NetworkError: a table cannot be used; the message says why.
+        NetworkError: a table or a number cannot be used; the message says why.
     """
+    for name, value in (("unit_mv", unit_mv), ("delay_ms", delay_ms)):
+        if not 0.0 < value < inf:
+            raise NetworkError(f"{name} is {value:g}; it must be above 0")
     known = read_neurons(neurons) if neurons else Neurons(_ids_of(edges), {})
     order = np.argsort(known.ids, kind="stable")
     kept, left_out, unsigned = [_NONE], 0, 0
