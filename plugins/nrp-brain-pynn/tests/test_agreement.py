@@ -5,7 +5,7 @@ from agreement import ORACLES, errors
 
 from nrp_brain_pynn.simulators import SIMULATORS
 
-FINE = "0.01 ms"
+FINE, LESS_FINE = "0.01 ms", "0.02 ms"
 FIRST_MS, MEDIAN_MS = 0.03, 0.1
 ROUGH_FIRST_MS, ROUGH_MEDIAN_MS = 0.15, 0.25
 
@@ -17,7 +17,8 @@ def test_with_fine_steps_spikes_lie_where_the_reference_has_them(simulator, path
     known = SIMULATORS[simulator]
     if cell_type not in known.cells:
         pytest.skip(f"{known.name} has no {cell_type}")
-    found, expected, first_ms, median_ms = errors(simulator, path, FINE)
+    slow = simulator == "brian2" and cell_type != "Izhikevich"  # it interprets each step
+    found, expected, first_ms, median_ms = errors(simulator, path, LESS_FINE if slow else FINE)
     rough = cell_type in ("Izhikevich", "HH_cond_exp")
     assert abs(found - expected) <= 1
     assert first_ms < (ROUGH_FIRST_MS if rough else FIRST_MS)
