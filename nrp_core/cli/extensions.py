@@ -15,7 +15,7 @@ from inspect import getdoc
 from typing import Any
 
 import typer
-from typer.core import TyperCommand, TyperGroup
+from typer.core import TyperCommand, TyperGroup, TyperOption
 from typer.main import get_command
 
 from nrp_core.cli.commands import COMMANDS
@@ -103,9 +103,9 @@ class Command(TyperCommand):
             typer.BadParameter: an option that takes one value is given twice.
         """
         given = self.make_parser(ctx).parse_args(args=list(args))[2]
-        for option in self.params:
-            takes_one = option.param_type_name == "option" and not (option.multiple or option.is_flag)
-            if takes_one and not option.count and given.count(option) > 1:
+        for option in (each for each in self.params if isinstance(each, TyperOption)):
+            repeatable = option.multiple or option.is_flag or option.count
+            if not repeatable and given.count(option) > 1:
                 raise typer.BadParameter("given twice, and it takes one value", ctx=ctx, param=option)
         return super().parse_args(ctx, args)
 

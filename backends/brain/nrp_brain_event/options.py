@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import Final, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -10,12 +10,14 @@ from nrp_core.brain.interface import BrainOptions
 from nrp_core.clock import NS_PER_MS
 from nrp_core.quantities import DurationNs
 
+_TOLERANCE_MV: Final = 1e-9
+
 
 class EventOptions(BrainOptions):
     """Options of the ``event`` backend."""
 
     tolerance: float = Field(
-        default=1e-9,
+        default=_TOLERANCE_MV,
         gt=1e-13,
         le=1e-2,
         description="largest local error (mV) of an integration step, for cells without a closed form: "
@@ -55,6 +57,10 @@ class EventOptions(BrainOptions):
             )
         if self.resolution is None and self.lazy == "always":
             raise ValueError("lazy: always needs a resolution, e.g. 0.1 ms; the exact mode is lazy by itself")
+        if self.resolution is not None and self.tolerance != _TOLERANCE_MV:
+            raise ValueError(
+                f"tolerance: {self.tolerance:g} has no effect with a resolution, whose steps are fixed"
+            )
         if self.resolution is not None and self.resolution > NS_PER_MS:
             raise ValueError(f"resolution must be 1 ms or finer, not {self.resolution / NS_PER_MS:g} ms")
         return self

@@ -112,12 +112,17 @@ def _control(simulator: Simulator) -> dict[str, Any]:
         if not (isinstance(timestep, (int, float, np.number)) and timestep > 0):
             raise NetworkError(f"setup: the time step must be more than 0 ms, not {timestep}")
         _require_settings(extra)
+        longest = extra.get("max_delay", "auto")
+        if isinstance(longest, (int, float, np.number)) and longest < timestep:
+            raise NetworkError(
+                f"setup: max_delay ({longest:g} ms) must be at least the time step ({timestep:g} ms)"
+            )
         try:
             common.setup(timestep, min_delay, **extra)
         except Exception as error:  # noqa: BLE001 - PyNN has errors of its own for invalid times
             raise NetworkError(f"setup: {error}") from None
         state.clear()
-        state.configure(timestep, min_delay, extra.get("max_delay", "auto"))
+        state.configure(timestep, min_delay, longest)
         return state.mpi_rank
 
     def end(compatible_output: bool = True) -> None:

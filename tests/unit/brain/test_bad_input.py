@@ -160,6 +160,7 @@ CASES = {
     CELL + "sim.run('10')": "run: the time is a number of ms, not '10'",
     "sim.setup(timestep='x')": "setup: the time step must be more than 0 ms, not x",
     "sim.setup(timestep=0.1, min_delay=2.0, max_delay=1.0)": "setup: min_delay has to be less than",
+    "sim.setup(timestep=0.5, max_delay=0.2)": "max_delay (0.2 ms) must be at least the time step (0.5 ms)",
     "sim.setup(timestep=-1)": "the time step must be more than 0 ms, not -1",
 }  # fmt: skip
 

@@ -187,3 +187,8 @@ def test_plasticity_by_spike_timing_takes_one_thread_and_says_so() -> None:
 def test_threads_without_a_grid_are_refused() -> None:
     with pytest.raises(ValidationError, match=r"threads: 2 needs a resolution, e\.g\. 0\.1 ms"):
         EventOptions.model_validate({"threads": 2})
+
+
+def test_a_tolerance_on_a_grid_is_refused() -> None:
+    with pytest.raises(ValidationError, match="tolerance: 1e-06 has no effect with a resolution"):
+        EventOptions.model_validate({"tolerance": 1e-6, "resolution": "0.1 ms"})
