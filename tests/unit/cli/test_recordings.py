@@ -5,10 +5,12 @@ import shutil
 import threading
 import time
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import pytest
+from mcap.reader import make_reader
 
 from nrp_core.experiment.running.control import ControlServer, tell
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME
@@ -271,11 +273,16 @@ def test_a_run_that_was_killed_is_compared_as_far_as_it_went(
     assert json.loads(nrp("diff", recorded, recorded, "--json").out)["reservations"] == []
 
 
-def flipped(recording: Path, copy: Path, place: float) -> str:
-    """Flip a bit of a copy at a share of its messages' file; return its flaw."""
+def flipped(recording: Path, copy: Path, *, among_messages: bool) -> str:
+    """Flip a bit of a copy, in the first chunk of its messages or behind the last; return its flaw."""
     shutil.copytree(recording, copy)
     data = bytearray((copy / MCAP_NAME).read_bytes())
-    data[int(len(data) * place)] ^= 1
+    summary = make_reader(BytesIO(data)).get_summary()
+    assert summary is not None
+    first, last = summary.chunk_indexes[0], summary.chunk_indexes[-1]
+    middle = first.chunk_start_offset + first.chunk_length // 2
+    behind = last.chunk_start_offset + last.chunk_length + last.message_index_length
+    data[middle if among_messages else (behind + len(data)) // 2] ^= 1
     (copy / MCAP_NAME).write_bytes(data)
     return f"{copy}: {Recording(copy).check().flaws[0]}"
 
@@ -284,7 +291,7 @@ def test_two_recordings_of_which_one_is_damaged_are_never_identical(
     nrp: Nrp, recorded: Path, tmp_path: Path
 ) -> None:
     page = tmp_path / "page.html"
-    flaw = flipped(recorded, tmp_path / "damaged", 0.97)  # behind the messages, all of which can be read
+    flaw = flipped(recorded, tmp_path / "damaged", among_messages=False)
     done = nrp("diff", recorded, tmp_path / "damaged", "--html", page)
     assert done.code == 1
     assert "".join(done.out.split()).startswith("".join(flaw.split()))
@@ -298,7 +305,7 @@ def test_two_recordings_of_which_one_is_damaged_are_never_identical(
 def test_a_recording_of_which_no_step_can_be_read_is_not_compared(
     nrp: Nrp, recorded: Path, tmp_path: Path
 ) -> None:
-    flaw = flipped(recorded, tmp_path / "damaged", 0.2)
+    flaw = flipped(recorded, tmp_path / "damaged", among_messages=True)
     done = nrp("diff", recorded, tmp_path / "damaged")
     assert done.code == 3
     assert f"has no step in common with {tmp_path / 'damaged'}; {flaw}" in done.err
