@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import os
+import threading
 from typing import Final
 
 from nrp_core.brain.remote.process import BrainProcess, Kind
@@ -12,6 +13,7 @@ _KEPT: Final = 2
 """Maximum number of idle processes."""
 
 _idle: Final[list[BrainProcess]] = []
+_taking: Final = threading.Lock()
 
 
 def borrow(python: str, module: str, time_limit_s: float) -> BrainProcess:
@@ -26,12 +28,20 @@ def borrow(python: str, module: str, time_limit_s: float) -> BrainProcess:
         BackendLoadError: the interpreter is not a program that can be run.
     """
     kind = Kind.of(python, module, time_limit_s)
-    for process in [process for process in _idle if process.kind == kind]:
-        _idle.remove(process)
+    while (process := _take(kind)) is not None:
         if process.lives:
             return process
         process.close()
     return BrainProcess(python, module, time_limit_s)
+
+
+def _take(kind: Kind) -> BrainProcess | None:
+    """Remove an idle process of a kind, if there is one; runs in several threads may ask at once."""
+    with _taking:
+        found = next((process for process in _idle if process.kind == kind), None)
+        if found is not None:
+            _idle.remove(found)
+        return found
 
 
 def give_back(process: BrainProcess) -> None:
