@@ -148,15 +148,15 @@ class AccuracyTests(BrainKit):
         sample = self.sample
         force = connect("force", "n", sample.strong, DELAY_MS)
         pre, post = spikes("pre", [PAIRED_MS, PROBE_MS]), spikes("force", forced)
-        brain = self.open(pre, post, cells(sample, "n"), synapse, force)
-        heard = record(brain)
-        self.run(brain, PROBE_MS)
-        rest = float(brain.read_state("v", [2])[0])
-        heights = []
-        for t_ms in range(1, 15):
-            self.run(brain, PROBE_MS + t_ms)
-            heights.append(float(brain.read_state("v", [2])[0]) - rest)
-        return max(heights), times(heard, 2)
+        with self.open(pre, post, cells(sample, "n"), synapse, force) as brain:
+            heard = record(brain)
+            self.run(brain, PROBE_MS)
+            rest = float(brain.read_state("v", [2])[0])
+            heights = []
+            for t_ms in range(1, 15):
+                self.run(brain, PROBE_MS + t_ms)
+                heights.append(float(brain.read_state("v", [2])[0]) - rest)
+            return max(heights), times(heard, 2)
 
 
 class DeviceAccuracyTests(BrainKit):

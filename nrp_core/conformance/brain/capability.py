@@ -40,8 +40,8 @@ class CapabilityTests(BrainKit):
 
     def test_every_declared_cell_can_be_opened_and_run(self) -> None:
         for name in sorted(self.capabilities.cells & SAMPLES.keys()):
-            brain = self.open(cells(SAMPLES[name], "n", 2))
-            self.run(brain, 3)
+            with self.open(cells(SAMPLES[name], "n", 2)) as brain:
+                self.run(brain, 3)
 
     def test_undeclared_cells_are_refused(self) -> None:
         for name in sorted({*SAMPLES, "NoSuchCell"} - self.capabilities.cells):
@@ -82,6 +82,7 @@ class CapabilityTests(BrainKit):
                 assert values.shape == (2,)
                 assert all(map(math.isfinite, values))
             assert readable or not self.capabilities.state_variables, name
+            brain.close()
 
     def test_undeclared_state_variables_are_refused(self) -> None:
         brain = self.open(self.cells("n"))
@@ -135,11 +136,11 @@ class CapabilityTests(BrainKit):
             undeclared("repeatable runs")
         trains = []
         for _ in range(2):
-            brain = self.open(*self.busy())
-            heard = record(brain)
-            brain.add_source(PoissonSource(rate=200.0, weight=self.sample.strong), [5, 6], name="noise")
-            self.run(brain, 60)
-            trains.append(train(heard))
+            with self.open(*self.busy()) as brain:
+                heard = record(brain)
+                brain.add_source(PoissonSource(rate=200.0, weight=self.sample.strong), [5, 6], name="noise")
+                self.run(brain, 60)
+                trains.append(train(heard))
         assert trains[0] == trains[1]
 
     def test_unknown_options_are_refused(self) -> None:

@@ -181,12 +181,12 @@ class DeviceTests(BrainKit):
         return train(heard)
 
     def _heard(self, setup: Callable[[Brain], None] = lambda _: None, *, seed: int = 1) -> Train:
-        brain = self.open(*self.busy(), seed=seed)
-        heard = record(brain)
-        setup(brain)
-        for until in (15, 30, 60):
-            self.run(brain, until)
-        return train(heard)
+        with self.open(*self.busy(), seed=seed) as brain:
+            heard = record(brain)
+            setup(brain)
+            for until in (15, 30, 60):
+                self.run(brain, until)
+            return train(heard)
 
 
 def _global_generators() -> object:
