@@ -20,7 +20,7 @@ def borrow(python: str, module: str, time_limit_s: float) -> BrainProcess:
     """Return a process without a brain, a new one if none of this kind is idle.
 
     Args:
-        python: see :class:`~nrp_core.brain.remote.process.BrainProcess`, as for the others.
+        python: the interpreter: a path, or a name on the search path.
         module: the module of the backend.
         time_limit_s: how long it may neither answer nor compute, s.
 
@@ -32,7 +32,7 @@ def borrow(python: str, module: str, time_limit_s: float) -> BrainProcess:
         if process.lives:
             return process
         process.close()
-    return BrainProcess(python, module, time_limit_s)
+    return BrainProcess(kind)
 
 
 def _take(kind: Kind) -> BrainProcess | None:

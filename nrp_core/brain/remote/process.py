@@ -28,12 +28,14 @@ class Kind(NamedTuple):
     """What a process cannot change once it has started.
 
     Args:
+        python: the interpreter: a path, or a name on the search path.
         program: path of the interpreter.
         module: the module of the backend.
         time_limit_s: how long the process may neither answer nor compute, s.
         folder: its working directory.
     """
 
+    python: str
     program: str
     module: str
     time_limit_s: float
@@ -41,11 +43,15 @@ class Kind(NamedTuple):
 
     @classmethod
     def of(cls, python: str, module: str, time_limit_s: float) -> Self:
-        """Return the kind of a process that is started here; see :class:`BrainProcess`."""
+        """Return the kind of a process that is started in the current working directory.
+
+        Raises:
+            BackendLoadError: the interpreter is not a program that can be run.
+        """
         program = shutil.which(os.path.expanduser(python))  # noqa: PTH111  a Path would lose the ./ of a path
         if program is None:
             raise BackendLoadError(f"python: '{python}' is not a program that can be run")
-        return cls(program, module, time_limit_s, Path.cwd())
+        return cls(python, program, module, time_limit_s, Path.cwd())
 
 
 class BrainProcess:
@@ -54,30 +60,24 @@ class BrainProcess:
     Its output goes to standard error, since standard output is for the results of commands.
 
     Args:
-        python: the interpreter: a path, or a name on the search path.
-        module: the module of the backend.
-        time_limit_s: how long it may neither answer nor compute, s.
+        kind: its interpreter, backend and limit; another process of this kind can be used in its place.
 
     Attributes:
         columns: memory shared with the process.
-        kind: what another process must have in common with it to be used in its place.
-
-    Raises:
-        BackendLoadError: the interpreter is not a program that can be run.
+        kind: as given.
     """
 
-    def __init__(self, python: str, module: str, time_limit_s: float) -> None:
-        self.kind = Kind.of(python, module, time_limit_s)
-        self._python, self._time_limit_s = python, time_limit_s
+    def __init__(self, kind: Kind) -> None:
+        self.kind = kind
         self.columns = SharedColumns()
         ours, theirs = socket.socketpair()
         descriptors = [theirs.fileno(), self.columns.descriptor]
-        command = [self.kind.program, far_end.__file__, *map(str, descriptors), version("nrp-core"), module]
+        command = [kind.program, far_end.__file__, *map(str, descriptors), version("nrp-core"), kind.module]
         with theirs:
             self._process = subprocess.Popen(
                 command, pass_fds=descriptors, stdin=subprocess.DEVNULL, stdout=_STANDARD_ERROR
             )
-        self._watch = Watchdog(self._process.pid, time_limit_s, self._hangs)
+        self._watch = Watchdog(self._process.pid, kind.time_limit_s, self._hangs)
         _time_out(ours, self._watch.between_looks_s)
         self._channel = Channel(ours, self.columns, self._watch.look)
         self._greeted = self._opened = self._waiting = self._failed = False
@@ -176,7 +176,7 @@ class BrainProcess:
         self._kill()
         self._channel.close()
         return self._error(
-            f"hangs: for {self._time_limit_s:g} s it has neither answered nor computed; "
+            f"hangs: for {self.kind.time_limit_s:g} s it has neither answered nor computed; "
             "the option time_limit sets how long it may"
         )
 
@@ -190,7 +190,7 @@ class BrainProcess:
 
     def _error(self, how: str) -> BackendLoadError | SimulationError:
         kind = SimulationError if self._opened else BackendLoadError
-        return kind(f"the process of the brain ({self._python}) {how}")
+        return kind(f"the process of the brain ({self.kind.python}) {how}")
 
 
 def _needs() -> str:
