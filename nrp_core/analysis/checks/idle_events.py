@@ -15,7 +15,6 @@ from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.gazebo_msgs import LinkStates, ModelStates
 from nrp_core.world.messages.nav_msgs import Odometry
 from nrp_core.world.messages.sensor_msgs import Imu, JointState
-from nrp_core.world.scene.model import Scene
 
 _MEASURED: Final = (Imu, JointState, LinkStates, ModelStates, Odometry)
 """Messages whose numbers follow from forces, so that none but 0 is met exactly."""
@@ -40,7 +39,8 @@ def colors_change(study: Study) -> Iterator[Finding]:
     """Look for visuals to which all events give the colour that they have in their file."""
     if study.scene is None or not study.is_complete:
         return
-    experiment, own = study.experiment, _colors(study.scene)
+    experiment = study.experiment
+    own = {f"/{path}/color": tuple(visual.rgba) for path, visual in study.scene.visuals.items()}
     spoken = {topic.name for declared in study.declared for topic in declared.function.published}
     given: dict[str, dict[str, object]] = defaultdict(dict)
     for name, event in experiment.events.items():
@@ -57,12 +57,3 @@ def colors_change(study: Study) -> Iterator[Finding]:
             message = f"'{topic}' has this colour from the start, and no event gives it another"
             place = experiment.place("events", next(iter(values)), "publish")
             yield place.finding(Code.NRP320, message, Level.WARNING)
-
-
-def _colors(scene: Scene) -> dict[str, tuple[float, ...]]:
-    return {
-        f"/{model.name}/{link.name}/{visual.name}/color": tuple(visual.rgba)
-        for model in scene.models
-        for link in model.links
-        for visual in link.visuals
-    }

@@ -87,11 +87,7 @@ def coloured_shapes_are_seen(study: Study) -> Iterator[Finding]:
     if study.scene is None:
         return
     invisible = {
-        f"/{model.name}/{link.name}/{visual.name}/color": f"{model.name}/{link.name}/{visual.name}"
-        for model in study.scene.models
-        for link in model.links
-        for visual in link.visuals
-        if visual.rgba[3] == 0
+        f"/{path}/color": path for path, visual in study.scene.visuals.items() if visual.rgba[3] == 0
     }
     experiment = study.experiment
     for name, event in experiment.events.items():
