@@ -79,13 +79,12 @@ def _report_cut(whole: Network, network: Network, experiment: Experiment, collec
     cut: dict[str, Synapses] = {}
     for i, intervention in sorted(enumerate(experiment.brain.interventions), key=lambda one: one[1].at):
         selected: dict[str, Synapses] = {}
+        left: dict[str, Synapses] = {}
         change = intervention.change or Intervention(intervention.driven, None)
         with suppress(NeuronSelectionError):  # already reported
-            if intervention.change is None:
-                selected = change.synapses(whole)
-            elif intervention.at > 0:
-                selected = change.synapses(network)
-        left = change.synapses(network) if selected else {}
+            if intervention.change is None or intervention.at > 0:
+                left = change.synapses(network)
+                selected = change.synapses(whole) if intervention.change is None else left
         if selected and all(cut.get(label, ~mask)[mask].all() for label, mask in left.items()):
             message = f"'{intervention.name}' has no effect: other interventions have cut all these synapses"
             collector.add(Code.NRP336, message, *_KEYS, i, level=Level.WARNING)
