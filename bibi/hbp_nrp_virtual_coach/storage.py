@@ -56,9 +56,9 @@ class Stored:
             ExperimentError: there is no such run.
         """
         runs = self.runs()
-        if not -1 <= number < len(runs) or not runs:
-            if not runs:
-                raise ExperimentError(f"'{self.name}' has no runs yet")
+        if not runs:
+            raise ExperimentError(f"'{self.name}' has no runs yet")
+        if not -1 <= number < len(runs):
             raise ExperimentError(f"'{self.name}' does not have a run {number}; runs: 0 to {len(runs) - 1}")
         return runs[number]
 

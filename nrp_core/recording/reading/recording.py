@@ -51,12 +51,10 @@ class Recording:
         self._has_folder = path.is_dir() or (path.name == MCAP_NAME and (path.parent / RUN_NAME).is_file())
         self.folder = path if path.is_dir() else path.parent
         self.file = path / MCAP_NAME if path.is_dir() else path
+        if not path.is_dir() and not self.file.is_file():
+            raise ExperimentError("no recording: the folder does not exist", path=path)
         if not self.file.is_file() and not (path / RUN_NAME).is_file():
-            raise (
-                self._without_messages()
-                if path.is_dir()
-                else ExperimentError("no recording: the folder does not exist", path=path)
-            )
+            raise self._without_messages()
         if not self._has_folder and self.file.suffix != MCAP_SUFFIX and not is_mcap(self.file):
             raise ExperimentError(
                 f"not a recording, which is a folder with a file '{MCAP_NAME}', or such a file", path=path
