@@ -76,17 +76,25 @@ def _source(function: Callable[..., Any]) -> Path:
     return Path(function.__code__.co_filename)
 
 
+_known: dict[Callable[..., Any], frozenset[Path]] = {}
+"""The result for each function compiled so far; another module reaches the same functions again."""
+
+
 def _imported(function: Callable[..., Any]) -> frozenset[Path]:
     """Return the modules whose compiled functions a function may call, directly or indirectly."""
-    found: dict[int, Callable[..., Any]] = {}
+    found: set[Callable[..., Any]] = set()
+    sources: set[Path] = set()
     waiting: list[Callable[..., Any]] = [function]
     while waiting:
         for value in _reachable(waiting.pop()):
             called = getattr(value, "py_func", None)
-            if isinstance(called, FunctionType) and id(called) not in found:
-                found[id(called)] = called
+            if not isinstance(called, FunctionType) or called in found:
+                continue
+            found.add(called)
+            sources |= {_source(called), *_known.get(called, ())}
+            if called not in _known:
                 waiting.append(called)
-    return frozenset(map(_source, found.values()))
+    return _known.setdefault(function, frozenset(sources))
 
 
 def _reachable(function: Callable[..., Any]) -> Iterator[Any]:

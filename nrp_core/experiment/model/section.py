@@ -2,17 +2,37 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import re
 from collections.abc import Iterable
+from itertools import pairwise
+from textwrap import dedent
 from typing import Annotated
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetJsonSchemaHandler
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
 
 class Section(BaseModel):
     """Base of every section; the docstrings of its fields are their documentation, also in editors."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler, /
+    ) -> JsonSchemaValue:
+        """Add the docstrings of the fields.
+
+        Pydantic can do so when a class is made, but reading the sources would delay every command by 0.1 s.
+        """
+        schema = handler(core_schema)
+        fields = handler.resolve_ref_schema(schema)["properties"]
+        for name, text in _documented_fields(cls).items():
+            fields[name]["description"] = text
+        return schema
 
     def _require_one_of(self, names: Iterable[str]) -> None:
         """Refuse a section without exactly one of its alternatives.
@@ -24,6 +44,20 @@ class Section(BaseModel):
         if len(given) != 1:
             found = " and ".join(f"'{name}'" for name in given) or "none"
             raise ValueError(f"needs exactly one of {', '.join(names)}; it has {found}")
+
+
+def _documented_fields(section: type[BaseModel]) -> dict[str, str]:
+    """Return the docstring of each field of a class, its own and those it inherits."""
+    documented: dict[str, str] = {}
+    for base in reversed(section.__mro__):
+        if issubclass(base, Section):
+            (definition,) = ast.parse(dedent(inspect.getsource(base))).body
+            assert isinstance(definition, ast.ClassDef)
+            for field, text in pairwise(definition.body):
+                match field, text:
+                    case ast.AnnAssign(target=ast.Name(name)), ast.Expr(ast.Constant(str(written))):
+                        documented[name] = inspect.cleandoc(written)
+    return documented
 
 
 def _identifier(name: str) -> str:
