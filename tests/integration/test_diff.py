@@ -191,6 +191,7 @@ def test_two_recordings_are_laid_side_by_side(diff: GridDiff) -> None:
     assert all(not row.apart for row in again.measured)
 
 
+@pytest.mark.heavy
 def test_the_braitenberg_finding_is_the_same_on_all_simulators_within_a_few_seeds(tmp_path: Path) -> None:
     varied = {"events.left_red.at": Range(1, 7, "s")}
     settings = ("world.options.image_scale=0.1", "duration=16 s")
