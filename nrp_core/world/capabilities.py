@@ -29,6 +29,7 @@ class WorldCapabilities:
         ball_joints: it has ball joints. Otherwise a scene with one is refused.
         coupled_joints: joints can follow others, as in gearboxes and screws. Otherwise a scene with one is
             refused.
+        own_actuators: it has the actuators that elements for it in a model's file describe.
         changes: models can be moved, added and deleted while it runs.
         real_time: time passes by itself, as on a robot, so the loop must keep up.
         poses: it reports the poses of models.
@@ -50,6 +51,7 @@ class WorldCapabilities:
     joint_wrenches: bool = False
     ball_joints: bool = False
     coupled_joints: bool = False
+    own_actuators: bool = False
     changes: bool = False
     real_time: bool = False
     poses: bool = True

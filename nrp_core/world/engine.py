@@ -243,6 +243,10 @@ class Engine(ABC):
         """Apply an effort (N m, N) to a joint from now on, in addition to its servo."""
         self._do_set_joint_effort(model, joint, effort)
 
+    def set_control(self, model: str, actuator: str, value: float) -> None:
+        """Set the control of an actuator; implemented where ``own_actuators`` is declared."""
+        raise self.lacks("has no actuators of its own")
+
     @final
     def set_wrench(self, model: str, link: str, wrench: Wrench, of: str = "") -> bool:
         """Set the wrench that acts at a link's centre of mass from now on, in addition to those of others.
@@ -325,12 +329,7 @@ class Engine(ABC):
     def parts(self, usual: Sequence[Part], model: Model | None) -> Sequence[Part]:
         """Return the parts of a model, or of the world itself (None).
 
-        An engine whose messages come from outside, as from ROS or a recording, replaces the core's parts by
-        its own.
-
-        Args:
-            usual: the parts of the core.
-            model: the model that they belong to.
+        An engine whose messages come from outside, as from ROS or a recording, replaces the core's parts.
         """
         return usual
 

@@ -25,12 +25,14 @@ class Actuator:
     """The effect of an actuator on its joint.
 
     Args:
+        number: number of the actuator.
         joint: number of the joint.
         kind: the commanded quantity.
         p, d: force (N, N m) for each unit of the command, and against each unit of velocity.
         force: the maximum force.
     """
 
+    number: int
     joint: int
     kind: Literal["position", "velocity", "effort"]
     p: float
@@ -84,9 +86,9 @@ def _read(m: Any, number: int) -> Actuator | None:
     force = abs(gear) * float(m.actuator_forcerange[number][1]) if m.actuator_forcelimited[number] else inf
     if (constant, spring, brake) == (0, 0, 0):
         commanded = float(abs(m.actuator_ctrlrange[number]).max()) if m.actuator_ctrllimited[number] else inf
-        return Actuator(joint, "effort", 0.0, 0.0, min(force, abs(gear * gain) * commanded))
+        return Actuator(number, joint, "effort", 0.0, 0.0, min(force, abs(gear * gain) * commanded))
     if constant == 0 and gain == -spring > 0:
-        return Actuator(joint, "position", gear**2 * gain, gear**2 * -brake, force)
+        return Actuator(number, joint, "position", gear**2 * gain, gear**2 * -brake, force)
     if (constant, spring) == (0, 0) and gain == -brake > 0:
-        return Actuator(joint, "velocity", gear**2 * gain, 0.0, force)
+        return Actuator(number, joint, "velocity", gear**2 * gain, 0.0, force)
     return None

@@ -28,6 +28,7 @@ class MujocoBackend(PhysicsBackend):
     engine_name = "MuJoCo"
     remedy = "pip install --force-reinstall mujoco-core"
     releases_gil = True
+    own_actuators = True
 
     def diagnose(self) -> list[Diagnosis]:
         library = headless.library()

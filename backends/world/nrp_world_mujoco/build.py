@@ -23,6 +23,7 @@ from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Link, Model, Scene
 from nrp_world_mujoco.gl import GlRenderer
 from nrp_world_mujoco.library import mujoco
+from nrp_world_mujoco.mechanisms import BuiltParts
 from nrp_world_mujoco.native import NativeElements
 from nrp_world_mujoco.shapes import Shapes, placed, scalar_first
 
@@ -48,7 +49,8 @@ class Built:
         cameras: ids of the cameras.
         servos: ids of the actuators of servoed joints, by model and joint.
         firm: the joints among them that follow with any load.
-        owners: model and body of each geom.
+        owners: model and body of each geom; those that nothing touches may have none.
+        actuators: ids of the actuators of MuJoCo's own elements, by model and name.
         warnings: elements for MuJoCo that are not used.
     """
 
@@ -61,6 +63,7 @@ class Built:
     servos: Mapping[tuple[str, str], int]
     firm: Mapping[tuple[str, str], FirmJoint]
     owners: Sequence[BodyPath]
+    actuators: Mapping[tuple[str, str], int]
     warnings: Findings
 
 
@@ -125,11 +128,13 @@ class _Builder:
         self._firm: dict[tuple[str, str], FirmJoint] = {}
         self._owners: list[tuple[BodyPath, Any]] = []
         self._collisions: dict[str, list[Any]] = {}
+        self._links: dict[str, tuple[Any, Pose]] = {}
         self._native = NativeElements(spec)
 
     def built(self) -> Built:
         for model in self._scene.models:
             self._add_model(model)
+        actuators = self._native.finish()
         compiled = self._spec.compile()
         return Built(
             compiled,
@@ -140,13 +145,14 @@ class _Builder:
             {path: element.id for path, element in self._cameras.items()},
             {path: element.id for path, element in self._servos.items()},
             self._firm,
-            [path for path, _ in sorted(self._owners, key=lambda pair: pair[1].id)],
+            self._owners_of(compiled),
+            {path: element.id for path, element in actuators.items()},
             self._native.warnings,
         )
 
     def _add_model(self, model: Model) -> None:
         bodies = simulated_bodies(model, self._spec.option.timestep, self._physical)
-        self._collisions = {}
+        self._collisions, self._links = {}, {}
         elements: list[Any] = []
         joints: dict[str, Any] = {}
         for index, body in enumerate(bodies):
@@ -168,7 +174,13 @@ class _Builder:
         for name, firm in firm_joints(model, bodies).items():
             joints[name].solimp_friction = FIRMEST
             self._firm[model.name, name] = firm
-        self._native.apply(model, joints, self._collisions)
+        self._native.apply(BuiltParts(model, self._links, joints, self._collisions))
+
+    def _owners_of(self, compiled: Any) -> Sequence[BodyPath]:
+        owners = [("", 0)] * compiled.ngeom
+        for path, element in self._owners:
+            owners[element.id] = path
+        return owners
 
     def _add_joint(self, element: Any, model: str, joint: Joint) -> Any:
         limited = joint.kind != "continuous" and (isfinite(joint.lower) or isfinite(joint.upper))
@@ -208,12 +220,14 @@ class _Builder:
 
     def _add_link(self, owner: BodyPath, element: Any, link: Link, place: Pose) -> None:
         model, _ = owner
+        self._links[link.name] = element, place
         for visual in link.visuals if self._with_visuals else ():
             path = f"{model}/{link.name}/{visual.name}"
             self._visuals[path] = self._shapes.add_visual(element, visual, place)
             self._owners.append((owner, self._visuals[path]))
         for collision in link.collisions:
-            geom = self._shapes.add_collision(element, collision, place)
+            name = f"{model}/{link.name}/{collision.name}"
+            geom = self._shapes.add_collision(element, collision, place, name)
             self._collisions.setdefault(link.name, []).append(geom)
             self._owners.append((owner, geom))
         for sensor in link.sensors:

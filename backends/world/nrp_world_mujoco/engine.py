@@ -144,6 +144,9 @@ class MujocoEngine(JointedEngine):
     def _do_open_cameras(self, renderer: str) -> Cameras:
         return open_cameras(renderer, self._built, self._data, self._optics, self._refresh)
 
+    def set_control(self, model: str, actuator: str, value: float) -> None:
+        self._data.ctrl[self._built.actuators[model, actuator]] = value
+
     def _do_put_joint(self, place: int, position: float) -> None:
         self._data.qpos[self._model.jnt_qposadr[self._model.dof_jntid[place]]] = position
         self._data.qvel[place] = 0.0

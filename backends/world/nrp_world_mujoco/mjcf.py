@@ -1,13 +1,14 @@
 """MJCF, MuJoCo's format, read by MuJoCo and converted to SDF for every engine.
 
-Bodies, joints, geoms with their meshes, masses, cameras, gravity and actuators of joints are converted;
-elements that only MuJoCo has (tendons, equality constraints, other actuators, its own sensors, height fields)
-are named in a warning.
+Bodies, joints, geoms with their meshes, masses, cameras, gravity and actuators of joints are converted.
+What else a scene cannot express is kept for MuJoCo (:mod:`.mjcf_native`); its own sensors, height fields and
+flexible bodies are left out and named in a warning.
 """
 
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Iterable, Iterator
 from math import atan, pi, tan
 from pathlib import Path
@@ -26,6 +27,7 @@ from nrp_core.world.scene.model import Inertial
 from nrp_core.world.scene.sdf.compound import CARRIER
 from nrp_world_mujoco.actuators import actuators_of
 from nrp_world_mujoco.library import mujoco
+from nrp_world_mujoco.mjcf_native import Names, NativeElements
 
 _WORLD = 0
 _MESH = "mesh.stl"
@@ -34,8 +36,7 @@ _HIDDEN_GROUP = 3
 """From this group on, MuJoCo's viewer hides geoms."""
 _DEFAULT_RESOLUTION = (320, 240)
 
-_LEFT_OUT = {"ntendon": "tendons", "neq": "equality constraints", "nsensor": "sensors",
-             "nhfield": "height fields", "nflex": "flexible bodies"}  # fmt: skip
+_LEFT_OUT = {"nsensor": "sensors", "nhfield": "height fields", "nflex": "flexible bodies"}
 
 
 def read_mjcf(path: Path) -> tuple[str, Findings]:
@@ -54,8 +55,6 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
     balls = model.jnt_type == mujoco.mjtJoint.mjJNT_BALL
     if limited := int((balls & (model.jnt_limited != 0)).sum()):
         left_out.append(f"the limits of {limited} ball joints")
-    if other := model.nu - len(actuators_of(model)):
-        left_out.append(f"{other} actuators that are not motors, position or velocity servos of a joint")
     warnings = Findings()
     for part in left_out:
         warnings.add(Code.NRP260, f"left out of this MJCF file: {part}", path=path)
@@ -66,15 +65,20 @@ class _Writer:
     def __init__(self, model: Any, name: str) -> None:
         self._m, self._name = model, name
         self._actuators = actuators_of(model)
+        names = Names(self._body, self._joint_name, self._geom_name, self._owner)
+        self._native = NativeElements(model, names)
+        self._touching = self._native.touching
         self._children: dict[int, list[int]] = {}
         for body in range(1, model.nbody):
             self._children.setdefault(int(model.body_parentid[body]), []).append(body)
 
     def lines(self) -> Iterator[str]:
-        yield f'<sdf version="1.11"><world name={quoteattr(self._name)}>'
+        root = 'sdf version="1.11" xmlns:mujoco="urn:mujoco"'
+        yield f"<{root}><world name={quoteattr(self._name)}>"
         yield f"<gravity>{_text(self._m.opt.gravity)}</gravity>"
         if self._m.body_geomnum[_WORLD] or _WORLD in self._m.cam_bodyid:
-            yield f"<model name={quoteattr(f'{self._name}_ground')}><static>true</static>"
+            yield f"<model name={quoteattr(self._owner(_WORLD))}><static>true</static>"
+            yield from self._native.of(self._owner(_WORLD))
             yield from self._link(_WORLD, Pose(), "")
             yield "</model>"
         for top in self._children.get(_WORLD, ()):
@@ -88,12 +92,15 @@ class _Writer:
         yield f"<model name={quoteattr(self._body(top))}>{_pose(self._pose('body', top))}"
         if not any(self._m.body_jntnum[body] for body in tree):
             yield "<static>true</static>"
+        yield from self._native.of(self._body(top))
         for body in tree:
             yield from self._held(body, "world" if body == top else self._body(self._m.body_parentid[body]))
         for actuator in self._actuators:
             if self._m.jnt_bodyid[actuator.joint] in tree:
                 zero = -float(self._m.qpos0[self._m.jnt_qposadr[actuator.joint]])
                 yield actuator.plugin(escape(self._joint_name(actuator.joint)), zero)
+        for name, low, high in self._native.actuators.get(self._body(top), ()):
+            yield _command(name, low, high)
         yield "</model>"
 
     def _tree(self, body: int) -> Iterator[int]:
@@ -167,7 +174,7 @@ class _Writer:
         shape = self._shape(geom)
         if shape is None:
             return
-        name = quoteattr(f"geom_{geom}")
+        name = quoteattr(self._geom_name(geom))
         place = _pose(self._pose("geom", geom))
         if m.geom_group[geom] < _HIDDEN_GROUP:
             rgba = m.geom_rgba[geom]
@@ -176,7 +183,7 @@ class _Writer:
             color = f"<material><diffuse>{_text(rgba[:3])} 1</diffuse></material>"
             seen = f"<transparency>{1 - float(rgba[3])}</transparency>{color}<geometry>{shape}</geometry>"
             yield f"<visual name={name}>{place}{seen}</visual>"
-        if m.geom_contype[geom] or m.geom_conaffinity[geom]:
+        if geom in self._touching:
             mu = f"<surface><friction><ode><mu>{m.geom_friction[geom][0]}</mu></ode></friction></surface>"
             yield f"<collision name={name}>{place}<geometry>{shape}</geometry>{mu}</collision>"
 
@@ -231,6 +238,13 @@ class _Writer:
     def _body(self, body: int) -> str:
         return "ground" if body == _WORLD else self._m.body(body).name or f"body_{body}"
 
+    def _owner(self, body: int) -> str:
+        """Return the model that a body is in."""
+        return f"{self._name}_ground" if body == _WORLD else self._body(int(self._m.body_rootid[body]))
+
+    def _geom_name(self, geom: int) -> str:
+        return (self._m.geom(geom).name or f"geom_{geom}").replace("/", "_")
+
     def _joint_name(self, joint: int) -> str:
         name = self._m.joint(joint).name or f"joint_{joint}"
         bodies = {self._body(body) for body in range(self._m.nbody)}
@@ -244,6 +258,14 @@ class _Writer:
 def _fixed(name: str, parent: str, child: str) -> str:
     ends = f"<parent>{escape(parent)}</parent><child>{escape(child)}</child>"
     return f'<joint name={quoteattr(name)} type="fixed">{ends}</joint>'
+
+
+def _command(actuator: str, low: float, high: float) -> str:
+    """Return the plugin that commands an actuator for MuJoCo."""
+    topic = re.sub(r"\W+", "_", actuator)
+    limits = f"<lowest>{low}</lowest><highest>{high}</highest>" if np.isfinite([low, high]).all() else ""
+    name = f"<actuator>{escape(actuator)}</actuator><topic>{topic}/cmd</topic>"
+    return f'<plugin name="{escape(actuator)}" filename="nrp_actuator">{name}{limits}</plugin>'
 
 
 def _inertial(inertial: Inertial) -> str:

@@ -12,16 +12,16 @@ from xml.etree import ElementTree as ET
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Findings
-from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.origin import Native
-from nrp_world_mujoco.library import mujoco
+from nrp_world_mujoco.mechanisms import SECTIONS, BuiltParts, Mechanisms, parsed, written
 
 _SOLVER = {"solreflimit": "solref_limit", "solimplimit": "solimp_limit"}
 _SOLVER |= {"solreffriction": "solref_friction", "solimpfriction": "solimp_friction"}
 _OF_JOINT = ("armature", "margin", "springdamper", *_SOLVER)
-_OF_GEOM = ("condim", "friction", "gap", "margin", "priority", "solimp", "solmix", "solref")
+_OF_GEOM = ("adhesion", "conaffinity", "condim", "contype", "friction", "gap", "margin", "priority", "solimp",
+            "solmix", "solref", "surfacevel")  # fmt: skip
 _KEPT = ("gravity", "integrator", "timestep")  # set by the experiment, and by servos that must stay stable
-_TAGS = ("compiler", "geom", "joint", "option", "size")
+_TAGS = ("compiler", "geom", "joint", "option", "size", *SECTIONS)
 _ACTING = ("boundinertia", "boundmass", "settotalmass")  # attributes of the compiler
 
 
@@ -39,40 +39,48 @@ class NativeElements:
         self._spec = spec
         self._options: dict[str, tuple[str, Native]] = {}
         self.warnings = Findings()
+        self._mechanisms = Mechanisms(spec, self.warnings)
 
-    def apply(self, model: Model, joints: Mapping[str, Any], geoms: Mapping[str, Sequence[Any]]) -> None:
-        """Apply the elements of a model.
-
-        Args:
-            model: the model.
-            joints: its movable joints, by name.
-            geoms: its collision shapes, by link.
+    def apply(self, parts: BuiltParts) -> None:
+        """Apply the elements of a model to its parts.
 
         Raises:
             SceneError: an element is invalid; the message names its file and line.
         """
-        for element in model.native:
+        self._mechanisms.add_model(parts)
+        for element in parts.model.native:
             if element.namespace == "mujoco":
-                self._apply(element, joints, geoms)
+                self._apply(element, parts)
 
-    def _apply(self, element: Native, joints: Mapping[str, Any], geoms: Mapping[str, Sequence[Any]]) -> None:
+    def finish(self) -> Mapping[tuple[str, str], Any]:
+        """Add what may connect models, when all are built; return the actuators, by model and name.
+
+        Raises:
+            SceneError: an element is invalid; the message names its file and line.
+        """
+        return self._mechanisms.finish()
+
+    def _apply(self, element: Native, parts: BuiltParts) -> None:
         match element.tag:
             case "option":
                 self._set_options(element)
             case "joint":
-                _copy(_parsed(element, _OF_JOINT, "name"), [_named(element, "name", joints, "moving joint")])
+                joint = _named(element, "name", parts.joints, "moving joint")
+                _copy(_values(element, _OF_JOINT, "name"), [joint])
             case "geom":
-                _copy(_parsed(element, _OF_GEOM, "link"), _named(element, "link", geoms, "solid link"))
+                _copy(_values(element, _OF_GEOM, "link", "name"), _geoms(element, parts))
             case "compiler" | "size":
-                _read(element, _written(element))
+                parsed(element, written(element), compiles=True)
                 self._warn(element, _ACTING)
+            case tag if tag in SECTIONS:
+                self._mechanisms.add(parts.model.name, element)
             case tag:
                 hint = did_you_mean(tag, _TAGS)
                 raise element.error(f"not an element that is used here{hint}; valid: {', '.join(_TAGS)}")
 
     def _set_options(self, element: Native) -> None:
         """Set options of the whole scene, on which all models must agree."""
-        parsed = _read(element, _written(element)).option
+        read = parsed(element, written(element), compiles=True).option
         self._warn(element, _KEPT)
         for name, value in element.attributes:
             if name in _KEPT:
@@ -83,9 +91,9 @@ class NativeElements:
                     f"{name} is '{value}' here and '{before}' in {where.path}:{where.line}; "
                     "the option holds for the whole scene"
                 )
-            setattr(self._spec.option, name, getattr(parsed, name))
-        self._spec.option.disableflags |= parsed.disableflags
-        self._spec.option.enableflags |= parsed.enableflags
+            setattr(self._spec.option, name, getattr(read, name))
+        self._spec.option.disableflags |= read.disableflags
+        self._spec.option.enableflags |= read.enableflags
 
     def _warn(self, element: Native, unused: Collection[str]) -> None:
         for name in unused:
@@ -96,9 +104,9 @@ class NativeElements:
                 )
 
 
-def _parsed(element: Native, valid: Sequence[str], owner: str) -> dict[str, Any]:
+def _values(element: Native, valid: Sequence[str], *owner: str) -> dict[str, Any]:
     """Return the values of an element's attributes except ``owner``, by the fields of a specification."""
-    given = {name: value for name, value in element.attributes if name != owner}
+    given = {name: value for name, value in element.attributes if name not in owner}
     for name in given:
         if name not in valid:
             hint = did_you_mean(name, valid)
@@ -108,32 +116,19 @@ def _parsed(element: Native, valid: Sequence[str], owner: str) -> dict[str, Any]
     ET.SubElement(body, "geom", {"size": "1", **(given if element.tag == "geom" else {})})
     if element.tag == "joint":
         ET.SubElement(body, "joint", given)
-    spec = _read(element, world)
+    spec = parsed(element, world, compiles=True)
     (part,) = spec.joints or spec.geoms
     fields = {name: _SOLVER.get(name, name) for name in given}
     return {field: getattr(part, field) for field in fields.values()}
 
 
-def _written(element: Native) -> ET.Element:
-    """Return an element as MJCF, with its children."""
-    written = ET.Element(element.tag, dict(element.attributes))
-    written.extend(map(_written, element.children))
-    return written
-
-
-def _read(element: Native, part: ET.Element) -> Any:
-    """Parse an element with MuJoCo in a separate model, and return its specification."""
-    root = ET.Element("mujoco")
-    root.append(part)
-    try:
-        spec = mujoco.MjSpec.from_string(ET.tostring(root, encoding="unicode"))
-        spec.compile()
-    except ValueError as error:
-        reason = str(error).splitlines()[0]
-        for prefix in ("XML Error: ", "Schema violation: ", "Error: "):
-            reason = reason.removeprefix(prefix)
-        raise element.error(f"MuJoCo refuses it: {reason}") from None
-    return spec
+def _geoms(element: Native, parts: BuiltParts) -> Sequence[Any]:
+    """Return the shapes of a link, or the one that an element names."""
+    geoms = _named(element, "link", parts.geoms, "solid link")
+    if element.attribute("name") is None:
+        return list(geoms)
+    own = {geom.name.rpartition("/")[2]: geom for geom in geoms}
+    return [_named(element, "name", own, "collision")]
 
 
 def _named(element: Native, attribute: str, parts: Mapping[str, Any], kind: str) -> Any:

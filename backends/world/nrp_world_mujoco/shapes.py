@@ -43,9 +43,10 @@ class Shapes:
         looks = {"group": VISUALS, "contype": 0, "conaffinity": 0, "rgba": flat(visual.rgba)}
         return body.add_geom(mass=0, **looks, **self._arguments(geometry, pose))
 
-    def add_collision(self, body: Any, collision: Collision, place: Pose) -> Any:
-        """Add a collision of a link at ``place`` in a body, and return its geom."""
+    def add_collision(self, body: Any, collision: Collision, place: Pose, name: str) -> Any:
+        """Add a collision of a link at ``place`` in a body, and return its geom, which gets a name."""
         return body.add_geom(
+            name=name,
             mass=0,
             group=COLLISIONS,
             condim=3 if collision.friction else 1,

@@ -12,6 +12,7 @@ from nrp_core.clock import seconds
 from nrp_core.errors import SceneError
 from nrp_core.findings import Findings
 from nrp_core.world.drives.planar import planar_drives
+from nrp_core.world.engine_kit.other_engines import report_mechanisms
 from nrp_core.world.engine_kit.planar_servo import PlanarServo, servo_of
 from nrp_core.world.engine_kit.simulated import simulated_bodies
 from nrp_core.world.rigid.motion import BodyPath
@@ -147,6 +148,7 @@ class _Builder:
         where = {index: (place.multibody, place.link) for index, place in places.items()}
         links = {link.name: where[index] for index, body in enumerate(bodies) for link in body.links}
         set_contacts(model, links, self._client, self._warnings)
+        report_mechanisms(model, "PyBullet", "pybullet", self._warnings)
         joints = {body.joint.name: places[i] for i, body in enumerate(bodies) if body.joint}
         self._joints[model.name] = {
             name: place

@@ -144,6 +144,7 @@ class Code(Enum):
     NRP335 = brain.IMPOSSIBLE_VARIANT
     NRP336 = brain.IDLE_INTERVENTION
     NRP340 = world.STEP_OF_ENVIRONMENT
+    NRP345 = world.OTHER_ENGINE
 
     def __repr__(self) -> str:
         return f"Code.{self.name}"

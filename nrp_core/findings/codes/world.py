@@ -201,3 +201,11 @@ STEP_OF_ENVIRONMENT = Explanation(
     "{n} environments simulate another time in a step",
     Weight.REMARK,
 )
+
+OTHER_ENGINE = Explanation(
+    "A part of a robot exists only in another physics engine.",
+    "The world runs without it: its commands have no effect, and it exerts no forces.",
+    "Use the engine whose format describes it, for MJCF `world: {backend: mujoco}`.",
+    "{n} parts of robots exist only in another engine",
+    Weight.ALTERED,
+)

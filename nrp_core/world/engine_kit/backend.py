@@ -25,12 +25,14 @@ class PhysicsBackend(WorldBackend):
         engine_name: name of the engine, for messages.
         remedy: command that installs it.
         releases_gil: whether it releases the GIL while it steps.
+        own_actuators: whether it has the actuators that elements for it describe.
     """
 
     options: ClassVar[type[PhysicsOptions]]
     engine_name: ClassVar[str]
     remedy: ClassVar[str]
     releases_gil: ClassVar[bool] = False
+    own_actuators: ClassVar[bool] = False
 
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
         assert isinstance(options, PhysicsOptions)
@@ -47,6 +49,7 @@ class PhysicsBackend(WorldBackend):
             ball_joints=True,
             coupled_joints=True,
             changes=True,
+            own_actuators=self.own_actuators,
             slip=float(options.drive == "physical"),
             releases_gil=self.releases_gil,
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 from itertools import groupby
@@ -23,6 +24,8 @@ from nrp_core.world.scene.model import (
     Sphere,
 )
 
+_SECTIONS = ("actuator", "contact", "equality", "tendon")
+"""Elements for an engine that only hold others."""
 _TOLD = 3
 """Maximum number of different shapes listed for a link; the others are counted."""
 
@@ -100,8 +103,21 @@ def _moving(model: Model) -> Entry:
     topics = [
         Entry(f"{'◀' if topic.commands else '▶'} {topic.name} ({topic.of})") for topic in topics_of(model)
     ]
+    drives += _for_engines(model)
     below = (*roots, *drives, *([Entry("topics (◀ listens, ▶ serves)", tuple(topics))] if topics else []))
     return Entry(f"{model.name} at {_pose(model.pose)}: {mass:.4g} kg, {counts}", below)
+
+
+def _for_engines(model: Model) -> list[Entry]:
+    """Return an entry for each engine that has elements of its own in the model's file."""
+    counts: dict[str, Counter[str]] = {}
+    for native in model.native:
+        inner = [each.tag for each in native.children] if native.tag in _SECTIONS else [native.tag]
+        counts.setdefault(native.namespace, Counter()).update(inner)
+    return [
+        Entry(f"for {engine}: {', '.join(_count(n, f'<{tag}>', f'<{tag}>') for tag, n in tags.items())}")
+        for engine, tags in counts.items()
+    ]
 
 
 def _static(model: Model) -> Entry:

@@ -7,12 +7,13 @@ revolute joint without limits is continuous.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 
+from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Model, Scene
@@ -20,7 +21,7 @@ from nrp_core.world.scene.reading.context import Notes, Reading
 from nrp_core.world.scene.reading.left_out import Places
 from nrp_core.world.scene.reading.resources import Resources
 from nrp_core.world.scene.sdf.model import build_model, read_parts
-from nrp_core.world.scene.sdf.placed import read_placed
+from nrp_core.world.scene.sdf.placed import Placed, read_placed
 from nrp_core.world.scene.sdf.source import Source
 from nrp_core.world.scene.sdf.world import read_world
 from nrp_core.world.scene.stand_in import with_static_shapes
@@ -54,7 +55,7 @@ def read_model(
     reading = Reading(Resources(search_path), Notes(), without=without, args=args)
     source = Source.open(Path(path), reading)
     holder = source.root.find("world") or source.root
-    models = read_placed(holder, source, reading, "model")
+    models = _without_surroundings(read_placed(holder, source, reading, "model"), reading)
     if len(models) != 1:
         odd = models[1].user if models else source.root
         raise odd.error(f"a robot's file must hold one <model>; this one holds {len(models)}")
@@ -66,6 +67,20 @@ def read_model(
         [build_model(placed, parts, own.robot, stands, own)], partial(reading.notes.warn, placed.element)
     )
     return replace(model, warnings=reading.notes.findings)
+
+
+def _without_surroundings(models: Sequence[Placed], reading: Reading) -> Sequence[Placed]:
+    """Return the only model that moves, if all others are static: files of robots often bring a floor."""
+    moving = [model for model in models if not model.static]
+    if len(moving) != 1:
+        return models
+    for model in models:
+        if model is not moving[0]:
+            message = (
+                f"the static '{model.name}' in the file of a robot is left out: the room is another file"
+            )
+            reading.notes.warn(model.element, Code.NRP260, message, subject=model.name)
+    return moving
 
 
 def read_scene(

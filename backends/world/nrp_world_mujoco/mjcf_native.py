@@ -1,0 +1,399 @@
+"""What MJCF says beyond a scene, written as elements for MuJoCo (:mod:`.native`, :mod:`.mechanisms`).
+
+Values come from the compiled model, so that defaults and classes of the file are resolved. Only those that
+differ from MuJoCo's own defaults are written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, NamedTuple
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from nrp_world_mujoco.actuators import actuators_of
+from nrp_world_mujoco.library import mujoco
+
+_SOLREF, _SOLIMP = [0.02, 1.0], [0.9, 0.95, 0.001, 0.5, 2.0]
+_GEOM: dict[str, Any] = {
+    "contype": 1,
+    "conaffinity": 1,
+    "condim": 3,
+    "priority": 0,
+    "solmix": 1.0,
+    "solref": _SOLREF,
+    "solimp": _SOLIMP,
+    "margin": 0.0,
+    "gap": 0.0,
+    "adhesion": 0.0,
+    "surfacevel": 0.0,
+}
+_JOINT: dict[str, tuple[str, Any]] = {
+    "solreflimit": ("jnt_solref", _SOLREF),
+    "solimplimit": ("jnt_solimp", _SOLIMP),
+    "margin": ("jnt_margin", 0.0),
+}
+_OF_DOF: dict[str, tuple[str, Any]] = {
+    "armature": ("dof_armature", 0.0),
+    "solreffriction": ("dof_solref", _SOLREF),
+    "solimpfriction": ("dof_solimp", _SOLIMP),
+}
+_OPTIONS = ("impratio", "density", "viscosity", "wind", "magnetic", "noslip_iterations", "noslip_tolerance",
+            "iterations", "tolerance", "ls_iterations", "ls_tolerance", "ccd_iterations",
+            "ccd_tolerance")  # fmt: skip
+_FLAGS = {"mjDSBL_CONTACT": "contact", "mjDSBL_SPRING": "spring", "mjDSBL_GRAVITY": "gravity",
+          "mjDSBL_EQUALITY": "equality", "mjDSBL_FILTERPARENT": "filterparent",
+          "mjDSBL_CLAMPCTRL": "clampctrl"}  # fmt: skip
+"""Flags that a file may switch off without disabling the servos of this program."""
+_TENDON = {"stiffness": 0.0, "damping": 0.0, "frictionloss": 0.0, "armature": 0.0, "margin": 0.0}
+_SHAPES = {mujoco.mjtGeom.mjGEOM_SPHERE: "sphere", mujoco.mjtGeom.mjGEOM_CYLINDER: "cylinder"}
+_SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+_TORSION = 3
+"""Dimensions of a contact up to which it does not resist twisting and rolling."""
+
+
+class Names(NamedTuple):
+    """The names of the parts of a file in the scene, by their numbers."""
+
+    body: Callable[[int], str]
+    joint: Callable[[int], str]
+    geom: Callable[[int], str]
+    model: Callable[[int], str]
+    """The model that a body is in."""
+
+
+class NativeElements:
+    """The elements of each model of a file.
+
+    Args:
+        model: the compiled model.
+        names: the names of its parts in the scene.
+    """
+
+    def __init__(self, model: Any, names: Names) -> None:
+        self._m, self._names = model, names
+        self._lines: dict[str, list[str]] = {}
+        self._sites = set[int]()
+        self._ground = names.model(0)
+        self._controlled = {each.number for each in actuators_of(model)}
+        self.actuators: dict[str, list[tuple[str, float, float]]] = {}
+        """The actuators of each model that do not control a joint: name, and range of the control."""
+        for part in (self._options, self._joints, self._geoms, self._tendons, self._equalities,
+                     self._contacts, self._acting):  # fmt: skip
+            for owner, line in part():
+                self._lines.setdefault(owner, []).append(line)
+        for site in sorted(self._sites):
+            owner, line = self._site(site)
+            self._lines.setdefault(owner, []).append(line)
+
+    def of(self, model: str) -> Iterable[str]:
+        """Return the elements of a model."""
+        return self._lines.get(model, ())
+
+    @property
+    def touching(self) -> set[int]:
+        """The geoms that touch something: by their masks or in contact pairs."""
+        m = self._m
+        masked = np.flatnonzero((m.geom_contype != 0) | (m.geom_conaffinity != 0)).tolist()
+        return {*masked, *m.pair_geom1.tolist(), *m.pair_geom2.tolist()}
+
+    # -- options and properties
+
+    def _options(self) -> Iterator[tuple[str, str]]:
+        given, usual = self._m.opt, mujoco.MjSpec().option
+        differing = {
+            name: _text(getattr(given, name))
+            for name in _OPTIONS
+            if not np.allclose(getattr(given, name), getattr(usual, name))
+        }
+        bits = mujoco.mjtDisableBit
+        off = {tag: "disable" for bit, tag in _FLAGS.items() if given.disableflags & getattr(bits, bit)}
+        if differing or off:
+            flags = _element("flag", off) if off else ""
+            moving = [body for body in range(1, self._m.nbody) if self._m.body_parentid[body] == 0]
+            owner = self._names.model(moving[0]) if moving else self._ground
+            yield owner, _element("option", differing, flags)
+
+    def _joints(self) -> Iterator[tuple[str, str]]:
+        m = self._m
+        for joint in range(m.njnt):
+            if mujoco.mjtJoint(m.jnt_type[joint]) not in _SINGLE:
+                continue
+            dof, values = m.jnt_dofadr[joint], {}
+            for numbers, at in ((_JOINT, joint), (_OF_DOF, dof)):
+                for name, (field, usual) in numbers.items():
+                    if not np.allclose(getattr(m, field)[at], usual):
+                        values[name] = _text(getattr(m, field)[at])
+            if values:
+                yield (
+                    self._names.model(m.jnt_bodyid[joint]),
+                    _element("joint", {"name": self._names.joint(joint), **values}),
+                )
+
+    def _geoms(self) -> Iterator[tuple[str, str]]:
+        m = self._m
+        for geom in sorted(self.touching):
+            values = {
+                name: _text(getattr(m, f"geom_{name}")[geom])
+                for name, usual in _GEOM.items()
+                if not np.allclose(getattr(m, f"geom_{name}")[geom], usual)
+            }
+            if m.geom_condim[geom] > _TORSION:
+                values["friction"] = _text(m.geom_friction[geom])
+            body = int(m.geom_bodyid[geom])
+            if values:
+                place = {"link": self._names.body(body), "name": self._names.geom(geom)}
+                yield self._names.model(body), _element("geom", place | values)
+
+    # -- mechanisms
+
+    def _tendons(self) -> Iterator[tuple[str, str]]:
+        m = self._m
+        for tendon in range(m.ntendon):
+            path = range(m.tendon_adr[tendon], m.tendon_adr[tendon] + m.tendon_num[tendon])
+            kinds = [mujoco.mjtWrap(m.wrap_type[step]) for step in path]
+            fixed = kinds[0] == mujoco.mjtWrap.mjWRAP_JOINT
+            owner = self._names.model(self._body_along(path[0], kinds[0]))
+            values = {
+                name: _text(getattr(m, f"tendon_{name}")[tendon])
+                for name, usual in _TENDON.items()
+                if not np.allclose(getattr(m, f"tendon_{name}")[tendon], usual)
+            }
+            shift = self._shift_of_tendon(tendon)
+            if m.tendon_limited[tendon]:
+                values |= {"limited": "true", "range": _text(m.tendon_range[tendon] - shift)}
+            values["springlength"] = _text(m.tendon_lengthspring[tendon] - shift)
+            yield from self._wraps(owner, path, kinds)
+            steps = "".join(self._step(owner, step, kind) for step, kind in zip(path, kinds, strict=True))
+            name = {"name": self._name("tendon", tendon)}
+            yield owner, _element("tendon", {}, _inner("fixed" if fixed else "spatial", name | values, steps))
+
+    def _body_along(self, step: int, kind: Any) -> int:
+        m, part = self._m, int(self._m.wrap_objid[step])
+        if kind == mujoco.mjtWrap.mjWRAP_JOINT:
+            return int(m.jnt_bodyid[part])
+        return int(m.site_bodyid[part])  # a spatial tendon begins at a site
+
+    def _wraps(self, owner: str, path: Iterable[int], kinds: Iterable[Any]) -> Iterator[tuple[str, str]]:
+        m = self._m
+        for step, kind in zip(path, kinds, strict=True):
+            if kind in (mujoco.mjtWrap.mjWRAP_SPHERE, mujoco.mjtWrap.mjWRAP_CYLINDER):
+                geom = int(m.wrap_objid[step])
+                body = int(m.geom_bodyid[geom])
+                values = {"name": f"wrap_{geom}", "link": self._names.body(body),
+                          "size": _text(m.geom_size[geom]),
+                          "type": _SHAPES[mujoco.mjtGeom(m.geom_type[geom])],
+                          "pos": _text(m.geom_pos[geom]), "quat": _text(m.geom_quat[geom])}  # fmt: skip
+                line = self._names.model(body), _element("wrap", values)
+                if line[1] not in self._lines.get(line[0], ()):
+                    yield line
+
+    def _step(self, owner: str, step: int, kind: Any) -> str:
+        m, part, number = self._m, int(self._m.wrap_objid[step]), float(self._m.wrap_prm[step])
+        match kind:
+            case mujoco.mjtWrap.mjWRAP_JOINT:
+                joint = self._full(owner, int(m.jnt_bodyid[part]), self._names.joint(part))
+                return _inner("joint", {"joint": joint, "coef": _text(number)})
+            case mujoco.mjtWrap.mjWRAP_PULLEY:
+                return _inner("pulley", {"divisor": _text(number)})
+            case mujoco.mjtWrap.mjWRAP_SITE:
+                return _inner("site", {"site": self._used_site(owner, part)})
+        side = {"sidesite": self._used_site(owner, int(number))} if number >= 0 else {}
+        geom = self._full(owner, int(m.geom_bodyid[part]), f"wrap_{part}")
+        return _inner("geom", {"geom": geom, **side})
+
+    def _shift_of_tendon(self, tendon: int) -> float:
+        """Return the length of a fixed tendon where all joints of the scene are at 0."""
+        m = self._m
+        steps = range(m.tendon_adr[tendon], m.tendon_adr[tendon] + m.tendon_num[tendon])
+        return sum(
+            float(m.wrap_prm[step]) * self._zero(int(m.wrap_objid[step]))
+            for step in steps
+            if mujoco.mjtWrap(m.wrap_type[step]) == mujoco.mjtWrap.mjWRAP_JOINT
+        )
+
+    def _equalities(self) -> Iterator[tuple[str, str]]:
+        m, kinds = self._m, mujoco.mjtEq
+        for number in range(m.neq):
+            kind, data = mujoco.mjtEq(m.eq_type[number]), m.eq_data[number]
+            one, other = int(m.eq_obj1id[number]), int(m.eq_obj2id[number])
+            values = {"solref": _text(m.eq_solref[number]), "solimp": _text(m.eq_solimp[number])}
+            values["active"] = "true" if m.eq_active0[number] else "false"
+            if kind in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD):
+                tag = "connect" if kind == kinds.mjEQ_CONNECT else "weld"
+                yield from self._joined(tag, number, values)
+            elif kind in (kinds.mjEQ_JOINT, kinds.mjEQ_TENDON):
+                joints = kind == kinds.mjEQ_JOINT
+                tag = "joint" if joints else "tendon"
+                owner = self._names.model(self._end_body(joints, one))
+                ends = {f"{tag}1": self._end(joints, owner, one)}
+                if other >= 0:
+                    ends[f"{tag}2"] = self._end(joints, owner, other)
+                yield (
+                    owner,
+                    _element("equality", {}, _inner(tag, {**ends, "polycoef": _text(data[:5]), **values})),
+                )
+
+    def _end_body(self, joints: bool, part: int) -> int:
+        if joints:
+            return int(self._m.jnt_bodyid[part])
+        first = int(self._m.tendon_adr[part])
+        return self._body_along(first, mujoco.mjtWrap(self._m.wrap_type[first]))
+
+    def _end(self, joints: bool, owner: str, part: int) -> str:
+        name = self._names.joint(part) if joints else self._name("tendon", part)
+        return self._full(owner, self._end_body(joints, part), name)
+
+    def _joined(self, tag: str, number: int, values: dict[str, str]) -> Iterator[tuple[str, str]]:
+        """Yield a constraint between two places, which become sites."""
+        m, data = self._m, self._m.eq_data[number]
+        ends = [int(m.eq_obj1id[number]), int(m.eq_obj2id[number])]
+        if tag == "weld":
+            values["torquescale"] = _text(data[10])
+        if mujoco.mjtObj(m.eq_objtype[number]) == mujoco.mjtObj.mjOBJ_SITE:
+            owner = self._names.model(int(m.site_bodyid[ends[0]]))
+            sites = [self._used_site(owner, end) for end in ends]
+        else:
+            owner = self._names.model(ends[0] or ends[1])
+            weld = tag == "weld"
+            poses = [(data[3:6], data[6:10]) if weld else (data[:3], _NO_TURN),
+                     (data[:3], _NO_TURN) if weld else (data[3:6], _NO_TURN)]  # fmt: skip
+            sites = []
+            for end, body, (position, turn) in zip((1, 2), ends, poses, strict=True):
+                name = f"equality_{number}_{end}"
+                place = {"name": name, "link": self._names.body(body), "pos": _text(position)}
+                yield self._names.model(body), _element("site", {**place, "quat": _text(turn)})
+                sites.append(self._full(owner, body, name))
+        named = {"site1": sites[0], "site2": sites[1]}
+        yield owner, _element("equality", {}, _inner(tag, named | values))
+
+    def _contacts(self) -> Iterator[tuple[str, str]]:
+        m = self._m
+        for pair in range(m.npair):
+            geoms = [int(m.pair_geom1[pair]), int(m.pair_geom2[pair])]
+            bodies = [int(m.geom_bodyid[geom]) for geom in geoms]
+            owner = self._names.model(max(bodies, key=bool))
+            names = [f"{self._names.body(body)}/{self._names.geom(geom)}"
+                     for body, geom in zip(bodies, geoms, strict=True)]  # fmt: skip
+            ends = {f"geom{n}": self._full(owner, body, name)
+                    for n, body, name in zip((1, 2), bodies, names, strict=True)}  # fmt: skip
+            values = {name: _text(getattr(m, f"pair_{name}")[pair])
+                      for name in ("friction", "solref", "solimp", "margin", "gap", "adhesion")}  # fmt: skip
+            if m.pair_solreffriction[pair].any():
+                values["solreffriction"] = _text(m.pair_solreffriction[pair])
+            values["condim"] = str(m.pair_dim[pair])
+            yield owner, _element("contact", {}, _inner("pair", ends | values))
+        for signature in m.exclude_signature.tolist():
+            bodies = [signature >> 16, signature & 0xFFFF]
+            owner = self._names.model(max(bodies, key=bool))
+            if self._names.model(bodies[0]) != self._names.model(bodies[1]):
+                ends = {f"body{n}": self._full(owner, body, self._names.body(body))
+                        for n, body in zip((1, 2), bodies, strict=True)}  # fmt: skip
+                yield owner, _element("contact", {}, _inner("exclude", ends))
+
+    def _acting(self) -> Iterator[tuple[str, str]]:
+        m = self._m
+        for number in range(m.nu):
+            if number in self._controlled:
+                continue
+            owner, target, shift = self._target(number)
+            name = self._name("actuator", number)
+            values = {"name": name, **target, **self._law(number, shift)}
+            for limit, field in (("ctrl", "ctrlrange"), ("force", "forcerange"), ("act", "actrange")):
+                if getattr(m, f"actuator_{limit}limited")[number]:
+                    values |= {
+                        f"{limit}limited": "true",
+                        field: _text(getattr(m, f"actuator_{field}")[number]),
+                    }
+            limited = bool(m.actuator_ctrllimited[number])
+            low, high = m.actuator_ctrlrange[number].tolist() if limited else (-np.inf, np.inf)
+            self.actuators.setdefault(owner, []).append((name, low, high))
+            yield owner, _element("actuator", {}, _inner("general", values))
+
+    def _target(self, number: int) -> tuple[str, dict[str, str], float]:
+        """Return the model of an actuator, what it acts on, and its length where joints are at 0."""
+        m, kinds = self._m, mujoco.mjtTrn
+        kind, (one, other) = mujoco.mjtTrn(m.actuator_trntype[number]), m.actuator_trnid[number].tolist()
+        gear = m.actuator_gear[number]
+        values = {"gear": _text(gear)}
+        if kind in (kinds.mjTRN_JOINT, kinds.mjTRN_JOINTINPARENT):
+            owner = self._names.model(int(m.jnt_bodyid[one]))
+            tag = "joint" if kind == kinds.mjTRN_JOINT else "jointinparent"
+            return owner, {tag: self._names.joint(one), **values}, float(gear[0]) * self._zero(one)
+        if kind == kinds.mjTRN_TENDON:
+            owner = self._names.model(self._end_body(False, one))
+            shift = float(gear[0]) * self._shift_of_tendon(one)
+            return owner, {"tendon": self._name("tendon", one), **values}, shift
+        if kind == kinds.mjTRN_BODY:
+            return self._names.model(one), {"body": self._names.body(one), **values}, 0.0
+        owner = self._names.model(int(m.site_bodyid[one]))
+        if kind == kinds.mjTRN_SITE:
+            ref = {"refsite": self._used_site(owner, other)} if other >= 0 else {}
+            return owner, {"site": self._used_site(owner, one), **ref, **values}, 0.0
+        crank = {"cranksite": self._used_site(owner, one), "slidersite": self._used_site(owner, other)}
+        return owner, {**crank, "cranklength": _text(m.actuator_cranklength[number]), **values}, 0.0
+
+    def _law(self, number: int, shift: float) -> dict[str, str]:
+        """Return how an actuator turns its control into a force; lengths begin where joints are at 0."""
+        m = self._m
+        bias = m.actuator_biasprm[number].copy()
+        types = {
+            field: getattr(mujoco, f"mjt{field[:-4].title()}")(getattr(m, f"actuator_{field}")[number])
+            for field in ("dyntype", "gaintype", "biastype")
+        }
+        if types["biastype"] == mujoco.mjtBias.mjBIAS_AFFINE:
+            bias[0] += bias[1] * shift
+        values = {field: kind.name.rpartition("_")[2].lower() for field, kind in types.items()}
+        numbers = {
+            "dynprm": m.actuator_dynprm[number],
+            "gainprm": m.actuator_gainprm[number],
+            "biasprm": bias,
+        }
+        values |= {field: _text(each) for field, each in numbers.items()}
+        if (m.actuator_lengthrange[number] != 0).any():
+            values["lengthrange"] = _text(m.actuator_lengthrange[number] - shift)
+        if m.actuator_actearly[number]:
+            values["actearly"] = "true"
+        return values
+
+    # -- names
+
+    def _zero(self, joint: int) -> float:
+        """Return MuJoCo's position of a joint that is at 0 in the scene."""
+        single = mujoco.mjtJoint(self._m.jnt_type[joint]) in _SINGLE
+        return float(self._m.qpos0[self._m.jnt_qposadr[joint]]) if single else 0.0
+
+    def _name(self, kind: str, number: int) -> str:
+        return getattr(self._m, kind)(number).name or f"{kind}_{number}"
+
+    def _full(self, owner: str, body: int, name: str) -> str:
+        """Return the name of a part on a body as the elements of a model use it."""
+        model = self._names.model(body)
+        return name if model == owner else f"{model}/{name}"
+
+    def _used_site(self, owner: str, site: int) -> str:
+        self._sites.add(site)
+        return self._full(owner, int(self._m.site_bodyid[site]), self._name("site", site))
+
+    def _site(self, site: int) -> tuple[str, str]:
+        m, body = self._m, int(self._m.site_bodyid[site])
+        place = {"pos": _text(m.site_pos[site]), "quat": _text(m.site_quat[site])}
+        values = {"name": self._name("site", site), "link": self._names.body(body), **place}
+        return self._names.model(body), _element("site", values)
+
+
+_NO_TURN = [1.0, 0.0, 0.0, 0.0]
+
+
+def _element(tag: str, values: dict[str, str], inner: str = "") -> str:
+    return _inner(f"mujoco:{tag}", values, inner)
+
+
+def _inner(tag: str, values: dict[str, str], inner: str = "") -> str:
+    attributes = "".join(f" {name}={quoteattr(value)}" for name, value in values.items())
+    return f"<{tag}{attributes}>{inner}</{tag}>"
+
+
+def _text(numbers: Any) -> str:
+    return " ".join(f"{float(number):.17g}" for number in np.ravel(numbers))

@@ -1,0 +1,181 @@
+"""What MJCF says beyond a scene acts as in MuJoCo alone, and other engines say that they lack it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import mujoco
+import pytest
+
+from nrp_core import World, worlds
+from nrp_core.errors import SceneError
+from nrp_core.findings import Code
+from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.world.scene.model import Scene
+from nrp_core.world.scene.outline import outline
+from nrp_core.world.scene.sdf import read_model, read_scene
+
+GECKO = """<mujoco>
+  <option impratio="10"/>
+  <default><geom contype="0" conaffinity="0"/></default>
+  <worldbody>
+    <geom name="wall" type="box" size="0.05 1 1" pos="0.15 0 1"/>
+    <body name="pad" pos="0 0 1"><freejoint/>
+      <geom name="sole" type="box" size="0.1 0.05 0.05" mass="0.1"/>
+      <site name="root" pos="0.05 0 0.04"/>
+      <body name="tail" pos="-0.1 0 0"><joint name="wag" axis="0 1 0" armature="0.01" damping="0.1" ref="10"/>
+        <geom type="capsule" fromto="0 0 0 -0.2 0 0" size="0.01" mass="0.02"/>
+        <site name="end" pos="-0.2 0 0"/></body>
+      <body name="drum" pos="0 0 -0.1"><geom name="drum" type="cylinder" size="0.02 0.05" mass="0.01"/></body>
+    </body>
+  </worldbody>
+  <contact><pair geom1="sole" geom2="wall" condim="4" friction="1 1 0.01 0.001 0.001"/></contact>
+  <tendon><spatial name="cord" stiffness="1"><site site="root"/><geom geom="drum"/>
+    <site site="end"/></spatial></tendon>
+  <actuator><adhesion name="grip" body="pad" ctrlrange="0 10" gain="1"/>
+    <muscle name="pull" tendon="cord" lengthrange="0.05 0.4" force="2"/></actuator>
+</mujoco>"""
+
+LINKAGE = """<mujoco><compiler angle="radian"/><option viscosity="0.5" wind="1 0 0"/>
+  <worldbody>
+    <body name="crank"><joint name="crank_pin" axis="0 1 0" ref="0.4"/>
+      <geom type="capsule" fromto="0 0 0 0 0 0.3" size="0.02" mass="1"/>
+      <body name="rod" pos="0 0 0.3"><joint name="rod_pin" axis="0 1 0" damping="0.05"/>
+        <geom type="capsule" fromto="0 0 0 0.4 0 0" size="0.02" mass="0.5"/></body></body>
+    <body name="rocker" pos="0.4 0 0"><joint name="rocker_pin" axis="0 1 0" damping="0.05" range="-2 2"
+        solreflimit="0.01 1"/>
+      <geom type="capsule" fromto="0 0 0 0 0 0.3" size="0.02" mass="1"/></body>
+    <body name="door" pos="0 1 0"><joint name="hinge" axis="1 0 0" ref="-0.2"/>
+      <geom type="box" size="0.1 0.2 0.02" pos="0 0.2 0" mass="1"/><site name="knob" pos="0 0.3 0"/></body>
+    <body name="slider" pos="0 2 0"><joint name="slide" type="slide" axis="0 0 1" damping="3"/>
+      <geom type="box" size="0.1 0.1 0.1" mass="1"/></body>
+    <body name="load" pos="0.5 2 0"><freejoint/><geom type="box" size="0.1 0.1 0.1" mass="0.5"/></body>
+  </worldbody>
+  <contact><exclude body1="slider" body2="load"/></contact>
+  <tendon><fixed name="cable" stiffness="20" springlength="0.1">
+    <joint joint="crank_pin" coef="0.5"/></fixed></tendon>
+  <equality>
+    <connect body1="rod" body2="rocker" anchor="0.4 0 0"/>
+    <weld body1="slider" body2="load" anchor="0.1 0 0" solref="0.01 1"/>
+    <joint joint1="hinge" joint2="slide" polycoef="0 0.5 0.3 0 0"/>
+  </equality>
+  <actuator>
+    <general name="turn" joint="crank_pin" gainprm="2" biastype="affine" biasprm="0.1 -3 -0.2"
+      dyntype="filter" dynprm="0.05"/>
+    <motor name="lift" site="knob" gear="0 0 2 0 0 0"/>
+    <position name="cable" tendon="cable" kp="4"/>
+  </actuator>
+</mujoco>"""
+
+FLOOR = '<sdf version="1.9"><world name="w"><include><uri>model://ground_plane</uri></include></world></sdf>'
+
+
+def opened(scene: Scene, engine: str = "mujoco") -> World:
+    backend = worlds().load(engine)
+    return backend.open(scene, seed=1, options=backend.options())
+
+
+def alone(text: str, controls: Mapping[str, float], seconds: float) -> dict[str, float]:
+    """Return the positions of joints, and heights of bodies, in MuJoCo without this program."""
+    model = mujoco.MjModel.from_xml_string(text)
+    model.opt.integrator, model.opt.timestep = mujoco.mjtIntegrator.mjINT_IMPLICITFAST, 0.002
+    model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    data = mujoco.MjData(model)
+    for name, value in controls.items():
+        data.actuator(name).ctrl = value
+    mujoco.mj_step(model, data, round(seconds / 0.002))
+    mujoco.mj_forward(model, data)
+    moved = data.qpos - model.qpos0
+    single = [model.joint(n) for n in range(model.njnt) if model.jnt_type[n] != mujoco.mjtJoint.mjJNT_FREE]
+    joints = {each.name: float(moved[each.qposadr[0]]) for each in single}
+    return joints | {model.body(n).name + "_z": float(data.xpos[n][2]) for n in range(1, model.nbody)}
+
+
+def ours(world: World, bodies: Mapping[str, str], seconds: float) -> dict[str, float]:
+    world.run_until(round(seconds * 1e9))
+    found: dict[str, float] = {}
+    for model in world.scene.models:
+        if not model.static:
+            states = world.joint_states(model.name)
+            found |= dict(zip(states.names, states.positions.tolist(), strict=True))
+    heights = {f"{link}_z": world.link_motion(model, link).pose.position[2] for link, model in bodies.items()}
+    return found | heights
+
+
+@pytest.mark.parametrize(("grip", "pull"), [(0.0, 0.0), (5.0, 0.0), (5.0, 0.5)])
+def test_adhesion_pairs_and_muscles_act_as_in_mujoco_alone(tmp_path, grip, pull):
+    (tmp_path / "gecko.xml").write_text(GECKO)
+    with opened(read_scene(tmp_path / "gecko.xml")) as world:
+        for name, value in (("grip", grip), ("pull", pull)):
+            world.advertise(f"/pad/{name}/cmd").publish(Float64(value))
+        found = ours(world, {"pad": "pad", "tail": "pad"}, 0.5)
+    wanted = alone(GECKO, {"grip": grip, "pull": pull}, 0.5)
+    assert (wanted["pad_z"] > 0.99) == (grip > 0)  # it sticks to the wall
+    assert found == pytest.approx({name: wanted[name] for name in found}, abs=1e-5)
+
+
+def test_loops_welds_tendons_and_actuators_of_any_kind_act_as_in_mujoco_alone(tmp_path):
+    (tmp_path / "linkage.xml").write_text(LINKAGE)
+    controls = {"turn": 1.5, "lift": 3.0, "cable": 0.7}
+    with opened(read_scene(tmp_path / "linkage.xml")) as world:
+        topics = {name: f"/{owner}/{name}/cmd"
+                  for name, owner in (("turn", "crank"), ("lift", "door"), ("cable", "crank"))}  # fmt: skip
+        for name, value in controls.items():
+            world.advertise(topics[name]).publish(Float64(value))
+        found = ours(world, {"rod": "crank", "load": "load", "slider": "slider"}, 0.6)
+    wanted = alone(LINKAGE, controls, 0.6)
+    assert abs(wanted["crank_pin"]) > 0.1
+    assert wanted["load_z"] == pytest.approx(wanted["slider_z"], abs=0.02)
+    assert found == pytest.approx({name: wanted[name] for name in found}, abs=1e-5)
+
+
+def test_a_robot_stands_on_the_room_although_its_file_has_pairs_only_with_its_own_floor(tmp_path):
+    (tmp_path / "gecko.xml").write_text(GECKO)
+    (tmp_path / "room.sdf").write_text(FLOOR)
+    robot = read_model(tmp_path / "gecko.xml", name="gecko")
+    assert "the static 'gecko_ground' in the file of a robot is left out" in str(robot.warnings[0])
+    with opened(read_scene(tmp_path / "room.sdf").with_model(robot)) as world:
+        world.run_until(1_000_000_000)
+        assert 0.04 < world.model_motion("gecko").pose.position[2] < 0.06
+        assert any("touch everything" in warning.message for warning in world.warnings)
+
+
+def test_another_engine_names_the_actuators_that_it_lacks(tmp_path):
+    (tmp_path / "gecko.xml").write_text(GECKO)
+    with opened(read_scene(tmp_path / "gecko.xml"), "pybullet") as world:
+        world.advertise("/pad/grip/cmd").publish(Float64(1.0))
+        world.run_until(20_000_000)
+        lacking = {warning.subject for warning in world.warnings if warning.code is Code.NRP345}
+    assert {"grip", "pull", "spatial"} <= lacking
+
+
+def test_inspect_shows_what_is_for_mujoco_and_that_pairs_touch(tmp_path):
+    (tmp_path / "gecko.xml").write_text(GECKO)
+    text = "\n".join(outline(read_scene(tmp_path / "gecko.xml"), "gecko").lines())
+    assert "touches with box" in text
+    assert "1 collision shape" in text
+    assert "1 <pair>" in text
+
+
+PAIR = '<mujoco:contact><mujoco:pair geom1="hand/palm" geom2="x"/></mujoco:contact>'
+ARM = """<sdf version="1.9"><model name="arm" xmlns:mujoco="urn:mujoco"><link name="hand"/>
+<joint name="held" type="fixed"><parent>world</parent><child>hand</child></joint>{}</model></sdf>"""
+
+
+@pytest.mark.parametrize(
+    ("native", "message"),
+    [
+        (PAIR, "no collision 'hand/palm'"),
+        ('<mujoco:contact><mujoco:pairs/></mujoco:contact>', "did you mean 'pair'"),
+        ('<mujoco:actuator><mujoco:adhesion name="a" body="hnad"/></mujoco:actuator>', "did you mean 'hand'"),
+        ('<mujoco:actuator><mujoco:adhesion body="hand"/></mujoco:actuator>', 'it needs name="..."'),
+        ('<mujoco:actuator><mujoco:adhesion name="a" body="hand" gian="1"/></mujoco:actuator>', "gian"),
+        ('<mujoco:site name="s" link="palm"/>', "no link 'palm'"),
+        ('<mujoco:tendon><mujoco:spatial name="t"><mujoco:rope/></mujoco:spatial></mujoco:tendon>', "<rope>"),
+    ],
+)  # fmt: skip
+def test_mistakes_in_sections_for_mujoco_are_errors_with_their_line(tmp_path: Path, native, message):
+    (tmp_path / "arm.sdf").write_text(ARM.format("\n" + native))
+    with pytest.raises(SceneError, match=r"arm\.sdf:3: .*" + message.replace("(", r"\(")):
+        opened(read_scene(tmp_path / "arm.sdf"))
