@@ -46,6 +46,7 @@ def claim(folder: Path, plan: Plan) -> None:
         "keys": plan.sweep.sampled,
         "design": str(plan.sweep.design),
         "runs": len(plan),
+        "source": plan.experiment,
     }
     with writing(path):
         draft = path.with_suffix(".draft")

@@ -18,7 +18,7 @@ _MOST_ERRORS = 3
 
 def report(table: SweepTable, console: Console) -> None:
     """Print the problems and errors of all runs, then a line for each combination."""
-    for line in _remarks(table):
+    for line in remarks(table):
         console.print(line, markup=False)
     groups, measures = table.groups, table.measures[:_MOST_MEASURES]
     shown = Table(box=None, pad_edge=False, header_style="bold")
@@ -60,7 +60,7 @@ def report_data(table: SweepTable, folder: Path, figure: Path | None) -> dict[st
     }
 
 
-def _remarks(table: SweepTable) -> list[str]:
+def remarks(table: SweepTable) -> list[str]:
     """Return the lines about failed and incomplete runs, to be printed before the results."""
     errors = Counter(str(row["error"]) for row in table.rows if row["error"] is not None)
     incomplete = [row for row in table.rows if not row["complete"] and row["error"] is None]

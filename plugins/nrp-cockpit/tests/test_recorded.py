@@ -17,7 +17,7 @@ from mcap.exceptions import McapError
 from mcap.records import Channel as McapChannel
 from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader
-from nrp_cockpit.command import is_recording
+from nrp_cockpit.command import Kind, kind_of
 from nrp_cockpit.hearing.recorded import WINDOW_NS
 from nrp_cockpit.hearing.stored import StoredMessages
 from nrp_cockpit.session.controls import services_of_recording
@@ -433,6 +433,6 @@ def test_a_recording_with_a_damaged_description_is_still_shown(folder: Path, tmp
 
 
 def test_a_folder_with_a_description_of_a_run_is_a_recording(folder: Path, tmp_path: Path):
-    assert is_recording(str(folder))
-    assert not is_recording(str(tmp_path))
-    assert not is_recording("braitenberg_husky")
+    assert kind_of(str(folder)) is Kind.RECORDING
+    assert kind_of(str(tmp_path)) is None
+    assert kind_of("braitenberg_husky") is None

@@ -1,10 +1,11 @@
 import { lazy, StrictMode, Suspense } from "react";
 import { createRoot } from "react-dom/client";
-import { App } from "./App";
 import { followComparison } from "./compare/comparison";
 import { isEmbedded } from "./compare/embedded";
+import { Root } from "./Root";
 import { followRun } from "./state/run";
 import { followView } from "./state/view";
+import { followSweep } from "./sweep/store";
 import "./ui/tokens.css";
 import "./ui/base.css";
 import "./ui/controls.css";
@@ -18,6 +19,7 @@ if (!root) throw new Error("index.html has no element 'root'");
 followView();
 followRun();
 followComparison();
+followSweep();
 wire.open();
 const inside = isEmbedded(window.location);
 createRoot(root).render(
@@ -27,7 +29,7 @@ createRoot(root).render(
         <EmbeddedView />
       </Suspense>
     ) : (
-      <App />
+      <Root />
     )}
   </StrictMode>,
 );

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -21,6 +22,7 @@ from nrp_core.cli.options import (
 from nrp_core.errors import ExperimentError
 
 if TYPE_CHECKING:
+    from nrp_cockpit.serving import Served
     from nrp_cockpit.session.session import Session
     from nrp_cockpit.wire.hub import Hub
 
@@ -29,7 +31,7 @@ Shown = Annotated[
     typer.Argument(
         metavar="EXPERIMENT",
         envvar="NRP_EXPERIMENT",
-        help="The name of an installed experiment (nrp list), a YAML file or its folder, or a recording.",
+        help="An installed experiment (nrp list), a YAML file or its folder, a recording, or a sweep.",
         autocompletion=experiment_names,
     ),
 ]
@@ -60,7 +62,7 @@ def cockpit(
         ),
     ] = None,
 ) -> None:
-    """Watch and control a run in the browser, and go back in time; or play a recording.
+    """Watch and control a run in the browser, and go back in time; or show a recording or a sweep.
 
     The first line on standard output is the address of the page. Ctrl-C ends the run.
     """
@@ -68,14 +70,16 @@ def cockpit(
 
     settings = overrides_of(overrides, brain=brain, world=world, models=models, seed=seed)
 
-    def opened(hub: Hub, stack: ExitStack) -> Session:
-        if not is_recording(experiment):
+    def opened(hub: Hub, stack: ExitStack) -> Served:
+        kind = kind_of(experiment)
+        if kind is None:
             return stack.enter_context(open_run(experiment, settings, hub, other=compared(compare)))
-        if brain or world or overrides or compare or seed is not None:
-            raise ExperimentError("a recording is played unchanged: options of the run do not apply")
-        return open_recording(experiment, hub)
+        if settings or compare or (play and kind is Kind.SWEEP):
+            raise ExperimentError(f"{kind}: options of a run do not apply")
+        return open_sweep(experiment, hub) if kind is Kind.SWEEP else open_recording(experiment, hub)
 
-    Serving(host, port, tuple(origin or ()), browser=browser, play=play).serve(opened)
+    view = "sweep" if kind_of(experiment) is Kind.SWEEP else ""
+    Serving(host, port, tuple(origin or ()), browser=browser, play=play, view=view).serve(opened)
 
 
 def compared(given: str | None) -> dict[str, str]:
@@ -93,11 +97,29 @@ def compared(given: str | None) -> dict[str, str]:
     return {side: name for side, _, name in parts}
 
 
-def is_recording(path: str) -> bool:
-    """Return whether a path is the folder of a recording rather than an experiment."""
-    from nrp_core.recording.layout import RUN_NAME
+class Kind(StrEnum):
+    """What can be shown without a run, and why options of a run do not apply to it."""
 
-    return (Path(path) / RUN_NAME).is_file()
+    RECORDING = "a recording is played unchanged"
+    SWEEP = "the runs of a sweep have ended or go on elsewhere"
+
+
+def kind_of(path: str) -> Kind | None:
+    """Return whether a path is the folder of a recording or a sweep; None: it is an experiment."""
+    from nrp_core.recording.layout import RUN_NAME
+    from nrp_core.sweep.folder import ABOUT
+
+    folder = Path(path)
+    if (folder / RUN_NAME).is_file():
+        return Kind.RECORDING
+    return Kind.SWEEP if (folder / ABOUT).is_file() else None
+
+
+def open_sweep(path: str, hub: Hub) -> Served:
+    """Return a session that shows a sweep, and offer its services."""
+    from nrp_cockpit.sweep.session import SweepSession
+
+    return SweepSession(Path(path), hub)
 
 
 def open_recording(path: str, hub: Hub) -> Session:

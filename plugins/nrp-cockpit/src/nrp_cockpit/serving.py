@@ -7,13 +7,23 @@ import webbrowser
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
+from typing import Protocol
 
 import typer
 
-from nrp_cockpit.session.session import Session
 from nrp_cockpit.wire.guard import LOOPBACK, Guard
 from nrp_cockpit.wire.hub import Hub
 from nrp_cockpit.wire.server import Server
+
+
+class Served(Protocol):
+    """The interface of a session for the server."""
+
+    def play(self) -> None: ...
+
+    def serve(self) -> None: ...
+
+    def close(self) -> None: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +46,7 @@ class Serving:
     play: bool = False
     view: str = ""
 
-    def serve(self, opened: Callable[[Hub, ExitStack], Session]) -> None:
+    def serve(self, opened: Callable[[Hub, ExitStack], Served]) -> None:
         """Open a session, print the address of its page, and serve it until Ctrl-C.
 
         Args:

@@ -8,8 +8,8 @@ const names: Record<View, string> = {
   compare: "Compare",
 };
 
-/** The views at the left edge; theme and help at its foot. */
-export function Rail() {
+/** The views at the left edge; theme and help at its foot. Without views there are no keys to help with. */
+export function Rail({ views = VIEWS }: { views?: readonly View[] }) {
   const open = useView((state) => state.view);
   return (
     <nav className="rail" aria-label="Views">
@@ -20,7 +20,7 @@ export function Rail() {
           <path d="m26.500 4.500-.3 5.700-5.600-.6M5.500 27.500l.3-5.700 5.600.6" />
         </g>
       </svg>
-      {VIEWS.map((view) => (
+      {views.map((view) => (
         <a key={view} href={`#/${view}`} aria-current={view === open ? "page" : undefined}>
           <Icon name={view} />
           {names[view]}
@@ -31,10 +31,12 @@ export function Rail() {
         <Icon name="theme" />
         Theme
       </button>
-      <button type="button" aria-label="Help and keyboard map (?)" onClick={() => setHelp(true)}>
-        <Icon name="help" />
-        Help
-      </button>
+      {views.length > 0 && (
+        <button type="button" aria-label="Help and keyboard map (?)" onClick={() => setHelp(true)}>
+          <Icon name="help" />
+          Help
+        </button>
+      )}
     </nav>
   );
 }

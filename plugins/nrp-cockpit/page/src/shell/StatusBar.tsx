@@ -25,7 +25,7 @@ export function StatusBar() {
   );
 }
 
-function LinkState() {
+export function LinkState() {
   const link = useRun((run) => run.link);
   const source = useRun((run) => run.experiment?.source);
   if (link.state === "open")
