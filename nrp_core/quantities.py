@@ -73,6 +73,12 @@ def length_m(value: object) -> float:
     return float(parse(value, _LENGTH, "a length", bare="m"))
 
 
+def length_text(length_m: float) -> str:
+    """Return a length for people: two decimals in metres, or millimetres below a tenth of one."""
+    small = 0.0 < abs(length_m) < 0.1
+    return f"{1e3 * length_m:.3g} mm" if small else f"{length_m:.2f} m"
+
+
 def _positive_ns(value: object) -> int:
     t_ns = time_ns(value)
     if t_ns <= 0:

@@ -12,6 +12,7 @@ from nrp_core.cli.progress import shares_text
 from nrp_core.experiment.running.judgement import FAILED, FINISHED, Judgement
 from nrp_core.experiment.running.result import Result
 from nrp_core.findings import Weight
+from nrp_core.quantities import length_text
 
 _MARKS = {True: ("✓", "green"), False: ("✗", "red"), None: ("?", "yellow")}
 _WEIGHT_COLORS = {Weight.INCOMPLETE: "red", Weight.ALTERED: "yellow", Weight.REMARK: None}
@@ -61,7 +62,8 @@ def _lines(result: Result, recording: Path | None, figures: Sequence[Path]) -> I
     )
     for robot, pose in result.final_pose.items():
         heading = f"{degrees(pose['yaw']):.0f}°"
-        yield f"  {robot} ends at x {pose['x']:.2f} m, y {pose['y']:.2f} m, heading {heading}"
+        x, y = length_text(pose["x"]), length_text(pose["y"])
+        yield f"  {robot} ends at x {x}, y {y}, heading {heading}"
     if result.spikes:
         yield "  spikes: " + ", ".join(f"{name} {count}" for name, count in result.spikes.items())
     happened = [f"{name} at {t_s:g} s" for name, t_s in result.events.items() if t_s is not None]

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
-from nrp_core.quantities import AngleRad, DurationNs, LengthM, RateHz, TimeNs
+from nrp_core.quantities import AngleRad, DurationNs, LengthM, RateHz, TimeNs, length_text
 
 
 class Everything(BaseModel):
@@ -64,3 +64,11 @@ def test_an_unreadable_value_is_refused_with_a_valid_example(field: str, text: o
 def test_times_are_exact(n: int) -> None:
     assert Everything(duration=f"{n} us").duration == n * 1000
     assert Everything(duration=f"{n / 1000} ms").duration == n * 1000
+
+
+@pytest.mark.parametrize(
+    ("length", "text"),
+    [(0.0, "0.00 m"), (12.345, "12.35 m"), (0.1, "0.10 m"), (0.0042, "4.2 mm"), (-0.05, "-50 mm")],
+)
+def test_short_lengths_are_shown_in_millimetres(length: float, text: str) -> None:
+    assert length_text(length) == text

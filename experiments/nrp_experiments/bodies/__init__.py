@@ -3,6 +3,7 @@
 ========================  ============================================================================
 ``pioneer.sdf``           two driven wheels, a caster and a laser scanner
 ``hexapod.sdf``           six legs of four joints; made by :mod:`nrp_experiments.bodies.hexapod`
+``fly.sdf``               a fly of true size; made by :mod:`nrp_experiments.bodies.fly`
 ``pan_tilt.sdf``          a camera that pans and tilts
 ========================  ============================================================================
 """

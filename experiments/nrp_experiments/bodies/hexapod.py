@@ -20,11 +20,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import cos, pi, radians, sin
 
+from nrp_experiments.bodies.elements import ball, bar, box, inertial, material, position_controller, visual
+from nrp_experiments.bodies.elements import number as _
+
 SIDES = (("left", 1), ("right", -1))
 PLACES = (("front", 1), ("middle", 0), ("rear", -1))
 JOINTS = ("delta", "alpha", "beta", "gamma")
-
-_CONTROLLER = "gz-sim-joint-position-controller-system"
+ORANGE, DARK = "0.85 0.45 0.10", "0.20 0.20 0.22"
 
 
 @dataclass(frozen=True)
@@ -97,22 +99,24 @@ def sdf(robot: Hexapod, name: str = "hexapod") -> str:
         lines += _leg(robot, leg)
     for leg in robot.legs():
         for joint in JOINTS:
-            lines += _controller(robot, f"{leg.name}_{joint}")
+            name_of_joint = f"{leg.name}_{joint}"
+            lines.append(f"    {position_controller(name_of_joint, robot.stiffness, robot.damping)}")
     return "\n".join([*lines, "  </model>", "</sdf>", ""])
 
 
 def _body(robot: Hexapod) -> Iterator[str]:
     length, width, height = robot.body
-    size = f"{_(length)} {_(width)} {_(height)}"
+    front = 0.54 * length
     yield '    <link name="body">'
-    yield f"      {_inertial(robot.mass, robot.body)}"
-    yield f'      <collision name="body"><geometry><box><size>{size}</size></box></geometry></collision>'
-    yield _box("hull", (length, width, 0.6 * height), (0, 0, 0), "0.85 0.45 0.10")
-    yield _box("back", (0.8 * length, 0.7 * width, 0.4 * height), (-0.03, 0, 0.5 * height), "0.20 0.20 0.22")
-    yield _box("head", (0.10, 0.6 * width, 0.5 * height), (0.54 * length, 0, 0.1 * height), "0.92 0.92 0.90")
-    yield _box(
-        "eyes", (0.01, 0.4 * width, 0.15 * height), (0.54 * length + 0.052, 0, 0.15 * height), "0.1 0.1 0.3"
-    )
+    yield f"      {inertial(robot.mass, robot.body)}"
+    yield f'      <collision name="body">{box(robot.body)}</collision>'
+    for name, size, at, color in (
+        ("hull", (length, width, 0.6 * height), (0, 0, 0), ORANGE),
+        ("back", (0.8 * length, 0.7 * width, 0.4 * height), (-0.03, 0, 0.5 * height), DARK),
+        ("head", (0.10, 0.6 * width, 0.5 * height), (front, 0, 0.1 * height), "0.92 0.92 0.90"),
+        ("eyes", (0.01, 0.4 * width, 0.15 * height), (front + 0.052, 0, 0.15 * height), "0.1 0.1 0.3"),
+    ):
+        yield f"      {visual(name, box(size), at, color)}"
     yield "    </link>"
 
 
@@ -147,53 +151,15 @@ def _segment(robot: Hexapod, length: float, mass: float, *, is_shin: bool) -> It
     """Yield the inertia, visual and collision of a part of a leg."""
     thick = robot.thick
     if not length:
-        yield f"      {_inertial(mass, (2 * thick,) * 3)}"
-        ball = f"<geometry><sphere><radius>{_(1.3 * thick)}</radius></sphere></geometry>"
-        yield f'      <visual name="hip">{ball}{_color("0.20 0.20 0.22")}</visual>'
+        yield f"      {inertial(mass, (2 * thick,) * 3)}"
+        yield f'      <visual name="hip">{ball(1.3 * thick)}{material(DARK)}</visual>'
         return
-    yield f"      {_inertial(mass, (length, 2 * thick, 2 * thick), length / 2)}"
-    pose = f"<pose>{_(length / 2)} 0 0 0 {_(pi / 2)} 0</pose>"
-    radius = 0.6 * thick if is_shin else thick
-    capsule = f"<capsule><radius>{_(radius)}</radius><length>{_(length)}</length></capsule>"
-    color = _color("0.20 0.20 0.22" if is_shin else "0.85 0.45 0.10")
-    yield f'      <visual name="bar">{pose}<geometry>{capsule}</geometry>{color}</visual>'
+    yield f"      {inertial(mass, (length, 2 * thick, 2 * thick), length / 2)}"
+    yield f"      {bar(length, 0.6 * thick if is_shin else thick, DARK if is_shin else ORANGE)}"
     if is_shin:
-        ball = f"<geometry><sphere><radius>{_(thick)}</radius></sphere></geometry>"
-        foot = f"<pose>{_(length)} 0 0 0 0 0</pose>{ball}"
-        yield f'      <visual name="foot">{foot}{_color("0.1 0.1 0.1")}</visual>'
+        foot = f"<pose>{_(length)} 0 0 0 0 0</pose>{ball(thick)}"
+        yield f'      <visual name="foot">{foot}{material("0.1 0.1 0.1")}</visual>'
         yield f'      <collision name="foot">{foot}</collision>'
-
-
-def _controller(robot: Hexapod, joint: str) -> Iterator[str]:
-    yield f'    <plugin name="gz::sim::systems::JointPositionController" filename="{_CONTROLLER}">'
-    yield f"      <joint_name>{joint}</joint_name><topic>{joint}/cmd_pos</topic>"
-    yield f"      <p_gain>{_(robot.stiffness)}</p_gain><i_gain>0</i_gain><d_gain>{_(robot.damping)}</d_gain>"
-    yield "      <initial_position>0</initial_position>"
-    yield "    </plugin>"
-
-
-def _inertial(mass: float, size: tuple[float, ...], x: float = 0.0) -> str:
-    """Return the mass properties of a box about its centre."""
-    a, b, c = (side * side for side in size)
-    moments = zip(("ixx", "iyy", "izz"), (b + c, a + c, a + b), strict=True)
-    inertia = "".join(f"<{axis}>{_(mass / 12 * squares)}</{axis}>" for axis, squares in moments)
-    pose = f"<pose>{_(x)} 0 0 0 0 0</pose>" if x else ""
-    return f"<inertial><mass>{_(mass)}</mass>{pose}<inertia>{inertia}</inertia></inertial>"
-
-
-def _box(name: str, size: tuple[float, ...], at: tuple[float, ...], color: str) -> str:
-    pose = f"<pose>{' '.join(map(_, at))} 0 0 0</pose>"
-    box = f"<geometry><box><size>{' '.join(map(_, size))}</size></box></geometry>"
-    return f'      <visual name="{name}">{pose}{box}{_color(color)}</visual>'
-
-
-def _color(rgb: str) -> str:
-    return f"<material><diffuse>{rgb} 1</diffuse></material>"
-
-
-def _(number: float) -> str:
-    """Return a number with at most six significant digits."""
-    return f"{number:.6g}"
 
 
 if __name__ == "__main__":

@@ -54,7 +54,8 @@ def load_network(
 ) -> Network:
     """Execute a brain script and return its network.
 
-    Each variable that holds a population, view or assembly becomes a view of that name.
+    Each variable that holds a population, view or assembly becomes a view of that name. A script may also
+    make the network as data: a variable ``network`` that holds a :class:`~nrp_core.Network`.
 
     Args:
         path: the script.
@@ -106,12 +107,29 @@ def load_network(
         sys.argv = given
     try:
         network = other(vars(module)) if other is not None else None
+        network = network or _made_as_data(vars(module), len(sim.state.populations))
         if network is not None:
             return with_views(network, populations or {})
         return network_of(sim.state, views_of(vars(module), populations or {}, sim.state))
     except ExperimentError as error:
         error.path = error.path or file
         raise
+
+
+def _made_as_data(variables: Mapping[str, Any], populations: int) -> Network | None:
+    """Return the network that a script made as data, or None if it used PyNN.
+
+    Raises:
+        NetworkError: it made one in both ways.
+    """
+    network = variables.get("network")
+    if not isinstance(network, Network):
+        return None
+    if populations:
+        raise NetworkError(
+            f"the script has a 'network' and {populations} populations of PyNN; it must have one of both"
+        )
+    return network
 
 
 def scope_of(

@@ -21,6 +21,7 @@ from nrp_core.experiment.model.event_schema import (
     TopicStays,
     WithinOf,
 )
+from nrp_core.quantities import length_text
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.world import World
 
@@ -136,13 +137,13 @@ class ComesNear(Judge):
         distance = self._proximity.distance(where)
         self._distance = min(distance, inf if self._distance is None else self._distance)
         if distance <= self._within:
-            self._decide(True, now_ns, f"{distance:.2f} m after {seconds(now_ns - began_ns):g} s")
+            self._decide(True, now_ns, f"{length_text(distance)} after {seconds(now_ns - began_ns):g} s")
 
     def _finish(self, now_ns: int) -> None:
         self._decide(False, now_ns, f"{self._nearest()} by the end of the run")
 
     def _nearest(self) -> str:
-        return f"no nearer than {self._distance:.2f} m, not {self._within:g} m,"
+        return f"no nearer than {length_text(self._distance or 0.0)}, not {self._within:g} m,"
 
 
 class Throughout(Judge):
@@ -187,10 +188,12 @@ class Stays(Throughout):
         self._centre = self._centre or (x, y)
         distance = hypot(x - self._centre[0], y - self._centre[1])
         self._distance = max(distance, self._distance or 0.0)
-        return f"{distance:.2f} m away, more than {self._radius:g} m" if distance > self._radius else None
+        return (
+            f"{length_text(distance)} away, more than {self._radius:g} m" if distance > self._radius else None
+        )
 
     def _finish(self, now_ns: int) -> None:
-        self._decide(True, now_ns, f"never more than {self._distance or 0.0:.2f} m away")
+        self._decide(True, now_ns, f"never more than {length_text(self._distance or 0.0)} away")
 
 
 class StaysSo(Throughout):

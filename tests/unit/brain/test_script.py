@@ -295,3 +295,21 @@ def test_a_file_of_a_network_is_not_executed(tmp_path: Path, name: str, reader: 
     with pytest.raises(NetworkError, match=f"is a network, not a script: .*{reader} reads it"):
         load_network(tmp_path / name)
     assert not (tmp_path / "ran").exists()
+
+
+AS_DATA = (
+    "import numpy as np\nfrom nrp_core import Network, Population\n"
+    "network = Network({'cells': Population('cells', 3, 'SpikeSourceArray', {}, {}, (np.empty(0),) * 3)})\n"
+)
+
+
+def test_a_script_can_make_its_network_as_data(tmp_path: Path) -> None:
+    network = load(tmp_path, AS_DATA, populations={"first": 0})
+    assert network.populations["cells"].size == 3
+    assert network.neurons("first").tolist() == [0]
+
+
+def test_a_network_is_made_as_data_or_with_pynn_but_not_both(tmp_path: Path) -> None:
+    assert error_of(tmp_path, CIRCUIT + AS_DATA).message == (
+        "the script has a 'network' and 1 populations of PyNN; it must have one of both"
+    )

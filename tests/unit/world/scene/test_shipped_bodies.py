@@ -6,6 +6,7 @@ from math import pi, sin
 
 import pytest
 from nrp_experiments.bodies import FOLDER
+from nrp_experiments.bodies import fly as insect
 from nrp_experiments.bodies.hexapod import JOINTS, Hexapod, sdf
 
 from nrp_core.world.rigid.pose import Pose, Vector
@@ -98,3 +99,27 @@ def test_the_camera_head_is_held_and_looks_ahead() -> None:
     assert isinstance(eye, Camera)
     assert eye.topic == "/pan_tilt/eye/image_raw"
     assert eye.pose.rotate((1.0, 0.0, 0.0)) == (1, 0, 0)
+
+
+@pytest.fixture(scope="module")
+def fly() -> Model:
+    return read_model(FOLDER / "fly.sdf")
+
+
+def test_the_flys_file_equals_the_output_of_its_generator() -> None:
+    assert insect.sdf(insect.Fly()) == (FOLDER / "fly.sdf").read_text()
+
+
+def test_the_fly_has_true_size_and_six_legs_of_seven_joints(fly: Model) -> None:
+    names = [f"{leg}_{joint}" for leg in LEGS for joint in insect.JOINTS]
+    assert [joint.name for joint in fly.joints] == ["proboscis", *(n.replace("rear", "hind") for n in names)]
+    assert sum(link.inertial.mass for link in fly.links if link.inertial) == pytest.approx(1e-6, rel=0.01)
+    assert not fly.warnings
+
+
+def test_the_fly_stands_on_its_feet(fly: Model) -> None:
+    feet = [link for link in fly.links if link.collisions]
+    assert len(feet) == 6
+    for link in feet:
+        height = (link.pose @ link.collisions[0].pose).position[2] + fly.pose.position[2]
+        assert height == pytest.approx(insect.Fly().foot, abs=1e-8)
