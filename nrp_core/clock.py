@@ -12,6 +12,7 @@ from nrp_core.errors import TimestepError
 
 NS_PER_S = 1_000_000_000
 NS_PER_MS = 1_000_000
+MS_PER_S = 1000.0
 
 
 def seconds(t_ns: int) -> float:

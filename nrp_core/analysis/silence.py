@@ -29,7 +29,7 @@ def _first_ms(population: Population) -> float:
     """Return the earliest time at which a source can fire, 0 for cells that are not sources."""
     if population.cell_type == "SpikeSourceArray":
         return min((float(train[0]) for train in population.spike_times_ms if len(train)), default=inf)
-    if population.cell_type == "SpikeSourcePoisson":
+    if population.is_source and "duration" in population.parameters:
         lasting = np.asarray(population.parameters["duration"]) > 0
         return float(np.min(np.asarray(population.parameters["start"])[lasting], initial=inf))
     return 0.0

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.devices.renewal import INTERVALS, RenewalTrains
 from nrp_core.brain.devices.trains import PoissonPort, PoissonSource
 from nrp_core.brain.network.data import Population
 from nrp_core.errors import CapabilityError
@@ -16,7 +17,7 @@ from nrp_core.seeds import Seeds
 
 
 class PopulationTrains:
-    """The spike trains of one source population (``SpikeSourcePoisson``, ``SpikeSourceArray``).
+    """The spike trains of one source population.
 
     Args:
         population: the cells.
@@ -28,7 +29,7 @@ class PopulationTrains:
     """
 
     def __init__(self, population: Population, neurons: IntArray, seeds: Seeds) -> None:
-        if population.cell_type not in ("SpikeSourcePoisson", "SpikeSourceArray"):
+        if population.cell_type not in ("SpikeSourcePoisson", "SpikeSourceArray", *INTERVALS):
             raise CapabilityError(
                 f"source cells of type {population.cell_type} are not supported; use SpikeSourcePoisson"
             )
@@ -36,6 +37,10 @@ class PopulationTrains:
         self._parameters: Mapping[str, FloatArray] = population.parameters
         self._ids, self._times_ms = np.empty(0, np.int64), np.empty(0)
         self.reset(seeds)
+
+    @property
+    def _renews(self) -> bool:
+        return self._population.cell_type in INTERVALS
 
     @property
     def label(self) -> str:
@@ -53,13 +58,14 @@ class PopulationTrains:
         return ids[order], times[order]
 
     def set_parameters(self, index: IntArray, values: Mapping[str, FloatArray]) -> None:
-        """Change parameters of the population's Poisson cells from now on."""
+        """Change parameters of the population's cells from now on; trains of intervals begin anew."""
         changed = {name: array.copy() for name, array in self._parameters.items()}
         for name, array in values.items():
             changed[name][index] = array
         self._parameters = changed
-        if values.keys() == {"rate"}:
+        if values.keys() == {"rate"} and not self._renews:
             for port, chosen in zip(self._ports, self._windows()[1], strict=True):
+                assert isinstance(port, PoissonPort)
                 port.rate = self._parameters["rate"][chosen]
         else:
             self._generation += 1
@@ -114,12 +120,16 @@ class PopulationTrains:
         self._ids, self._times_ms = ids[order], times_ms[order]
 
     def _open_ports(self) -> None:
-        """Open one port for each distinct start and duration among Poisson cells."""
-        self._ports: list[PoissonPort] = []
-        if "rate" not in self._parameters:
+        """Open one port for each distinct start and duration among Poisson cells; one for other laws."""
+        self._ports: list[PoissonPort | RenewalTrains] = []
+        again = f"/{self._generation}" if self._generation else ""
+        if self._renews:
+            name = f"population/{self.label}{again}"
+            kind = self._population.cell_type
+            self._ports = [RenewalTrains(kind, self._parameters, self._neurons, self._seeds, name)]
+        if self._renews or "rate" not in self._parameters:
             return
         windows, members = self._windows()
-        again = f"/{self._generation}" if self._generation else ""
         for i, ((start, duration), chosen) in enumerate(zip(windows.tolist(), members, strict=True)):
             rates = self._parameters["rate"][chosen]
             spec = PoissonSource(rate=rates, weight=1.0, delay=0.0, start=start, duration=duration)

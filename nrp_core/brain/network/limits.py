@@ -45,7 +45,7 @@ def check_values(
 
 
 def check_cells(owner: str, values: Mapping[str, FloatArray]) -> None:
-    """Check that the reset voltage of every cell is below its spike voltage.
+    """Check that a reset voltage is below the spike voltage, and that a dead time is not all of the time.
 
     Args:
         owner: the object with these values, for the message.
@@ -54,6 +54,8 @@ def check_cells(owner: str, values: Mapping[str, FloatArray]) -> None:
     Raises:
         NetworkError: a cell would spike again at once.
     """
+    if {"rate", "tau_refrac"} <= values.keys():
+        _check_dead_time(owner, values["rate"], values["tau_refrac"])
     name = "c" if "c" in values else "v_reset"
     if name not in values:
         return
@@ -66,6 +68,16 @@ def check_cells(owner: str, values: Mapping[str, FloatArray]) -> None:
         raise NetworkError(
             f"{owner}: {name} of cell {cell} is {values[name][cell]:g} mV; it must be less than {whose}, "
             "where it spikes"
+        )
+
+
+def _check_dead_time(owner: str, rate_hz: FloatArray, dead_ms: FloatArray) -> None:
+    busy = np.flatnonzero(rate_hz * dead_ms >= 1000.0)
+    if busy.size:
+        cell = int(busy[0])
+        raise NetworkError(
+            f"{owner}: the rate of cell {cell} is {rate_hz[cell]:g} Hz; with a tau_refrac of "
+            f"{dead_ms[cell]:g} ms it must be less than {1000.0 / dead_ms[cell]:g} Hz"
         )
 
 
