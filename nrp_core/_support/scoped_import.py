@@ -59,26 +59,36 @@ class Scope:
         self._neighbours: dict[Path, ModuleType] = {}
         self._places: dict[str, ModuleType] = {}
 
-    def run(self, path: Path, module: ModuleType | None = None, code: CodeType | None = None) -> ModuleType:
+    def run(
+        self,
+        path: Path,
+        module: ModuleType | None = None,
+        code: CodeType | None = None,
+        name: str | None = None,
+    ) -> ModuleType:
         """Execute a file and return its module; exceptions of the file propagate, ``os._exit`` as SystemExit.
 
         Args:
             path: the file.
             module: the module to execute it in; by default a new one.
             code: the compiled file, if it is not plain Python.
+            name: the module's ``__name__``, by default one that no other module has.
         """
         module = ModuleType(path.stem, None) if module is None else module
         module.__dict__.update(__file__=str(path), __builtins__=self._builtins)
         self._files.add(str(path))
         self._homes[path.parent] = None
         # Dataclasses look up their module by name while the file is executed.
-        module.__name__ = f"{path.stem}@{id(module):x}"
+        module.__name__ = name or f"{path.stem}@{id(module):x}"
+        before = sys.modules.get(module.__name__)
         sys.modules[module.__name__] = module
         try:
             with noticed_exits():
                 exec(code or self._compiled(path), module.__dict__)
         finally:
             del sys.modules[module.__name__]
+            if before is not None:
+                sys.modules[module.__name__] = before
         return module
 
     def place_of(self, error: BaseException) -> tuple[Path, int | None] | None:

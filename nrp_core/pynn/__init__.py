@@ -27,9 +27,13 @@ from nrp_core.pynn.recording import Recorder
 from nrp_core.pynn.running import RunningState
 
 
-def new_simulator() -> ModuleType:
-    """Return a further simulator, independent of this module and of all others."""
-    state = RunningState()
+def new_simulator(state: RunningState | None = None) -> ModuleType:
+    """Return a further simulator, independent of this module and of all others.
+
+    Args:
+        state: where its network runs, by default a new state.
+    """
+    state = state or RunningState()
     api = programming_interface(Simulator(state), Recorder)
     vars(api).update(control(api, state))
     return api

@@ -13,7 +13,7 @@ from nrp_core.brain.report import Report
 from nrp_core.findings import Findings
 from nrp_core.simulation import Determinism
 
-APPROXIMATE = frozenset({"Izhikevich"})
+APPROXIMATE = frozenset({"Izhikevich", "IZK_curr_exp", "IZK_cond_exp"})
 """One midpoint step per tick, even during the upstroke of a spike."""
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nrp_brain_spinnaker.hints import hints_of
 from nrp_brain_spinnaker.host.cells import Grid, load_cells, tau_syn_of_lines
 from nrp_brain_spinnaker.host.wiring import Wires, longest_ticks, wire
 from nrp_brain_spinnaker.machine import kinds
@@ -47,6 +48,8 @@ def lay_out(network: Network, options: SpinnakerOptions) -> tuple[Cells, list[Wi
         NetworkError: a parameter, weight or delay does not fit the machine.
     """
     populations = _simulated(network)
+    for population in populations:
+        hints_of(population, options)
     labels = [population.label for population in populations]
     ids = np.concatenate([np.empty(0, np.int64), *(network.ids_of(label) for label in labels)])
     cells = load_cells(populations, ids, Grid(options.step_us, options.substeps), options.semantics)

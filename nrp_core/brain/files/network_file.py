@@ -4,7 +4,7 @@ HDF5 because every language can read it. Every dataset has a checksum and the fi
 digest, so that the network read equals the network written. The layout::
 
     attributes    format, version, digest; timestep_ms and remarks (as JSON), if any
-    populations/0, 1, ...    attributes label, size, cell_type
+    populations/0, 1, ...    attributes label, size, cell_type; hints as JSON, if any
         parameters/*, initial_values/*    one value a cell, or one that all share
         spike_times_ms, spike_counts    if any; one train after the other, and how many spikes each has
         spike_train    the train of each cell, where cells share them (version 2); else one train a cell
@@ -154,6 +154,8 @@ def _write(file: Any, network: Network) -> None:
 def _write_population(part: Any, population: Population) -> bool:
     """Write a population; return whether its cells share spike trains, which version 1 does not know."""
     _describe(part, label=population.label, size=population.size, cell_type=population.cell_type)
+    if population.hints:
+        _describe(part, hints=json.dumps(dict(population.hints)))
     _put_all(part, "parameters", population.parameters)
     _put_all(part, "initial_values", population.initial_values)
     if population.positions_um is not None:
@@ -190,6 +192,7 @@ def _read_population(part: Any) -> Population:
         initial_values=_get_all(part, "initial_values", size),
         spike_times_ms=trains,
         positions_um=array(part, "positions_um", float) if "positions_um" in part else None,
+        hints=_json(part, "hints") if "hints" in part.attrs else {},
     )
 
 

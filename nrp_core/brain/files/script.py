@@ -13,7 +13,7 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from types import CodeType, MappingProxyType, ModuleType
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from nrp_core._support.global_generators import seeded
 from nrp_core._support.scoped_import import Missing, Scope
@@ -22,6 +22,9 @@ from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import ExperimentError, NetworkError
 from nrp_core.paths import MissingFileError, existing_file
 from nrp_core.seeds import Seeds
+
+if TYPE_CHECKING:
+    from nrp_core.brain.pynn.spynnaker import Dialect
 
 # modules of PyNN that are not simulators
 _LIBRARY = frozenset(
@@ -139,6 +142,7 @@ def scope_of(
     folders: Iterable[Path] = (),
     missing: Missing | None = None,
     compiled: Callable[[Path], CodeType] | None = None,
+    spynnaker: Dialect | None = None,
 ) -> Scope:
     """Return a scope in which every PyNN simulator is ``sim``, and PyNN's library uses ``sim``'s classes.
 
@@ -149,8 +153,12 @@ def scope_of(
         folders: further folders to search for modules.
         missing: returns a placeholder for modules that do not exist.
         compiled: returns the code of a file; by default it is Python.
+        spynnaker: the modules of sPyNNaker, by default over ``sim``.
     """
     from nrp_core.brain.pynn.api import SIMULATOR_NAME, overlaid
+    from nrp_core.brain.pynn.spynnaker import PACKAGES, Dialect
+
+    dialect = spynnaker or Dialect(sim)
 
     more = dict.fromkeys(simulators, sim)
     for name in list(more):
@@ -169,6 +177,8 @@ def scope_of(
             return sim
         if name in more:
             return more[name]
+        if (found := dialect.module(name)) is not None:
+            return found
         if root != "pyNN" or not child:
             return None
         if child in _LIBRARY:
@@ -177,7 +187,7 @@ def scope_of(
         return sim if known else None
 
     return Scope(
-        {"pyNN", "nrp_core", *(name.partition(".")[0] for name in more)},
+        {"pyNN", "nrp_core", *PACKAGES, *(name.partition(".")[0] for name in more)},
         substitute,
         folders,
         missing,

@@ -26,6 +26,13 @@ from nrp_core.brain.network.synapses.static import STATIC
 from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
 
 RECEPTORS = ("excitatory", "inhibitory")
+HINTS: Final = frozenset(
+    {
+        "neurons_per_core", "synapse_cores", "spikes_per_second", "ring_buffer_sigma",
+        "max_summed_weight_exc", "max_summed_weight_inh",
+    }
+)  # fmt: skip
+"""What a script may say about the place of a population on a machine, in the words of sPyNNaker."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +48,8 @@ class Population:
         spike_times_ms: for ``SpikeSourceArray``: one ascending array for each cell, else empty; several cells
             may have the same one.
         positions_um: shape ``(size, 3)``, or None where the model has no positions.
+        hints: how a machine is to hold the population, e.g. ``neurons_per_core``, by the names of
+            :data:`HINTS`; other backends ignore them.
 
     Raises:
         NetworkError: a shape does not fit or a value is not finite.
@@ -53,8 +62,11 @@ class Population:
     initial_values: Mapping[str, FloatArray] = field(default_factory=dict)
     spike_times_ms: tuple[FloatArray, ...] = ()
     positions_um: FloatArray | None = None
+    hints: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        for name in self.hints.keys() - HINTS:
+            raise NetworkError(f"population '{self.label}' has no hint '{name}'{did_you_mean(name, HINTS)}")
         for kind, values in (("parameter", self.parameters), ("initial value", self.initial_values)):
             for name, array in values.items():
                 if array.shape != (self.size,):
@@ -274,6 +286,8 @@ class Network:
             _feed(state, (population.label, population.size, population.cell_type))
             _feed(state, dict(population.parameters), dict(population.initial_values))
             _feed(state, population.spike_times_ms, population.positions_um)
+            if population.hints:  # a population without them has the digest that it always had
+                _feed(state, dict(population.hints))
         for projection in self.projections:
             _feed(state, (projection.label, projection.pre, projection.post, projection.receptor))
             for name in ("pre_index", "post_index"):

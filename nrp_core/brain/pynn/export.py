@@ -69,12 +69,18 @@ def _population(population: Population, label: str, current_na: FloatArray) -> d
     return data.Population(
         label=label,
         size=population.size,
-        cell_type=type(population.celltype).__name__,
+        cell_type=cell_type_of(population),
         parameters=parameters,
         initial_values={name: array.copy() for name, array in population.initial_arrays.items()},
         spike_times_ms=tuple(np.asarray(train.value, dtype=float) for train in trains),
         positions_um=np.ascontiguousarray(population.positions.T) if population.has_space else None,
+        hints=dict(population.hints),
     )
+
+
+def cell_type_of(population: Population) -> str:
+    """Return the name of a population's cell type in a network; a script may know it by another name."""
+    return str(getattr(population.celltype, "cell_type", type(population.celltype).__name__))
 
 
 def _parts(projection: Projection, name: str, labels: Mapping[Population, str]) -> Iterator[data.Projection]:

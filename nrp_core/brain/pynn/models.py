@@ -54,7 +54,15 @@ def _cell_type(base: Any) -> type:
         require_values(base.__name__, parameters)
         base.__init__(self, **parameters)
 
-    body = {"translations": untranslated(base.default_parameters), "receptor_types": receptors}
+    defaults = {  # whose type is that of the values: no parameter is a whole number
+        name: float(value) if isinstance(value, int) else value
+        for name, value in base.default_parameters.items()
+    }
+    body = {
+        "translations": untranslated(defaults),
+        "receptor_types": receptors,
+        "default_parameters": defaults,
+    }
     return type(base.__name__, (base,), {"__doc__": base.__doc__, "__init__": begin, **body})
 
 

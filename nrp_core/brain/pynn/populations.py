@@ -7,6 +7,7 @@ from __future__ import annotations
 import difflib
 import reprlib
 from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -158,7 +159,10 @@ class Population(_Cells, common.Population):
         parameter_arrays: every parameter, PyNN's units, shape ``(size,)``.
         initial_arrays: every state variable at time 0, PyNN's units, shape ``(size,)``.
         has_space: whether the script set or used the positions of the cells.
+        hints: how a machine is to hold the population, see :class:`~nrp_core.brain.network.data.Population`.
     """
+
+    hints: Mapping[str, float] = MappingProxyType({})
 
     def __init__(
         self, size: Any, cellclass: Any, cellparams: Mapping[str, Any] | None = None, structure: Any = None,

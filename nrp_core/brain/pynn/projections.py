@@ -93,6 +93,7 @@ class Projection(common.Projection):
             self.values[name] = values.get(name, np.empty(0))
         listed = getattr(connector, "column_names", ())
         self.given = {name: None if name in listed else v for name, v in self.synapse_type.given.items()}
+        self.values = {**self.values, **self._meant(self.values)}
         self._check(self.values)
         self._simulator.state.projections.append(self)
 
@@ -176,6 +177,7 @@ class Projection(common.Projection):
         self.given[name] = None
 
     def _change(self, values: Mapping[str, FloatArray]) -> None:
+        values = self._meant(values)
         self._check(values)
         if self in self._simulator.state.projections:
             self._simulator.state.before_synapses(self, values)
@@ -232,6 +234,10 @@ class Projection(common.Projection):
     @property
     def _name(self) -> str:
         return f"projection '{self.label}'"
+
+    def _meant(self, values: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:
+        """Return values as PyNN means them; a simulator may read them in another way."""
+        return values
 
     def _check(self, values: Mapping[str, FloatArray]) -> None:
         conductance_based = self.post.conductance_based

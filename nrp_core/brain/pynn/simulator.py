@@ -40,6 +40,7 @@ class State(BaseState):  # type: ignore[misc]
         seeds: the family of all random streams that the script does not seed itself.
 
     Attributes:
+        hints_by_cell: what a script said about the place of all populations of a cell class on a machine.
         dt: the script's time step, ms.
         default_delay: the delay of synapses for which the script gives none, ms.
         t: current time, ms; it does not advance while building.
@@ -64,6 +65,7 @@ class State(BaseState):  # type: ignore[misc]
         self.recorders: set[Any] = set()
         self.write_on_end: list[Any] = []
         self.remarks: list[str] = []
+        self.hints_by_cell: dict[type, dict[str, float]] = {}
         self.segment_counter = -1
         self.reset()
 

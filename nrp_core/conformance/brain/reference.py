@@ -241,8 +241,9 @@ def _cell(sample: Sample, p: Mapping[str, float], current_na: float) -> _Cell:
     current = p["i_offset"] + current_na
     initial = sample.initial_values
     v = initial["v"]
-    if sample.cell_type == "Izhikevich":
-        return _Izhikevich(sample, p, [v, initial["u"]], _izhikevich(p, current))
+    if "u" in initial:
+        per_na = 1000.0 if sample.cell_type == "Izhikevich" else 1.0
+        return _Izhikevich(sample, p, [v, initial["u"]], _izhikevich(p, per_na * current))
     if sample.cell_type == "HH_cond_exp":
         return _HodgkinHuxley(sample, p, [v, *_settled_gates(v - p["v_offset"])], _hodgkin_huxley(p, current))
     if sample.loses_refractory_input:
@@ -274,10 +275,11 @@ def _adaptive(p: Mapping[str, float], current: float) -> Slopes:
 
 
 def _izhikevich(p: Mapping[str, float], current: float) -> Slopes:
-    def slopes(y: State, _: float) -> State:
+    """Return the slopes under a current per capacitance: PyNN's nA times 1000, sPyNNaker's nA as they are."""
+
+    def slopes(y: State, synaptic: float) -> State:
         v, u = y[0], y[1]
-        # the model's own current is per capacitance: PyNN's nA times 1000
-        return [0.04 * v * v + 5 * v + 140 - u + 1000 * current, p["a"] * (p["b"] * v - u)]
+        return [0.04 * v * v + 5 * v + 140 - u + current + synaptic, p["a"] * (p["b"] * v - u)]
 
     return slopes
 

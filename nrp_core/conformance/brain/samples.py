@@ -71,6 +71,8 @@ SAMPLES = {
         Sample("EIF_cond_alpha_isfa_ista", _ADAPTIVE, 1.0, 0.1, 0.001),
         Sample("EIF_cond_exp_isfa_ista", _ADAPTIVE, 1.0, 0.2, 0.002),
         Sample("Izhikevich", {"d": 8.0}, 0.01, 60.0, 1.0),
+        Sample("IZK_curr_exp", {"d": 8.0, "tau_syn_E": 2.0, "tau_syn_I": 3.0}, 10.0, 30.0, 1.0),
+        Sample("IZK_cond_exp", {"d": 8.0, "tau_syn_E": 2.0, "tau_syn_I": 3.0}, 10.0, 0.4, 0.01),
         Sample("HH_cond_exp", {"tau_syn_E": 2.0}, 0.5, 0.1, 0.001, rest_mv=-64.76462926),
     )
 }

@@ -307,5 +307,5 @@ def test_poisson_cells_keep_to_their_own_times_and_rates() -> None:
 
 
 def test_unknown_source_cells_are_refused() -> None:
-    with pytest.raises(CapabilityError, match="SpikeSourceGamma are not supported"):
-        PopulationTrains(Population("a", 1, "SpikeSourceGamma", {}), np.arange(1), SEEDS)
+    with pytest.raises(CapabilityError, match="SpikeSourceInhGamma are not supported"):
+        PopulationTrains(Population("a", 1, "SpikeSourceInhGamma", {}), np.arange(1), SEEDS)

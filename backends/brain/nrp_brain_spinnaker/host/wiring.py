@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nrp_brain_spinnaker.hints import hints_of
 from nrp_brain_spinnaker.host.delays import longest_delay, to_ticks
 from nrp_brain_spinnaker.host.distributions import parse_distribution
 from nrp_brain_spinnaker.host.shifts import Expectation, Incoming, largest_input, left_shift
@@ -25,7 +26,7 @@ from nrp_brain_spinnaker.machine.ring import WeightArray
 from nrp_brain_spinnaker.models import CellModel, cell_models
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.data import RECEPTORS, Network, Projection
+from nrp_core.brain.network.data import RECEPTORS, Network, Population, Projection
 from nrp_core.brain.network.limits import check_synapses, distinct
 from nrp_core.errors import NetworkError
 from nrp_core.findings import Code, Findings
@@ -113,9 +114,8 @@ def wire(
     groups = defaultdict(list)
     for part in wires:
         groups[part.population, part.receptor].append(part)
-    expected = Expectation(options.step_us / 1000, options.spikes_per_second, options.ring_buffer_sigma)
     for fellows in groups.values():
-        shift = _shift([part.incoming for part in fellows], fellows[0].model, expected)
+        shift = _shift(network.populations[fellows[0].projection.post], fellows, options)
         for part in fellows:
             part.shift = shift
     return wires, _lengthen(wires, options)
@@ -130,6 +130,7 @@ def _wire(
     network: Network, projection: Projection, population: int, cells: Cells, options: SpinnakerOptions
 ) -> Wires:
     target = network.populations[projection.post]
+    options = hints_of(target, options).options
     model = cell_models(options.semantics)[target.cell_type]
     check_synapses(
         f"projection '{projection.label}'", projection.ends, {"weight": projection.weight},
@@ -149,9 +150,16 @@ def _wire(
     )  # fmt: skip
 
 
-def _shift(incoming: Sequence[Incoming], model: CellModel, expected: Expectation) -> int:
+def _shift(target: Population, fellows: Sequence[Wires], options: SpinnakerOptions) -> int:
     """Return the left shift of a receptor; extensions do not repeat the software's error in the sum."""
+    model, hints = fellows[0].model, hints_of(target, options)
+    given = hints.summed_weights[fellows[0].receptor]
+    if given is not None:
+        return left_shift(given * model.weight_scale)
+    own = hints.options
+    expected = Expectation(own.step_us / 1000, own.spikes_per_second, own.ring_buffer_sigma)
     total_scale = model.weight_scale if model.extension else 1
+    incoming = [part.incoming for part in fellows]
     return left_shift(largest_input(incoming, model.weight_scale, expected, total_scale=total_scale))
 
 

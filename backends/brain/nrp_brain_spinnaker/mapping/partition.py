@@ -17,11 +17,12 @@ from nrp_brain_spinnaker.hardware import (
     NEURONS_PER_CORE,
     POISSON_SOURCES_PER_CORE,
 )
+from nrp_brain_spinnaker.hints import hints_of
 from nrp_brain_spinnaker.host.delays import bits_for, slots_available, stages
 from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.mapping.synapse_cores import synapse_cores
 from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.data import Network, Population
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,13 +91,15 @@ def vertices_of(network: Network, wires: Sequence[Wires], options: SpinnakerOpti
     senders = {part.projection.pre for part in wires}
     vertices = [
         Vertex(
-            label, p.cell_type, p.size, _per_core(p.cell_type, p.size, options.neurons_per_core),
+            label, p.cell_type, p.size, _per_core(p, options),
             sends=label in senders,
-            synapse_cores=synapse_cores([part for part in wires if part.projection.post == label], options),
+            synapse_cores=synapse_cores(
+                [part for part in wires if part.projection.post == label], hints_of(p, options)
+            ),
         )
         for label, p in network.populations.items()
     ]  # fmt: skip
-    for label, n_stages in _extensions(network, wires, options.neurons_per_core).items():
+    for label, n_stages in _extensions(network, wires, options).items():
         size = network.populations[label].size
         vertices.append(
             Vertex(f"{label}_delayed", "DelayExtension", size, NEURONS_PER_CORE, sends=True, stages=n_stages)
@@ -104,17 +107,19 @@ def vertices_of(network: Network, wires: Sequence[Wires], options: SpinnakerOpti
     return vertices
 
 
-def _per_core(cell_type: str, size: int, neurons_per_core: int) -> int:
-    if cell_type == "SpikeSourceArray":
-        return size
-    return POISSON_SOURCES_PER_CORE if cell_type == "SpikeSourcePoisson" else neurons_per_core
+def _per_core(population: Population, options: SpinnakerOptions) -> int:
+    if not population.is_source:
+        return hints_of(population, options).options.neurons_per_core
+    usual = population.size if population.cell_type == "SpikeSourceArray" else POISSON_SOURCES_PER_CORE
+    return int(population.hints.get("neurons_per_core", usual))
 
 
-def _extensions(network: Network, wires: Sequence[Wires], neurons_per_core: int) -> dict[str, int]:
+def _extensions(network: Network, wires: Sequence[Wires], options: SpinnakerOptions) -> dict[str, int]:
     """Return the number of stages for the sources of long delays."""
     needed: dict[str, int] = {}
     for part in wires:
-        on_core = min(network.populations[part.projection.post].size, neurons_per_core)
+        target = network.populations[part.projection.post]
+        on_core = min(target.size, _per_core(target, options))
         longest = int(part.ticks.max())
         if longest > slots_available(on_core):
             label = part.projection.pre

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from math import ceil
 from typing import Final
 
+from nrp_brain_spinnaker.hints import Hints
 from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.mapping.memory import longest_row
-from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_core.brain.network.synapses.stdp import STDP
 
 _SHARED_FROM_US: Final = 1000
@@ -21,13 +21,16 @@ _PLASTIC_EVENTS_PER_S: Final = 1.4e6
 """The software's limits for one core with a plastic projection."""
 
 
-def synapse_cores(onto: Sequence[Wires], options: SpinnakerOptions) -> int:
+def synapse_cores(onto: Sequence[Wires], hints: Hints) -> int:
     """Return the number of synapse-only cores of each slice of a population.
 
     Args:
         onto: the projections onto the population.
-        options: the options of the user.
+        hints: the hints of the population.
     """
+    options = hints.options
+    if hints.synapse_cores is not None:
+        return hints.synapse_cores
     if options.step_us >= _SHARED_FROM_US:
         return 0
     plastic = any(part.projection.synapse_type == STDP for part in onto)

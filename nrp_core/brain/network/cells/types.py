@@ -24,10 +24,14 @@ CELLS: Final[Mapping[str, CellType]] = {
         integrate_and_fire.COND_EXP,
         integrate_and_fire.COND_ALPHA,
         izhikevich.IZHIKEVICH,
+        izhikevich.CURR_EXP,
+        izhikevich.COND_EXP,
         adaptive_exponential.COND_EXP,
         adaptive_exponential.COND_ALPHA,
         hodgkin_huxley.COND_EXP,
         spike_sources.POISSON,
+        spike_sources.REFRACTORY,
+        spike_sources.GAMMA,
         spike_sources.ARRAY,
     )
 }

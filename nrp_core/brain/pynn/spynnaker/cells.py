@@ -1,0 +1,90 @@
+"""The cells of sPyNNaker: PyNN's with more variables to record, its own, and those that are refused."""
+
+# mypy: disable-error-code="misc"
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final, NoReturn
+
+from pyNN.parameters import Sequence
+
+from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.errors import CapabilityError
+
+_SYNAPTIC: Final = ("gsyn_exc", "gsyn_inh")
+"""Its names of the synaptic input of all cells, conductances (uS) and currents (nA) alike."""
+_OWN_NAMES: Final = {
+    "Izhikevich": "IZK_curr_exp",
+    "Izhikevich_cond": "IZK_cond_exp",
+    "IFCurDelta": "IF_curr_delta",
+}
+"""Its names of cells, and the cell types that they are."""
+
+_CALCIUM, _STOCHASTIC = "a threshold that adapts with calcium", "a random threshold"
+REFUSED_CELLS: Final = {
+    "IFCurrExpCa2Adaptive": f"it has {_CALCIUM}; EIF_cond_exp_isfa_ista adapts too",
+    "IFCurrDeltaCa2Adaptive": f"it has {_CALCIUM}; EIF_cond_exp_isfa_ista adapts too",
+    "IFCondExpStoc": f"it has {_STOCHASTIC}",
+    "StocExp": f"it has {_STOCHASTIC}",
+    "StocExpStable": f"it has {_STOCHASTIC}",
+    "StocSigma": f"it has {_STOCHASTIC}",
+    "IFTruncDelta": "its voltage is cut off at rest",
+    "IF_curr_dual_exp": "it has a third receptor; networks have an excitatory and an inhibitory one",
+    "IF_curr_exp_sEMD": "its second receptor multiplies the first",
+    "IFCondExpCerebellum": "its reversal potentials are set by a cerebellum model of the iCub",
+    "SpikeSourcePoissonVariable": "its rates follow a table; change SpikeSourcePoisson.rate between two runs",
+    "IF_cond_exp_stoc": f"it has {_STOCHASTIC}",
+}
+
+
+def refused(name: str, reason: str) -> type:
+    """Return a stand-in for a class without an equivalent; its constructor raises."""
+
+    def refuse(*_: object, **__: object) -> NoReturn:
+        raise CapabilityError(f"{name} is not supported: {reason}")
+
+    return type(name, (), {"__init__": refuse, "__doc__": f"Not supported: {reason}."})
+
+
+def cell_types(pynn: Mapping[str, Any]) -> dict[str, type]:
+    """Return sPyNNaker's cell types by its names.
+
+    Args:
+        pynn: the names of a PyNN simulator.
+    """
+    own = {name: _own(pynn[name], name, name) for name in CELLS}
+    return own | {name: _own(pynn[cell], name, cell) for name, cell in _OWN_NAMES.items()}
+
+
+def _own(cell: Any, name: str, cell_type: str) -> type:
+    """Return a cell type whose arguments may be initial values too, and that records all synaptic input."""
+    variables = dict(cell.default_initial_values)
+
+    def begin(self: Any, **parameters: Any) -> None:
+        self.given_state = {key: parameters.pop(key) for key in variables.keys() & parameters.keys()}
+        cell.__init__(self, **parameters)
+
+    body: dict[str, Any] = {"__init__": begin, "__doc__": cell.__doc__, "cell_type": cell_type}
+    if cell.receptor_types:
+        unit = "uS" if cell.conductance_based else "nA"
+        synaptic = () if name == "IF_curr_delta" else _SYNAPTIC
+        body["units"] = {**dict.fromkeys(_SYNAPTIC, unit), **cell.units}
+        body["recordable"] = list(dict.fromkeys([*cell.recordable, *synaptic]))
+    return type(name, (cell,), body)
+
+
+def spike_injector(array: Any) -> type:
+    """Return the source cells whose spikes a connection sends while the network runs.
+
+    Args:
+        array: the class of PyNN's ``SpikeSourceArray``.
+    """
+
+    def begin(self: Any, *_: Any, **__: Any) -> None:  # addresses of the machine's host
+        array.__init__(self, spike_times=Sequence([]))
+
+    doc = "Source cells that emit the spikes which a live connection sends."
+    return type(
+        "SpikeInjector", (array,), {"__init__": begin, "__doc__": doc, "cell_type": "SpikeSourceArray"}
+    )

@@ -1,0 +1,221 @@
+"""Live connections of a script: callbacks that hear spikes while the network runs, and send some.
+
+A connection only holds callbacks and what was sent. :mod:`nrp_core.pynn.spynnaker` runs them; when an
+experiment runs the network, they have no effect.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from nrp_core.errors import NetworkError, did_you_mean
+
+Callback: TypeAlias = Callable[..., Any]
+_EVENTS = ("start", "start_resume", "pause_stop", "init")
+
+
+@dataclass
+class Hub:
+    """All live connections of a script, and the populations that take part.
+
+    Attributes:
+        connections: in the order in which they were made.
+        heard: the populations with live output, by label.
+        injectors: the populations into which connections send spikes, by label.
+        controlled: the Poisson populations whose rates connections set, by label.
+        sent: spikes to emit: label, and indices of cells.
+        rates: rates to set: label, indices of cells, and rates in Hz.
+    """
+
+    connections: list[Connection] = field(default_factory=list)
+    heard: dict[str, Any] = field(default_factory=dict)
+    injectors: dict[str, Any] = field(default_factory=dict)
+    controlled: dict[str, Any] = field(default_factory=dict)
+    sent: deque[tuple[str, list[int]]] = field(default_factory=deque)
+    rates: deque[tuple[str, list[int], list[float]]] = field(default_factory=deque)
+
+    @property
+    def is_used(self) -> bool:
+        """Whether something happens while the network runs."""
+        return bool(self.connections)
+
+    def clear(self) -> None:
+        """Forget the populations, which ``setup`` discards; connections may be older, and stay."""
+        for known in (self.heard, self.injectors, self.controlled, self.sent, self.rates):
+            known.clear()
+
+    def activate_live_output_for(self, population: Any, *_: Any, **__: Any) -> None:
+        """Let connections hear the spikes of a population."""
+        self.heard[population.label] = population
+
+    def add_poisson_live_rate_control(self, poisson_population: Any, *_: Any, **__: Any) -> None:
+        """Let connections set the rates of a Poisson population.
+
+        Raises:
+            NetworkError: its cells have no rate.
+        """
+        if "rate" not in poisson_population.parameter_arrays:
+            raise NetworkError(
+                f"population '{poisson_population.label}' has no rate to control: its cells are "
+                f"{type(poisson_population.celltype).__name__}"
+            )
+        self.controlled[poisson_population.label] = poisson_population
+
+    def require_labels(self) -> None:
+        """Check that all labels of connections are those of populations that take part.
+
+        Raises:
+            NetworkError: one is not.
+        """
+        for connection in self.connections:
+            for label in connection.receive_labels:
+                _require(label, self.heard, "live output: call activate_live_output_for(population)")
+            for label in connection.send_labels:
+                known, remedy = (
+                    (self.controlled, "live rates: call add_poisson_live_rate_control(population)")
+                    if connection.sets_rates
+                    else (self.injectors, "injected spikes: its cells must be a SpikeInjector()")
+                )
+                _require(label, known, remedy)
+
+
+class Connection:
+    """Callbacks for the spikes of some populations, and a way to send spikes into others.
+
+    Args:
+        hub: the script's connections.
+        receive_labels: labels of populations with live output.
+        send_labels: labels of populations of ``SpikeInjector`` cells.
+    """
+
+    sets_rates = False
+
+    def __init__(
+        self, hub: Hub, receive_labels: Iterable[str] | None = None, send_labels: Iterable[str] | None = None,
+    ) -> None:  # fmt: skip
+        self.receive_labels, self.send_labels = list(receive_labels or ()), list(send_labels or ())
+        self.receivers: list[tuple[str, Callback, bool]] = []
+        self.callbacks: dict[str, list[tuple[str, Callback]]] = {event: [] for event in _EVENTS}
+        self._hub = hub
+        hub.connections.append(self)
+
+    def add_receive_label(self, label: str) -> None:
+        """Hear a further population."""
+        self.receive_labels.append(label)
+
+    def add_send_label(self, label: str) -> None:
+        """Send spikes into a further population."""
+        self.send_labels.append(label)
+
+    def add_receive_callback(
+        self, label: str, live_event_callback: Callback, translate_key: bool = True
+    ) -> None:
+        """Call ``callback(label, time, neuron_ids)`` in each time step with spikes; the time is in steps."""
+        self._require(label, self.receive_labels)
+        self.receivers.append((label, live_event_callback, True))
+
+    def add_receive_no_time_callback(
+        self, label: str, live_event_callback: Callback, translate_key: bool = True
+    ) -> None:
+        """Call ``callback(label, neuron_ids)`` in each time step with spikes."""
+        self._require(label, self.receive_labels)
+        self.receivers.append((label, live_event_callback, False))
+
+    def add_start_callback(self, label: str, start_callback: Callback) -> None:
+        """Call ``callback(label, connection)`` when the network first runs."""
+        self._add("start", label, start_callback)
+
+    def add_start_resume_callback(self, label: str, start_resume_callback: Callback) -> None:
+        """Call ``callback(label, connection)`` at the beginning of each run."""
+        self._add("start_resume", label, start_resume_callback)
+
+    def add_pause_stop_callback(self, label: str, pause_stop_callback: Callback) -> None:
+        """Call ``callback(label, connection)`` at the end of each run."""
+        self._add("pause_stop", label, pause_stop_callback)
+
+    def add_init_callback(self, label: str, init_callback: Callback) -> None:
+        """Call ``callback(label, n_neurons, run_time_ms, timestep_ms)`` before the network first runs."""
+        self._add("init", label, init_callback)
+
+    def close(self) -> None:
+        """Take the connection away."""
+        if self in self._hub.connections:
+            self._hub.connections.remove(self)
+
+    def _add(self, event: str, label: str, callback: Callback) -> None:
+        self._require(label, [*self.send_labels, *self.receive_labels])
+        self.callbacks[event].append((label, callback))
+
+    def _require(self, label: str, known: Sequence[str]) -> None:
+        if label not in known:
+            raise NetworkError(f"the connection has no label '{label}'{did_you_mean(label, known)}")
+
+
+class SpikesConnection(Connection):
+    """sPyNNaker's ``SpynnakerLiveSpikesConnection``, within this process: addresses have no effect."""
+
+    def __init__(
+        self, hub: Hub, receive_labels: Iterable[str] | None = None, send_labels: Iterable[str] | None = None,
+        local_host: Any = None, local_port: Any = None, live_packet_gather_label: Any = None,
+    ) -> None:  # fmt: skip
+        super().__init__(hub, receive_labels, send_labels)
+
+    def send_spike(self, label: str, neuron_id: int, send_full_keys: bool = False) -> None:
+        """Let a cell emit a spike in the next time step."""
+        self.send_spikes(label, [neuron_id], send_full_keys)
+
+    def send_spikes(self, label: str, neuron_ids: Iterable[int], send_full_keys: bool = False) -> None:
+        """Let cells emit a spike in the next time step.
+
+        Raises:
+            NetworkError: the connection does not send to the population, or the population has no such cell.
+        """
+        self._require(label, self.send_labels)
+        self._hub.sent.append((label, _cells(self._hub.injectors, label, neuron_ids)))
+
+
+class RatesConnection(Connection):
+    """sPyNNaker's ``SpynnakerPoissonControlConnection``."""
+
+    sets_rates = True
+
+    def __init__(
+        self, hub: Hub, poisson_labels: Iterable[str] | None = None, local_host: Any = None,
+        local_port: Any = None, control_label_extension: Any = None,
+    ) -> None:  # fmt: skip
+        super().__init__(hub, send_labels=poisson_labels)
+
+    def set_rate(self, label: str, neuron_id: int, rate: float) -> None:
+        """Set the rate of a source cell (Hz) from the next time step on."""
+        self.set_rates(label, [(neuron_id, rate)])
+
+    def set_rates(self, label: str, neuron_id_rates: Iterable[tuple[int, float]]) -> None:
+        """Set the rates of source cells, pairs of cell and Hz, from the next time step on.
+
+        Raises:
+            NetworkError: the connection does not control the population, or the population has no such cell.
+        """
+        self._require(label, self.send_labels)
+        pairs = list(neuron_id_rates)
+        cells = _cells(self._hub.controlled, label, [cell for cell, _ in pairs])
+        self._hub.rates.append((label, cells, [float(rate) for _, rate in pairs]))
+
+
+def _cells(known: dict[str, Any], label: str, given: Iterable[int]) -> list[int]:
+    cells = [int(cell) for cell in np.atleast_1d(np.asarray(list(given), dtype=np.int64))]
+    size = known[label].size if label in known else 0
+    for cell in cells:
+        if label in known and not 0 <= cell < size:
+            raise NetworkError(f"population '{label}' has no cell {cell}; they are numbered 0..{size - 1}")
+    return cells
+
+
+def _require(label: str, known: dict[str, Any], remedy: str) -> None:
+    if label not in known:
+        hint = did_you_mean(label, known)
+        raise NetworkError(f"a live connection names '{label}', which has no {remedy}{hint}")

@@ -1,0 +1,238 @@
+"""The modules that a script of sPyNNaker imports, over one PyNN simulator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cached_property, partial
+from types import MappingProxyType, ModuleType
+from typing import Any, Final
+
+from pyNN import common, space
+
+from nrp_core.brain.pynn.spynnaker import neo_compare, neo_convertor
+from nrp_core.brain.pynn.spynnaker.cells import REFUSED_CELLS, cell_types, refused, spike_injector
+from nrp_core.brain.pynn.spynnaker.connections import Hub, RatesConnection, SpikesConnection
+from nrp_core.brain.pynn.spynnaker.connectors import OneToOneOffsetConnector
+from nrp_core.brain.pynn.spynnaker.populations import Population, Projection
+from nrp_core.brain.pynn.spynnaker.settings import Splitter, cells_per_core
+from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
+
+PACKAGES: Final = ("spynnaker", "spynnaker8")
+_SIMULATORS: Final = ("pyNN.spiNNaker", "spynnaker.pyNN", "spynnaker8")
+NAME: Final = "SpiNNaker"
+DEFAULT_TIMESTEP_MS: Final = 1.0
+_MACHINE: Final = (
+    "n_chips_required", "n_boards_required", "time_scale_factor", "machine_time_step", "hostname",
+    "database_socket_addresses", "graph_label", "machine",
+)  # fmt: skip
+"""Arguments of ``setup`` that concern the machine alone."""
+_SPLITTERS: Final = (
+    "SplitterAbstractPopulationVertexNeuronsSynapses", "SplitterAbstractPopulationVertexFixed",
+    "SplitterPopulationVertexNeuronsSynapses", "SplitterPopulationVertexFixed", "SplitterPoissonDelegate",
+    "SplitterAbstractPopulationVertexSlice", "SplitterDelayVertexSlice",
+)  # fmt: skip
+_STRUCTURAL: Final = "synapses do not form and vanish here"
+_RULE: Final = "the rules here are SpikePairRule with additive or multiplicative weights"
+_DEVICE: Final = "it is a device of its own, connected to a real machine; an experiment has robots"
+_REFUSED: Final = {
+    **dict.fromkeys(
+        (
+            "StructuralMechanismStatic", "StructuralMechanismSTDP", "RandomSelection", "LastNeuronSelection",
+            "DistanceDependentFormation", "RandomByWeightElimination",
+        ),
+        _STRUCTURAL,
+    ),
+    **dict.fromkeys(("ConvolutionConnector", "PoolDenseConnector", "Convolution", "PoolDense"), (
+        "shared kernels are not stored; FromListConnector takes the same synapses one by one"
+    )),
+    "KernelConnector": "it weights a neighbourhood; FromListConnector takes the same synapses one by one",
+}  # fmt: skip
+_REFUSED_EXTRA: Final = {
+    **REFUSED_CELLS,
+    **dict.fromkeys(
+        (
+            "PfisterSpikeTriplet", "WeightDependenceAdditiveTriplet", "SpikeNearestPairRule", "RecurrentRule",
+            "Vogels2011Rule", "TimingDependencePFPC", "WeightDependencePFPC", "TimingDependenceMFVN",
+            "WeightDependenceMFVN",
+        ),
+        _RULE,
+    ),
+    "Neuromodulation": "weights change by pairs of spikes alone, without a reward",
+}  # fmt: skip
+
+
+class Dialect:
+    """sPyNNaker's modules over a PyNN simulator.
+
+    Args:
+        pynn: the simulator; the modules build its network.
+        more: further names of the simulator's module, such as those that run.
+        devices: further names of its ``external_devices``.
+        hub: the script's live connections.
+    """
+
+    def __init__(
+        self,
+        pynn: ModuleType,
+        more: Mapping[str, Any] = MappingProxyType({}),
+        devices: Mapping[str, Any] = MappingProxyType({}),
+        hub: Hub | None = None,
+    ) -> None:
+        self._pynn, self._more, self._devices, self._hub = pynn, more, devices, hub or Hub()
+
+    def module(self, name: str) -> ModuleType | None:
+        """Return the module of a dotted name; None if it is not one of sPyNNaker's.
+
+        Raises:
+            ModuleNotFoundError: sPyNNaker may have it, but there is no equivalent.
+        """
+        if name in _SIMULATORS:
+            return self.simulator
+        package = next((each for each in _SIMULATORS if name.startswith(f"{each}.")), None)
+        if package is None:
+            return None
+        found: Any = self.simulator
+        for part in name.removeprefix(f"{package}.").split("."):
+            found = getattr(found, part, None)
+        if isinstance(found, ModuleType):
+            return found
+        if found is not None or package == name.rpartition(".")[0] == "spynnaker8":
+            return None  # a name of the simulator
+        raise ModuleNotFoundError(f"sPyNNaker's module '{name}' has no equivalent", name=name)
+
+    @cached_property
+    def simulator(self) -> ModuleType:
+        """The simulator with sPyNNaker's names."""
+        simulator = self._pynn.simulator
+        api = ModuleType("pyNN.spiNNaker", self._pynn.__doc__)
+        names = vars(self._pynn)
+        own = {**names, **cell_types(names)}
+        own |= {name: refused(name, reason) for name, reason in _REFUSED.items()}
+        own |= {"Population": simulator.bind(Population), "Projection": simulator.bind(Projection)}
+        own |= {
+            "create": common.build_create(own["Population"]),
+            "connect": common.build_connect(
+                own["Projection"], own["FixedProbabilityConnector"], own["StaticSynapse"]
+            ),
+            "OneToOneOffsetConnector": simulator.bind(OneToOneOffsetConnector),
+            "MultapseConnector": own["FixedTotalNumberConnector"],
+            "register_database_notification_request": _nothing,
+            "distance": space.distance,
+            "name": lambda: NAME,
+            "setup": self._setup(names["setup"]),
+            **self._settings(own),
+            **self._more,
+        }
+        vars(api).update(own)
+        devices = self._external_devices(own)
+        vars(api).update(
+            extra_models=self._extra_models(own),
+            external_devices=devices,
+            connections=devices,
+            utilities=_module("utilities", neo_convertor=neo_convertor, neo_compare=neo_compare),
+            extra_algorithms=_module(
+                "extra_algorithms",
+                splitter_components=_module("splitter_components", **dict.fromkeys(_SPLITTERS, Splitter)),
+            ),
+        )
+        return api
+
+    def _setup(self, begin: Callable[..., int]) -> Callable[..., int]:
+        def setup(
+            timestep: float | None = None,
+            min_delay: float | str | None = None,
+            max_delay: Any = None,
+            **extra: Any,
+        ) -> int:
+            """Discard the network and start again; times in ms, a time step of 1 ms by default."""
+            step = DEFAULT_TIMESTEP_MS if timestep is None else timestep
+            given = {name: value for name, value in extra.items() if name not in _MACHINE}
+            if max_delay is not None:
+                given["max_delay"] = max_delay
+            self._hub.clear()
+            return begin(step, "auto" if min_delay is None else min_delay, **given)
+
+        return setup
+
+    def _settings(self, names: Mapping[str, Any]) -> dict[str, Callable[..., None]]:
+        state = self._pynn.state
+
+        def set_number_of_neurons_per_core(neuron_type: Any, max_permitted: Any) -> None:
+            """Set the largest number of cells on a core, for populations of a type that are made later."""
+            cell = _cell_class(neuron_type, names)
+            count = cells_per_core(f"set_number_of_neurons_per_core({cell.__name__})", max_permitted)
+            state.hints_by_cell.setdefault(cell, {})["neurons_per_core"] = count
+
+        def set_number_of_synapse_cores(neuron_type: Any, n_synapse_cores: int | None) -> None:
+            """Set the number of synapse-only cores for each core, for populations that are made later."""
+            hints = state.hints_by_cell.setdefault(_cell_class(neuron_type, names), {})
+            hints.pop("synapse_cores", None)
+            if n_synapse_cores is not None:
+                hints["synapse_cores"] = float(n_synapse_cores)
+
+        def set_allow_delay_extensions(neuron_type: Any, _allow: bool) -> None:
+            """Have no effect: delays of any length are extended."""
+            _cell_class(neuron_type, names)
+
+        return {
+            function.__name__: function
+            for function in (
+                set_number_of_neurons_per_core, set_number_of_synapse_cores, set_allow_delay_extensions,
+            )
+        }  # fmt: skip
+
+    def _extra_models(self, names: Mapping[str, Any]) -> ModuleType:
+        own = {name: names[name] for name in ("Izhikevich_cond", "IFCurDelta")}
+        return _module(
+            "extra_models", **own, **{name: refused(name, why) for name, why in _REFUSED_EXTRA.items()}
+        )
+
+    def _external_devices(self, names: Mapping[str, Any]) -> ModuleType:
+        module = ModuleType("external_devices", "Live input and output.")
+
+        def unknown(name: str) -> Any:
+            if name.startswith("__"):
+                raise AttributeError(name)
+            return refused(name, _DEVICE)
+
+        def activate_live_output_to(*_: object, **__: object) -> None:
+            """Refuse: there is no device."""
+            raise CapabilityError(f"activate_live_output_to is not supported: {_DEVICE}")
+
+        own: dict[str, Any] = {
+            "SpikeInjector": self._injector(names),
+            "SpynnakerLiveSpikesConnection": partial(SpikesConnection, self._hub),
+            "SpynnakerPoissonControlConnection": partial(RatesConnection, self._hub),
+            "activate_live_output_for": self._hub.activate_live_output_for,
+            "activate_live_output_to": activate_live_output_to,
+            "add_poisson_live_rate_control": self._hub.add_poisson_live_rate_control,
+            "add_database_socket_address": _nothing,
+            "register_database_notification_request": _nothing,
+            **self._devices,
+        }
+        vars(module).update(own, __getattr__=unknown)
+        return module
+
+    def _injector(self, names: Mapping[str, Any]) -> type:
+        cell = spike_injector(names["SpikeSourceArray"])
+        cell.injectors = self._hub.injectors  # type: ignore[attr-defined]
+        return cell
+
+
+def _module(name: str, **names: Any) -> ModuleType:
+    module = ModuleType(name)
+    vars(module).update(names)
+    return module
+
+
+def _nothing(*_: object, **__: object) -> None:
+    """Have no effect: connections stay in this process."""
+
+
+def _cell_class(cell: Any, names: Mapping[str, Any]) -> type:
+    found = names.get(cell) if isinstance(cell, str) else cell
+    if not isinstance(found, type) or not hasattr(found, "cell_type"):
+        shown = getattr(cell, "__name__", repr(cell))
+        known = [name for name, kind in names.items() if hasattr(kind, "cell_type")]
+        raise NetworkError(f"{shown} is not a cell type{did_you_mean(shown, known)}")
+    return found

@@ -1,0 +1,65 @@
+"""sPyNNaker's simulator, which runs its scripts on the emulated machine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Final
+
+import nrp_core.pynn
+from nrp_core.brain.files.script import scope_of
+from nrp_core.brain.pynn.spynnaker import Dialect
+from nrp_core.brain.pynn.spynnaker.connections import Hub
+from nrp_core.errors import NetworkError, NrpError
+from nrp_core.pynn.spynnaker.clock import SimulatedClock
+from nrp_core.pynn.spynnaker.live import LiveState
+
+BACKEND: Final = "spinnaker"
+OPTIONS: Final[Mapping[str, Any]] = {"semantics": "released"}
+"""Cells and weights mean what they mean in sPyNNaker, which differs from PyNN for some cells."""
+
+
+def run_script(path: Path) -> ModuleType:
+    """Run a script of sPyNNaker as the main program, and return its module.
+
+    ``time.sleep`` in a callback of the script waits for simulated time, so that a run is the same each time.
+
+    Raises:
+        NrpError: the script does something impossible; with file and line.
+        Exception: whatever else the script raises.
+    """
+    clock = SimulatedClock()
+    state = LiveState(Hub(), clock)
+    pynn = nrp_core.pynn.new_simulator(state)
+    vars(pynn)["setup"] = partial(pynn.setup, backend=BACKEND, options=OPTIONS)
+    dialect = Dialect(pynn, *_running(pynn, state), state.hub)
+    modules = {"time": clock.module()}
+    scope = scope_of(pynn, modules=modules, spynnaker=dialect)
+    try:
+        return scope.run(path, name="__main__")
+    except NrpError as error:
+        raise scope.located(error, NetworkError, path) from error
+    finally:
+        state.close()
+
+
+def _running(pynn: ModuleType, state: LiveState) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the names of the simulator, and of its ``external_devices``, that run the network."""
+    advance = pynn.run
+
+    def run(simtime: float | None = None, _sync_time: float = 0.0, callbacks: Any = None) -> float | None:
+        """Run for a time (ms); without one, in real time until it is stopped, beside the script."""
+        if simtime is None:
+            state.run_forever()
+            return None
+        return float(advance(simtime, callbacks))
+
+    def run_forever(_sync_time: float = 0.0) -> None:
+        """Run in real time, beside the script, until ``request_stop`` or ``end``."""
+        state.run_forever()
+
+    names = {"run": run, "run_for": run, "run_forever": run_forever, "stop_run": state.stop}
+    devices = {"run_forever": run_forever, "request_stop": state.stop}
+    return names, devices

@@ -1,0 +1,116 @@
+"""Simulated time for the threads of a script: to sleep there means to wait for the simulation.
+
+One thread works at a time: the simulation goes on when all others sleep or have ended. So what callbacks send
+does not depend on the machine. A callback that waits for something else than time goes on beside the
+simulation after a short wait.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from threading import Event, Thread, current_thread
+from types import ModuleType
+from typing import Any, Final
+
+from nrp_core.clock import MS_PER_S
+
+_PATIENCE_S: Final = 1.0
+
+
+class SimulatedClock:
+    """The time of a simulation, and the threads that sleep in it."""
+
+    def __init__(self) -> None:
+        self._now_ms = 0.0
+        self._threads: list[_Sleeper] = []
+
+    def begin(self, function: Callable[..., Any], *arguments: Any) -> None:
+        """Call a function in a thread of its own; return when it sleeps or has ended."""
+        thread = _Sleeper(function, arguments)
+        self._threads.append(thread)
+        thread.start()
+        thread.rests.wait(_PATIENCE_S)
+        self._require_success()
+
+    def advance(self, now_ms: float) -> None:
+        """Set the time, and let all threads that wake by then go on until they sleep again or end."""
+        self._now_ms = now_ms
+        while due := [
+            thread for thread in self._threads if thread.wake_ms <= now_ms and not thread.goes.is_set()
+        ]:
+            thread = min(due, key=lambda each: each.wake_ms)
+            thread.rests.clear()
+            thread.goes.set()
+            thread.rests.wait(_PATIENCE_S)
+        self._require_success()
+
+    def sleep(self, seconds: float) -> None:
+        """Wait for simulated time in a thread of this clock, and for real time elsewhere."""
+        thread = current_thread()
+        if not isinstance(thread, _Sleeper):
+            time.sleep(seconds)
+            return
+        thread.sleep_until(max(thread.wake_ms, self._now_ms) + seconds * MS_PER_S)
+
+    def module(self) -> ModuleType:
+        """Return the module ``time`` for the script."""
+        module = ModuleType("time", time.__doc__)
+        vars(module).update(vars(time), sleep=self.sleep)
+        return module
+
+    def close(self) -> None:
+        """End all threads that sleep, and go back to time 0."""
+        for thread in self._threads:
+            thread.cancelled = True
+            thread.goes.set()
+        self._threads, self._now_ms = [], 0.0
+
+    def _require_success(self) -> None:
+        errors = [thread.error for thread in self._threads if thread.error is not None]
+        self._threads = [thread for thread in self._threads if thread.is_alive() and not thread.ended]
+        if errors:
+            raise errors[0]
+
+
+class _Sleeper(Thread):
+    """A thread that sleeps in simulated time.
+
+    Attributes:
+        wake_ms: when its sleep ends, or ended.
+        goes: set while it works.
+        rests: set while it sleeps, and when it has ended.
+        error: what its function raised.
+    """
+
+    def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+        super().__init__(name=f"callback {getattr(function, '__name__', '')}", daemon=True)
+        self._function, self._arguments = function, arguments
+        self.wake_ms = 0.0
+        self.goes, self.rests = Event(), Event()
+        self.goes.set()
+        self.cancelled = self.ended = False
+        self.error: BaseException | None = None
+
+    def run(self) -> None:
+        try:
+            self._function(*self._arguments)
+        except SystemExit:
+            pass
+        except BaseException as error:  # noqa: BLE001 - the simulation raises it
+            self.error = error
+        self.ended = True
+        self.rests.set()
+
+    def sleep_until(self, wake_ms: float) -> None:
+        """Sleep; called in this thread.
+
+        Raises:
+            SystemExit: the simulation has ended.
+        """
+        self.wake_ms = wake_ms
+        self.goes.clear()
+        self.rests.set()
+        self.goes.wait()
+        if self.cancelled:
+            raise SystemExit

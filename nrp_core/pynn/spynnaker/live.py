@@ -1,0 +1,202 @@
+"""Runs a network step by step, with the live connections of its script.
+
+At the beginning of a step callbacks may send spikes and set rates; at its end the spikes of the step are
+passed to those that hear them. Spikes sent from there go out in the next step.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from dataclasses import dataclass
+from threading import Event, Thread, current_thread
+from typing import Any
+
+import numpy as np
+
+from nrp_core._support.arrays import IntArray
+from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
+from nrp_core.brain.interface import Brain
+from nrp_core.brain.pynn.spynnaker.connections import Hub
+from nrp_core.brain.spikes import Spikes
+from nrp_core.clock import MS_PER_S
+from nrp_core.errors import LifecycleError
+from nrp_core.pynn.running import RunningState
+from nrp_core.pynn.spynnaker.clock import SimulatedClock
+
+_logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Listener(SinkSpec):
+    """Keeps the spikes of the last window."""
+
+    def open(self, neurons: IntArray, n_neurons: int, name: str) -> ListenerPort:
+        return ListenerPort(neurons, n_neurons, name)
+
+
+class ListenerPort(SinkPort):
+    """An active :class:`Listener`."""
+
+    passing = True
+
+    def __init__(self, neurons: IntArray, n_neurons: int, name: str) -> None:
+        super().__init__(neurons, n_neurons, name)
+        self.reset()
+
+    def take(self) -> IntArray:
+        """Return the cells that fired, as indices, in the order of their spikes."""
+        cells: IntArray = np.concatenate([np.empty(0, np.int64), *self._cells]) - self.neurons[0]
+        self.reset()
+        return cells
+
+    def _absorb(self, spikes: Spikes, until_ms: float) -> None:
+        self._cells.append(spikes.neurons)
+
+    def reset(self) -> None:
+        self._cells: list[IntArray] = []
+
+    def save(self) -> object:
+        return None
+
+    def restore(self, saved: Any) -> None:
+        self.reset()
+
+
+class LiveState(RunningState):
+    """A network that runs with live connections.
+
+    Args:
+        hub: the connections.
+        clock: the time in which their callbacks sleep.
+    """
+
+    def __init__(self, hub: Hub, clock: SimulatedClock) -> None:
+        self.hub, self._clock = hub, clock
+        self._ports: dict[str, ListenerPort] = {}
+        self._forever: Thread | None = None
+        self._stop = Event()
+        self._failure: BaseException | None = None
+        self._first = True
+        self._shown: set[str] = set()
+        super().__init__()
+
+    def run_until(self, t_ms: float) -> None:
+        if self._forever is not None and current_thread() is not self._forever:
+            raise LifecycleError("run: the network runs already; call external_devices.request_stop() first")
+        if not self.hub.is_used:
+            super().run_until(t_ms)
+            return
+        self._begin(t_ms)
+        self._step_until(t_ms)
+        self._call("pause_stop")
+
+    def run_forever(self) -> None:
+        """Run in real time in a thread of its own until :meth:`stop`; return when it has begun."""
+        if self._forever is not None:
+            raise LifecycleError("run_forever: the network runs already")
+        self._stop.clear()
+        self._begin(float("inf"))
+        self._step_until(self.t + self.dt)
+        self._forever = Thread(target=self._run_in_real_time, name="run_forever", daemon=True)
+        self._forever.start()
+
+    def stop(self) -> None:
+        """Stop a network that runs forever; raises what a callback raised."""
+        self._stop.set()
+        if self._forever is not None and self._forever is not current_thread():
+            self._forever.join()
+            self._forever = None
+        failure, self._failure = self._failure, None
+        if failure is not None:
+            raise failure
+
+    def close(self) -> None:
+        self.stop()
+        self._clock.close()
+        self._first = True
+        super().close()
+
+    def _run_in_real_time(self) -> None:
+        try:
+            began_s, began_ms = time.monotonic(), self.t
+            while not self._stop.is_set():
+                self._step_until(self.t + self.dt)
+                ahead_s = (self.t - began_ms) / MS_PER_S - (time.monotonic() - began_s)
+                if ahead_s > 0:
+                    self._stop.wait(ahead_s)
+            self._call("pause_stop")
+        except BaseException as error:  # noqa: BLE001 - raised in the thread of the script
+            self._failure = error
+
+    def _open(self) -> Brain:
+        brain = super()._open()
+        self._ports = {
+            label: brain.add_sink(Listener(), _ids(population), name=f"live/{label}")  # type: ignore[misc]
+            for label, population in self.hub.heard.items()
+        }
+        for text in brain.network.remarks:
+            if text not in self._shown:
+                self._shown.add(text)
+                _logger.warning("%s", text)
+        return brain
+
+    def _begin(self, until_ms: float) -> None:
+        self.hub.require_labels()
+        if self.brain is None:
+            self._open()
+        first, self._first = self._first, False
+        run_time_ms = until_ms - self.t
+        if first:
+            for label, callback in self._callbacks("init"):
+                callback(label, self._size(label), run_time_ms, self.dt)
+        self._clock.advance(self.t)
+        for event in ("start", "start_resume") if first else ("start_resume",):
+            self._call(event)
+
+    def _call(self, event: str) -> None:
+        """Call callbacks, each in a thread of its own, in which it may sleep."""
+        for connection in list(self.hub.connections):
+            for label, callback in connection.callbacks[event]:
+                self._clock.begin(callback, label, connection)
+
+    def _callbacks(self, event: str) -> list[tuple[str, Any]]:
+        return [found for connection in self.hub.connections for found in connection.callbacks[event]]
+
+    def _size(self, label: str) -> int:
+        known = {**self.hub.heard, **self.hub.injectors, **self.hub.controlled}
+        return int(known[label].size)
+
+    def _step_until(self, t_ms: float) -> None:
+        last = round(t_ms / self.dt)
+        for step in range(round(self.t / self.dt) + 1, last + 1):
+            self._clock.advance(self.t)
+            self._send()
+            super().run_until(step * self.dt)
+            self._pass_on(step)
+
+    def _send(self) -> None:
+        brain = self.brain
+        assert brain is not None
+        while self.hub.sent:
+            label, cells = self.hub.sent.popleft()
+            population = self.hub.injectors[label]
+            name = brain.network.label_of(int(population.first_id))[0]
+            each, counts = np.unique(cells, return_counts=True)
+            brain.set_spike_times(name, [[self.t] * int(n) for n in counts], each)
+        while self.hub.rates:
+            label, cells, rates = self.hub.rates.popleft()
+            ids = int(self.hub.controlled[label].first_id) + np.array(cells)
+            brain.set_parameters(ids, {"rate": np.array(rates)})
+
+    def _pass_on(self, step: int) -> None:
+        fired = {label: port.take().tolist() for label, port in self._ports.items()}
+        for connection in list(self.hub.connections):
+            for label, callback, with_time in connection.receivers:
+                if fired.get(label):
+                    callback(label, step, fired[label]) if with_time else callback(label, fired[label])
+
+
+def _ids(population: Any) -> IntArray:
+    first = int(population.first_id)
+    return np.arange(first, first + population.size)

@@ -1,0 +1,318 @@
+"""Scripts of sPyNNaker run unchanged: one for each kind of line that is not PyNN's."""
+
+import subprocess
+import sys
+from math import exp
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from nrp_brain_spinnaker import SpinnakerOptions
+
+from nrp_core import load_network, save_network
+from nrp_core.brain.files.network_file import read_network
+from nrp_core.errors import CapabilityError, NetworkError, NrpError
+from nrp_core.pynn.spynnaker import run_script
+
+HEAD = "import pyNN.spiNNaker as p\np.setup(timestep=1.0, min_delay=1.0, n_chips_required=1)\n"
+CHAIN = """
+inputs = p.Population(2, p.SpikeSourceArray(spike_times=[[10.0], [20.0]]), label="inputs")
+cells = p.Population(2, p.IF_curr_exp(tau_syn_E=5.0, tau_refrac=50.0), label="cells")
+wires = p.Projection(inputs, cells, p.OneToOneConnector(), p.StaticSynapse(weight={weight}, delay=3.0){more})
+cells.record(["spikes", "v", "gsyn_exc", "gsyn_inh"])
+p.run(50)
+"""
+
+
+def run(folder: Path, script: str) -> ModuleType:
+    path = folder / "script.py"
+    path.write_text(script)
+    return run_script(path)
+
+
+def refused(folder: Path, line: str) -> NrpError:
+    names = "cell, live = p.IF_curr_exp(), p.external_devices.SpynnakerLiveSpikesConnection\n"
+    with pytest.raises(NrpError) as caught:
+        run(folder, f"{HEAD}{names}{line}")
+    assert "script.py:4" in str(caught.value)
+    return caught.value
+
+
+def trains(population: Any) -> list[list[float]]:
+    return [train.magnitude.tolist() for train in population.get_data("spikes").segments[0].spiketrains]
+
+
+def test_a_spike_travels_as_on_the_machine(tmp_path: Path) -> None:
+    script = run(tmp_path, HEAD + CHAIN.format(weight=60.0, more=""))
+    # three steps of delay, and one in which the cell that it reaches is updated
+    assert trains(script.cells) == [[14.0], [24.0]]
+    assert script.p.name() == "SpiNNaker"
+
+
+def test_every_way_to_import_it_gives_the_same_simulator_and_leaves_no_module(tmp_path: Path) -> None:
+    before = set(sys.modules)
+    script = run(
+        tmp_path,
+        "import pyNN.spiNNaker as a\nimport spynnaker.pyNN as b\nimport spynnaker8 as c\n"
+        "from pyNN import spiNNaker as d\n"
+        "from pyNN.spiNNaker import Population\nfrom spynnaker.pyNN.external_devices import SpikeInjector\n"
+        "import spynnaker.pyNN.utilities.neo_convertor as convertor\n"
+        "from spynnaker8.utilities import neo_compare\n"
+        "main = __name__ == '__main__'\n",
+    )
+    assert script.a is script.b is script.d
+    assert script.c.Population is script.Population is script.a.Population
+    assert script.main
+    assert not [name for name in set(sys.modules) - before if "spynnaker" in name and "nrp_core" not in name]
+
+
+def test_neurons_per_core_and_splitters_reach_the_mapper(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        "from spynnaker.pyNN.extra_algorithms.splitter_components import (\n"
+        "    SplitterAbstractPopulationVertexNeuronsSynapses)\n"
+        + HEAD
+        + "p.set_number_of_neurons_per_core(p.IF_curr_exp, 5)\n"
+        "inputs = p.Population(100, p.SpikeSourcePoisson(rate=10.0), label='in', neurons_per_core=20)\n"
+        "few = p.Population(20, p.IF_curr_exp(), label='few', additional_parameters={\n"
+        "    'splitter': SplitterAbstractPopulationVertexNeuronsSynapses(2)})\n"
+        "many = p.Population((6, 5), p.IF_curr_exp(), label='many', neurons_per_core=(3, 5))\n"
+        "usual = p.Population(20, p.IF_cond_exp(), label='usual')\n"
+        "for target in (few, many, usual):\n"
+        "    p.Projection(inputs, target, p.AllToAllConnector(), p.StaticSynapse(weight=0.01, delay=1.0))\n"
+        "network = p.network()\n",
+    )
+    hints = {label: dict(part.hints) for label, part in script.network.populations.items()}
+    assert hints["few"] == {"neurons_per_core": 5, "synapse_cores": 2}
+    cores = {v.label: len(v.cores) for v in mapped(script.network)}
+    assert cores == {"in": 100 // 20, "few": 20 // 5 * 3, "many": 30 // 15, "usual": 1}
+    save_network(script.network, tmp_path / "kept.nrpnet")
+    assert read_network(tmp_path / "kept.nrpnet").digest == script.network.digest
+
+
+def mapped(network: Any) -> Any:
+    from nrp_brain_spinnaker.loader import lay_out
+    from nrp_brain_spinnaker.mapping.plan import map_network
+
+    cells, wires, _ = lay_out(network, SpinnakerOptions())
+    return map_network(network, cells, wires, SpinnakerOptions()).vertices
+
+
+def test_the_expected_input_of_a_population_sets_its_binary_point(tmp_path: Path) -> None:
+    settings = ("", "max_expected_summed_weight=[40.0, 3.0]", "spikes_per_second=2000.0")
+    shifts = []
+    for more in settings:
+        script = run(
+            tmp_path,
+            HEAD + "inputs = p.Population(10, p.SpikeSourceArray(spike_times=[1.0]), label='in')\n"
+            f"cells = p.Population(10, p.IF_curr_exp(), label='cells', {more})\n"
+            "p.Projection(inputs, cells, p.OneToOneConnector(), p.StaticSynapse(weight=1.5, delay=1.0))\n"
+            "network = p.network()\n",
+        )
+        shifts.append({v.label: v.left_shifts for v in mapped(script.network)}["cells"][0])
+    assert shifts == [1, 6, 2]  # the power of two above 1.5; 40; and two spikes of 1.5 in a step of 1 ms
+
+
+def test_cells_of_extra_models_take_their_input_in_nanoamperes(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        HEAD
+        + "cond = p.Population(2, p.extra_models.Izhikevich_cond(i_offset=[0.0, 10.0], v=-70.0, u=-14.0))\n"
+        "curr = p.Population(2, p.Izhikevich(i_offset=[0.0, 10.0], tau_syn_E=2.0))\n"
+        "for cells in (cond, curr):\n    cells.record(['spikes', 'v'])\np.run(300)\n",
+    )
+    for cells, kind in ((script.cond, "IZK_cond_exp"), (script.curr, "IZK_curr_exp")):
+        assert script.p.network().populations[cells.label].cell_type == kind
+        assert [bool(train) for train in trains(cells)] == [False, True]
+        v = cells.get_data("v").segments[0].analogsignals[0].magnitude[:, 0]
+        assert v == pytest.approx(-70.0, abs=0.1)  # 0.04 v^2 + 5 v + 140 = 0.2 v
+
+
+def test_synaptic_input_of_current_based_cells_is_recorded_and_converted(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        "from spynnaker.pyNN.utilities import neo_convertor, neo_compare\n"
+        + HEAD + CHAIN.format(weight=2.0, more="")
+        + "data = cells.get_data()\nneo_compare.compare_blocks(data, data)\n"
+        "gsyn = neo_convertor.convert_gsyn(data, data)\nv = neo_convertor.convert_v_list(data)[0]\n"
+        "spikes = neo_convertor.convert_spikes(data)\n",
+    )  # fmt: skip
+    input_na = 2.0 * 5.0 * (1.0 - exp(-1 / 5.0))  # of a step, for an exponential with 5 ms
+    first = script.gsyn[script.gsyn[:, 0] == script.gsyn[0, 0]]
+    assert first[:, 1].tolist() == list(range(51))
+    assert first[14, 2] == pytest.approx(input_na * exp(-1 / 5.0), rel=2e-3)
+    assert first[19, 2] == pytest.approx(first[14, 2] * exp(-1.0), rel=2e-3)
+    assert not script.gsyn[:, 3].any()
+    assert script.v.shape == (2 * 51, 3)
+    assert script.spikes.shape == (0, 2)
+    assert script.cells.spinnaker_get_data("v", as_matrix=True).shape == (51, 2)
+
+
+def test_either_sign_inhibits_on_the_inhibitory_receptor(tmp_path: Path) -> None:
+    lowest = []
+    for weight in (2.0, -2.0):
+        more = ", receptor_type='inhibitory'"
+        script = run(tmp_path, HEAD + CHAIN.format(weight=weight, more=more))
+        assert (script.p.network().projections[0].weight == -2.0).all()
+        lowest.append(script.cells.get_data("v").segments[0].analogsignals[0].magnitude.min())
+    assert lowest[0] == lowest[1] < -66.0
+
+
+def test_its_own_connectors_make_the_synapses_that_they_name(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        HEAD + "cells = p.Population(4, p.IF_curr_exp())\ncells.record('all')\n"
+        "straight = p.Projection(cells, cells, p.OneToOneOffsetConnector(-1))\n"
+        "ring = p.Projection(cells, cells, p.OneToOneOffsetConnector(3, wrap=True))\n"
+        "many = p.Projection(cells, cells, p.MultapseConnector(7))\np.run(2)\n",
+    )
+    pairs = [
+        sorted(zip(w.pre_index.tolist(), w.post_index.tolist(), strict=True))
+        for w in (script.straight, script.ring)
+    ]
+    assert pairs == [[(1, 0), (2, 1), (3, 2)], [(0, 3), (1, 0), (2, 1), (3, 2)]]
+    assert len(script.many) == 7
+    recorded = {signal.name for signal in script.cells.get_data().segments[0].analogsignals}
+    assert recorded == {"v", "gsyn_exc", "gsyn_inh"}
+
+
+LIVE = (
+    HEAD
+    + """
+import random
+from time import sleep
+heard, order = [], []
+random.seed(3)
+def send(label, sender):
+    for cell in (0, 1):
+        sleep(random.choice([0.03, 0.05]))
+        sender.send_spike(label, cell, send_full_keys=True)
+def answer(label, time, cells):
+    heard.append((label, time, cells))
+    if label == "cells":
+        connection.send_spikes("echo", cells)
+connection = p.external_devices.SpynnakerLiveSpikesConnection(
+    receive_labels=["cells", "answers"], send_labels=["injector", "echo"], local_port=19996)
+injector = p.Population(2, p.external_devices.SpikeInjector(notify=True), label="injector")
+echo = p.Population(2, p.external_devices.SpikeInjector, label="echo")
+cells, answers = (
+    p.Population(2, p.IF_curr_exp(tau_refrac=250.0), label=label) for label in ("cells", "answers"))
+for source, target in ((injector, cells), (echo, answers)):
+    p.Projection(source, target, p.OneToOneConnector(), p.StaticSynapse(weight=60.0, delay=2.0))
+    p.external_devices.activate_live_output_for(target, database_notify_port_num=19996)
+injector.record("spikes")
+connection.add_init_callback("injector", lambda label, n, t_ms, dt_ms: order.append(("init", n, t_ms, dt_ms)))
+connection.add_start_callback("injector", send)
+connection.add_start_resume_callback("injector", lambda label, sender: order.append("resume"))
+connection.add_pause_stop_callback("injector", lambda label, sender: order.append("stop"))
+for label in ("cells", "answers"):
+    connection.add_receive_callback(label, answer)
+p.run(60)
+p.run(140)
+"""
+)
+
+
+def test_callbacks_send_and_hear_spikes_in_simulated_time(tmp_path: Path) -> None:
+    script = run(tmp_path, LIVE)
+    sent = [times[0] for times in trains(script.injector)]
+    slept = [round(1000 * each) for each in _sleeps()]
+    assert sent == pytest.approx([slept[0], slept[0] + slept[1]])
+    # to a cell: a delay of two steps, and the step of its update; its echo goes out in the next step
+    expected = [event for cell, at in enumerate(np.round(sent).astype(int).tolist())
+                for event in (("cells", at + 3, [cell]), ("answers", at + 6, [cell]))]  # fmt: skip
+    assert sorted(script.heard, key=lambda event: event[1]) == expected
+    assert script.order == [("init", 2, 60.0, 1.0), "resume", "stop", "resume", "stop"]
+
+
+def _sleeps() -> list[float]:
+    import random
+
+    generator = random.Random(3)
+    return [generator.choice([0.03, 0.05]) for _ in range(2)]
+
+
+def test_rates_of_poisson_sources_are_set_while_the_network_runs(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        HEAD
+        + "cells = p.Population(3, p.SpikeSourcePoisson(rate=0.0), label='noise')\ncells.record('spikes')\n"
+        "p.external_devices.add_poisson_live_rate_control(cells)\n"
+        "control = p.external_devices.SpynnakerPoissonControlConnection(poisson_labels=['noise'])\n"
+        "rates = [(1, 400), (2, 200)]\n"
+        "control.add_start_resume_callback('noise', lambda label, c: c.set_rates(label, rates))\n"
+        "p.run(2000)\n",
+    )
+    counts = [len(train) for train in trains(script.cells)]
+    assert counts[0] == 0
+    assert counts[1:] == pytest.approx([800, 400], abs=6 * 800**0.5)
+
+
+def test_a_network_runs_beside_its_script_until_it_is_stopped(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        HEAD + "import time\ncells = p.Population(1, p.IF_curr_exp(i_offset=1.0))\ncells.record('spikes')\n"
+        "p.external_devices.run_forever()\ntime.sleep(0.3)\np.external_devices.request_stop()\n"
+        "t, n = p.get_current_time(), len(cells.get_data().segments[0].spiketrains[0])\n",
+    )
+    assert 100.0 < script.t < 3000.0
+    assert script.n == pytest.approx(script.t / 28.5, abs=2.5)  # 20 ms ln(20 / 5) and the refractory step
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("p.StructuralMechanismStatic()", "StructuralMechanismStatic is not supported: synapses do not form"),
+        ("p.extra_models.Neuromodulation()", "Neuromodulation is not supported: weights change by pairs"),
+        (
+            "p.extra_models.Vogels2011Rule()",
+            "Vogels2011Rule is not supported: the rules here are SpikePairRule",
+        ),
+        ("p.ConvolutionConnector([[1]])", "ConvolutionConnector is not supported: shared kernels"),
+        ("p.external_devices.MunichMotorDevice()", "MunichMotorDevice is not supported: it is a device"),
+    ],
+)
+def test_what_has_no_equivalent_is_refused_by_name(tmp_path: Path, line: str, expected: str) -> None:
+    error = refused(tmp_path, line)
+    assert isinstance(error, CapabilityError)
+    assert expected in str(error)
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("p.Population(1, cell, spike_per_second=3)", "did you mean 'spikes_per_second'"),
+        ("p.Population(1, cell, neurons_per_core=0)", "neurons_per_core is 0; it must be a whole number"),
+        ("p.set_number_of_neurons_per_core('IF_cur_exp', 5)", "'IF_cur_exp' is not a cell type"),
+        ("p.external_devices.add_poisson_live_rate_control(p.Population(1, cell))", "has no rate"),
+        ("live(['a']); p.Population(1, cell); p.run(1)", "names 'a', which has no live output"),
+        ("p.Population(9, cell, label='x', neurons_per_core=300); p.run(1)", "neurons_per_core is 300"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_named_with_its_line(tmp_path: Path, line: str, expected: str) -> None:
+    error = refused(tmp_path, line)
+    assert isinstance(error, NetworkError)
+    assert expected in str(error)
+
+
+def test_such_a_script_is_a_brain_of_an_experiment_too(tmp_path: Path) -> None:
+    path = tmp_path / "brain.py"
+    path.write_text(
+        "import spynnaker.pyNN as sim\nfrom spynnaker.pyNN.extra_algorithms import splitter_components\n"
+        "sim.setup(1.0)\nsettings = {'neurons_per_core': 2, 'seed': 1}\n"
+        "cells = sim.Population(4, sim.IF_cond_exp(), additional_parameters=settings)\n"
+    )
+    network = load_network(path)
+    assert dict(network.populations["population0"].hints) == {"neurons_per_core": 2}
+    assert "seed has no effect" in network.remarks[0]
+
+
+def test_the_command_line_runs_one_and_ends_with_one_error(tmp_path: Path) -> None:
+    (tmp_path / "bad.py").write_text(HEAD + "p.extra_models.StocExp()\n")
+    command = [sys.executable, "-m", "nrp_core.pynn", "--as", "spinnaker"]
+    done = subprocess.run([*command, "bad.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr.startswith("error: ")
+    assert "bad.py:3: StocExp is not supported: it has a random threshold" in done.stderr
