@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.world.added_sensors import AddedSensor, with_added_sensors
 from nrp_core.world.controllers.joint_plugins import TOPICS
 from nrp_core.world.scene.acting import JointController, Pid, TrajectoryController
 from nrp_core.world.scene.checks import WORLD
@@ -41,11 +42,13 @@ class Fitting:
         starts: positions of joints at the start, rad or m.
         control: how joints are commanded, by regular expressions that match whole names of joints. These
             replace controllers of the same joints and quantities in the file.
+        sensors: further sensors.
     """
 
     fixed: bool | None = None
     starts: tuple[tuple[str, float], ...] = ()
     control: tuple[tuple[str, JointControl], ...] = ()
+    sensors: tuple[AddedSensor, ...] = ()
 
 
 def commandable(model: Model) -> list[Joint]:
@@ -89,7 +92,7 @@ def fitted(model: Model, fitting: Fitting) -> Model:
     if result.joint_states_topic is None and commandable(result):
         result = replace(result, joint_states_topic=resolve_name("joint_states", model.name))
     result.check()
-    return result
+    return with_added_sensors(result, fitting.sensors)
 
 
 def _held(model: Model, fixed: bool | None) -> Model:
@@ -168,6 +171,15 @@ def section_for(model: Model, file: str) -> Iterator[str]:
         return
     for joint in open_joints:
         yield f"      {_key(joint.name)}: {{mode: {_mode(joint)}}}"
+
+
+def sensors_for(model: Model) -> Iterator[str]:
+    """Yield lines, as comments in the section of a robot, that would give it sensors."""
+    link = model.links[0].name
+    image = "camera: {horizontal_fov: 1.2, image: {width: 160, height: 120}}"
+    yield "    # add_sensors:"
+    yield f"    #   - {{type: imu, link: {link}, rate: 100 Hz}}"
+    yield f"    #   - {{type: camera, link: {link}, pose: [0.1, 0, 0.1, 0, 0, 0], {image}}}"
 
 
 def _mode(joint: Joint) -> str:

@@ -136,7 +136,7 @@ def _inspect_scene(file: Path, image: Path | None, models: list[Path], *, as_jso
 
 def _open_joints(scene: Scene, file: Path) -> Iterator[str]:
     """Yield the lines to write for each robot whose joints take no commands."""
-    from nrp_core.world.fitting import section_for, without_commands
+    from nrp_core.world.fitting import section_for, sensors_for, without_commands
 
     moving = [model for model in scene.models if not model.static]
     count = len(without_commands(moving[0])) if len(moving) == 1 else 0
@@ -144,6 +144,8 @@ def _open_joints(scene: Scene, file: Path) -> Iterator[str]:
         joints = "1 joint takes" if count == 1 else f"{count} joints take"
         yield f"{joints} no commands. To command joints, write in the section 'world' of an experiment:"
         yield from (f"  {line}" for line in section_for(moving[0], str(file)))
+        if not any(link.sensors for link in moving[0].links):
+            yield from (f"  {line}" for line in sensors_for(moving[0]))
 
 
 def _as_data(scene: Scene) -> dict[str, Any]:

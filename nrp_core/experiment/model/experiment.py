@@ -28,10 +28,11 @@ from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading.listing import Listing
 from nrp_core.dsl.parameters.messages import message_type
+from nrp_core.experiment.model.added_sensors import AddedSensorSection
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.event_schema import END, START, Criterion, Event
 from nrp_core.experiment.model.ranges import Range
-from nrp_core.experiment.model.section import Name, Section, TopicName
+from nrp_core.experiment.model.section import Name, PoseList, Section, TopicName
 from nrp_core.experiment.model.tree import Key, Place, Tree
 from nrp_core.experiment.model.variant_schema import InterventionSection, WiringControl
 from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
@@ -67,12 +68,6 @@ def _pace(value: object) -> str | float:
     if isinstance(value, (int, float)) and not isinstance(value, bool) and _SLOWEST <= value < float("inf"):
         return float(value)
     raise ValueError(f"a pace is 'max', 'realtime' or a factor of at least {_SLOWEST:g}, not {value!r}")
-
-
-def _six_values(value: object) -> object:
-    if isinstance(value, (list, tuple)) and len(value) != 6:
-        raise ValueError(f"a pose is [x, y, z, roll, pitch, yaw], 6 values, not {len(value)}")
-    return value
 
 
 def _parameter(value: object) -> object:
@@ -124,9 +119,6 @@ MessageType = Annotated[
 ]
 VariedRange = Annotated[
     Range, PlainValidator(Range.parse), WithJsonSchema({"type": "string", "examples": ["4..8 s"]})
-]
-PoseList = Annotated[
-    tuple[LengthM, LengthM, LengthM, AngleRad, AngleRad, AngleRad], BeforeValidator(_six_values)
 ]
 
 
@@ -198,12 +190,15 @@ class RobotSection(Section):
     """Positions of joints at the start; by default 0, or the limit nearest to it."""
     control: dict[str, ControlSection] = Field(default_factory=dict)
     """How joints are commanded, by regular expressions for their names: ``".*": {mode: position}``."""
+    add_sensors: tuple[AddedSensorSection, ...] = ()
+    """Further sensors on its links: ``[{type: camera, link: head}]``."""
 
     @property
     def fitting(self) -> Fitting:
         """What is added to its file."""
         control = tuple((pattern, section.control) for pattern, section in self.control.items())
-        return Fitting(self.fixed, tuple(self.joints.items()), control)
+        sensors = tuple(section.sensor for section in self.add_sensors)
+        return Fitting(self.fixed, tuple(self.joints.items()), control, sensors)
 
     @property
     def start(self) -> Pose | None:

@@ -10,9 +10,11 @@ from itertools import pairwise
 from textwrap import dedent
 from typing import Annotated
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetJsonSchemaHandler
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
+
+from nrp_core.quantities import AngleRad, LengthM
 
 
 class Section(BaseModel):
@@ -77,3 +79,15 @@ Name = Annotated[str, AfterValidator(_identifier), Field(json_schema_extra={"pat
 
 TopicName = Annotated[str, AfterValidator(_absolute), Field(json_schema_extra={"pattern": r"^(/\w+)+$"})]
 """Absolute name of a topic."""
+
+
+def _six_values(value: object) -> object:
+    if isinstance(value, (list, tuple)) and len(value) != 6:
+        raise ValueError(f"a pose is [x, y, z, roll, pitch, yaw], 6 values, not {len(value)}")
+    return value
+
+
+PoseList = Annotated[
+    tuple[LengthM, LengthM, LengthM, AngleRad, AngleRad, AngleRad], BeforeValidator(_six_values)
+]
+"""A pose: x, y, z, roll, pitch, yaw, in m and rad or with units."""

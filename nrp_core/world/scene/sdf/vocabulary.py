@@ -32,6 +32,7 @@ _CHILDREN = {
     "collision": "laser_retro max_contacts frame pose geometry surface density auto_inertia_params",
     "visual": "cast_shadows laser_retro transparency visibility_flags meta frame pose material geometry "
     "plugin",
+    "image": "width height format anti_aliasing uri scale threshold height granularity",
     "geometry": "empty box capsule cone cylinder ellipsoid heightmap image mesh plane polyline sphere",
     "box": "size",
     "sphere": "radius",
@@ -60,10 +61,25 @@ _CHILDREN = {
     "limit": "lower upper effort velocity stiffness dissipation",
     "sensor": "always_on update_rate visualize enable_metrics topic frame pose plugin air_flow "
     "air_pressure air_speed altimeter camera contact dvl force_torque gps imu lidar logical_camera "
-    "magnetometer navsat ray rfid rfidtag sonar transceiver",
+    "magnetometer navsat ray rfid rfidtag sonar transceiver event_camera retina",
     "camera": "triggered camera_info_topic trigger_topic optical_frame_id horizontal_fov image clip save "
     "depth_camera segmentation_type box_type noise distortion lens visibility_mask pose frame",
     "clip": "near far",
+    "event_camera": "threshold spread",
+    "retina": "centre surround gain baseline sustained adaptation",
+    "lidar": "scan range noise visibility_mask",
+    "ray": "scan range noise visibility_mask",
+    "scan": "horizontal vertical",
+    "horizontal": "samples resolution min_angle max_angle noise",
+    "vertical": "samples resolution min_angle max_angle noise",
+    "range": "min max resolution",
+    "imu": "orientation_reference_frame angular_velocity linear_acceleration enable_orientation noise topic",
+    "altimeter": "vertical_position vertical_velocity",
+    "air_pressure": "reference_altitude pressure",
+    "navsat": "position_sensing velocity_sensing",
+    "gps": "position_sensing velocity_sensing",
+    "logical_camera": "near far aspect_ratio horizontal_fov",
+    "force_torque": "frame measure_direction force torque",
     "light": "cast_shadows intensity diffuse specular attenuation direction spot frame pose visualize "
     "light_on",
     "spot": "inner_angle outer_angle falloff",

@@ -1,0 +1,202 @@
+"""Event cameras (dynamic vision sensors): each pixel reports when its brightness has changed.
+
+A pixel emits an event when the logarithm of its intensity has moved by its threshold since its last event.
+Between two images the logarithm is taken to change evenly, so that events have times between those of the
+images, and a strong change gives several events. This is the model of Rebecq et al. (2018), "ESIM: an Open
+Event Camera Simulator", with a threshold of its own for each pixel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.seeds import Seeds
+from nrp_core.world.engine import Engine
+from nrp_core.world.messages.base import Time
+from nrp_core.world.messages.event_messages import Event, EventArray, EventPacket
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.model import Model
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.sensors import Mount
+from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.scene.sensing import View
+from nrp_core.world.sensors.camera import Camera
+from nrp_core.world.sensors.intensity import log_intensity
+from nrp_core.world.sensors.sensor import Sensor, SensorPart
+from nrp_core.world.topics import resolve_name
+
+LOWEST_THRESHOLD = 0.01
+"""Thresholds that are drawn are at least this; real ones are about 0.1 to 0.5."""
+
+
+@dataclass(frozen=True, slots=True)
+class EventCamera(Sensor):
+    """A camera that reports changes of brightness, sampled ``rate_hz`` times a second.
+
+    Args:
+        topic: absolute topic of the events (``dvs_msgs/EventArray``).
+        packets_topic: that of the same events in a compact form (``event_camera_msgs/EventPacket``).
+        optics: the camera that sees the images.
+        threshold: mean of the thresholds of pixels, in the logarithm of the intensity.
+        spread: their standard deviation.
+    """
+
+    tag: ClassVar[str] = "event_camera"
+
+    needs: ClassVar[tuple[str, ...]] = ("renderers",)
+
+    packets_topic: str
+    optics: Camera
+    threshold: float = 0.2
+    spread: float = 0.0
+
+    @property
+    def view(self) -> View:
+        """The images that it consists of."""
+        return self.optics.view
+
+    @property
+    def offset(self) -> Pose:
+        return self.optics.pose
+
+    @classmethod
+    def read(cls, sensor: Element, mount: Mount, reading: Reading) -> EventCamera:
+        """Read a ``<camera>``, and ``<threshold>`` and ``<spread>`` in an ``<event_camera>``."""
+        name, events = sensor.attribute("name"), sensor.section("event_camera")
+        threshold, spread = events.positive("threshold", 0.2), events.number("spread", 0.0)
+        if spread < 0:
+            raise events.error(f"the <spread> of thresholds must be 0 or more, not {spread:g}")
+        optics = Camera.read(sensor, mount, reading)
+        topic = resolve_name(
+            sensor.word("topic", reading.topic_of(mount.name, f"{name}/events")), reading.robot
+        )
+        return cls(name, topic, optics.rate_hz, f"{topic}/packets", optics, threshold, spread)
+
+    def part(self, model: Model, link: str, engine: Engine) -> EventCameraPart:
+        return EventCameraPart(self, model.name, link, engine)
+
+
+class Events(NamedTuple):
+    """Events in the order of their times: columns and rows of pixels, times (ns), and whether brighter."""
+
+    x: IntArray
+    y: IntArray
+    t_ns: IntArray
+    polarity: IntArray
+
+
+class Pixels:
+    """The pixels of an event camera.
+
+    Args:
+        thresholds: of each pixel, shape ``(height, width)``.
+    """
+
+    def __init__(self, thresholds: FloatArray) -> None:
+        self._thresholds = thresholds
+        self._before: tuple[int, FloatArray, FloatArray] | None = None
+
+    def see(self, brightness: FloatArray, now_ns: int) -> Events:
+        """Return the events since the last image; the first image gives none.
+
+        Args:
+            brightness: logarithms of the intensities, shape ``(height, width)``.
+            now_ns: the time of the image.
+        """
+        if self._before is None:
+            self._before = now_ns, brightness, brightness
+        then_ns, last, reference = self._before
+        change = brightness - reference
+        counts = np.floor(np.abs(change) / self._thresholds).astype(np.int64)
+        signs = np.sign(change)
+        self._before = now_ns, brightness, reference + signs * counts * self._thresholds
+        rows, columns = np.nonzero(counts)
+        many = counts[rows, columns]
+        which = np.repeat(np.arange(len(many)), many)
+        first = np.cumsum(many) - many
+        steps = np.arange(len(which)) - first[which] + 1
+        y, x = rows[which], columns[which]
+        level = reference[y, x] + signs[y, x] * steps * self._thresholds[y, x]
+        # the share of the time between the images at which the level was reached
+        moved = brightness[y, x] - last[y, x]
+        share = np.divide(level - last[y, x], moved, out=np.ones_like(moved), where=moved != 0)
+        t_ns = then_ns + np.rint(share.clip(0, 1) * (now_ns - then_ns)).astype(np.int64)
+        order = np.argsort(t_ns, kind="stable")
+        brighter = (signs[y, x] > 0).astype(np.int64)
+        return Events(x[order], y[order], t_ns[order], brighter[order])
+
+    def reset(self) -> None:
+        """Forget the images."""
+        self._before = None
+
+    def save(self) -> object:
+        """Return the state that is kept between images."""
+        return self._before
+
+    def restore(self, saved: Any) -> None:
+        """Restore a state from :meth:`save`."""
+        self._before = saved
+
+
+class EventCameraPart(SensorPart):
+    """Publishes the events of one camera; nobody sees its images."""
+
+    def __init__(self, camera: EventCamera, model: str, link: str, engine: Engine) -> None:
+        super().__init__(camera, model, link, engine)
+        self._camera, self._path = camera, (model, link, camera.name)
+        size = f"{camera.name}, {camera.optics.width}x{camera.optics.height}"
+        self.topics = (
+            self._served(camera.topic, EventArray, f"events of {size}"),
+            self._served(camera.packets_topic, EventPacket, f"events of {size}, compact"),
+        )
+        self._made: Pixels | None = None
+        self._last: tuple[int, int, Events] | None = None
+        self._sequence = 0
+
+    @property
+    def _pixels(self) -> Pixels:
+        if self._made is None:
+            camera, shape = self._camera, self._engine.image_size(*self._path)
+            stream = Seeds(self._engine.seed).child("world/thresholds").stream(camera.topic)
+            drawn = stream.normal(camera.threshold, camera.spread, shape)
+            self._made = Pixels(drawn.clip(LOWEST_THRESHOLD, None))
+        return self._made
+
+    def read(self, topic: str, now_ns: int) -> EventArray | EventPacket:
+        since_ns, events = self._events(now_ns)
+        header = self._header(now_ns)
+        height, width = self._engine.image_size(*self._path)
+        if topic == self._camera.topic:
+            listed = zip(*(column.tolist() for column in events), strict=True)
+            found = [Event(x, y, Time.from_ns(t_ns), bool(p)) for x, y, t_ns, p in listed]
+            return EventArray(header, height, width, found)
+        header.stamp = Time.from_ns(since_ns)  # times of a packet count from its stamp
+        words = (events.t_ns - since_ns).astype(np.uint64) | events.x.astype(np.uint64) << np.uint64(32)
+        words |= events.y.astype(np.uint64) << np.uint64(48) | events.polarity.astype(np.uint64) << np.uint64(
+            63
+        )
+        data = words.astype("<u8").view(np.uint8)
+        self._sequence += 1
+        return EventPacket(header, height, width, self._sequence, since_ns, "mono", False, data)
+
+    def _events(self, now_ns: int) -> tuple[int, Events]:
+        """Return the events since the last image with its time, the same for both forms."""
+        if self._last is None or self._last[1] != now_ns:
+            since_ns = now_ns if self._last is None else self._last[1]
+            image = self._engine.render(*self._path)
+            self._last = since_ns, now_ns, self._pixels.see(log_intensity(image), now_ns)
+        return self._last[0], self._last[2]
+
+    def reset(self) -> None:
+        self._made, self._last, self._sequence = None, None, 0
+
+    def save(self) -> object:
+        return self._last, self._sequence, None if self._made is None else self._made.save()
+
+    def restore(self, saved: Any) -> None:
+        self._last, self._sequence, pixels = saved
+        self._pixels.restore(pixels)
