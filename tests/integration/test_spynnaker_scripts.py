@@ -201,7 +201,8 @@ cells, answers = (
     p.Population(2, p.IF_curr_exp(tau_refrac=250.0), label=label) for label in ("cells", "answers"))
 for source, target in ((injector, cells), (echo, answers)):
     p.Projection(source, target, p.OneToOneConnector(), p.StaticSynapse(weight=60.0, delay=2.0))
-    p.external_devices.activate_live_output_for(target, database_notify_port_num=19996)
+    p.external_devices.activate_live_output_for(
+        target, port=12346, message_type=p.external_devices.EIEIOType.KEY_32_BIT)
 injector.record("spikes")
 connection.add_init_callback("injector", lambda label, n, t_ms, dt_ms: order.append(("init", n, t_ms, dt_ms)))
 connection.add_start_callback("injector", send)
@@ -224,6 +225,7 @@ def test_callbacks_send_and_hear_spikes_in_simulated_time(tmp_path: Path) -> Non
     expected = [event for cell, at in enumerate(np.round(sent).astype(int).tolist())
                 for event in (("cells", at + 3, [cell]), ("answers", at + 6, [cell]))]  # fmt: skip
     assert sorted(script.heard, key=lambda event: event[1]) == expected
+    assert "live output of 'cells' stays in this process" in script.p.network().remarks[0]
     assert script.order == [("init", 2, 60.0, 1.0), "resume", "stop", "resume", "stop"]
 
 
@@ -287,6 +289,7 @@ def test_what_has_no_equivalent_is_refused_by_name(tmp_path: Path, line: str, ex
         ("p.Population(1, cell, neurons_per_core=0)", "neurons_per_core is 0; it must be a whole number"),
         ("p.set_number_of_neurons_per_core('IF_cur_exp', 5)", "'IF_cur_exp' is not a cell type"),
         ("p.external_devices.add_poisson_live_rate_control(p.Population(1, cell))", "has no rate"),
+        ("p.external_devices.activate_live_output_for('cells')", "its population is 'cells'; it must be"),
         ("live(['a']); p.Population(1, cell); p.run(1)", "names 'a', which has no live output"),
         ("p.Population(9, cell, label='x', neurons_per_core=300); p.run(1)", "neurons_per_core is 300"),
     ],

@@ -13,6 +13,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from nrp_core.brain.pynn.arguments import require_kind
+from nrp_core.brain.pynn.populations import Population
 from nrp_core.errors import NetworkError, did_you_mean
 
 Callback: TypeAlias = Callable[..., Any]
@@ -49,9 +51,16 @@ class Hub:
         for known in (self.heard, self.injectors, self.controlled, self.sent, self.rates):
             known.clear()
 
-    def activate_live_output_for(self, population: Any, *_: Any, **__: Any) -> None:
-        """Let connections hear the spikes of a population."""
+    def activate_live_output_for(
+        self, population: Any, *_: Any, port: Any = None, host: Any = None, **__: Any
+    ) -> None:
+        """Let connections hear the spikes of a population; a port or a host has no effect."""
+        require_kind("activate_live_output_for", "population", population, Population, "a population")
         self.heard[population.label] = population
+        if port is not None or host is not None:
+            population._simulator.state.remark(
+                f"live output of '{population.label}' stays in this process: its port and host have no effect"
+            )
 
     def add_poisson_live_rate_control(self, poisson_population: Any, *_: Any, **__: Any) -> None:
         """Let connections set the rates of a Poisson population.
@@ -59,6 +68,8 @@ class Hub:
         Raises:
             NetworkError: its cells have no rate.
         """
+        owner = "add_poisson_live_rate_control"
+        require_kind(owner, "population", poisson_population, Population, "a population")
         if "rate" not in poisson_population.parameter_arrays:
             raise NetworkError(
                 f"population '{poisson_population.label}' has no rate to control: its cells are "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cached_property, partial
-from types import MappingProxyType, ModuleType
+from types import MappingProxyType, ModuleType, SimpleNamespace
 from typing import Any, Final
 
 from pyNN import common, space
@@ -31,6 +31,8 @@ _SPLITTERS: Final = (
     "SplitterPopulationVertexNeuronsSynapses", "SplitterPopulationVertexFixed", "SplitterPoissonDelegate",
     "SplitterAbstractPopulationVertexSlice", "SplitterDelayVertexSlice",
 )  # fmt: skip
+_MESSAGES: Final = SimpleNamespace(KEY_16_BIT=0, KEY_PAYLOAD_16_BIT=1, KEY_32_BIT=2, KEY_PAYLOAD_32_BIT=3)
+"""Kinds of messages to a host, which scripts name; none is sent."""
 _STRUCTURAL: Final = "synapses do not form and vanish here"
 _RULE: Final = "the rules here are SpikePairRule with additive or multiplicative weights"
 _DEVICE: Final = "it is a device of its own, connected to a real machine; an experiment has robots"
@@ -200,6 +202,7 @@ class Dialect:
             raise CapabilityError(f"activate_live_output_to is not supported: {_DEVICE}")
 
         own: dict[str, Any] = {
+            "EIEIOType": _MESSAGES,
             "SpikeInjector": self._injector(names),
             "SpynnakerLiveSpikesConnection": partial(SpikesConnection, self._hub),
             "SpynnakerPoissonControlConnection": partial(RatesConnection, self._hub),
