@@ -17,7 +17,8 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.seeds import Seeds
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.base import Time
-from nrp_core.world.messages.event_messages import Event, EventArray, EventPacket
+from nrp_core.world.messages.dvs_msgs import Event, EventArray
+from nrp_core.world.messages.event_camera_msgs import EventPacket
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Reading

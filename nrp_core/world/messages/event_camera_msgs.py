@@ -1,4 +1,4 @@
-"""ROS packages dvs_msgs and event_camera_msgs: the events of cameras that see changes."""
+"""ROS package event_camera_msgs: the events of cameras that see changes, in a compact form."""
 
 from __future__ import annotations
 
@@ -7,32 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.world.messages.base import Time, message
+from nrp_core.world.messages.base import message
 from nrp_core.world.messages.std_msgs import Header
-
-
-@message("dvs_msgs/msg/Event", "uint16 x\nuint16 y\nbuiltin_interfaces/Time ts\nbool polarity")
-@dataclass(slots=True)
-class Event:
-    """A change of the brightness of one pixel; its polarity is true for brighter."""
-
-    x: int = 0
-    y: int = 0
-    ts: Time = field(default_factory=Time)
-    polarity: bool = False
-
-
-@message(
-    "dvs_msgs/msg/EventArray", "std_msgs/Header header\nuint32 height\nuint32 width\ndvs_msgs/Event[] events"
-)
-@dataclass(slots=True)
-class EventArray:
-    """Events in the order of their times."""
-
-    header: Header = field(default_factory=Header)
-    height: int = 0
-    width: int = 0
-    events: list[Event] = field(default_factory=list)
 
 
 def _no_bytes() -> npt.NDArray[np.uint8]:
