@@ -59,8 +59,28 @@ def _parts(grid: RunGrid, runs: Runs, metric: Metric, margins: Margins) -> list[
 def _of_numbers(
     grid: RunGrid, runs: Runs, metric: ScalarMetric, margins: Margins, resolution: float
 ) -> list[Part]:
+    measured = {cell: metric.values(runs[cell]) for cell in grid.cells if cell in runs}
+    return parts_of_numbers(grid, metric, measured, margins, resolution)
+
+
+def parts_of_numbers(
+    grid: RunGrid, metric: ScalarMetric, measured: Mapping[GridCell, Mapping[str, float | None]],
+    margins: Margins, resolution: float,
+) -> list[Part]:  # fmt: skip
+    """Compare the values of a metric.
+
+    Args:
+        grid: the grid.
+        metric: the metric.
+        measured: its values by part, of each run that has some.
+        margins: the margins.
+        resolution: the smallest difference that the metric can resolve in these runs.
+
+    Returns:
+        Its parts, not yet corrected for their number.
+    """
     nothing: Mapping[str, float | None] = {}
-    measured = {cell: metric.values(runs[cell]) if cell in runs else nothing for cell in grid.cells}
+    measured = {cell: measured.get(cell, nothing) for cell in grid.cells}
     tables = {
         name: np.array([
             [[_number(measured[GridCell(b, w, s)].get(name)) for s in grid.seeds] for w in grid.worlds]

@@ -15,7 +15,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 DOORS = (
     "nrp_core", "nrp_core.brain", "nrp_core.world",
-    "nrp_core.comparison", "nrp_core.sweep", "nrp_core.evolve",
+    "nrp_core.comparison", "nrp_core.sweep", "nrp_core.evolve", "nrp_core.benchmark",
 )  # fmt: skip
 IMPORT = re.compile(
     r"^[ >]*(?:from (nrp_core[\w.]*) import (\([^)]*\)|[^\n#]*)|import (nrp_core[\w.]*))", re.MULTILINE

@@ -16,6 +16,7 @@ COMMANDS = (
     "diff",
     "sweep",
     "evolve",
+    "benchmark",
     "plot",
     "video",
     "export",

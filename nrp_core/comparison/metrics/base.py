@@ -12,12 +12,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Generic, TypeVar
 
 from nrp_core.comparison.signals import RunSignals
 from nrp_core.errors import BackendLoadError, ExperimentError, did_you_mean
+from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.registry import Registry
 
 
@@ -94,6 +95,10 @@ class ScalarMetric(Metric):
     """
 
     is_share: ClassVar[bool] = False
+
+    def parts(self, experiment: Experiment) -> Collection[str] | None:
+        """Return the parts that runs of an experiment have; None if only a run can tell."""
+        return None
 
     @abstractmethod
     def values(self, run: RunSignals) -> Mapping[str, float | None]:

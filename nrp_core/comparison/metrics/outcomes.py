@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from nrp_core.comparison.metrics.base import Margin, ScalarMetric
 from nrp_core.comparison.signals import RunSignals
+from nrp_core.experiment.model.experiment import Experiment
 
 
 class CriteriaMet(ScalarMetric):
@@ -16,12 +17,34 @@ class CriteriaMet(ScalarMetric):
     margin = Margin(at_most=0.25)
     needs_recording = False
 
+    def parts(self, experiment: Experiment) -> Collection[str]:
+        return experiment.criteria.keys()
+
     def values(self, run: RunSignals) -> Mapping[str, float | None]:
         outcomes = run.result.get("criteria") or {}
         return {
             name: 0.0 if run.failed else None if one["passed"] is None else float(one["passed"])
             for name, one in outcomes.items()
         }
+
+
+class CriterionDegree(ScalarMetric):
+    """How nearly each criterion is met, from 0 to 1.
+
+    For ``near`` it is the share of the way to the target, for others the share of the steps in which the
+    condition held. A criterion whose evaluation never began has 0.
+    """
+
+    name, title = "degree", "Degree of a criterion"
+    margin = Margin(at_most=0.25)
+    needs_recording = False
+
+    def parts(self, experiment: Experiment) -> Collection[str]:
+        return experiment.criteria.keys()
+
+    def values(self, run: RunSignals) -> Mapping[str, float | None]:
+        outcomes = run.result.get("criteria") or {}
+        return {name: one.get("degree") for name, one in outcomes.items()}
 
 
 class TimeToEvent(ScalarMetric):
@@ -34,6 +57,10 @@ class TimeToEvent(ScalarMetric):
     name, title, unit = "time_to_event", "Time to event", "s"
     is_finding = True
     needs_recording = False
+
+    def parts(self, experiment: Experiment) -> Collection[str]:
+        near = [name for name, criterion in experiment.criteria.items() if criterion.near]
+        return [*near, *(name for name, event in experiment.events.items() if event.when)]
 
     def values(self, run: RunSignals) -> Mapping[str, float | None]:
         settings, outcomes = run.settings, run.result.get("criteria") or {}
@@ -67,6 +94,10 @@ class CriterionDistance(ScalarMetric):
     name, title, unit = "criterion_distance", "Distance of a criterion", "m"
     margin = Margin(at_least=0.05)  # a tenth of a small robot's length
     needs_recording = False
+
+    def parts(self, experiment: Experiment) -> Collection[str]:
+        criteria = experiment.criteria.items()
+        return [name for name, criterion in criteria if criterion.near or criterion.stays_within]
 
     def values(self, run: RunSignals) -> Mapping[str, float | None]:
         outcomes = run.result.get("criteria") or {}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.comparison.distances import filtered_trains
 from nrp_core.comparison.metrics.base import DistanceMetric, Margin, ScalarMetric
 from nrp_core.comparison.signals import RunSignals
+from nrp_core.experiment.model.experiment import Experiment
 
 _SMALL = 20
 """Populations up to this size are reported neuron by neuron."""
@@ -35,6 +36,21 @@ class FiringRate(ScalarMetric):
     def resolution(self, run: RunSignals) -> float:
         """One spike in a run."""
         return 1.0 / (run.duration_s or 1.0)
+
+
+class Activity(ScalarMetric):
+    """Spikes of all neurons, and the synapses that they reach (synaptic events), in a simulated second."""
+
+    name, title, unit = "activity", "Activity", "Hz"
+    margin = Margin(at_least=1.0)  # a spike a second
+    needs_recording = False
+
+    def parts(self, experiment: Experiment) -> Collection[str]:
+        return "spikes", "synaptic_events"
+
+    def values(self, run: RunSignals) -> Mapping[str, float]:
+        activity, end_s = run.result.get("activity") or {}, run.result.get("sim_time_s")
+        return {name: count / end_s for name, count in activity.items()} if end_s else {}
 
 
 class Irregularity(ScalarMetric):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from math import atan2, cos, pi, sin
 
 import numpy as np
@@ -11,6 +11,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.comparison.distances import dtw_distance
 from nrp_core.comparison.metrics.base import DistanceMetric, Margin, ScalarMetric
 from nrp_core.comparison.signals import RunSignals
+from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.recording.export.numbers import Series
 from nrp_core.recording.layout import Role
 from nrp_core.world.rigid.pose import Pose
@@ -87,6 +88,9 @@ class Distance(ScalarMetric):
 
     name, title, unit = "distance", "Distance covered", "m"
     margin = Margin(at_least=0.05)  # a tenth of a small robot's length
+
+    def parts(self, experiment: Experiment) -> Collection[str]:
+        return experiment.world.robots.keys()
 
     def values(self, run: RunSignals) -> Mapping[str, float]:
         steps = {robot: np.diff(poses(run, robot)[:, :3], axis=0) for robot in run.robots}

@@ -37,6 +37,8 @@ class Verdict:
         distance: the decisive distance, m: the smallest of a ``near``, the largest of a ``stays_within``.
         limit: the limit of the distance, m; None for other criteria.
         reason: the outcome as a text.
+        degree: how nearly it is met, from 0 to 1. Of a ``near``, the share of the way from the first distance
+            to the limit; of others, the share of the steps in which the condition held. None: not evaluated.
     """
 
     passed: bool | None
@@ -45,6 +47,7 @@ class Verdict:
     distance: float | None
     limit: float | None
     reason: str
+    degree: float | None = None
 
 
 class Judge(ABC):
@@ -66,7 +69,7 @@ class Judge(ABC):
     @final
     def look(self, now_ns: int, times: Times, where: GroundPositions) -> None:
         """Evaluate one step; ``times`` are those of the past events."""
-        if self._passed is not None:
+        if self._is_over:
             return
         if self._began_ns is None:
             begins_ns = moment_ns(self._begins, times)
@@ -91,7 +94,8 @@ class Judge(ABC):
         decided, began = self._decided_ns, self._began_ns
         took_s = None if decided is None or began is None else seconds(decided - began)
         decided_s = None if decided is None else seconds(decided)
-        return Verdict(self._passed, decided_s, took_s, self._distance, self._limit, self._reason)
+        degree = 0.0 if began is None and decided is not None else self._degree()
+        return Verdict(self._passed, decided_s, took_s, self._distance, self._limit, self._reason, degree)
 
     def outcome_at(self, end_ns: int | None) -> Verdict:
         """Return the outcome so far, or if the run ended at ``end_ns``; the judge stays as it is."""
@@ -115,6 +119,15 @@ class Judge(ABC):
     def _decide(self, passed: bool, now_ns: int, reason: str) -> None:
         self._passed, self._decided_ns, self._reason = passed, now_ns, reason
 
+    @property
+    def _is_over(self) -> bool:
+        """Whether later steps change nothing, not even the degree."""
+        return self._passed is not None
+
+    @abstractmethod
+    def _degree(self) -> float | None:
+        """Return how nearly the criterion is met so far; None before its first step."""
+
     @abstractmethod
     def _look(self, now_ns: int, began_ns: int, times: Times, where: GroundPositions) -> None: ...
 
@@ -129,12 +142,26 @@ class ComesNear(Judge):
         super().__init__(START if within_of is None else within_of.event, near.within)
         self._proximity, self._within = Proximity(near, scene), near.within
         self._time_ns = None if within_of is None else within_of.time
+        self._first: float | None = None
+
+    def save(self) -> Any:
+        return super().save(), self._first
+
+    def restore(self, saved: Any) -> None:
+        judged, self._first = saved
+        super().restore(judged)
+
+    def _degree(self) -> float | None:
+        if self._passed or self._first is None or self._distance is None:
+            return 1.0 if self._passed else None
+        return (self._first - self._distance) / (self._first - self._within)
 
     def _look(self, now_ns: int, began_ns: int, times: Times, where: GroundPositions) -> None:
         if self._time_ns is not None and now_ns > began_ns + self._time_ns:
             self._decide(False, now_ns, f"{self._nearest()} after {seconds(self._time_ns):g} s")
             return
         distance = self._proximity.distance(where)
+        self._first = distance if self._first is None else self._first
         self._distance = min(distance, inf if self._distance is None else self._distance)
         if distance <= self._within:
             self._decide(True, now_ns, f"{length_text(distance)} after {seconds(now_ns - began_ns):g} s")
@@ -151,16 +178,33 @@ class Throughout(Judge):
 
     def __init__(self, during: During, limit: float | None = None) -> None:
         super().__init__(during.since, limit)
-        self._until = during.until
+        self._until, self._has_ended = during.until, False
+        self._steps = self._held = 0
+
+    def save(self) -> Any:
+        return super().save(), self._has_ended, self._steps, self._held
+
+    def restore(self, saved: Any) -> None:
+        judged, self._has_ended, self._steps, self._held = saved
+        super().restore(judged)
+
+    @property
+    def _is_over(self) -> bool:
+        return self._has_ended
+
+    def _degree(self) -> float | None:
+        return self._held / self._steps if self._steps else 1.0 if self._passed else None
 
     def _look(self, now_ns: int, began_ns: int, times: Times, where: GroundPositions) -> None:
         until_ns = moment_ns(self._until, times)
         if until_ns is None or now_ns <= until_ns:
             wrong = self._wrong(now_ns, times, where)
-            if wrong is not None:
+            self._steps += 1
+            self._held += wrong is None
+            if wrong is not None and self._passed is None:
                 self._decide(False, now_ns, wrong)
-                return
-        if until_ns is not None and now_ns >= until_ns:
+        self._has_ended = until_ns is not None and now_ns >= until_ns
+        if self._has_ended and self._passed is None:
             self._finish(now_ns)
 
     @abstractmethod
@@ -187,7 +231,8 @@ class Stays(Throughout):
         x, y = where.ground(self._model)
         self._centre = self._centre or (x, y)
         distance = hypot(x - self._centre[0], y - self._centre[1])
-        self._distance = max(distance, self._distance or 0.0)
+        if self._passed is None:
+            self._distance = max(distance, self._distance or 0.0)
         return (
             f"{length_text(distance)} away, more than {self._radius:g} m" if distance > self._radius else None
         )

@@ -38,6 +38,8 @@ class Result:
         final_pose: final pose of each robot: ``x, y, z`` in m, ``roll, pitch, yaw`` in rad.
         trajectory_digest: hash of the poses of all robots at every step, bit for bit.
         spikes: number of spikes of each named view and population.
+        activity: number of ``spikes`` of all neurons, and of ``synaptic_events``, the synapses that these
+            reached.
         events: time of each event, s; None: it did not happen.
         failures: transfer functions that raised: ``function, path, line, t_s, error``.
     """
@@ -61,6 +63,7 @@ class Result:
     final_pose: dict[str, dict[str, float]]
     trajectory_digest: str
     spikes: dict[str, int]
+    activity: dict[str, int]
     events: dict[str, float | None]
     failures: list[dict[str, Any]]
 

@@ -446,6 +446,7 @@ class Run(Closing):
             final_pose={name: pose_data(pose) for name, pose in self._observation.poses().items()},
             trajectory_digest=self._observation.digest.hexdigest(),
             spikes=self.spikes,
+            activity=self._counter.activity(self.brain.network),
             events={
                 name: seconds(events.times[name]) if name in events.times else None for name in events.names
             },

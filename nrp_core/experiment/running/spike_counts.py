@@ -11,6 +11,7 @@ import numpy as np
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
 from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.indices import indices_of
 from nrp_core.brain.spikes import Spikes
 
 _AUTOMATIC = re.compile(r"population\d+")
@@ -31,6 +32,13 @@ class SpikeCounterPort(SinkPort):
     def __init__(self, neurons: IntArray, n_neurons: int, name: str) -> None:
         super().__init__(neurons, n_neurons, name)
         self._counts = np.zeros(n_neurons, np.int64)
+        self._reached: IntArray | None = None
+
+    def activity(self, network: Network) -> dict[str, int]:
+        """Return the number of all spikes, and of the synapses that they reached."""
+        if self._reached is None:
+            self._reached = synapses_from(network)
+        return {"spikes": int(self._counts.sum()), "synaptic_events": int(self._counts @ self._reached)}
 
     def of(self, network: Network) -> dict[str, int]:
         """Return the spikes of every view and population by its name.
@@ -58,3 +66,14 @@ class SpikeCounterPort(SinkPort):
     def restore(self, saved: Any) -> None:
         self.active, counts = saved
         self._counts[:] = counts
+
+
+def synapses_from(network: Network) -> IntArray:
+    """Return the number of synapses of each neuron on others, shape ``(n_neurons,)``."""
+    found = np.zeros(network.size, np.int64)
+    for projection in network.projections:
+        of_population = found[network.offsets[projection.pre] :]
+        for pre in indices_of(projection, "pre_index").parts():
+            counts = np.bincount(pre)
+            of_population[: len(counts)] += counts
+    return found

@@ -11,6 +11,38 @@ import pytest
 
 from nrp_core.cli import app
 
+FAST = """
+from dataclasses import replace
+
+from experiment_fakes import DiscBackend, DiscEngine
+from nrp_core.comparison.metrics.base import ScalarMetric
+
+
+class FastEngine(DiscEngine):
+    def _do_set_drive(self, model, drive, velocity):
+        super()._do_set_drive(model, drive, replace(velocity, forward=1.5 * velocity.forward))
+
+
+class FastBackend(DiscBackend):
+    def engine(self, scene, *, seed, options):
+        return FastEngine(scene, self.capabilities(options), seed=seed, identity="fast")
+
+
+class TwinBackend(DiscBackend):
+    pass
+
+
+class Steps(ScalarMetric):
+    name, title = "steps", "Steps"
+
+    def values(self, run):
+        return {"all": float(run.result["steps"])}
+"""
+ENTRIES = (
+    "[nrp_core.world]\nfast = fast:FastBackend\ntwin = fast:TwinBackend\n"
+    "[nrp_core.metrics]\nsteps = fast:Steps\n"
+)
+
 
 @dataclass(frozen=True)
 class Done:
@@ -25,6 +57,13 @@ class Done:
 def experiment(fakes: None, drive_to_the_wall: Path) -> Path:
     """A folder with an experiment that passes, and the engines for it."""
     return drive_to_the_wall
+
+
+@pytest.fixture
+def worlds(experiment: Path, install: Callable[..., None]) -> Path:
+    """The experiment, a world like its own, one that drives faster, and a metric of somebody else."""
+    install("fast", ENTRIES, FAST)
+    return experiment
 
 
 @pytest.fixture

@@ -2,52 +2,12 @@
 
 import json
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from nrp_core._support.fingerprint import fingerprint
-
-FAST = """
-from dataclasses import replace
-
-from experiment_fakes import DiscBackend, DiscEngine
-from nrp_core.comparison.metrics.base import ScalarMetric
-
-
-class FastEngine(DiscEngine):
-    def _do_set_drive(self, model, drive, velocity):
-        super()._do_set_drive(model, drive, replace(velocity, forward=1.5 * velocity.forward))
-
-
-class FastBackend(DiscBackend):
-    def engine(self, scene, *, seed, options):
-        return FastEngine(scene, self.capabilities(options), seed=seed, identity="fast")
-
-
-class TwinBackend(DiscBackend):
-    pass
-
-
-class Steps(ScalarMetric):
-    name, title = "steps", "Steps"
-
-    def values(self, run):
-        return {"all": float(run.result["steps"])}
-"""
-ENTRIES = (
-    "[nrp_core.world]\nfast = fast:FastBackend\ntwin = fast:TwinBackend\n"
-    "[nrp_core.metrics]\nsteps = fast:Steps\n"
-)
-
-
-@pytest.fixture
-def worlds(experiment: Path, install: Callable[..., None]) -> Path:
-    """The experiment, a world like its own, one that drives faster, and a metric of somebody else."""
-    install("fast", ENTRIES, FAST)
-    return experiment
 
 
 def test_agreement_is_reported_and_the_exit_code_is_0(nrp: Any, worlds: Path, tmp_path: Path) -> None:
@@ -139,7 +99,7 @@ def test_a_backend_that_was_worked_on_is_run_again(
     monkeypatch.delitem(sys.modules, "fast", raising=False)  # that of another test
     nrp(*asked)
     (code,) = [path for entry in sys.path if (path := Path(entry) / "fast.py").is_file()]
-    code.write_text(FAST + "\n# changed\n")
+    code.write_text(code.read_text() + "\n# changed\n")
     fingerprint.cache_clear()  # another process
     nrp(*asked)
     assert sorted(folder.name.split("-")[1] for folder in results.glob("*-*")) == ["disc", "fast", "fast"]

@@ -49,6 +49,28 @@ def test_coming_near_too_late_fails_as_soon_as_the_time_is_over(world: World) ->
     assert outcome.reason.startswith("no nearer than 1.49 m")
 
 
+def test_the_degree_of_coming_near_is_the_share_of_the_way(world: World) -> None:
+    """It starts 2.49 m away, comes within 1.49 m of the glass, and should have come within 1 m."""
+    criterion = {"near": TO_GLASS, "within_of": {"event": "red", "time": "1 s"}}
+    assert judged(world, criterion, {"red": 500 * MS}, speed=1.0).outcome.degree == pytest.approx(1 / 1.49)
+    world.reset()
+    assert judged(world, {"near": TO_GLASS}, {}, speed=1.0).outcome.degree == 1.0
+    world.reset()
+    assert judged(world, {"near": TO_GLASS}, {}, speed=0.0).outcome.degree == 0.0
+
+
+def test_the_degree_of_staying_is_the_share_of_the_steps_also_after_leaving(world: World) -> None:
+    """Of the 51 looks from 0 to 1 s, 26 are within half a metre; the verdict is that of the first beyond."""
+    stays = {"stays_within": {"model": "husky", "distance": "0.505 m", "during": {"until": "1 s"}}}
+    judge = judged(world, stays, {}, speed=1.0)
+    assert judge.outcome.degree == pytest.approx(26 / 51)
+    assert (judge.outcome.decided_s, judge.outcome.distance) == (0.52, pytest.approx(0.52))
+    saved = judge.save()
+    judge.look(world.now_ns, {}, GroundPositions(world))
+    judge.restore(saved)
+    assert judge.outcome.degree == pytest.approx(26 / 51)
+
+
 def test_being_near_before_the_event_does_not_count(world: World) -> None:
     near = {
         "near": {"model": "husky", "point": [0, 0], "within": "0.5 m"},
@@ -62,7 +84,9 @@ def test_an_event_that_never_happens_leaves_open_until_a_whole_run_is_over(world
     judge = judged(world, criterion, {}, speed=1.0)
     assert judge.outcome.passed is None
     judge.finish(world.now_ns)
-    assert judge.outcome == Verdict(False, 3.0, None, None, 1.0, "was never evaluated: red did not happen")
+    assert judge.outcome == Verdict(
+        False, 3.0, None, None, 1.0, "was never evaluated: red did not happen", 0.0
+    )
 
 
 def test_without_an_event_any_time_will_do(world: World) -> None:
