@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.errors import ExperimentError
+from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.evolve.best import write_best
 from nrp_core.evolve.history import History
 from nrp_core.evolve.model import EvolveFile
@@ -18,7 +18,7 @@ from nrp_core.evolve.optimisers.interface import Space, optimiser
 from nrp_core.experiment.model.tree import Tree
 from nrp_core.seeds import Seeds
 from nrp_core.sweep.executors.interface import Executor
-from nrp_core.sweep.plan import Plan
+from nrp_core.sweep.plan import Mistakes, Plan
 from nrp_core.sweep.record import INVALID
 from nrp_core.sweep.running import Progress, SweepRun
 
@@ -44,6 +44,7 @@ class Evolution:
 
     def __init__(self, file: EvolveFile, source: Tree | None, folder: Path) -> None:
         plan = replace(Plan.of(file.as_sweep(), source), search=file.search)
+        _require_measured(file, plan, source or Tree({}))
         self.file, self.folder = file, folder
         self._made = SweepRun(plan.with_points(()), folder)
         self._objective = Objective(file.objective, dict(file.missing), file.over_seeds)
@@ -118,3 +119,25 @@ class Evolution:
         if reason := self._optimiser.finished:
             return f"the search has converged ({reason})"
         return ""
+
+
+def _require_measured(file: EvolveFile, plan: Plan, source: Tree) -> None:
+    """Refuse an objective that no run will have, before the first run.
+
+    Raises:
+        InvalidExperimentError: there is one; the error carries all of them.
+    """
+    mistakes = Mistakes(source)
+    for place, weights in enumerate(file.objective):
+        for name in weights:
+            known = plan.parts[name.partition(".")[0]]
+            with mistakes.at("objective", place, name):
+                if known is not None and name not in known:
+                    raise ExperimentError(f"objective: '{name}' is not measured{did_you_mean(name, known)}")
+    for name in file.missing:
+        with mistakes.at("missing", name):
+            if name not in file.names:
+                raise ExperimentError(
+                    f"missing: '{name}' is not in the objective{did_you_mean(name, file.names)}"
+                )
+    mistakes.raise_all()

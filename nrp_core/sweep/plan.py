@@ -63,6 +63,7 @@ class Plan:
         files: a digest of the files of the experiment.
         remarks: sentences about what the runs never reach.
         search: the settings of the search that chooses the points, if one does.
+        parts: the measures that the runs will have, ``metric.part``, by metric; None: only a run can tell.
     """
 
     sweep: SweepFile
@@ -73,6 +74,7 @@ class Plan:
     files: str = ""
     remarks: tuple[str, ...] = ()
     search: Mapping[str, Any] = field(default_factory=dict)
+    parts: Mapping[str, list[str] | None] = field(default_factory=dict)
 
     @classmethod
     def of(cls, sweep: SweepFile, source: Tree | None = None, *, confirmed: bool = False) -> Plan:
@@ -94,7 +96,7 @@ class Plan:
                 f"the sweep has {total:,} runs; more than {MOST_RUNS:,} need a confirmation (--yes)",
                 path=source.place.path,
             )
-        mistakes = _Mistakes(source)
+        mistakes = Mistakes(source)
         settings = [written(key, _absolute(value)) for key, value in sweep.settings.items()]
         with mistakes.at("experiment"):
             name = _located(sweep.experiment)
@@ -119,7 +121,8 @@ class Plan:
             for world in backends[1]:
                 code |= code_of(brain, world)
         remarks = tuple(_remarks(sweep, own))
-        return cls(sweep, name, own.name, own.seed, code, digest_of_files(own), remarks)
+        parts = {metric: _parts(metric, own) for metric in sweep.measure}
+        return cls(sweep, name, own.name, own.seed, code, digest_of_files(own), remarks, parts=parts)
 
     def __len__(self) -> int:
         return number_of_runs(self.sweep)
@@ -167,7 +170,7 @@ class Plan:
         return hashlib.blake2b(json.dumps(self.identity).encode(), digest_size=16).hexdigest()
 
 
-class _Mistakes:
+class Mistakes:
     """Collects errors with their places in the file of the sweep."""
 
     def __init__(self, source: Tree) -> None:
@@ -230,6 +233,11 @@ def _remarks(sweep: SweepFile, own: Experiment) -> Iterator[str]:
         first = [f"{axis.low:g} {axis.unit}"] if isinstance(axis, Range) else _samples(key, axis)
         if fnmatchcase(key, "events.*.at") and min(map(time_ns, first)) >= until_ns:
             yield f"'{key}' has no effect: the runs end at {end}, before all its values"
+
+
+def _parts(metric: str, own: Experiment) -> list[str] | None:
+    parts = scalar_metric(metric).parts(own)
+    return None if parts is None else [f"{metric}.{part}" for part in parts]
 
 
 def _require_criterion(own: Experiment, name: str) -> None:

@@ -203,7 +203,16 @@ def test_the_results_are_shown_and_drawn(command: Evolve, here: Path) -> None:
             "population: 3\noptimiser: cna",
             "no optimiser is called 'cna'; did you mean 'cma'?",
         ),
-        ("stays_near: 1,", "stays_nearer: 1,", "'criterion_distance.stays_nearer' was not measured; did you"),
+        (
+            "stays_near: 1,",
+            "stays_nearer: 1,",
+            "search.yaml:8:46: objective: 'criterion_distance.stays_nearer' is not measured; did you mean",
+        ),
+        (
+            "missing: {time_to_event.arrives",
+            "missing: {time_to_event.arives",
+            "is not in the objective; did you",
+        ),
         ("{criterion_distance.stays_near: 1", "{criterion: 1", "a measure is named METRIC.PART"),
         (
             "criterion_distance.stays_near: 1",
@@ -215,7 +224,7 @@ def test_the_results_are_shown_and_drawn(command: Evolve, here: Path) -> None:
         ("population: 3", "population: 3\nstop_when_failed: [stays]", "there is no criterion 'stays'"),
         (
             "{criterion_distance.stays_near: 1, time_to_event.arrives: -1}",
-            "[{criterion_distance.stays_near: 1}, {criterion_distance.arrives: -1}]",
+            "[{criterion_distance.stays_near: 1}, {time_to_event.arrives: -1}]",
             "the optimiser 'cma' has one objective, not 2; 'nsga2' takes several",
         ),
     ],
