@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from traceback import extract_tb
 from typing import Any
@@ -16,7 +17,7 @@ from nrp_core.conformance import SUITES
 from nrp_core.conformance.base import BackendTests
 from nrp_core.conformance.report import KitReport, KitResult
 from nrp_core.conformance.run import run_tests
-from nrp_core.errors import BackendError, ExperimentError, did_you_mean
+from nrp_core.errors import BackendError, CapabilityError, ExperimentError, did_you_mean
 from nrp_core.experiment.model.schema_findings import reason
 from nrp_core.registry import Registry
 from nrp_core.world.backends import worlds
@@ -50,9 +51,14 @@ class Proof:
         Raises:
             BackendError: the backend does not exist, does not load, or cannot state its capabilities.
             ExperimentError: an option does not exist or has a wrong value.
+            CapabilityError: the world has its own scene, so the suite does not apply.
         """
         registry: Registry[Any] = brains() if self.kind == "brain" else worlds()
         backend = registry.load(self.name)
+        assumed = None
+        with suppress(Exception):  # options without a default need not be given to learn that nothing applies
+            assumed = backend.capabilities(backend.options.model_construct())
+        self._require_scene(assumed)
         try:
             chosen = backend.options.model_validate(dict(self.options))
         except ValidationError as error:
@@ -66,10 +72,19 @@ class Proof:
                 f"{self.kind} '{self.name}' cannot state its capabilities: {type(error).__name__}: {error} "
                 f"({place.filename}:{place.lineno})"
             ) from error
+        self._require_scene(declared)
         return KitReport(
             self.kind, self.name, to_jsonable(registry.provider(self.name)), self.options, self.level,
             to_jsonable(declared), describe(), results,
         )  # fmt: skip
+
+    def _require_scene(self, declared: Any) -> None:
+        if getattr(declared, "own_scene", False):
+            raise CapabilityError(
+                f"the tests do not apply to {self.kind} '{self.name}', and none was run: they put robots and "
+                "rooms into a world and compare how these move with formulas, but this world has its own "
+                "scene. Compare its topics with what it wraps instead"
+            )
 
     def run(self) -> KitReport:
         """Run the suite in this process."""

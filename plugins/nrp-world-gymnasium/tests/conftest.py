@@ -1,7 +1,9 @@
 """Worlds of environments, and environments with the spaces that Gymnasium's own small ones do not have."""
 
+import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -14,6 +16,20 @@ from nrp_core.world import Scene, World
 
 Open = Callable[..., World]
 EMPTY = Scene(())
+PLUGIN = Path(__file__).parents[1]
+
+
+@pytest.fixture
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The plugin can be found by its name, as if it were installed."""
+    project = tomllib.loads((PLUGIN / "pyproject.toml").read_text())["project"]
+    info = tmp_path / "site" / "nrp_world_gymnasium-0.1.0.dist-info"
+    info.mkdir(parents=True)
+    info.joinpath("METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: 0.1.0\n")
+    ((group, entries),) = project["entry-points"].items()
+    lines = [f"[{group}]", *(f"{name} = {target}" for name, target in entries.items())]
+    info.joinpath("entry_points.txt").write_text("\n".join(lines))
+    monkeypatch.syspath_prepend(info.parent)
 
 
 @pytest.fixture

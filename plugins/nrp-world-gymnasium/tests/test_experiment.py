@@ -1,7 +1,6 @@
 """The experiment of the how-to page: two spiking cells balance a pole; mistakes in it are found before."""
 
 import re
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -15,16 +14,8 @@ FILE = re.compile(r"^```\w+\n# (cart_pole/[\w.]+)\n(.*?)^```$", re.MULTILINE | r
 
 
 @pytest.fixture
-def cart_pole(tmp_path, monkeypatch):
-    """The experiment, with the plugin as if it were installed."""
-    project = tomllib.loads((PLUGIN / "pyproject.toml").read_text())["project"]
-    info = tmp_path / "site" / "nrp_world_gymnasium-0.1.0.dist-info"
-    info.mkdir(parents=True)
-    info.joinpath("METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: 0.1.0\n")
-    ((group, entries),) = project["entry-points"].items()
-    lines = [f"[{group}]", *(f"{name} = {target}" for name, target in entries.items())]
-    info.joinpath("entry_points.txt").write_text("\n".join(lines))
-    monkeypatch.syspath_prepend(info.parent)
+def cart_pole(installed, tmp_path):
+    """The experiment."""
     for name, text in FILE.findall(PAGE.read_text()):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text)
