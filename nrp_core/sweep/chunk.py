@@ -20,7 +20,7 @@ from nrp_core.sweep.journal import Journal, records_in
 from nrp_core.sweep.measuring import perform
 from nrp_core.sweep.record import Task
 
-JOBS = "jobs"
+JOBS, ERROR = "jobs", "error: "
 
 
 def write_chunks(folder: Path, tasks: Sequence[Task], chunks: int) -> list[tuple[Path, Path]]:
@@ -67,4 +67,4 @@ if __name__ == "__main__":
     try:
         perform_all(read_tasks(Path(sys.argv[1])), Path(sys.argv[2]))
     except NrpError as failure:
-        sys.exit(f"error: {failure}")
+        sys.exit(f"{ERROR}{failure}")

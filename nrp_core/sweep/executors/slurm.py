@@ -11,7 +11,7 @@ from time import sleep
 
 from nrp_core._support.writing import writing
 from nrp_core.errors import BackendLoadError
-from nrp_core.sweep.chunk import JOBS, write_chunks
+from nrp_core.sweep.chunk import ERROR, JOBS, write_chunks
 from nrp_core.sweep.executors.interface import ATTEMPTS, Executor
 from nrp_core.sweep.journal import records_in
 from nrp_core.sweep.record import Record, Task
@@ -71,11 +71,27 @@ class SlurmExecutor(Executor):
                     yield from records[count:]
                     seen[journal] = len(records)
                 if ended:
-                    return
+                    break
                 sleep(_LOOK_S)
         except BaseException:
             _command("scancel", job, may_fail=True)
             raise
+        _require_no_error([file for file, _ in chunks])
+
+
+def _require_no_error(jobs: Sequence[Path]) -> None:
+    """Refuse to go on if jobs ended with an error of their own, which another attempt would not mend.
+
+    Raises:
+        BackendLoadError: a job has another version of the code, or cannot write its journal.
+    """
+    for job in jobs:
+        log = job.with_suffix(".log")
+        *_, last = (log.read_text("utf-8", "replace") if log.exists() else "").splitlines() or [""]
+        if last.startswith(ERROR):
+            raise BackendLoadError(
+                f"a job of SLURM ended: {last.removeprefix(ERROR)} (see {log}); finished runs are kept"
+            )
 
 
 def script_of(folder: Path, first: int, jobs: int, at_once: int) -> Path:
