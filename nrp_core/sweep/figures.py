@@ -23,6 +23,7 @@ _SIZE = (7.2, 4.6)
 _MOST_LINES = 7  # distinguishable colours
 _AXES_OF_MAP = 2
 _MOST_CELLS_WITH_NUMBERS = 150
+_MOST_NAMED = 12
 _COLOURS = "viridis"
 
 
@@ -109,8 +110,8 @@ def _heat(figure: Figure, axes: Axes, table: SweepTable, name: str) -> None:
             axes.text(
                 column, row, text, ha="center", va="center", color="white" if dark else "black", fontsize=7
             )
-    axes.set_xticks(range(len(x)), list(x))
-    axes.set_yticks(range(len(y)), list(y))
+    axes.set_xticks(range(len(x)), list(map(_short, x)))
+    axes.set_yticks(range(len(y)), list(map(_short, y)))
     axes.set_xlabel(short_key(across, table.keys))
     axes.set_ylabel(short_key(up, table.keys))
     axes.spines[:].set_visible(False)
@@ -133,13 +134,12 @@ def _parallel(figure: Figure, axes: Axes, table: SweepTable, name: str) -> None:
         [segments[n] for n in order], array=means[order], cmap=_COLOURS, norm=scale, alpha=0.6, linewidths=1.0
     )
     axes.add_collection(lines)
+    for line in places.tolist():
+        axes.axvline(line, color=FAINT, linewidth=0.8)
     for place, key in enumerate(table.keys):
-        axes.axvline(place, color=FAINT, linewidth=0.8)
-        low, high = _ends(table, key)
-        axes.annotate(high, (place, 1.0), (0, 3), textcoords="offset points", ha="center", fontsize=7)
-        axes.annotate(low, (place, 0.0), (0, -9), textcoords="offset points", ha="center", fontsize=7)
-    axes.set(xlim=(-0.1, len(shares) - 0.9), ylim=(-0.08, 1.1), yticks=[])
-    axes.set_xticks(places, [*(short_key(key, table.keys) for key in table.keys), name])
+        _name_values(axes, table, key, place)
+    axes.set(xlim=(-0.3, len(shares) - 0.9), ylim=(-0.08, 1.1), yticks=[])
+    axes.set_xticks(places, [*(short_key(key, table.keys) for key in table.keys), ""])  # the colours name it
     axes.spines[:].set_visible(False)
     figure.colorbar(lines, ax=axes, label=_with_unit(name)).outline.set_visible(False)
 
@@ -203,9 +203,24 @@ def _shares(table: SweepTable, key: str, groups: list[Group]) -> Any:
     return np.array([(ticks[str(group.values[key])] - low) / ((high - low) or 1.0) for group in groups])
 
 
-def _ends(table: SweepTable, key: str) -> tuple[str, str]:
+def _name_values(axes: Axes, table: SweepTable, key: str, place: int) -> None:
+    """Write the first and the last number beside an axis of parallel coordinates, or each of a few values."""
     ticks = _ticks(table, key)
-    return min(ticks, key=ticks.__getitem__), max(ticks, key=ticks.__getitem__)
+    low, high = min(ticks.values()), max(ticks.values())
+    for text, at in ticks.items():
+        if at in (low, high) or (not _is_number(table, key) and len(ticks) <= _MOST_NAMED):
+            share = (at - low) / ((high - low) or 1.0)
+            up = 3 if share == 1.0 else -9 if share == 0.0 else 2
+            axes.annotate(
+                _short(text), (place, share), (0, up), textcoords="offset points", ha="center", fontsize=7,
+                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5},
+            )  # fmt: skip
+
+
+def _short(text: str) -> str:
+    """Return a value with at most four digits, and its unit."""
+    number = _number(text)
+    return text if number is None else f"{number:.4g} {_unit(text)}".strip()
 
 
 def _label(axes: Axes, table: SweepTable, key: str) -> None:
