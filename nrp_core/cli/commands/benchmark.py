@@ -28,7 +28,7 @@ def benchmark(
     tasks: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[TASK]...",
+            metavar="TASK",
             help="phototaxis, avoidance, tracking, walking, reaching; by default all.",
             autocompletion=beginning_with(_task_names),
         ),
