@@ -11,6 +11,7 @@ PROGRAM = """
 import json
 import numpy as np
 from nrp_brain_event import EventBackend, EventOptions
+from nrp_brain_event.cell_types import CELL_TYPES
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.conformance.brain.parts import cells, connect, network
 from nrp_core.conformance.brain.samples import SAMPLES
@@ -19,8 +20,9 @@ from nrp_core.brain.network.data import Population, Projection
 noise = Population("noise", 4, "SpikeSourcePoisson", {
     "rate": np.full(4, 800.0), "start": np.zeros(4), "duration": np.full(4, 1e9),
 })
+own = {name: sample for name, sample in SAMPLES.items() if name in CELL_TYPES}
 each = np.arange(4, dtype=np.int32)
-busy = [cells(sample, name, 4, i_offset=sample.current_na) for name, sample in SAMPLES.items()]
+busy = [cells(sample, name, 4, i_offset=sample.current_na) for name, sample in own.items()]
 strong = SAMPLES["IF_curr_exp"].strong
 onto = Projection(
     "p", "noise", "IF_curr_exp", "excitatory", each, each, np.full(4, strong / 9), np.full(4, 1.5)
@@ -30,7 +32,7 @@ tiring = Projection(
     "tsodyks_markram", {"U": np.full(4, 0.5), "tau_rec": np.full(4, 20.0), "tau_facil": np.zeros(4)},
 )
 inside = [
-    connect(name, name, sample.weak, [1.0, 2.5], pairs=[(0, 1), (2, 3)]) for name, sample in SAMPLES.items()
+    connect(name, name, sample.weak, [1.0, 2.5], pairs=[(0, 1), (2, 3)]) for name, sample in own.items()
 ]
 options = EventOptions(resolution="0.1 ms", poisson="grid")
 with EventBackend().open(network(noise, *busy, onto, tiring, *inside), seed=1, options=options) as brain:
