@@ -9,6 +9,8 @@ import pytest
 from nrp_experiments.fly.twin import INHIBITORY, SYNAPSES_PER_CELL, twin
 
 from nrp_core.experiment.running.result import Result
+from nrp_core.recording.figures.story import Story
+from nrp_core.recording.figures.view import RoomView
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.replay.outcome import Verdict
@@ -41,6 +43,13 @@ def test_its_recording_is_repeated_bit_for_bit(recorded: tuple[Result, Path]) ->
     request = ReplayRequest(until_ns=S // 2)
     with FilesRead() as files, Replay(Recording(recorded[1]), request, files=files) as again:
         assert again.verify().verdict is Verdict.SAME
+
+
+def test_its_map_is_as_small_as_its_way(recorded: tuple[Result, Path]) -> None:
+    view = RoomView.of(Story.of(Recording(recorded[1]), 0.0, 2.0))
+    bounds = view.focus()
+    assert view.moves
+    assert 0.005 < bounds.right - bounds.left < 0.02
 
 
 def test_a_rewired_fly_walks_over_the_sugar() -> None:

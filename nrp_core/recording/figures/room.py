@@ -22,6 +22,8 @@ _MUCH_LARGER, _INSET = 3.0, 0.3
 """A room this many times as large as the map is shown in a corner, with this share of the map's width."""
 _PLACES, _POINTS = 9, 200
 """Number of positions that are tried on a side, and of points on a line that are checked."""
+_SMALL_MAP_M = 0.1
+"""Maps of a smaller width have axes in millimetres."""
 _NOSE_M = 0.3
 """Length of the line to the front of a robot without visuals."""
 
@@ -174,11 +176,15 @@ def _draw_robot(axes: Axes, outlines: list[FloatArray], track: Track, index: int
 def _set_limits(axes: Axes, focus: Bounds) -> None:
     """Show the focus, and its surroundings as far as they fit into the axes."""
     bounds = focus.widened(axes.bbox.width / axes.bbox.height)
+    in_mm = bounds.right - bounds.left < _SMALL_MAP_M
+    unit, factor = ("mm", 1e3) if in_mm else ("m", 1.0)
     axes.set(
-        xlim=(bounds.left, bounds.right), ylim=(bounds.bottom, bounds.top), aspect="equal", xlabel="x (m)",
-        ylabel="y (m)",
+        xlim=(bounds.left, bounds.right), ylim=(bounds.bottom, bounds.top), aspect="equal",
+        xlabel=f"x ({unit})", ylabel=f"y ({unit})",
     )  # fmt: skip
     for axis in (axes.xaxis, axes.yaxis):
+        if in_mm:
+            axis.set_major_formatter(lambda value, _: f"{factor * value:g}")
         axis.set_major_locator(
             MaxNLocator("auto", steps=[1, 2, 5, 10])
         )  # short numbers: the margin is narrow

@@ -86,34 +86,51 @@ def _sizes(story: Story, brain: Mapping[str, Any]) -> dict[str, int]:
 def draw_raster(axes: Axes, story: Story) -> None:
     """Draw a tick for every spike, with a row for each neuron and a colour for each group.
 
-    The indices of the first and last neuron of each group in their population are on the right.
+    The indices of the first and last neuron of each group in their population are on the right. Of large
+    groups some neurons are shown.
     """
     numbers: dict[float, int] = {}
-    rows, labels, total = 0, {}, sum(len(group.ids) for group in groups(story))
-    thin = max(1, -(-total // _MOST_ROWS))
+    shares = rows_of([len(group.ids) for group in groups(story)])
+    rows = 0
+    labels: list[tuple[float, int, str, str]] = []  # row, rows of the group, text, colour
     for number, group in enumerate(groups(story)):
-        shown = group.ids[::thin]
+        shown = group.ids[:: -(-len(group.ids) // shares[number])]
         times, at = _spikes_of(story, group.population, shown)
         axes.plot(
-            times, at + rows, "|", color=colour(number), markersize=_tick_points(axes, total // thin),
+            times, at + rows, "|", color=colour(number), markersize=_tick_points(axes, sum(shares)),
             markeredgewidth=_tick_width(axes, times, len(shown)), rasterized=len(times) > 20_000,
         )  # fmt: skip
-        labels[rows + (len(shown) - 1) / 2] = (group.label, colour(number))
+        labels.append((rows + (len(shown) - 1) / 2, len(shown), group.label, colour(number)))
         numbers |= {rows: shown[0], rows + len(shown) - 1: shown[-1]}
         rows += len(shown)
         axes.axhline(rows - 0.5, color=FAINT, linewidth=0.3)
     axes.set_ylim(rows - 0.5, -0.5)
-    axes.set_yticks(list(labels), [label for label, _ in labels.values()])
-    for tick, (_, color) in zip(axes.get_yticklabels(), labels.values(), strict=True):
-        tick.set_color(color)
+    apart = _rows_of_a_line(axes, rows)
+    written: list[tuple[float, int, str, str]] = []
+    for one in sorted(labels, key=lambda label: -label[1]):  # larger groups first, where space is short
+        if all(abs(one[0] - other[0]) >= apart for other in written):
+            written.append(one)
+    axes.set_yticks([label[0] for label in written], [label[2] for label in written])
+    for tick, label in zip(axes.get_yticklabels(), written, strict=True):
+        tick.set_color(label[3])
     axes.tick_params(axis="y", length=0)
-    _number_neurons(axes, numbers, rows)
+    _number_neurons(axes, numbers, apart)
 
 
-def _number_neurons(axes: Axes, numbers: Mapping[float, int], rows: int) -> None:
+def rows_of(sizes: Sequence[int]) -> list[int]:
+    """Return how many neurons of each group are shown: all of small groups, and as many of each large one."""
+    fits = (most for most in range(_MOST_ROWS, 1, -1) if sum(min(size, most) for size in sizes) <= _MOST_ROWS)
+    most = next(fits, 1)
+    return [min(size, most) for size in sizes]
+
+
+def _rows_of_a_line(axes: Axes, rows: int) -> float:
+    """Return how many rows of a raster are as high as a line of text."""
+    return _NUMBER_POINTS * rows / (axes.bbox.height * 72 / axes.figure.dpi)
+
+
+def _number_neurons(axes: Axes, numbers: Mapping[float, int], apart: float) -> None:
     """Write the indices of neurons beside their rows, as far as there is space."""
-    height_pt = axes.bbox.height * 72 / axes.figure.dpi
-    apart = _NUMBER_POINTS * rows / height_pt
     written: dict[float, int] = {}
     for row, index in sorted(numbers.items()):
         if not written or row - max(written) >= apart:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from math import inf
 
 import cv2
 import numpy as np
@@ -21,9 +22,10 @@ _OVERHEAD_M = 2.2
 _FLAT_M = 0.06
 """Shapes that end below this height (m) are ground."""
 _MARGIN_M, _MARGIN = 0.3, 0.08
-"""Margin of a map: at least this distance (m), and this share of its larger side."""
+"""Margin of a map: at least this distance (m), or a small robot's size, and this share of its larger side."""
 _STILL_M, _STILL_RAD = 0.05, 0.1
-"""A robot with less motion (m) and rotation (rad) counts as standing."""
+"""A robot with less motion (m, or a fifth of a small robot's size) and rotation (rad) counts as standing."""
+_FIFTH = 0.2
 _FAINTEST = 0.05
 """Shapes less opaque than this are not drawn."""
 
@@ -100,18 +102,28 @@ class RoomView:
     def moves(self) -> bool:
         """Whether a robot as a whole moved, so that a map of it shows something."""
         return any(
-            max(np.ptp(track.xs), np.ptp(track.ys)) > _STILL_M or np.ptp(track.yaws) > _STILL_RAD
-            for track in self.story.tracks.values()
+            max(np.ptp(track.xs), np.ptp(track.ys)) > min(_STILL_M, _FIFTH * self.size_m(name))
+            or np.ptp(track.yaws) > _STILL_RAD
+            for name, track in self.story.tracks.items()
         )
+
+    def size_m(self, robot: str) -> float:
+        """Return the larger side of a robot, m; infinity if it has no shapes."""
+        first, _ = self.robots[robot]
+        return float(np.ptp(np.concatenate(first), axis=0).max()) if first else inf
+
+    @property
+    def _margin_m(self) -> float:
+        return min((_MARGIN_M, *map(self.size_m, self.robots)))
 
     def focus(self, coloured: Iterable[Coloured] = ()) -> Bounds:
         """Return the area of a map: robots, their trajectories, and changes of colours; with a margin."""
-        return _bounds(self.foreground(coloured))
+        return _bounds(self.foreground(coloured), self._margin_m)
 
     def whole(self) -> Bounds:
         """Return the bounds of all objects in the room."""
         standing = [piece.outline for piece in self.fixed if not piece.is_ground]
-        return _bounds([*standing, *self.travelled()])
+        return _bounds([*standing, *self.travelled()], self._margin_m)
 
     def foreground(self, coloured: Iterable[Coloured]) -> list[FloatArray]:
         """Return the outlines of objects that changed their colour, of the robots, and their trajectories."""
@@ -152,10 +164,10 @@ class Bounds:
         return (self.right - self.left) * (self.top - self.bottom)
 
 
-def _bounds(outlines: Sequence[FloatArray]) -> Bounds:
+def _bounds(outlines: Sequence[FloatArray], margin_m: float) -> Bounds:
     points = np.concatenate(outlines) if outlines else np.array([[-1.0, -1.0], [1.0, 1.0]])
     low, high = points.min(axis=0), points.max(axis=0)
-    margin = max(_MARGIN_M, _MARGIN * float((high - low).max()))
+    margin = max(margin_m, _MARGIN * float((high - low).max()))
     (left, bottom), (right, top) = low - margin, high + margin
     return Bounds(float(left), float(right), float(bottom), float(top))
 

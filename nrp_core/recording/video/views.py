@@ -14,8 +14,9 @@ from nrp_core.recording.video import Vector
 from nrp_core.world.rigid.pose import Pose
 
 FIELD_OF_VIEW = radians(45)
-_DISTANCE, _LEAST_M = 3.5, 0.5
-"""The distance of the following camera, in multiples of the robot's size, and the minimum size."""
+_DISTANCE, _LEAST_M, _SMALL_M = 3.5, 0.5, 0.05
+"""The distance of the following camera, in multiples of the robot's size; robots below the second size count
+as if they had it, except those below the third, which are in a world of their size."""
 _HEIGHTS = tuple(radians(degrees) for degrees in (27, 40, 55, 70, 88))
 """Angles above the horizon that it tries."""
 _LAG_S = 0.6
@@ -91,7 +92,8 @@ class Follower(Viewpoint):
     """
 
     def __init__(self, frame: str, size_m: float, obstacles: FloatArray) -> None:
-        self._frame, self._distance = frame, _DISTANCE * max(size_m, _LEAST_M)
+        small = 0.0 < size_m < _SMALL_M
+        self._frame, self._distance = frame, _DISTANCE * (size_m if small else max(size_m, _LEAST_M))
         self._obstacles = obstacles
         self._way: FloatArray | None = None
         self._at_s = 0.0

@@ -13,6 +13,7 @@ from nrp_core.world.render.scene_mesh import SceneMesh
 _LIGHT = np.array([0.45, -0.1, 0.9])  # towards it
 _DARKEST = 0.45
 _BACKGROUND = (240, 243, 247)
+_NEAR_M = 1e-4  # depths are kept as reciprocals, so a short distance costs no precision
 
 
 class ShadedView:
@@ -30,7 +31,7 @@ class ShadedView:
     ) -> None:
         self._mesh, self._size = mesh, (width, height)
         self._faces = FaceView(mesh)
-        self.optics = Optics(width * samples, height * samples, vertical_fov, near=0.01, far=1e4)
+        self.optics = Optics(width * samples, height * samples, vertical_fov, near=_NEAR_M, far=1e4)
         self._nearness = np.empty((self.optics.height, self.optics.width), np.float32)
 
     def draw(self, vertices: FloatArray, eye: FloatArray) -> npt.NDArray[np.uint8]:

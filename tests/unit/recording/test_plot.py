@@ -11,6 +11,8 @@ import cv2
 import matplotlib as mpl
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
 from nrp_core.dsl.testing.mocks import MockWorld
@@ -22,7 +24,7 @@ from nrp_core.recording.figures.options import Panel, PlotOptions, panels_of, si
 from nrp_core.recording.figures.page import draw_page
 from nrp_core.recording.figures.story import Coloured, StepSeries, Story, Track
 from nrp_core.recording.figures.style import style
-from nrp_core.recording.figures.traces import by_unit, groups, moving, short_labels
+from nrp_core.recording.figures.traces import by_unit, groups, moving, rows_of, short_labels
 from nrp_core.recording.figures.view import footprint
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Images, Role
 from nrp_core.recording.reading.columns import numbers_in
@@ -400,3 +402,16 @@ def test_sizes_are_read_in_three_units() -> None:
     assert size_inches("10x5in") == (10.0, 5.0)
     with pytest.raises(ValueError, match="unknown panel 'spike'; did you mean 'spikes'"):
         panels_of("map,spike")
+
+
+@given(st.lists(st.integers(1, 200_000), min_size=1, max_size=30))
+def test_a_raster_shows_all_neurons_of_small_groups_and_some_of_large_ones(sizes: list[int]) -> None:
+    rows = rows_of(sizes)
+    assert len(sizes) <= sum(rows) <= 400
+    assert rows == [min(size, max(rows)) for size in sizes]
+    assert rows == sizes or sum(min(size, max(rows) + 1) for size in sizes) > 400
+
+
+def test_groups_of_a_raster_up_to_its_height_are_shown_whole() -> None:
+    assert rows_of([20, 1, 379]) == [20, 1, 379]
+    assert rows_of([20, 1, 100_000]) == [20, 1, 379]

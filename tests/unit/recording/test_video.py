@@ -124,3 +124,11 @@ def test_a_follower_is_behind_its_robot_and_rises_where_something_hides_it() -> 
     wall = np.array([[(-0.2, -5.0, 0.0), (0.0, 5.0, 2.0)]])
     *_, risen = Follower("car/base", 1.0, wall).eye(0.0, poses)[:, 3]
     assert risen > z + 0.5
+
+
+def test_the_following_camera_is_near_a_tiny_robot_and_keeps_its_distance_from_small_ones() -> None:
+    def distance(size_m: float) -> float:
+        return float(np.linalg.norm(Follower("it/base", size_m, NOTHING).eye(0.0, {"it/base": Pose()})[:, 3]))
+
+    assert distance(0.0025) == pytest.approx(0.0025 * distance(1.0))
+    assert distance(0.3) == distance(0.0) == pytest.approx(0.5 * distance(1.0))
