@@ -1,0 +1,13 @@
+// The complete state of ODE's bodies, to the last bit.
+#pragma once
+
+#include "bodies.hh"
+
+namespace nrp
+{
+/// Add the seed of ODE's generator and position, orientation (w, x, y, z) and velocities of each body.
+void AddSaved(const Bodies &bodies, Writer &answer);
+
+/// Restore such a state.
+void Restore(const Bodies &bodies, Reader &saved);
+}  // namespace nrp

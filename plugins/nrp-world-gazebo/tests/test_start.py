@@ -1,0 +1,41 @@
+"""What goes wrong at the start is one error that says what to do."""
+
+import pytest
+from nrp_world_gazebo import GazeboBackend
+
+from nrp_core.errors import BackendLoadError
+from nrp_core.world import Inertial, Link, Model, Scene
+
+SCENE = Scene((Model("box", (Link("link", inertial=Inertial(1.0)),)),))
+
+
+def opened(**options):
+    backend = GazeboBackend()
+    chosen = backend.options.model_validate({"root": None, **options})
+    return backend.open(SCENE, seed=1, options=chosen)
+
+
+def test_a_missing_program_is_named_with_the_remedy():
+    with pytest.raises(BackendLoadError, match=r"no program 'gzserver-12'.*scripts/gazebo"):
+        opened(command="gzserver-12")
+
+
+def test_a_root_that_is_no_system_is_named(tmp_path):
+    with pytest.raises(BackendLoadError, match=f"root of Gazebo {tmp_path} is not the folder of a system"):
+        opened(root=tmp_path)
+
+
+def test_a_program_that_ends_is_quoted_with_its_last_line():
+    with pytest.raises(BackendLoadError, match=r"exit code 3:\s+\[Err\] no world") as caught:
+        opened(command=("sh", "-c", "echo '[Err] no world' >&2; seq 3; exit $((1 + 2))"))
+    assert "\n  3" not in str(caught.value)  # the other lines
+
+
+def test_a_program_that_never_connects_is_given_up():
+    with pytest.raises(BackendLoadError, match=r"did not start within 0\.2 s"):
+        opened(command=("sh", "-c", "sleep 30"), start_timeout=0.2)
+
+
+def test_a_program_without_the_plugin_is_not_waited_for():
+    with pytest.raises(BackendLoadError, match=r"cannot load the plugin libnrp_gazebo\.so"):
+        opened(command=("sh", "-c", "echo '[Err] [Plugin.hh:187] no such file'; exec sleep 30"))
