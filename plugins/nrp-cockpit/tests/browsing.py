@@ -83,7 +83,7 @@ class Cockpits:
         """End all as Ctrl-C does, which a shell in the background would ignore; each must end well."""
         for process in self.running:
             process.send_signal(signal.SIGTERM)
-        codes = [process.wait(20) for process in self.running]
+        codes = [process.wait(PATIENCE_S) for process in self.running]
         for process in self.running:
             process.communicate()  # closes its pipe
         self.running.clear()

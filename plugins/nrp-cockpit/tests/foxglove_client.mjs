@@ -26,10 +26,16 @@ client.on("message", ({ subscriptionId, timestamp, data }) => {
   const { topic, encoding, schemaName, schema } = names.get(subscriptionId);
   const bytes = Buffer.from(data.buffer, data.byteOffset, data.byteLength).toString("base64");
   got.topics[topic] = { encoding, schemaName, schema, bytes, t_ns: String(timestamp) };
-  if (wanted.every((name) => name in got.topics)) finish();
+  look();
 });
-client.on("serviceCallResponse", (answer) => got.answers.push(Buffer.from(answer.data.buffer, answer.data.byteOffset, answer.data.byteLength).toString()));
-client.on("serviceCallFailure", (answer) => got.answers.push(answer.message));
+client.on("serviceCallResponse", ({ data }) => {
+  got.answers.push(Buffer.from(data.buffer, data.byteOffset, data.byteLength).toString());
+  look();
+});
+client.on("serviceCallFailure", (answer) => {
+  got.answers.push(answer.message);
+  look();
+});
 client.on("advertiseServices", (offered) => {
   for (const { id, name } of offered) services.set(name, id);
   const call = (name, request) =>
@@ -43,6 +49,10 @@ client.on("advertiseServices", (offered) => {
   const channel = client.advertise({ topic: "/husky/cmd_vel", encoding: "json", schemaName: "geometry_msgs/Twist" });
   client.sendMessage(channel, new TextEncoder().encode(JSON.stringify({ linear: { x: 0.5 } })));
 });
+
+function look() {
+  if (got.answers.length > 0 && wanted.every((name) => name in got.topics)) finish();
+}
 
 function finish() {
   setTimeout(() => {

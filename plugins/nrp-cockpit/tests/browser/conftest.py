@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -59,6 +60,20 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
         run.run_until(2.0)
         recorded.close("finished")
     return folder
+
+
+@pytest.fixture(scope="session")
+def port() -> int:
+    """A port that nobody listens on."""
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        return int(taken.getsockname()[1])
+
+
+@pytest.fixture(scope="session")
+def played(recording: Path, port: int) -> Iterator[str]:
+    """The address of a cockpit that plays the recording, open to other machines on this port."""
+    with running() as cockpits:
+        yield cockpits.open(str(recording), "--host", "0.0.0.0", "--port", str(port))
 
 
 @pytest.fixture

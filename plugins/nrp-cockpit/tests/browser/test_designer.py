@@ -135,9 +135,12 @@ def drawn(studio: str, watched: Watched, tmp_path: Path) -> tuple[Hand, Path]:
 
 @pytest.fixture
 def alone(cockpits: Cockpits, watched: Watched, tmp_path: Path) -> tuple[Hand, Path]:
-    """An empty canvas in a designer of its own: what others drew there would run, too."""
+    """An empty canvas in a designer of its own, which runs fast: what others drew there would run, too."""
     file = tmp_path / "drawn.bibi"
-    page = watched.open(cockpits.design(str(file), "-e", "braitenberg_husky", *FAST), 1280, 720)
+    address = cockpits.design(str(file), "-e", "braitenberg_husky", *FAST)
+    with visit(address) as visitor:
+        visitor.call("pace", factor=None)
+    page = watched.open(address, 1280, 720)
     shown(page)
     return Hand(page), file
 
@@ -226,8 +229,8 @@ def test_xml_python_and_drawing_are_in_step_both_ways(drawn: tuple[Hand, Path], 
     expect(hand.box("function made")).to_be_visible()
 
 
-def test_python_that_is_blocks_opens_as_boxes_in_the_cockpit_too(cockpits: Cockpits, watched: Watched):
-    page = watched.open(cockpits.open("braitenberg_husky", *HUSKY), 1280, 720)
+def test_python_that_is_blocks_opens_as_boxes_in_the_cockpit_too(husky: str, watched: Watched):
+    page = watched.open(husky, 1280, 720)
     page.get_by_role("link", name="Designer").click()
     shown(page)
     expect(page.get_by_role("group", name="function linear_twist")).to_be_visible()

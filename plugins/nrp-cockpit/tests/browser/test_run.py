@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from browsing import HUSKY, Kept, Watched, time_s, wait_until
 from playwright.sync_api import expect
 from visitors import cockpit
+
+from nrp_core import brains
 
 PAIRS: dict[tuple[str, str], tuple[str, ...]] = {
     ("event", "mujoco"): (),  # those of the experiment
@@ -89,3 +93,28 @@ def test_every_experiment_opens_and_runs_on_every_pair_without_a_complaint(
         expect(shown).to_contain_text(world)
         for panel in ("Scene", "Camera", "From above", "Brain", "Spikes", "Devices and topics"):
             expect(page.get_by_role("region", name=panel, exact=False).first).to_be_visible()
+
+
+def test_a_run_that_cannot_be_saved_says_why_there_is_no_way_back(
+    watched: Watched, monkeypatch: pytest.MonkeyPatch
+):
+    backend = type(brains().load("event"))
+    able = backend.capabilities
+    monkeypatch.setattr(
+        backend, "capabilities", lambda self, options: replace(able(self, options), snapshot=False)
+    )
+    reason = "the brain 'event' cannot save and restore its state"
+    with cockpit() as opened:
+        page = watched.open(opened.address, width=1280, height=720)
+        page.get_by_role("slider", name="Simulated time").press("PageUp")
+        expect(page.get_by_role("timer")).to_contain_text("1.00 s")
+        back = page.get_by_role("button", name="Step back")
+        expect(back).to_be_disabled()
+        page.get_by_role("button", name="Play").focus()
+        page.keyboard.press("Shift+Tab")  # a button that cannot be used is reached, to read the reason
+        expect(page.get_by_role("tooltip")).to_contain_text(reason)
+        back.click(force=True)
+        page.get_by_role("slider", name="Simulated time").press("Home")
+        page.get_by_role("link", name="Compare", exact=True).click()
+        expect(page.get_by_role("button", name="Branch at 1.00 s")).to_be_disabled()
+        expect(page.get_by_role("timer")).to_contain_text("1.00 s")

@@ -69,10 +69,8 @@ def test_an_error_says_where_the_run_stopped_and_opens_the_function(
     expect(page.locator(".cm-activeLine")).to_contain_text("1 / len(")
 
 
-def test_a_drag_through_a_recording_shows_the_times_that_it_passes(
-    recording: Path, cockpits: Cockpits, watched: Watched
-):
-    page = watched.open(cockpits.open(str(recording)))
+def test_a_drag_through_a_recording_shows_the_times_that_it_passes(played: str, watched: Watched):
+    page = watched.open(played)
     box = page.get_by_role("slider", name="Simulated time").bounding_box()
     assert box is not None
     page.mouse.move(box["x"] + 0.1 * box["width"], box["y"] + 5)

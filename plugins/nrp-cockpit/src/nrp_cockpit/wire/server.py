@@ -114,7 +114,8 @@ def _listening(host: str, port: int) -> socket.socket:
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
         return socket.create_server((host, port), family=family)
     except OSError as error:
-        raise ExperimentError(f"cannot listen on {host}:{port}: {error.strerror or error}") from error
+        reason = (error.strerror or str(error)).partition(" (while")[0]  # the address is named already
+        raise ExperimentError(f"cannot listen on {host}:{port}: {reason}") from error
 
 
 def _token(request: Request) -> str:
