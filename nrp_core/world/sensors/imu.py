@@ -13,6 +13,7 @@ from nrp_core.world.rigid.motion import ModelMotion
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.plugins import plugin_name
 from nrp_core.world.scene.reading.registered import ModelParts
 from nrp_core.world.scene.reading.sensor_elements import noise_of, offset_of, plugin_sensor, rate_of, topic_of
 from nrp_core.world.scene.reading.sensors import Mount
@@ -48,8 +49,8 @@ class Imu(Sensor):
 
     @classmethod
     def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> tuple[str, Imu]:
-        """Read ``gazebo_ros_imu``."""
-        name, topic, rate_hz, noise = plugin_sensor(plugin, reading)
+        """Read ``gazebo_ros_imu`` and ``hector_gazebo_ros_imu``."""
+        name, topic, rate_hz, noise = plugin_sensor(plugin, reading, "imu" if _is_hector(plugin) else "")
         link = model.link(plugin.require("bodyName")).name
         return link, cls(name, topic, rate_hz, offset_of(plugin), noise=noise)
 
@@ -59,6 +60,10 @@ class Imu(Sensor):
 
     def part(self, model: Model, link: str, engine: Engine) -> ImuPart:
         return ImuPart(self, model.name, link, engine)
+
+
+def _is_hector(plugin: Element) -> bool:
+    return plugin_name(plugin).startswith("hector")
 
 
 class ImuPart(SensorPart):

@@ -7,16 +7,19 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from nrp_core.findings import Code
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.generated import required
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.sensor_elements import noise_of, rate_of, topic_of
+from nrp_core.world.scene.reading.registered import ModelParts
+from nrp_core.world.scene.reading.sensor_elements import noise_of, offset_of, plugin_sensor, rate_of, topic_of
 from nrp_core.world.scene.reading.sensors import Mount
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
 
+_OF_HECTOR = ("referenceLatitude", "referenceLongitude", "referenceAltitude", "referenceHeading")
 _FIX, _GPS = 0, 1
 """``STATUS_FIX`` and ``SERVICE_GPS`` of ``sensor_msgs/NavSatStatus``."""
 _DIAGONAL_KNOWN = 2
@@ -41,6 +44,16 @@ class NavSat(Sensor):
         noise = noise_of(section.section("position_sensing").section("horizontal"), reading)
         topic = topic_of(sensor, reading.topic_of(mount.name, f"{name}/navsat"), {}, reading)
         return cls(name, topic, rate_of(sensor, reading), mount.place(sensor), noise=noise)
+
+    @classmethod
+    def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> tuple[str, NavSat]:
+        """Read ``hector_gazebo_ros_gps``; places on the Earth are those of the world."""
+        name, topic, rate_hz, noise = plugin_sensor(plugin, reading, "fix")
+        for ignored in plugin.all(*_OF_HECTOR):
+            message = f"<{ignored.tag}> is not used: the world's <spherical_coordinates> say where it is"
+            reading.notes.warn(ignored, Code.NRP263, message, subject=ignored.tag)
+        link = model.link(plugin.require("bodyName")).name
+        return link, cls(name, topic, rate_hz, offset_of(plugin), noise=noise)
 
     def part(self, model: Model, link: str, engine: Engine) -> NavSatPart:
         return NavSatPart(self, model.name, link, engine)

@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Inertial, Joint, Link, Model, Scene
-from nrp_core.world.scene.sdf import read_scene
+from nrp_core.world.scene.sdf import read_model, read_scene
 from nrp_core.world.scene.surroundings import Surroundings
 from nrp_core.world.sensors.air_pressure import AirPressure
+from nrp_core.world.sensors.imu import Imu
 from nrp_core.world.sensors.magnetometer import Magnetometer
 from nrp_core.world.sensors.navsat import NavSat
 
@@ -102,3 +103,22 @@ def test_another_planet_is_reported(tmp_path):
     path.write_text(ROOM.format(planet="MOON_SCS"))
     (warning,) = read_scene(path).warnings
     assert "the <surface_model> MOON_SCS is not simulated: EARTH_WGS84 is used" in warning.message
+
+
+HECTOR = """<sdf version="1.6"><model name="quad"><link name="base"><inertial/></link>
+<plugin name="gps" filename="libhector_gazebo_ros_gps.so"><bodyName>base</bodyName><updateRate>4</updateRate>
+<referenceLatitude>49.9</referenceLatitude><gaussianNoise>0.1 0.1 0.2</gaussianNoise>
+<xyzOffset>0 0 0.5</xyzOffset></plugin>
+<plugin name="imu" filename="libhector_gazebo_ros_imu.so"><bodyName>base</bodyName>
+<topicName>raw_imu</topicName><accelGaussianNoise>0.35 0.35 0.3</accelGaussianNoise></plugin>
+</model></sdf>"""
+
+
+def test_sensors_of_hector_are_read(tmp_path):
+    (tmp_path / "quad.sdf").write_text(HECTOR)
+    model = read_model(tmp_path / "quad.sdf", name="quad")
+    gps, imu = model.link("base").sensors
+    assert (gps.topic, gps.rate_hz, gps.noise.stddev) == ("/quad/fix", 4, 0.1)
+    assert gps.pose.position == (0, 0, 0.5)
+    assert (type(imu), imu.topic, imu.noise.stddev) == (Imu, "/quad/raw_imu", 0.35)
+    assert any("<referenceLatitude> is not used" in str(warning) for warning in model.warnings)

@@ -93,14 +93,32 @@ class PluginSensor(NamedTuple):
     noise: Noise
 
 
-def plugin_sensor(plugin: Element, reading: Reading) -> PluginSensor:
-    """Return the common parameters of a ROS plugin of a model."""
-    topic = plugin.require("topicName").text
+def plugin_sensor(plugin: Element, reading: Reading, usual: str = "") -> PluginSensor:
+    """Return the common parameters of a ROS plugin of a model.
+
+    Args:
+        plugin: the ``<plugin>``.
+        reading: the context of the reading.
+        usual: the topic of a plugin that names none; empty where one is required.
+    """
+    topic = plugin.word("topicName", usual) or plugin.require("topicName").text
     if not topic.startswith("/"):
         topic = resolve_name(f"{ros_namespace(plugin)}/{topic}".lstrip("/"), reading.robot)
     name = plugin.attributes.get("name") or plugin_name(plugin)
     rate_hz = plugin.number("updateRate", 0.0) or 100.0
-    return PluginSensor(name, topic, rate_hz, Noise(0.0, plugin.number("gaussianNoise", 0.0)))
+    return PluginSensor(name, topic, rate_hz, _noise_in(plugin))
+
+
+def _noise_in(plugin: Element) -> Noise:
+    """Return the noise of a ROS plugin; the first of several numbers is used for all axes."""
+    given = [plugin.find(tag) for tag in ("accelGaussianNoise", "gaussianNoise")]
+    numbers = next((each for each in given if each is not None and each.text), None)
+    if numbers is None:
+        return Noise()
+    deviation, *others = numbers.numbers(len(numbers.text.split()))
+    if min(deviation, *others, 0.0) < 0:
+        raise numbers.error(f"a standard deviation must be 0 or more, not '{numbers.text}'")
+    return Noise(0.0, deviation)
 
 
 def offset_of(plugin: Element) -> Pose:
