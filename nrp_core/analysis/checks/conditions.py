@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from nrp_core.analysis.checks.never import causes_of
 from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
 from nrp_core.clock import NS_PER_S, seconds
 from nrp_core.dsl.testing.mocks import MockWorld
 from nrp_core.errors import ExperimentError, NrpError, did_you_mean
 from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity
-from nrp_core.experiment.model.event_schema import END, START, During
+from nrp_core.experiment.model.event_schema import END, START, During, causes_of
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.tree import Key
 from nrp_core.experiment.reading.reader import experiment_of

@@ -12,7 +12,7 @@ from nrp_core.analysis.shapes import Instance, Known, Number
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.clock import from_seconds, seconds
 from nrp_core.dsl.tf_lib.vision import RedShares
-from nrp_core.experiment.model.event_schema import Event
+from nrp_core.experiment.model.event_schema import Event, causes_of
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level
 
@@ -68,18 +68,6 @@ def _delay_ns(event: Event) -> int:
     if event.at is not None:
         return event.at
     return 0 if event.when is None else event.when.after
-
-
-def causes_of(name: str, events: Mapping[str, Event]) -> list[str]:
-    """Return the events that an event waits for, the direct predecessor first, without duplicates."""
-    causes: list[str] = []
-    while name in events:
-        when = events[name].when
-        if when is None or when.event is None or when.event in causes:
-            break
-        name = when.event
-        causes.append(name)
-    return causes
 
 
 @checks_function(Code.NRP248)

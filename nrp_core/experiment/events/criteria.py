@@ -242,10 +242,11 @@ class Stays(Throughout):
 
 
 class StaysSo(Throughout):
-    """The values of a topic stay in limits."""
+    """The values of a topic stay in limits; without a later beginning from its first message on."""
 
     def __init__(self, stays: TopicStays, world: World) -> None:
         super().__init__(stays.during)
+        self._may_be_silent = stays.during.since == START
         self._topic, self._says = stays.name, TopicSays(stays, world)
         bounds = {"above": stays.above, "below": stays.below, "equal to": stays.equals}
         self._wanted = " and ".join(f"{how} {value}" for how, value in bounds.items() if value is not None)
@@ -254,12 +255,17 @@ class StaysSo(Throughout):
         if self._says(now_ns, times):
             return None
         value = self._says.value
+        if value is None and self._may_be_silent:
+            return None
         is_number = isinstance(value, Real) and not isinstance(value, bool)
         said = "nothing" if value is None else f"{value:.6g}" if is_number else repr(value)
         return f"{self._topic} said {said} at {seconds(now_ns):g} s, not {self._wanted}"
 
     def _finish(self, now_ns: int) -> None:
-        self._decide(True, now_ns, f"{self._topic} stayed {self._wanted}")
+        if self._says.value is None:
+            self._decide(False, now_ns, f"{self._topic} never said anything")
+        else:
+            self._decide(True, now_ns, f"{self._topic} stayed {self._wanted}")
 
 
 def judge_of(criterion: Criterion, world: World) -> Judge:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema, model_validator
@@ -149,6 +150,18 @@ class Event(Section):
     def _one_trigger(self) -> Event:
         self._require_one_of(("at", "when"))
         return self
+
+
+def causes_of(name: str, events: Mapping[str, Event]) -> list[str]:
+    """Return the events that an event waits for, the direct predecessor first, without duplicates."""
+    causes: list[str] = []
+    while name in events:
+        when = events[name].when
+        if when is None or when.event is None or when.event in causes:
+            break
+        name = when.event
+        causes.append(name)
+    return causes
 
 
 class WithinOf(Section):

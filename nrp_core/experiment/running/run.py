@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import pickle
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from numbers import Real
 from pathlib import Path
@@ -47,6 +47,7 @@ from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Build, Experiment
 from nrp_core.experiment.running.falls import FallWatch
 from nrp_core.experiment.running.judgement import passed_of
+from nrp_core.experiment.running.missed_events import missed_events
 from nrp_core.experiment.running.observation import Observation
 from nrp_core.experiment.running.opening import open_side
 from nrp_core.experiment.running.problems import Reporter, ends_of, problems_of, state_of
@@ -153,7 +154,7 @@ class Run(Closing):
             falls = FallWatch(plan.scene, robots, self.world.capabilities)
             self._observation = Observation(self._watch, falls, robots)
             unheard = UnheardCommands(self.world, experiment.topics, lambda: self.loop.functions)
-            self.reporters = [unheard.findings, falls.findings]
+            self.reporters = [unheard.findings, falls.findings, self._missed_events]
             self.loop = opened.enter_context(self._close_loop(plan))
             neurons = np.arange(self.brain.network.size)
             self._counter = self.brain.add_sink(SpikeCounter(), neurons, name="result")
@@ -418,12 +419,18 @@ class Run(Closing):
         spikes: dict[str, int] = self._counter.of(self.brain.network)
         return spikes
 
+    @property
+    def _is_over(self) -> bool:
+        return self.loop.now_ns >= self.experiment.duration and self.error is None
+
+    def _missed_events(self) -> Iterator[Finding]:
+        return missed_events(self.experiment, self._watch.events.times) if self._is_over else iter(())
+
     def result(self) -> Result:
         """Return the result so far."""
         events = self._watch.events
         wall_s = seconds(self._wall_ns)
-        is_over = self.loop.now_ns >= self.experiment.duration and self.error is None
-        outcomes = self._watch.outcomes(self.loop.now_ns if is_over else None)
+        outcomes = self._watch.outcomes(self.loop.now_ns if self._is_over else None)
         problems, state = self.problems, state_of(self.error)
         complete = is_complete(problems)
         return Result(

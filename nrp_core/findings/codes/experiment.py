@@ -90,6 +90,14 @@ NEVER = Explanation(
     Weight.REMARK,
 )
 
+MISSED_EVENT = Explanation(
+    "An event did not happen by the end of the run.",
+    "Its messages were never published, and criteria that count from it were never evaluated.",
+    "Correct its condition, or give the run more time.",
+    "{n} events never happened",
+    Weight.REMARK,
+)
+
 DEGREES = Explanation(
     "An angle without a unit exceeds a full turn.",
     "Numbers without a unit are radians; 180 of them are nearly 29 turns.",

@@ -141,6 +141,7 @@ class Code(Enum):
     NRP319 = functions.MESSAGE_OVERWRITTEN
     NRP320 = functions.ALWAYS_THE_SAME
     NRP321 = functions.COMMAND_IGNORED
+    NRP322 = experiment.MISSED_EVENT
     NRP335 = brain.IMPOSSIBLE_VARIANT
     NRP336 = brain.IDLE_INTERVENTION
     NRP340 = world.STEP_OF_ENVIRONMENT

@@ -84,6 +84,43 @@ def test_nothing_is_known_of_a_bare_file() -> None:
     assert recorded_judgement({}, 3.0) is None
 
 
+# -- events
+
+
+WAITING = """\
+extends: experiment.yaml
+name: waiting
+criteria: null
+events:
+  arrived: null
+  soon: {at: 100 ms}
+  far: {when: {near: {model: husky, visual: wall/body/glass, within: 0.9 m}}}
+  later: {when: {event: far}}
+  last: {when: {event: later, after: 20 ms}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("duration", "until_s", "messages"),
+    [
+        ("600 ms", None, ["the event 'far' never happened, and so not 'later', 'last'"]),
+        ("600 ms", 0.2, []),  # they may still happen
+        ("3 s", None, []),
+    ],
+)
+def test_an_event_that_never_happened_is_a_remark_at_the_end(
+    fakes: None, drive_to_the_wall: Path, duration: str, until_s: float | None, messages: list[str]
+) -> None:
+    file = drive_to_the_wall / "waiting.yaml"
+    file.write_text(WAITING)
+    with Run(load_experiment(file, [f"duration={duration}"])) as simulation:
+        simulation.run(until_s)
+        result = simulation.result()
+    found = [one for one in result.problems if one.code is Code.NRP322]
+    assert [(one.message, one.line) for one in found] == [(message, 7) for message in messages]
+    assert result.complete
+
+
 # -- commands
 
 
