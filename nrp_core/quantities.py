@@ -20,6 +20,7 @@ _RATE = {"Hz": 1, "kHz": 1e3, "MHz": 1e6}
 _LENGTH = {"mm": 1e-3, "cm": 1e-2, "m": 1, "km": 1e3}
 _ANGLE = {"rad": 1, "deg": pi / 180}
 
+_EXAMPLES = {"a time": "20 ms", "a rate": "20 Hz", "a length": "1.2 m", "an angle": "90 deg"}
 _LARGEST = 1e30  # not a number in any unit
 _LONGEST_NS = 2**63 - 1
 """The largest time in 64 bits: 292 years."""
@@ -43,7 +44,8 @@ def parse(value: object, units: dict[str, float], what: str, *, bare: str | None
         raise ValueError(f"{what} is a number with a unit ({', '.join(units)}), not {value!r}")
     match = _QUANTITY.match(str(value))
     if match is None:
-        raise ValueError(f"cannot read {value!r} as {what}; write e.g. '20 {next(iter(units))}'")
+        example = _EXAMPLES.get(what, f"20 {next(iter(units))}")
+        raise ValueError(f"cannot read {value!r} as {what}; write e.g. '{example}'")
     number, unit = match.groups()
     if abs(float(number)) > _LARGEST:
         raise ValueError(f"{value!r} is too large for {what}")
@@ -77,6 +79,13 @@ def length_text(length_m: float) -> str:
     """Return a length for people: two decimals in metres, or millimetres below a tenth of one."""
     small = 0.0 < abs(length_m) < 0.1
     return f"{1e3 * length_m:.3g} mm" if small else f"{length_m:.2f} m"
+
+
+def unit_of(value: object) -> str:
+    """Return the kind of unit that is written behind a number: ``length``, ``angle``, or an empty text."""
+    match = _QUANTITY.match(value) if isinstance(value, str) else None
+    unit = match[2].replace("°", "deg") if match else ""
+    return "length" if unit in _LENGTH else "angle" if unit in _ANGLE else ""
 
 
 def _positive_ns(value: object) -> int:

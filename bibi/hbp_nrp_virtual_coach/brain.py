@@ -70,6 +70,7 @@ class BrainEdits(Functions):
     def _rebuild(self, model: Path | None, populations: Mapping[str, Selection] | None) -> None:
         was_running, began = self.get_state() == STARTED, self._runner.call(lambda run: run.loop.now_ns)
         machines = self._runner.call(_machines)
+        before = self._runner.call(lambda run: run.brain.network.digest)
         if began:
             log.warning("another brain: the simulation begins again at time 0")
         self._runner.stop(silently=True)
@@ -79,6 +80,8 @@ class BrainEdits(Functions):
             self._open(with_brain(self._read(), self._model, self._populations), machines)
             raise
         self._model, self._populations = model, populations
+        if self._runner.call(lambda run: run.brain.network.digest) == before:
+            log.warning("the brain is as it was: the same cells, synapses and names of neurons")
         if was_running:
             self.start()
 

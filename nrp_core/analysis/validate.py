@@ -64,7 +64,12 @@ def validate_functions(
     declarations = Declarations(LISTERS.load(path.suffix)(path))
     if not (declarations.functions or declarations.findings):
         return [Finding(Code.NRP210, "declares no transfer function", path=path)]
-    return declarations.findings
+    return [*declarations.findings, *(_in_vain(path, override) for override in overrides)]
+
+
+def _in_vain(path: Path, override: str) -> Finding:
+    message = f"'{override}' has no effect on a file of functions alone; check the experiment that uses it"
+    return Finding(Code.NRP215, message, Level.WARNING, path)
 
 
 def refined(

@@ -19,6 +19,7 @@ from geometry_msgs.msg import Twist, Vector3
 from sensor_msgs.msg import Image
 
 LATE = 0.05
+RED = (200, 0, 0), (220, 255, 255)
 RATIO = 1 // 10  # NRP320 '1 // 10' is 0
 
 
@@ -42,7 +43,7 @@ def see(t, camera, eye, spikes, n, speed, rows):
         eye.rate = 1.0
     elif t > 2:
         eye.rate = 2.0
-    elif t > 1:  # NRP320 't > 1' is already tested in line 28
+    elif t > 1:  # NRP320 't > 1' is already tested in line 29
         eye.rate = 3.0
     n.value =+ 1.0  # NRP320 '=+' sets 'n.value' to +1.0; '+=' adds to it
     if found.left > 50:  # NRP248 'found.left' is a share from 0 to 1
@@ -67,6 +68,30 @@ def see(t, camera, eye, spikes, n, speed, rows):
         eye.rate = 3.0
     eye.rate = eye.rate  # NRP300 'eye.rate' is set to itself
     abs(found.left)  # NRP300 the value of 'abs(found.left)' is not used
+    if int(t * 1000) % 30 == 7:  # NRP248 'int(t * 1000) % 30 == 7' is true at none of the 2000 steps
+        eye.rate = 1.0
+    if abs(t - LATE) < 0.005 and n.value > 0:  # NRP248 'abs(t - LATE) < 0.005' is true at none
+        eye.rate = 2.0
+    if t == "0.04":  # NRP248 't == '0.04'' compares a number with a text
+        eye.rate = 1.0
+    eye.rate = LATE if found.left else LATE  # NRP320 both branches of 'found.left' do the same
+    eye.rate = round(LATE) * found.left  # NRP320 'round(LATE)' is always 0: it rounds 0.05
+    eye.rate = 3 * (found.left and found.right)  # NRP320 'found.left and found.right' in a computation is one
+    eye.rate = math.cos(np.degrees(found.left))  # NRP249 takes degrees as radians
+    nrp.tf_lib.find_centroid_hsv(camera.value, (9, 99, 9), (9, 9, 9))  # NRP320 lower saturation, 99, is above
+    nrp.tf_lib.find_centroid_hsv(camera.value, *RED)  # NRP320 hue is 0 to 179, not 200 to 220
+    while math.floor(1000 * t) > 50_000:  # NRP248 'math.floor(1000 * t) > 50000' is true at none
+        eye.rate = 3.0
+
+
+@nrp.MapRobotPublisher("speeds", Topic("/mine", Twist))
+@nrp.MapSpikeSource("late", nrp.brain.sensors[1], nrp.poisson, delay=0.001)  # NRP297 is it meant in s?
+@nrp.MapSpikeSink("rate", nrp.brain.actors, nrp.population_rate, tau_fall=0.1)  # NRP297 has forgotten
+@nrp.Robot2Neuron()
+def send(t, speeds, late, rate):
+    late.rate = rate.rate
+    for one in (1, 2):
+        speeds.send_message(Twist())  # NRP319 this loop sends many messages on '/mine': only its last one
 
 
 @nrp.MapCSVRecorder("rows", "rows.csv", headers=["x"])  # NRP254 have the columns x, and go below
@@ -80,7 +105,7 @@ def drive(t, rows, sped):
     if t > 2:
         return Twist(angular=Vector3(z=math.degrees(t)))  # NRP249 is in degrees, and messages carry radians
     return command
-    command.linear.x = 0.0  # NRP320 this is never reached: line 69 returns
+    command.linear.x = 0.0  # NRP320 this is never reached: line 94 returns
 """
 RIGHT = """\
 import math
@@ -132,6 +157,14 @@ def see(t, camera, eye, spikes, n, speed, rows):
     eye.rate = min(1.0, max(0.0, found.left)) + max(0.0, min(1.0, 0.5 * found.right)) + len([0] * 3)
     for i in range(3, 0, -1):
         eye.rate = float(i)
+    nrp.tf_lib.find_centroid_hsv(camera.value, (170, 30, 30), (179, 255, 255))
+    eye.rate = round(2.7) + (found.left and 1 / found.left) + math.cos(math.radians(30))
+    eye.rate = 1.0 if found.left else 0.0
+    moment = t - 0.03
+    if int(t * 1000) % 40 == 20 or moment == 0.5 or abs(t - 5.01) < 0.011 or math.sin(t) > 0.9:
+        eye.rate = 6.0
+    if 1 / (t - 0.02) > 100 or t + n.value > 90:
+        eye.rate = 7.0
     try:
         float(name)
     except ValueError:
@@ -159,7 +192,7 @@ def warnings(husky: Path, text: str, *settings: str) -> list[Finding]:
 
 
 def test_each_slip_is_reported_at_its_line(husky: Path) -> None:
-    found = warnings(husky, WRONG)
+    found = warnings(husky, WRONG, "topics={/mine: geometry_msgs/Twist}")
     lines = WRONG.splitlines()
     expected = {
         number: line.partition("# NRP")[2] for number, line in enumerate(lines, start=1) if "# NRP" in line
@@ -174,6 +207,33 @@ def test_each_slip_is_reported_at_its_line(husky: Path) -> None:
 
 def test_code_like_it_that_works_is_not_reported(husky: Path) -> None:
     assert warnings(husky, RIGHT) == []
+
+
+LOOP = """\
+def renamed(name):
+    def rename(function):
+        function.__name__ = name
+        return function
+    return rename
+
+
+for number, name in enumerate(("left", "right")):
+    cells = slice(number, number + 1)
+
+    @nrp.MapSpikeSource("eye", nrp.brain.sensors[cells], nrp.poisson)
+    @nrp.Robot2Neuron()
+    @renamed(name)
+    def see(t, eye):
+        eye.rate = {rate}
+"""
+
+
+@pytest.mark.parametrize(("rate", "late"), [("10.0 * number", ["number"]), ("10.0", [])])
+def test_functions_of_a_loop_that_use_its_variable_are_reported(
+    husky: Path, rate: str, late: list[str]
+) -> None:
+    found = [one for one in warnings(husky, LOOP.format(rate=rate)) if one.code.name == "NRP320"]
+    assert [(one.message.split("'")[1], one.line) for one in found] == [(name, 15) for name in late]
 
 
 @pytest.mark.parametrize(("half", "is_ignored"), [("linear: {y: 1}", True), ("linear: {x: 1, y: 0}", False)])

@@ -80,6 +80,17 @@ def of_functions(husky: Path, body: str = "pass", **changes: str) -> list[str]:
             "events.go={at: 1 s, publish: {topic: /husky/cmd_vel, value: {linear: {x: 1}}}}",
             "'go' publishes on '/husky/cmd_vel', as 'linear_twist' does in every step",
         ),
+        (
+            "events.go={when: {near: {model: left_vr_screen, point: [0, 0], within: 1 m}}}",
+            "neither 'left_vr_screen' nor the point moves by itself [NRP323]",
+        ),
+        (
+            "criteria.x={stays_within: {model: left_vr_screen, distance: 1 m}}",
+            "'left_vr_screen' does not move by itself, so it stays wherever it is [NRP323]",
+        ),
+        ("topics={/husky/camerra: std_msgs/Float64}", "did you mean '/husky/camera'? [NRP324]"),
+        ("world.robots.husky.joints={front_left_joint: 1 m}", "takes angles, not '1 m' [NRP209]"),
+        ("comparison.vary={brain.parameters.gian: 0..1}", "there is no parameter 'gian'"),
     ],
 )
 def test_what_an_experiment_asks_in_vain_is_reported(husky: Path, override: str, words: str) -> None:
@@ -97,6 +108,8 @@ def test_what_an_experiment_asks_in_vain_is_reported(husky: Path, override: str,
         "world.sensors={/husky/camera: {noise: 0.02}}",
         "criteria.x={topic_stays: {name: /husky/odom, field: twist.twist.linear.x, equals: 0}}",
         "world.sensors={/husky/camera: {noise: 0.5, bias: -0.2}}",
+        "events.go={when: {near: {model: left_vr_screen, other: husky, within: 1 m}}}",
+        "topics={/mine: std_msgs/Float64}",
     ],
 )
 def test_what_an_experiment_may_ask_is_not_reported(husky: Path, override: str) -> None:
@@ -251,3 +264,9 @@ def test_a_run_reports_what_devices_files_and_parameters_ask_in_vain(husky: Path
     assert sorted((one.code.name, one.line) for one in plan.warnings) == [
         ("NRP211", 1), ("NRP315", 2), ("NRP318", 6),
     ]  # fmt: skip
+
+
+def test_a_setting_for_a_file_of_functions_alone_is_reported(husky: Path) -> None:
+    said_of_it = [str(one) for one in validate_file(husky / "listing1.py", ["seed=3"])]
+    assert any("'seed=3' has no effect on a file of functions alone" in one for one in said_of_it)
+    assert not any("has no effect" in str(one) for one in validate_file(husky / "listing1.py"))

@@ -161,7 +161,9 @@ def test_resets_pause_and_bring_back_what_they_name(launched: Launched) -> None:
         simulation.reset("ful")
 
 
-def test_another_brain_begins_at_zero_with_the_functions_that_there_are(launched: Launched) -> None:
+def test_another_brain_begins_at_zero_with_the_functions_that_there_are(
+    launched: Launched, caplog: pytest.LogCaptureFixture
+) -> None:
     simulation = launched()
     simulation.edit_transfer_function("drive", AHEAD)
     brain = simulation.get_brain()
@@ -176,6 +178,10 @@ def test_another_brain_begins_at_zero_with_the_functions_that_there_are(launched
     assert simulation.get_brain().endswith("marked = True\n")
     assert "stopped" not in states
     assert run_to(simulation, 1.0)["simulationTime"] == 1.0
+    assert "the brain is as it was" in caplog.text
+    caplog.clear()
+    simulation.edit_brain(brain.replace("Population(", "Population(1 + "))
+    assert "the brain is as it was" not in caplog.text
 
 
 def test_populations_are_read_and_named_anew(launched: Launched) -> None:

@@ -8,8 +8,11 @@ from itertools import chain, pairwise
 from typing import Final
 
 from nrp_core.analysis.declared import found_in
+from nrp_core.analysis.function_body import assigned
 from nrp_core.analysis.registry import checks_experiment
+from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.study import Study
+from nrp_core.analysis.used import local_names
 from nrp_core.findings import Code, Finding, Level
 
 Found = Iterator[tuple[ast.AST, str]]
@@ -26,7 +29,7 @@ def code_can_act(study: Study) -> Iterator[Finding]:
     for source in [*sources, *study.neighbours]:
         for node in ast.walk(source.tree):
             for place, message in chain(
-                _decided(node), _repeated(node), _unreached(node), _slips(node), _late(node)
+                _decided(node), _repeated(node), _unreached(node), _slips(node), _late(node), _alike(node)
             ):
                 yield found_in(source, Code.NRP320, place, message, Level.WARNING)
 
@@ -82,8 +85,22 @@ def _is_meant_or_known(before: ast.stmt, behind: ast.stmt) -> bool:
     return ends_the_run or declares or makes_generator
 
 
+def _alike(node: ast.AST) -> Found:
+    """Yield conditions whose branches are the same."""
+    if isinstance(node, ast.IfExp):
+        one, other = ast.dump(node.body), ast.dump(node.orelse)
+    elif isinstance(node, ast.If) and node.orelse:
+        one, other = ("".join(map(ast.dump, part)) for part in (node.body, node.orelse))
+    else:
+        return
+    if one == other:
+        yield node, f"both branches of '{ast.unparse(node.test):.60}' do the same"
+
+
 def _late(node: ast.AST) -> Found:
-    """Yield functions of a comprehension that all use the last value of its variable."""
+    """Yield functions of a comprehension or loop that all use the last value of its variable."""
+    if isinstance(node, ast.For):
+        yield from _late_in_loop(node)
     if isinstance(node, ast.ListComp) and isinstance(node.elt, ast.Lambda):
         own = {one.arg for one in ast.walk(node.elt.args) if isinstance(one, ast.arg)}
         bound = {
@@ -96,6 +113,22 @@ def _late(node: ast.AST) -> Found:
                     f"all these functions use the last '{one.id}'; write lambda ..., {one.id}={one.id}: ...",
                 )
                 return
+
+
+def _late_in_loop(loop: ast.For) -> Found:
+    """Yield transfer functions of a loop that use its variable, or what it assigns, when they are called."""
+    changing = {one.id for one in ast.walk(loop.target) if isinstance(one, ast.Name)} | assigned(loop.body)
+    for function in loop.body:
+        if isinstance(function, ast.FunctionDef) and function.decorator_list:
+            own = local_names(function)
+            for one in own_nodes(function.body):
+                if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Load) and one.id in changing - own:
+                    yield (
+                        one,
+                        f"'{one.id}' has its last value in all functions of this loop: they look it up when "
+                        "they run",
+                    )
+                    break
 
 
 def _slips(node: ast.AST) -> Found:

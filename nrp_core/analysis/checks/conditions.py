@@ -11,12 +11,16 @@ from nrp_core.clock import NS_PER_S, seconds
 from nrp_core.dsl.testing.mocks import MockWorld
 from nrp_core.errors import ExperimentError, NrpError, did_you_mean
 from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity
+from nrp_core.experiment.making.parameters import with_parameters
+from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.event_schema import END, START, During, causes_of
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.tree import Key
 from nrp_core.experiment.reading.reader import experiment_of
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.raycast.extent import width_m
+from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.model import Model
 
 
 @checks_experiment(Code.NRP296)
@@ -100,6 +104,31 @@ def topics_of_criteria_are_published(study: Study) -> Iterator[Finding]:
             yield experiment.place(*keys, "name").finding(Code.NRP212, message, Level.WARNING)
 
 
+@checks_experiment(Code.NRP323)
+def what_is_asked_about_moves(study: Study) -> Iterator[Finding]:
+    """Look for distances between things that never move, and for criteria that such a thing stays."""
+    if study.scene is None:
+        return
+    fixed = {name for name, robot in study.experiment.world.robots.items() if robot.fixed}  # on purpose
+    still = {model.name for model in study.scene.models if _is_held(model)} - fixed
+    for keys, near in asked(study.experiment, "near", "near"):
+        aim = near.other or (near.visual or "").partition("/")[0] or "the point"
+        target_rests = aim == "the point" or aim in still
+        if near.model in still and target_rests and not (near.visual and not study.scene.model(aim).static):
+            message = f"neither '{near.model}' nor {aim if near.point else repr(aim)} moves by itself"
+            yield study.experiment.place(*keys).finding(Code.NRP323, message, Level.WARNING)
+    for name, criterion in study.experiment.criteria.items():
+        stays = criterion.stays_within
+        if stays is not None and stays.model in still:
+            message = f"'{stays.model}' does not move by itself, so it stays wherever it is"
+            yield study.experiment.place("criteria", name).finding(Code.NRP323, message, Level.WARNING)
+
+
+def _is_held(model: Model) -> bool:
+    """Return whether the base of a model cannot move."""
+    return model.static or any(one.parent == WORLD and one.kind == "fixed" for one in model.joints)
+
+
 @checks_experiment(Code.NRP248)
 def criteria_are_not_met_at_once(study: Study) -> Iterator[Finding]:
     """Look for models that start at their destination."""
@@ -177,6 +206,10 @@ def varied_settings_exist(study: Study) -> Iterator[Finding]:
             message = "".join(
                 f"there is no '{name}'{did_you_mean(name, known)}" for name in _named(changed) - known
             )
+            parameters = Collector(changed.source)
+            with_parameters(changed, parameters)
+            wrong = [one.message for one in parameters.findings if one.code is Code.NRP288]
+            message = message or "; ".join(wrong)
         if message:
             message = f"'{key}' cannot be varied: {message}"
             yield experiment.place("comparison", "vary", key).finding(Code.NRP215, message)

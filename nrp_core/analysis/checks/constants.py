@@ -1,4 +1,4 @@
-"""Expressions that look computed, and have one value whatever they are computed from."""
+"""Expressions that look computed, and have one value, or one of two, whatever they are computed from."""
 
 from __future__ import annotations
 
@@ -7,11 +7,27 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 from nrp_core.analysis.declared import found_in
-from nrp_core.analysis.registry import checks_experiment
-from nrp_core.analysis.study import Study
+from nrp_core.analysis.events import Call
+from nrp_core.analysis.registry import checks_experiment, checks_function
+from nrp_core.analysis.shapes import Known
+from nrp_core.analysis.study import Examined, Study
 from nrp_core.findings import Code, Finding, Level
 
 _CLIPS: Final = frozenset({"np.clip", "numpy.clip"})
+
+
+@checks_function(Code.NRP320)
+def numbers_are_not_rounded_away(function: Examined) -> Iterator[Finding]:
+    """Look for constants that rounding turns into 0."""
+    for event in function.events:
+        match event:
+            case Call(node, Known(callee), (Known(int() | float() as value),)) if (
+                callee is int or callee is round
+            ):
+                if 0 < abs(value) < 1 and not callee(value):
+                    text = f"{ast.unparse(node):.60}"
+                    message = f"'{text}' is always 0: it rounds {value:g}"
+                    yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP320)
@@ -20,7 +36,7 @@ def expressions_depend_on_something(study: Study) -> Iterator[Finding]:
     sources = [source for listing in study.listings for source in listing.sources]
     for source in [*sources, *study.neighbours]:
         for node in ast.walk(source.tree):
-            message = _constant(node)
+            message = _constant(node) or _half(node)
             if message:
                 yield found_in(source, Code.NRP320, node, message, Level.WARNING)
 
@@ -47,6 +63,22 @@ def _constant(node: ast.AST) -> str:
                 return f"'{text}' is always {bound:g}: its lower limit is above its upper one"
         case ast.For(iter=ast.Call(ast.Name("range"), args, [])) if _is_empty(args):
             return f"this loop never runs: '{ast.unparse(node.iter)}' is empty"
+    return ""
+
+
+def _half(node: ast.AST) -> str:
+    """Return that a computation uses one of two values; empty if it does not."""
+    both = (_chosen(node.left) or _chosen(node.right)) if isinstance(node, ast.BinOp) else ""
+    return both and f"'{both}' in a computation is one of the two, not both; did you mean '+'?"
+
+
+def _chosen(node: ast.expr) -> str:
+    """Return an ``and`` of two values, unless the first one is a test or guards the second."""
+    match node:
+        case ast.BoolOp(ast.And(), [ast.Attribute() | ast.Subscript() as one, other]):
+            guards = any(ast.dump(one) == ast.dump(part) for part in ast.walk(other))
+            if isinstance(other, ast.Attribute | ast.Subscript) and not guards:
+                return ast.unparse(node)
     return ""
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator
+from difflib import get_close_matches
 from typing import Final
 
 from nrp_core.analysis.checks.conditions import asked
@@ -32,6 +33,22 @@ def measured_values_are_compared_with_bounds(study: Study) -> Iterator[Finding]:
                 "write 'above' and 'below'"
             )
             yield study.experiment.place(*keys, "equals").finding(Code.NRP248, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP324)
+def own_topics_are_used(study: Study) -> Iterator[Finding]:
+    """Look for topics of the experiment that nothing uses, and whose names are nearly those of others."""
+    experiment = study.experiment
+    functions = [declared.function for declared in study.declared]
+    used = {topic.name for function in functions for topic in (*function.published, *function.subscribed)}
+    used |= {one.topic for event in experiment.events.values() for one in event.publish}
+    used |= {wanted.name for _, wanted in asked(experiment, "topic", "topic_stays")}
+    used |= {experiment.aliases.get(name, name) for name in used} | set(experiment.aliases.values())
+    for name in experiment.topics:
+        meant = get_close_matches(name, used, n=1, cutoff=0.8)
+        if study.is_complete and name not in used and meant:
+            message = f"nothing uses the topic '{name}'; did you mean '{meant[0]}'?"
+            yield experiment.place("topics", name).finding(Code.NRP324, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP320)

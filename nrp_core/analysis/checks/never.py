@@ -120,6 +120,18 @@ def times_are_met(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP248)
+def numbers_are_not_compared_with_texts(function: Examined) -> Iterator[Finding]:
+    """Look for tests whether a number equals a text."""
+    for event in function.events:
+        match event:
+            case Add(ast.Compare(_, [ast.Eq()], [_]) as node, Number(), Known(str())) | Add(
+                ast.Compare(_, [ast.Eq()], [_]) as node, Known(str()), Number()
+            ):
+                message = f"'{ast.unparse(node):.60}' compares a number with a text: they are never equal"
+                yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP248)
 def shares_are_compared_with_shares(function: Examined) -> Iterator[Finding]:
     """Look for comparisons of a share of an image, 0 to 1, with a number beyond 1."""
     shares = {

@@ -99,6 +99,19 @@ def angles_of_functions_are_in_radians(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP249)
+def angles_are_converted_once(function: Examined) -> Iterator[Finding]:
+    """Look for sines and the like of angles that were just converted to degrees."""
+    for event in function.events:
+        match event:
+            case Call(ast.Call(args=[ast.Call(func)]) as node, Known(callee)) if any(
+                callee is one for one in _OF_ANGLES
+            ):
+                if ast.unparse(func).endswith(_TO_DEGREES):
+                    message = f"'{ast.unparse(node):.60}' takes degrees as radians"
+                    yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP249)
 def messages_carry_radians(function: Examined) -> Iterator[Finding]:
     """Look for angles that are converted to degrees where a message takes them."""
     for event in function.events:

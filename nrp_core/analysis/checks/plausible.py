@@ -21,7 +21,10 @@ _HEAVIEST: Final = 100.0
 """The largest weight, uS or nA: a hundred times the leak of the largest neurons."""
 _STRONGEST_NA: Final = 50.0
 _SHORTEST_MS: Final = 0.05
-"""As for the cells of a brain script."""
+_SHORTEST_DELAY_MS: Final = 0.01
+"""As for the cells and synapses of a brain script."""
+_REMEMBERED: Final = 100.0
+"""Time constants after which a spike is forgotten beyond doubt."""
 _CURRENTS = ("amplitude", "offset", "mean", "stdev")
 
 
@@ -29,6 +32,7 @@ _CURRENTS = ("amplitude", "offset", "mean", "stdev")
 def settings_are_plausible(function: Examined) -> Iterator[Finding]:
     """Look for weights, time constants and delays of devices in a wrong unit."""
     end_ms = milliseconds(function.experiment.duration)
+    step_ms = milliseconds(function.experiment.timestep)
     for name, mapping in function.function.mappings.items():
         if not isinstance(mapping, MapSpikeSource | MapSpikeSink):
             continue
@@ -36,7 +40,7 @@ def settings_are_plausible(function: Examined) -> Iterator[Finding]:
         for setting, value in mapping.options.items():
             if not isinstance(value, int | float):
                 continue
-            message = _implausible(setting, abs(value))
+            message = _implausible(setting, abs(value)) or _forgetful(setting, value, step_ms)
             if message:
                 message = f"{setting} of '{name}' is {value:g} {message}"
                 yield function.declared.finding(Code.NRP297, node, message, Level.WARNING)
@@ -49,9 +53,17 @@ def _implausible(setting: str, size: float) -> str:
     """Return the unit of a setting and the one that is probably meant; empty for a plausible value."""
     if setting == "weight" and size > _HEAVIEST:
         return "uS or nA; is it meant in nS or pA?"
-    if setting.startswith("tau_") and 0 < size < _SHORTEST_MS:
+    shortest_ms = _SHORTEST_DELAY_MS if setting == "delay" else _SHORTEST_MS
+    if (setting.startswith("tau_") or setting == "delay") and 0 < size < shortest_ms:
         return "ms; is it meant in s?"
     return _strong(size) if setting in _CURRENTS else ""
+
+
+def _forgetful(setting: str, tau_ms: float, step_ms: float) -> str:
+    """Return that a rate is forgotten between two steps, which read it; empty if it is not."""
+    if setting != "tau_fall" or tau_ms * _REMEMBERED >= step_ms:
+        return ""
+    return f"ms: a rate that is read every {step_ms:g} ms has forgotten nearly all of its spikes"
 
 
 def _strong(size: float) -> str:

@@ -35,6 +35,8 @@ _CELLS: Final = {
     "tau_syn_I": _TIME,
     "tau_refrac": _SHORT_TIME,
     "cm": Plausible(1e-4, 50.0, "nF", "uF", "pF"),
+    "tau_w": Plausible(0.16, 1e5, "ms", "s", "us"),
+    "delta_T": Plausible(0.008, 500.0, "mV", "V", "uV"),
     "i_offset": Plausible(0.0, 50.0, "nA", "uA", "pA"),
 }
 _VOLTAGES: Final = ("v_rest", "v_reset", "v_thresh", "e_rev_E", "e_rev_I")
@@ -47,6 +49,8 @@ _DELAY: Final = Plausible(0.01, 1_000.0, "ms", "s", "us")
 _RECOVERY: Final = Plausible(0.05, 1e6, "ms", "s", "us")
 HIGHEST_HZ: Final = 1e5
 """Of one Poisson source, which often stands for thousands of neurons."""
+_EXPECTED: Final = 0.5
+"""Mean number of spikes of all sources together below which most runs have none."""
 _SHORTEST_MS: Final = 0.5
 """Of the intervals of one source; no neuron fires at 2 kHz."""
 _STEP: Final = Plausible(0.001, 100.0, "ms", "s", "us")
@@ -91,9 +95,24 @@ def _of_cells(population: Population) -> Iterator[str]:
     intervals = [np.diff(times).min() for times in population.spike_times_ms if len(times) > 1]
     if intervals and 0 < min(intervals) < _SHORTEST_MS:
         yield f"spikes of {owner} follow each other after {min(intervals):g} ms; is it meant in s?"
-    rates = population.parameters.get("rate", np.zeros(1))
-    if population.cell_type == "SpikeSourcePoisson" and rates.max() > HIGHEST_HZ:
+    if population.cell_type == "SpikeSourcePoisson" and population.parameters:
+        yield from _of_poisson(owner, population)
+    if population.cell_type == "Izhikevich" and (population.parameters.get("a", np.ones(1)) <= 0.0).any():
+        a, c = (float(population.parameters[name][0]) for name in "ac")
+        yield f"a of {owner} is {a:g} /ms, and c is {c:g} mV: u does not recover; are they swapped?"
+
+
+def _of_poisson(owner: str, sources: Population) -> Iterator[str]:
+    rates, durations_ms = sources.parameters["rate"], sources.parameters["duration"]
+    if rates.max() > HIGHEST_HZ:
         yield f"rate of {owner} is {rates.max():g} Hz; is it meant in mHz?"
+    fires = rates > 0.0
+    expected = float((rates[fires] * durations_ms[fires] / 1000.0).sum())
+    if 0 < expected < _EXPECTED:
+        yield (
+            f"{owner} fires {expected:.2g} spikes in all: the duration is {durations_ms.max():g} ms; "
+            "is it meant in s?"
+        )
 
 
 def _of_beginning(owner: str, population: Population) -> Iterator[str]:
@@ -149,10 +168,16 @@ def _of_synapses(projection: Projection, post: Population) -> Iterator[str]:
         size = too_strong(float(np.abs(projection.weight).max()), post)
         if size:
             yield f"a weight of {owner} is {size}"
+        if not projection.weight.any() and "w_max" not in projection.synapse_parameters:
+            yield f"all weights of {owner} are 0: it has no effect"
+    if "U" in projection.synapse_parameters and not projection.synapse_parameters["U"].any():
+        yield f"U of {owner} is 0: its synapses never transmit"
 
 
 def too_strong(weight: float, post: Population) -> str:
     """Return a weight with its effect on a cell if that is implausibly large, or else an empty text."""
+    if post.cell_type in _IN_MV:
+        return f"{weight:g} mV; is it meant in uV?" if weight > _LARGEST_EFFECT else ""
     leak = _leak_us(post)
     if leak is None or weight <= (_STRONGEST if post.is_conductance_based else _LARGEST_EFFECT) * leak:
         return ""
@@ -171,16 +196,19 @@ def _of_all_together(projection: Projection, post: Population) -> Iterator[str]:
     distance_mv = float(distances_mv[distances_mv > 0].min(initial=np.inf))  # others are pacemakers
     if not np.isfinite(distance_mv):
         return
-    charge = float(np.abs(projection.weight).max()) * projection.size * float(cells[name].max()) * np.e
+    effect_mv = float(np.abs(projection.weight).max()) * projection.size
+    suspect = "the weight"
+    if post.cell_type not in _IN_MV:
+        effect_mv *= float(cells[name].max()) * np.e / float(cells["cm"].min())
+        suspect += f" or cm ({float(cells['cm'].min()):g} nF),"
     if post.is_conductance_based:
         reversal = cells["e_rev_E" if projection.receptor == "excitatory" else "e_rev_I"]
-        charge *= float(np.abs(reversal - cells["v_rest"]).max())
-    effect_mv = charge / float(cells["cm"].min())
+        effect_mv *= float(np.abs(reversal - cells["v_rest"]).max())
     if 0 < effect_mv < _NOTICED * distance_mv:
         yield (
             f"all synapses of the projection '{projection.label}' together move a cell by {effect_mv:.2g} mV "
-            f"at most, and its threshold is {distance_mv:g} mV above its resting potential: is the weight or "
-            f"cm ({float(cells['cm'].min()):g} nF), in another unit?"
+            f"at most, and its threshold is {distance_mv:g} mV above its resting potential: is {suspect} in "
+            "another unit?"
         )
 
 

@@ -37,10 +37,12 @@ def import_connectome(
     """Make a network file from a connectome, with the cell model of the whole fly brain."""
     from nrp_core.brain.files.connectome.network import read_connectome
     from nrp_core.brain.files.network_file import SUFFIX, save_network
+    from nrp_core.brain.network.plausible import implausible
 
     made = read_connectome(edges, neurons, groups=tuple(group or ()), unit_mv=unit_mv, delay_ms=delay_ms)
     target = output or Path(f"{edges.stem}{SUFFIX}")
     save_network(made.network, target)
+    suspicious = implausible(made.network)
     sizes = {projection.label: projection.size for projection in made.network.projections}
     if json:
         facts = {"neurons": made.network.size, "edges": sizes, "groups": len(made.network.views)}
@@ -51,6 +53,7 @@ def import_connectome(
                 "left_out": made.left_out,
                 "unsigned": made.unsigned,
                 "sources": made.sources,
+                "implausible": suspicious,
             }
         )
         return
@@ -64,6 +67,8 @@ def import_connectome(
             f"{made.unsigned} edges were taken as excitatory: the sign of their transmitter is unknown",
             label="warning", color="yellow",
         )  # fmt: skip
+    for sentence in suspicious:
+        complain(sentence, label="warning", color="yellow")
     counts = ", ".join(f"{n} {label} edges" for label, n in sizes.items())
     typer.echo(f"{target}: {made.network.size} neurons, {counts}, {len(made.network.views)} groups")
     for path, sha256 in made.sources.items():

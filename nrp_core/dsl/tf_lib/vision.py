@@ -17,6 +17,7 @@ ByteArray = npt.NDArray[np.uint8]
 RED_HSV = ((0, 30, 30), (0, 255, 255))
 """The HSV range that :func:`detect_red` counts as red, in OpenCV's 8-bit HSV (hue 0..179)."""
 
+_HSV = ("hue", "saturation", "value")
 _CHANNELS = {"rgb8": 3, "bgr8": 3, "8UC3": 3, "rgba8": 4, "bgra8": 4, "8UC4": 4, "mono8": 1, "8UC1": 1}
 
 
@@ -116,6 +117,21 @@ def find_centroid_hsv(
         return None
     rows, columns = np.nonzero(_matching(image, lower, upper))
     return (int(columns.mean()), int(rows.mean())) if len(rows) else None
+
+
+def wrong_bounds(lower: Sequence[float], upper: Sequence[float]) -> str:
+    """Return why no pixel is within HSV bounds, or what is wrong with them; empty if nothing is."""
+    if (len(lower), len(upper)) != (3, 3):
+        return f"bounds are hue, saturation and value, not {len(lower)} and {len(upper)} numbers"
+    for name, low, high, largest in zip(_HSV, lower, upper, (179, 255, 255), strict=True):
+        if not (0 <= low <= 255 and 0 <= high <= 255) or low > largest:
+            return f"{name} is 0 to {largest}, not {low:g} to {high:g}"
+        if low > high:
+            return f"the lower {name}, {low:g}, is above the upper one, {high:g}"
+        is_share = name != "hue" and 0 < high <= 1
+        if is_share or low != int(low) or high != int(high):
+            return f"{name} is a whole number up to {largest}, not {low:g} to {high:g}"
+    return ""
 
 
 def rgb_array(image: Image) -> ByteArray:

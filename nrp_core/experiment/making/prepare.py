@@ -24,7 +24,7 @@ from nrp_core.experiment.making.interventions import check_capabilities, with_va
 from nrp_core.experiment.making.maker import maker_of
 from nrp_core.experiment.making.mappings import doubtful_mappings
 from nrp_core.experiment.making.parameters import Parameters, with_parameters
-from nrp_core.experiment.making.start_poses import things_fall, wrong_starts
+from nrp_core.experiment.making.start_poses import things_fall, wrong_starts, wrong_units
 from nrp_core.experiment.making.watch import Watch, declare_own, warn_of_missing_topics
 from nrp_core.experiment.model.collector import Collector, Omission
 from nrp_core.experiment.model.event_schema import END, START
@@ -294,6 +294,9 @@ class Examination:
         return ("timestep",)
 
     def _check_starts(self) -> None:
+        if self.scene is not None:
+            for keys, message in wrong_units(self._experiment, self.scene):
+                self.collector.add(Code.NRP209, message, *keys)
         if self.scene is None or self.world is None or not things_fall(self.world.capabilities):
             return
         if isinstance(self.world.backend, PhysicsBackend):

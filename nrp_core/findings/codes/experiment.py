@@ -98,6 +98,22 @@ MISSED_EVENT = Explanation(
     Weight.REMARK,
 )
 
+IMMOBILE = Explanation(
+    "An event or criterion asks for the place of something that never moves.",
+    "The answer is the same at all times, whatever the run does.",
+    "Name the robot whose place counts.",
+    "{n} events or criteria ask for the place of something that never moves",
+    Weight.REMARK,
+)
+
+UNUSED_TOPIC = Explanation(
+    "A topic of the experiment that nothing uses, beside one with nearly the same name.",
+    "Whatever is published on it has no effect; it may be a misspelling.",
+    "Correct the name under `topics`, or remove it.",
+    "{n} topics of the experiment are not used",
+    Weight.REMARK,
+)
+
 DEGREES = Explanation(
     "An angle without a unit exceeds a full turn.",
     "Numbers without a unit are radians; 180 of them are nearly 29 turns.",

@@ -142,6 +142,8 @@ class Code(Enum):
     NRP320 = functions.ALWAYS_THE_SAME
     NRP321 = functions.COMMAND_IGNORED
     NRP322 = experiment.MISSED_EVENT
+    NRP323 = experiment.IMMOBILE
+    NRP324 = experiment.UNUSED_TOPIC
     NRP335 = brain.IMPOSSIBLE_VARIANT
     NRP336 = brain.IDLE_INTERVENTION
     NRP340 = world.STEP_OF_ENVIRONMENT

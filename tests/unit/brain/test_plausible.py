@@ -78,9 +78,23 @@ def test_sources_in_another_unit_are_reported() -> None:
     sim = builder()
     sim.Population(1, sim.SpikeSourcePoisson(rate=1e6), label="noise")
     sim.Population(1, sim.SpikeSourceArray(spike_times=[0.5, 0.7]), label="train")
+    sim.Population(2, sim.SpikeSourcePoisson(rate=100.0, duration=0.5), label="burst")
+    sim.Population(2, sim.SpikeSourcePoisson(rate=100.0, duration=50.0), label="long burst")
     assert implausible(sim.network()) == [
         "rate of the population 'noise' is 1e+06 Hz; is it meant in mHz?",
         "spikes of the population 'train' follow each other after 0.2 ms; is it meant in s?",
+        "the population 'burst' fires 0.1 spikes in all: the duration is 0.5 ms; is it meant in s?",
+    ]
+
+
+def test_cells_of_other_models_in_another_unit_or_order_are_reported() -> None:
+    sim = builder()
+    sim.Population(2, sim.Izhikevich(a=-65.0, b=0.2, c=0.02, d=8.0), label="cells")
+    sim.Population(2, sim.EIF_cond_exp_isfa_ista(tau_w=0.144, delta_T=0.002), label="adapting")
+    assert implausible(sim.network()) == [
+        "a of the population 'cells' is -65 /ms, and c is 0.02 mV: u does not recover; are they swapped?",
+        "tau_w of the population 'adapting' is 0.144 ms; is it meant in s?",
+        "delta_T of the population 'adapting' is 0.002 mV; is it meant in V?",
     ]
 
 
@@ -88,13 +102,15 @@ def test_sources_in_another_unit_are_reported() -> None:
     ("law", "words"),
     [
         ({"delay": 0.001}, "a delay of the projection 'loop' is 0.001 ms; is it meant in s?"),
+        ({"delay": 1.0, "U": 0.0}, "U of the projection 'loop' is 0: its synapses never transmit"),
+        ({"delay": 1.0, "weight": 0.0}, "all weights of the projection 'loop' are 0: it has no effect"),
         ({"delay": 1.0, "tau_rec": 0.01}, "tau_rec of the projection 'loop' is 0.01 ms; is it meant in s?"),
     ],
 )
 def test_times_of_synapses_in_another_unit_are_reported(law: dict[str, float], words: str) -> None:
     sim = builder()
     cells = sim.Population(2, sim.IF_cond_exp(), label="cells")
-    synapse = sim.TsodyksMarkramSynapse(weight=0.001, **law)
+    synapse = sim.TsodyksMarkramSynapse(**{"weight": 0.001, **law})
     sim.Projection(cells, cells, sim.AllToAllConnector(), synapse, label="loop")
     assert implausible(sim.network()) == [words]
 
@@ -103,7 +119,8 @@ def test_times_of_synapses_in_another_unit_are_reported(law: dict[str, float], w
     ("cell", "weight", "words"),
     [("IF_cond_exp", 5.0, "5 uS, 100 times the leak of a cell; is it meant in nS?"),
      ("IF_cond_exp", 60.0, "60 uS, 1.2e+03 times the leak of a cell; is it meant in nS?"),
-     ("IF_curr_exp", 80.0, "80 nA, which leads to 1.6e+03 mV; is it meant in pA?")],
+     ("IF_curr_exp", 80.0, "80 nA, which leads to 1.6e+03 mV; is it meant in pA?"),
+     ("IF_curr_exp_frozen", 1375.0, "1375 mV; is it meant in uV?")],
 )  # fmt: skip
 def test_a_weight_in_another_unit_is_reported_with_its_effect(cell: str, weight: float, words: str) -> None:
     sim = builder()
@@ -158,6 +175,15 @@ def test_a_projection_that_no_cell_notices_is_reported(
     assert ["the projection 'loop' together move a cell by" in one for one in implausible(sim.network())] == [
         True
     ] * is_reported
+
+
+@pytest.mark.parametrize(("weight", "is_reported"), [(0.03, False), (275e-6, True)])
+def test_voltages_that_no_cell_notices_are_reported(weight: float, is_reported: bool) -> None:
+    sim = builder()
+    cells = sim.Population(2, sim.IF_curr_exp_frozen(v_rest=-52.0, v_thresh=-45.0, cm=0.02), label="cells")
+    sim.Projection(cells, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=weight), label="loop")
+    words = "'loop' together move a cell by 0.0011 mV at most, and its threshold is 7 mV above"
+    assert [words in one for one in implausible(sim.network())] == [True] * is_reported
 
 
 @pytest.mark.parametrize("name", sorted({name.partition("/")[0] for name in shipped()}))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stderr
 from io import StringIO
@@ -14,6 +15,8 @@ from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.scene.reading.xml import Element, parse_xml, read_xml, without_lines
 
 _SUBSTITUTION = ("$(", "${")
+_CLASS = re.compile(r"<class '[\w.]+'>: ")
+"""How xacro writes the class of an error that a substitution raises."""
 
 
 def is_xacro(robot: Element) -> bool:
@@ -62,6 +65,9 @@ def expanded(
             text = xacro.process_file(str(path), mappings=given).toxml(encoding="utf-8")
     except (Exception, SystemExit) as error:  # noqa: BLE001  whatever Python in the file does
         reason = " ".join(str(error).split()) or type(error).__name__
+        reason = _CLASS.sub("", reason).removeprefix(f"{path}: ")
+        if "maximum recursion depth" in reason:
+            reason = "it includes itself, or one of its macros calls itself without an end"
         raise SceneError(f"xacro cannot expand this file: {reason}", path=path) from None
     for name in args:
         if name not in declared:

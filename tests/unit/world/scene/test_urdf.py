@@ -417,3 +417,20 @@ def test_a_link_without_mass_at_a_force_sensor_gets_a_little_because_it_moves_al
     felt = '<gazebo reference="j"><sensor name="ft" type="force_torque"/></gazebo>'
     model = urdf(links + turns + joint("fixed", parent="hip") + felt)
     assert [body.inertial and body.inertial.mass for body in bodies_of(model)] == [1.0, 0.002, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ('<xacro:include filename="robot.urdf"/>', "it includes itself"),
+        ('<xacro:include filename="$(find nowhere)/x.xacro"/>', "file: there is no package 'nowhere'"),
+    ],
+)
+def test_a_xacro_file_that_cannot_be_expanded_is_an_error_in_plain_words(
+    urdf: UrdfReader, body: str, words: str
+) -> None:
+    pytest.importorskip("xacro")
+    with pytest.raises(SceneError) as caught:
+        urdf(TWO_LINKS + body)
+    assert words in str(caught.value)
+    assert "class" not in str(caught.value)
