@@ -27,8 +27,15 @@ def test_a_root_that_is_no_system_is_named(tmp_path):
 
 def test_a_program_that_ends_is_quoted_with_its_last_line():
     with pytest.raises(BackendLoadError, match=r"exit code 3:\s+\[Err\] no world") as caught:
-        opened(command=("sh", "-c", "echo '[Err] no world' >&2; seq 3; exit $((1 + 2))"))
+        opened(
+            command=(
+                "sh",
+                "-c",
+                "echo '[Err] no world' >&2; echo '[Err] [OpenAL.cc:84] mute'; seq 3; exit $((1 + 2))",
+            )
+        )
     assert "\n  3" not in str(caught.value)  # the other lines
+    assert "\n  [Err] [OpenAL" not in str(caught.value)
 
 
 def test_a_program_that_never_connects_is_given_up():

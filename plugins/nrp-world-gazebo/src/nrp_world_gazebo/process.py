@@ -20,8 +20,11 @@ from nrp_world_gazebo.wire import JOINT_ROW, LINK_ROW, VERSION, Channel, EndedEr
 
 _POLL_S = 0.05
 _LAST_LINES = 6
-_HARMLESS = ("RenderEngine.cc", "OpenAL.cc")
-"""Sources of messages about displays and loudspeakers that Gazebo does without."""
+_HARMLESS = (
+    *("RenderEngine.cc", "OpenAL.cc", "ALSA lib", "AL lib", "Audio will be disabled", "unshare:"),
+    *("[Msg]", "multi-robot simulator", "Copyright (C)", "Released under", "http://gazebosim.org"),
+)
+"""Parts of lines about displays and loudspeakers, which Gazebo does without, our kill, and greetings."""
 _NO_PLUGIN = b"[Plugin.hh:"
 """Where Gazebo reports a plugin that it cannot load."""
 
@@ -39,9 +42,9 @@ class Run:
     def last_lines(self) -> str:
         """Return what Gazebo has reported as errors, else its last lines."""
         lines = self.log.read_text(errors="replace").splitlines() if self.log.exists() else []
-        lines = [line for line in map(_plain, lines) if line]
-        errors = [line for line in lines if "[Err]" in line and not any(each in line for each in _HARMLESS)]
-        return "\n  ".join((errors or lines)[-_LAST_LINES:]) or "(it printed nothing)"
+        told = [line for line in map(_plain, lines) if line and not any(part in line for part in _HARMLESS)]
+        errors = [line for line in told if "[Err]" in line]
+        return "\n  ".join((errors or told)[-_LAST_LINES:]) or "(it reported nothing)"
 
     def remove(self) -> None:
         """Remove the folder."""
