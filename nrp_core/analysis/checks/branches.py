@@ -10,7 +10,7 @@ from typing import Final
 from nrp_core.analysis.declared import found_in
 from nrp_core.analysis.function_body import assigned
 from nrp_core.analysis.registry import checks_experiment
-from nrp_core.analysis.scopes import own_nodes
+from nrp_core.analysis.scopes import SCOPES, own_nodes
 from nrp_core.analysis.study import Study
 from nrp_core.analysis.used import local_names
 from nrp_core.findings import Code, Finding, Level
@@ -89,7 +89,7 @@ def _alike(node: ast.AST) -> Found:
     """Yield conditions whose branches are the same."""
     if isinstance(node, ast.IfExp):
         one, other = ast.dump(node.body), ast.dump(node.orelse)
-    elif isinstance(node, ast.If) and node.orelse:
+    elif isinstance(node, ast.If) and node.orelse and not any(isinstance(one, SCOPES) for one in node.body):
         one, other = ("".join(map(ast.dump, part)) for part in (node.body, node.orelse))
     else:
         return
