@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     from nrp_core.findings import Findings as Findings
     from nrp_core.findings import Level as Level
     from nrp_core.findings import Weight as Weight
-    from nrp_core.findings.capabilities import no_variable as no_variable
+    from nrp_core.findings.refusals import no_variable as no_variable
 else:
     __getattr__, __dir__, __all__ = lazily(
         __name__,
@@ -98,6 +98,6 @@ else:
             "nrp_core.brain.report": "Fact Quantity Report Table",
             "nrp_core.brain.spikes": "Spikes SynapticEvents",
             "nrp_core.findings": "Code Finding Findings Level Weight",
-            "nrp_core.findings.capabilities": "no_variable",
+            "nrp_core.findings.refusals": "no_variable",
         },
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from nrp_core.brain.network.data import Network
-from nrp_core.findings.capabilities import no_cells, no_synapses
+from nrp_core.findings.refusals import no_cells, no_synapses
 from nrp_core.simulation import Determinism
 
 

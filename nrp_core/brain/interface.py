@@ -34,7 +34,7 @@ from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import DivergedError, NeuronSelectionError
 from nrp_core.findings import Finding, Findings
-from nrp_core.findings.capabilities import SNAPSHOTS, no_change, no_variable, not_shown, refusal
+from nrp_core.findings.refusals import SNAPSHOTS, no_change, no_variable, not_shown, refusal
 from nrp_core.seeds import Seeds
 from nrp_core.simulation import Simulation, guarded
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from nrp_core.findings import Findings as Findings
     from nrp_core.findings import Level as Level
     from nrp_core.findings import Weight as Weight
-    from nrp_core.findings.capabilities import JOINT_CONTROL as JOINT_CONTROL
+    from nrp_core.findings.refusals import JOINT_CONTROL as JOINT_CONTROL
     from nrp_core.world.batch import WorldBatch as WorldBatch
     from nrp_core.world.capabilities import WorldCapabilities as WorldCapabilities
     from nrp_core.world.drives.ackermann import Ackermann as Ackermann
@@ -111,7 +111,7 @@ else:
             "nrp_core._support.closing": "Closing",
             "nrp_core._support.diagnosis": "Diagnosis",
             "nrp_core.findings": "Code Finding Findings Level Weight",
-            "nrp_core.findings.capabilities": "JOINT_CONTROL",
+            "nrp_core.findings.refusals": "JOINT_CONTROL",
             "nrp_core.world.batch": "WorldBatch",
             "nrp_core.world.capabilities": "WorldCapabilities",
             "nrp_core.world.drives.ackermann": "Ackermann",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from nrp_core.findings.capabilities import no_joint, unmoved
+from nrp_core.findings.refusals import no_joint, unmoved
 from nrp_core.simulation import Determinism
 from nrp_core.world.scene.model import Joint, Scene
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, final
 from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import CapabilityError, DivergedError
 from nrp_core.findings import Findings
-from nrp_core.findings.capabilities import JOINT_CONTROL, MODEL_MOVES, SCENE_CHANGES, SNAPSHOTS, refusal
+from nrp_core.findings.refusals import JOINT_CONTROL, MODEL_MOVES, SCENE_CHANGES, SNAPSHOTS, refusal
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.part import Part
 from nrp_core.world.pulls import Pulls

@@ -9,7 +9,7 @@ from typing import Any
 
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Findings
-from nrp_core.findings.capabilities import SCENE_CHANGES
+from nrp_core.findings.refusals import SCENE_CHANGES
 from nrp_core.world.engine import Engine
 from nrp_core.world.forces import ForcesPart
 from nrp_core.world.messages.std_msgs import ColorRGBA

@@ -19,7 +19,7 @@ from nrp_brain_event.records import (
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.data import Network
 from nrp_core.errors import DivergedError
-from nrp_core.findings.capabilities import no_variable
+from nrp_core.findings.refusals import no_variable
 
 TIME_CONSTANTS: Final = {"tau_syn_E": 0, "tau_syn_I": 1}
 """PyNN's names, and the synapse that they belong to."""

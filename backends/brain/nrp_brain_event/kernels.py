@@ -27,10 +27,10 @@ from nrp_brain_event.records import (
     Engine,
     Event,
 )
+from nrp_brain_event.released_share import released_share
 from nrp_brain_event.runge_kutta import state_at
-from nrp_brain_event.short_term import released_share
 from nrp_brain_event.spike_timing import remember, transmit
-from nrp_brain_event.synapses import remaining_at
+from nrp_brain_event.synaptic_inputs import remaining_at
 from nrp_core._support.jit import CACHE_LINE, inlined, jit, prefetch
 
 READABLE = ("v", "u", "w", "gsyn_exc", "gsyn_inh")

@@ -14,7 +14,7 @@ from typing import Final
 
 from nrp_brain_event import rise
 from nrp_brain_event.records import CONDUCTANCE, FIRE, LINEAR, SEARCH, Cell, Work
-from nrp_brain_event.synapses import charge, left_of, silent
+from nrp_brain_event.synaptic_inputs import charge, left_of, silent
 from nrp_core._support.jit import inlined, jit
 
 _NEAR: Final = 0.01

@@ -19,7 +19,7 @@ from math import exp, inf
 from typing import Final
 
 from nrp_brain_event.records import Work, constant
-from nrp_brain_event.synapses import driven
+from nrp_brain_event.synaptic_inputs import driven
 from nrp_core._support.jit import jit
 
 RESPONSE: Final = constant(0)

@@ -16,7 +16,7 @@ import numpy as np
 from nrp_brain_event.membranes import slopes
 from nrp_brain_event.records import CONDUCTANCE, STEP, Cell, Work, constant
 from nrp_brain_event.rise import POLYNOMIAL, first_rise
-from nrp_brain_event.synapses import remaining_at, silent
+from nrp_brain_event.synaptic_inputs import remaining_at, silent
 from nrp_core._support.jit import inlined, jit
 
 _STAGES: Final = 7

@@ -20,7 +20,7 @@ Share = Callable[[Any, float], float]
 
 
 def _tsodyks_markram() -> Share:
-    from nrp_core.brain.network.synapses.short_term import released_share
+    from nrp_core.brain.network.synapses.tsodyks_markram_kernel import released_share
 
     return released_share
 

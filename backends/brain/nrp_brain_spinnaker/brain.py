@@ -32,7 +32,7 @@ from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS
 from nrp_core.findings import Code
-from nrp_core.findings.capabilities import no_variable
+from nrp_core.findings.refusals import no_variable
 
 
 class SpinnakerBrain(Brain):

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_brain_spinnaker.state import Machine
-from nrp_brain_spinnaker.synapses.stores import changing
+from nrp_brain_spinnaker.synapses.laws import changing
 from nrp_brain_spinnaker.tick import Window, advance
 from nrp_core._support.arrays import IntArray
 

@@ -15,7 +15,7 @@ from nrp_brain_spinnaker.loader import Loaded
 from nrp_brain_spinnaker.machine.ring import LARGEST_ENTRY, WeightArray
 from nrp_brain_spinnaker.models import SYNAPSES
 from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_brain_spinnaker.synapses.stores import follow_targets
+from nrp_brain_spinnaker.synapses.laws import follow_targets
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.network.data import Network, Population

@@ -15,8 +15,8 @@ from nrp_brain_spinnaker.machine.ring import Ring
 from nrp_brain_spinnaker.mapping.fidelity import losses
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_brain_spinnaker.state import Machine
+from nrp_brain_spinnaker.synapses.laws import load_stores
 from nrp_brain_spinnaker.synapses.layout import Layout
-from nrp_brain_spinnaker.synapses.stores import load_stores
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.data import Network, Population
 from nrp_core.findings import Findings

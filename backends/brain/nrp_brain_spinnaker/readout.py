@@ -9,7 +9,7 @@ from nrp_brain_spinnaker.host.initial_state import GATES, ROWS, state_scale
 from nrp_brain_spinnaker.machine import kinds
 from nrp_brain_spinnaker.machine.hodgkin_huxley import OPEN
 from nrp_brain_spinnaker.machine.kinds import Cells
-from nrp_brain_spinnaker.machine.synapse_kernels import read_values
+from nrp_brain_spinnaker.machine.synaptic_inputs import read_values
 from nrp_brain_spinnaker.models import GSYN, ISYN, CellModel
 from nrp_core._support.arrays import FloatArray
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.machine.ring import Ring
-from nrp_brain_spinnaker.synapses.stores import Stores
+from nrp_brain_spinnaker.synapses.laws import Stores
 
 
 class Machine(NamedTuple):

@@ -13,9 +13,9 @@ from nrp_brain_spinnaker.machine import kinds
 from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.machine.neuron_kernels import gather_currents, update_neurons
 from nrp_brain_spinnaker.machine.ring import Ring, transfer
-from nrp_brain_spinnaker.machine.synapse_kernels import add_arrived, decay_synapses, read_values
+from nrp_brain_spinnaker.machine.synaptic_inputs import add_arrived, decay_synapses, read_values
 from nrp_brain_spinnaker.state import Machine
-from nrp_brain_spinnaker.synapses.stores import note_spike, send
+from nrp_brain_spinnaker.synapses.laws import note_spike, send
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import borrowed, jit
 

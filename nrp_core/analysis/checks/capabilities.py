@@ -8,7 +8,7 @@ from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
 from nrp_core.dsl.parameters.topics import SubscribedTopic
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.findings.capabilities import world_lacks
+from nrp_core.findings.refusals import world_lacks
 from nrp_core.world.capabilities import WorldCapabilities, needs_of
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.sensors.camera import Camera

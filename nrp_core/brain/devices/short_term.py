@@ -9,8 +9,8 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.limits import check_values
-from nrp_core.brain.network.synapses.short_term import CONSTANTS, released_share
 from nrp_core.brain.network.synapses.tsodyks_markram import LAW
+from nrp_core.brain.network.synapses.tsodyks_markram_kernel import CONSTANTS, released_share
 from nrp_core.errors import did_you_mean
 
 _KIND: Final = "TsodyksMarkram"

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from nrp_brain_event.short_term import one_of
+from nrp_brain_event.released_share import one_of
 from nrp_brain_event.synapse_laws import fields_of
 
 from nrp_core._support.jit import jit

@@ -15,7 +15,7 @@ from nrp_brain_spinnaker.machine.fixed_point import mul, scale
 from nrp_brain_spinnaker.machine.generator import exponential_variate, next_word, valid_state
 from nrp_brain_spinnaker.machine.poisson import draw, load_sources, mean_interval, mean_per_tick
 from nrp_brain_spinnaker.machine.ring import Ring, add_entry
-from nrp_brain_spinnaker.machine.synapse_kernels import read_values
+from nrp_brain_spinnaker.machine.synaptic_inputs import read_values
 from nrp_brain_spinnaker.models import cell_models
 from nrp_brain_spinnaker.tick import begin_tick, finish_tick
 

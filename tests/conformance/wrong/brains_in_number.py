@@ -14,7 +14,7 @@ from small_brain import STEP_MS, SmallBackend, SmallBrain
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.interface import Brain, BrainCapabilities, BrainOptions
 from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.synapses.short_term import CONSTANTS, released_share
+from nrp_core.brain.network.synapses.tsodyks_markram_kernel import CONSTANTS, released_share
 
 FOUND_BY: Found = {}
 found_by = register(FOUND_BY, SmallBackend, "brain")

@@ -11,7 +11,7 @@ from typing import Final
 from nrp_brain_event.neuron import fire, move, plan
 from nrp_brain_event.records import FIRE, Cell, Work, constant
 from nrp_brain_event.records import JUMP as JUMP_SYNAPSE
-from nrp_brain_event.synapses import arrive
+from nrp_brain_event.synaptic_inputs import arrive
 from nrp_core._support.jit import jit
 
 QUIET: Final = constant(0)

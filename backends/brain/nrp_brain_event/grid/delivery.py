@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from nrp_brain_event.grid.records import PLASTIC, Grid, GridClock
 from nrp_brain_event.records import Array
-from nrp_brain_event.short_term import released_share
+from nrp_brain_event.released_share import released_share
 from nrp_brain_event.spike_timing import remember, transmit
 from nrp_core._support.jit import inlined, jit, prefetch
 

@@ -9,7 +9,7 @@ from nrp_brain_event.grid.delivery import send_all, transmitted
 from nrp_brain_event.grid.loader import changing, enlarged
 from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, Grid
 from nrp_brain_event.records import Array
-from nrp_brain_event.short_term import released_share
+from nrp_brain_event.released_share import released_share
 from nrp_brain_event.spike_timing import SIMULTANEOUS, bring_up_to
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit

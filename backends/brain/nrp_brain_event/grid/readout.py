@@ -13,7 +13,7 @@ from nrp_brain_event.kernels import READABLE
 from nrp_brain_event.neuron import voltage_at
 from nrp_brain_event.records import Array, Cell, constant
 from nrp_brain_event.runge_kutta import state_at
-from nrp_brain_event.synapses import remaining_at
+from nrp_brain_event.synaptic_inputs import remaining_at
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import inlined, jit
 

@@ -1,1 +1,1 @@
-"""The synapses of each law on the machine; :mod:`nrp_brain_spinnaker.synapses.stores` lists them."""
+"""The synapses of each law on the machine; :mod:`nrp_brain_spinnaker.synapses.laws` lists them."""

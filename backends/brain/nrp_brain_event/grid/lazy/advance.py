@@ -14,7 +14,7 @@ from nrp_brain_event.grid.probes import take_samples
 from nrp_brain_event.grid.records import PLASTIC, Grid, GridClock, Table
 from nrp_brain_event.handles import opened
 from nrp_brain_event.records import DIVERGED, DONE, FULL, Array
-from nrp_brain_event.short_term import released_share
+from nrp_brain_event.released_share import released_share
 from nrp_core._support.jit import borrowed, inlined, jit, prefetch
 
 _AHEAD: Final = 12

@@ -13,7 +13,7 @@ from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Population
 from nrp_core.clock import seconds
 from nrp_core.experiment.running.run import Run
-from nrp_core.findings import capabilities
+from nrp_core.findings import refusals
 from nrp_core.recording.folder.parts import lights_data, mounts_data, projection_data
 from nrp_core.recording.layout import device_topic
 from nrp_core.world.messages.base import type_name
@@ -127,12 +127,12 @@ def _capabilities(run: Run) -> dict[str, bool | str]:
     of_world = f"the world '{run.experiment.world.backend}'"
     savable: bool | str = True
     if not (brain.snapshot and world.snapshot):
-        savable = f"{of_world if brain.snapshot else of_brain} {capabilities.SNAPSHOTS}"
+        savable = f"{of_world if brain.snapshot else of_brain} {refusals.SNAPSHOTS}"
     return {
         "snapshot": savable,
         "step_back": savable,
-        "place": world.changes or f"{of_world} {capabilities.MODEL_MOVES}",
-        "push": world.joint_control or f"{of_world} {capabilities.JOINT_CONTROL}",
+        "place": world.changes or f"{of_world} {refusals.MODEL_MOVES}",
+        "push": world.joint_control or f"{of_world} {refusals.JOINT_CONTROL}",
     }
 
 
