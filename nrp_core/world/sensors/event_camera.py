@@ -19,63 +19,46 @@ from nrp_core.world.engine import Engine
 from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.dvs_msgs import Event, EventArray
 from nrp_core.world.messages.event_camera_msgs import EventPacket
-from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.sensors import Mount
 from nrp_core.world.scene.reading.xml import Element
-from nrp_core.world.scene.sensing import View
 from nrp_core.world.sensors.camera import Camera
+from nrp_core.world.sensors.eye import Eye, topic_of
 from nrp_core.world.sensors.intensity import log_intensity
-from nrp_core.world.sensors.sensor import Sensor, SensorPart
-from nrp_core.world.topics import resolve_name
+from nrp_core.world.sensors.sensor import SensorPart
 
 LOWEST_THRESHOLD = 0.01
 """Thresholds that are drawn are at least this; real ones are about 0.1 to 0.5."""
 
 
 @dataclass(frozen=True, slots=True)
-class EventCamera(Sensor):
+class EventCamera(Eye):
     """A camera that reports changes of brightness, sampled ``rate_hz`` times a second.
 
     Args:
         topic: absolute topic of the events (``dvs_msgs/EventArray``).
         packets_topic: that of the same events in a compact form (``event_camera_msgs/EventPacket``).
-        optics: the camera that sees the images.
         threshold: mean of the thresholds of pixels, in the logarithm of the intensity.
         spread: their standard deviation.
     """
 
     tag: ClassVar[str] = "event_camera"
 
-    needs: ClassVar[tuple[str, ...]] = ("renderers",)
-
     packets_topic: str
-    optics: Camera
     threshold: float = 0.2
     spread: float = 0.0
-
-    @property
-    def view(self) -> View:
-        """The images that it consists of."""
-        return self.optics.view
-
-    @property
-    def offset(self) -> Pose:
-        return self.optics.pose
 
     @classmethod
     def read(cls, sensor: Element, mount: Mount, reading: Reading) -> EventCamera:
         """Read a ``<camera>``, and ``<threshold>`` and ``<spread>`` in an ``<event_camera>``."""
-        name, events = sensor.attribute("name"), sensor.section("event_camera")
+        events = sensor.section("event_camera")
         threshold, spread = events.positive("threshold", 0.2), events.number("spread", 0.0)
         if spread < 0:
             raise events.error(f"the <spread> of thresholds must be 0 or more, not {spread:g}")
         optics = Camera.read(sensor, mount, reading)
-        topic = resolve_name(
-            sensor.word("topic", reading.topic_of(mount.name, f"{name}/events")), reading.robot
-        )
-        return cls(name, topic, optics.rate_hz, f"{topic}/packets", optics, threshold, spread)
+        topic = topic_of(sensor, mount, reading, "events")
+        return cls(optics.name, topic, optics.rate_hz, optics, f"{topic}/packets", threshold, spread)
 
     def part(self, model: Model, link: str, engine: Engine) -> EventCameraPart:
         return EventCameraPart(self, model.name, link, engine)

@@ -16,25 +16,22 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.sensor_msgs import Image
-from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.sensors import Mount
 from nrp_core.world.scene.reading.xml import Element
-from nrp_core.world.scene.sensing import View
 from nrp_core.world.sensors.camera import Camera
+from nrp_core.world.sensors.eye import Eye, topic_of
 from nrp_core.world.sensors.intensity import log_intensity
-from nrp_core.world.sensors.sensor import Sensor, SensorPart
-from nrp_core.world.topics import resolve_name
+from nrp_core.world.sensors.sensor import SensorPart
 
 
 @dataclass(frozen=True, slots=True)
-class Retina(Sensor):
+class Retina(Eye):
     """Ganglion cells behind a lens, an ON and an OFF cell for each pixel.
 
     Args:
         topic: absolute topic of the rates, Hz, an image of two channels (``32FC2``): ON and OFF.
-        optics: the camera that sees the images.
         centre, surround: standard deviations of the two Gaussians, pixels.
         gain: Hz for each unit of the logarithm of contrast.
         baseline: rate without contrast, Hz.
@@ -44,9 +41,6 @@ class Retina(Sensor):
 
     tag: ClassVar[str] = "retina"
 
-    needs: ClassVar[tuple[str, ...]] = ("renderers",)
-
-    optics: Camera
     centre: float = 0.8
     surround: float = 2.4
     gain: float = 60.0
@@ -54,19 +48,10 @@ class Retina(Sensor):
     sustained: float = 0.3
     adaptation_s: float = 0.1
 
-    @property
-    def view(self) -> View:
-        """The images that it consists of."""
-        return self.optics.view
-
-    @property
-    def offset(self) -> Pose:
-        return self.optics.pose
-
     @classmethod
     def read(cls, sensor: Element, mount: Mount, reading: Reading) -> Retina:
         """Read a ``<camera>`` and a ``<retina>`` with the other fields, in s, Hz and pixels."""
-        name, retina = sensor.attribute("name"), sensor.section("retina")
+        retina = sensor.section("retina")
         centre, surround = retina.positive("centre", 0.8), retina.positive("surround", 2.4)
         if centre >= surround:
             raise retina.error(f"the <centre> ({centre:g}) must be below the <surround> ({surround:g})")
@@ -74,14 +59,13 @@ class Retina(Sensor):
         if not 0 <= sustained <= 1:
             raise retina.error(f"<sustained> is a share from 0 to 1, not {sustained:g}")
         optics = Camera.read(sensor, mount, reading)
-        topic = resolve_name(
-            sensor.word("topic", reading.topic_of(mount.name, f"{name}/rates")), reading.robot
-        )
+        topic = topic_of(sensor, mount, reading, "rates")
         gain, baseline = retina.positive("gain", 60.0), retina.number("baseline", 5.0)
         adaptation_s = retina.positive("adaptation", 0.1)
         return cls(
-            name, topic, optics.rate_hz, optics, centre, surround, gain, baseline, sustained, adaptation_s
-        )
+            optics.name, topic, optics.rate_hz, optics,
+            centre, surround, gain, baseline, sustained, adaptation_s,
+        )  # fmt: skip
 
     def part(self, model: Model, link: str, engine: Engine) -> RetinaPart:
         return RetinaPart(self, model.name, link, engine)
