@@ -36,14 +36,14 @@ def with_variants(network: Network, experiment: Experiment, collector: Collector
     Errors go to the collector, including those in later interventions.
     """
     seeds = Seeds(experiment.seed).child("controls")
+    has_synapses = any(projection.size for projection in network.projections)  # before a run it has none
     for i, section in enumerate(experiment.brain.controls):
         with collector.during(Code.NRP335, "brain", "controls", i, always=True):
             before, network = network, section.control(network, seeds.child(str(i)))
-            if _are_equal(before, network):
+            if has_synapses and _are_equal(before, network):
                 message = f"'{section.name}' changes nothing: the synapses stay the same"
                 collector.add(Code.NRP336, message, "brain", "controls", i, level=Level.WARNING)
     whole = network
-    has_synapses = any(projection.size for projection in network.projections)
     for i, intervention in enumerate(experiment.brain.interventions):
         with collector.during(Code.NRP335, *_KEYS, i, always=True):
             change, idle = intervention.change, intervention.idle(experiment.duration)
