@@ -218,6 +218,8 @@ FILES = [
     (CAMERA, "3", ""),
     (RATE, "1e9", "the sensor 'camera' of 'husky' measures 1e+09 times a second"),
     (RATE, "1000", ""),
+    (RATE, "0.02", "no message comes on '/husky/camera' in a run of 40 s: there is one every 50 s [NRP248]"),
+    (RATE, "0.05", ""),
     (SUN, "0 0 1", "the light 'sun' shines upward"),
     (STEP, "0.1", "asks for a step of 0.1 s, and the world takes one of 0.002 s [NRP317]"),
     (STEP, "0.002", ""),

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.cle.latency import paths
-from nrp_core.clock import NS_PER_S, milliseconds
+from nrp_core.clock import NS_PER_S, milliseconds, seconds
+from nrp_core.dsl.parameters.topics import SubscribedTopic
 from nrp_core.findings import Code, Finding, Level
 
 
@@ -26,6 +27,21 @@ def throttling_has_an_effect(function: Examined) -> Iterator[Finding]:
         message = f"throttling_rate is {rate_hz:g} Hz: it runs only once in the experiment"
         node = function.declared.nodes.get("")
         yield function.declared.finding(Code.NRP234, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP248)
+def measurements_come_during_the_run(function: Examined) -> Iterator[Finding]:
+    """Look for topics that are published more rarely than once in the run."""
+    duration_ns = function.experiment.duration
+    for name, adapter in function.adapters.items():
+        rate_hz = adapter.info.rate_hz if isinstance(adapter, SubscribedTopic) else None
+        if rate_hz and rate_hz * duration_ns < NS_PER_S:
+            message = (
+                f"no message comes on '{adapter.info.name}' in a run of {seconds(duration_ns):g} s: "
+                f"there is one every {1 / rate_hz:.3g} s"
+            )
+            node = function.declared.nodes.get(name)
+            yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP238)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from math import hypot, inf, isfinite, pi
+from math import hypot, inf, isfinite
 from typing import Final
 
 import numpy as np
@@ -13,12 +13,9 @@ from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.model import Box, Geometry, Light, Link, Model, Plane, Scene
+from nrp_core.world.scene.plausible_joints import of_joints
 from nrp_core.world.scene.tessellation import triangles_of
 
-_TURNS_RAD: Final = 4 * pi
-"""Two turns: joints of robots with limits turn less."""
-_DEGREES: Final = 720.0
-"""More than two turns in degrees; larger limits mean "unlimited"."""
 _DENSEST: Final = 22_590.0
 """Density of osmium, kg/m^3: CRC Handbook of Chemistry and Physics, the densest of all elements."""
 _LIGHTEST: Final = 0.05
@@ -27,6 +24,8 @@ _STRONGEST: Final = 25.0
 """Gravity of Jupiter at one bar, 24.79 m/s^2: NASA Planetary Fact Sheet, the strongest of all planets."""
 _FASTEST_HZ: Final = 1e5
 """More often than any sensor of robots; inertial sensors reach 32 kHz (ICM-42688-P data sheet)."""
+_UPSIDE_DOWN: Final = 0.5
+"""A plane faces downward if its normal points below the horizon by 30 degrees or more; others are walls."""
 _NEAR_M: Final = 1.0
 _SHORT: Final = 0.1
 """The smallest range of a sensor of distances, in sizes of the robot."""
@@ -47,9 +46,9 @@ def implausible(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str | Non
     names = set(robots)
     for model in scene.models:
         owner = model.name if model.name in names else None
-        yield from ((owner, sentence) for sentence in _of_measurements(model))
+        yield from ((owner, sentence) for sentence in (*_of_measurements(model), *_of_ground(model)))
         if owner is not None:
-            for sentence in (*_of_rest(model), *_of_joints(model), *_of_sizes(model)):
+            for sentence in (*_of_rest(model), *of_joints(model), *_of_sizes(model)):
                 yield owner, sentence
 
 
@@ -104,21 +103,18 @@ def _of_contacts(model: Model, link: Link) -> Iterator[str]:
                 )
 
 
+def _of_ground(model: Model) -> Iterator[str]:
+    """Yield the planes whose solid side is above them; things above fall through or are thrown out."""
+    for link in model.links:
+        for one in link.collisions:
+            up = matrix_of(model.pose @ link.pose @ one.pose)[2, 2]
+            if isinstance(one.geometry, Plane) and up < -_UPSIDE_DOWN:
+                yield f"the plane '{one.name}' of '{model.name}' faces downward: things above it are inside"
+
+
 def _of_rest(model: Model) -> Iterator[str]:
     if model.static:
         yield f"the robot '{model.name}' is static: nothing moves it, and no drive can"
-
-
-def _of_joints(model: Model) -> Iterator[str]:
-    for joint in model.joints:
-        limits = [limit for limit in (joint.lower, joint.upper) if isfinite(limit)]
-        widest = max(map(abs, limits), default=0.0)
-        if joint.kind == "revolute" and _TURNS_RAD < widest <= _DEGREES:
-            shown = " to ".join(f"{limit:g}" for limit in limits)
-            yield (
-                f"the joint '{joint.name}' of '{model.name}' has limits of {shown} rad, more than two turns; "
-                "are they meant in degrees?"
-            )
 
 
 def _of_sizes(model: Model) -> Iterator[str]:

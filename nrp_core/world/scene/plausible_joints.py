@@ -1,0 +1,53 @@
+"""Implausible values of joints and controllers: joints that never move, or that move by themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import isfinite, pi
+from typing import Final
+
+from nrp_core.world.scene.acting import JointController
+from nrp_core.world.scene.model import Joint, Model
+
+_TURNS_RAD: Final = 4 * pi
+"""Two turns: joints of robots with limits turn less."""
+_DEGREES: Final = 720.0
+"""More than two turns in degrees; larger limits mean "unlimited"."""
+
+
+def of_joints(model: Model) -> Iterator[str]:
+    """Yield each implausible value of the joints of a robot as a sentence."""
+    joints = {joint.name: joint for joint in model.joints if joint.kind != "fixed"}
+    for joint in joints.values():
+        owner = f"the joint '{joint.name}' of '{model.name}'"
+        yield from _of_limits(owner, joint)
+        for value, what in ((joint.damping, "damping"), (joint.friction, "friction")):
+            if value < 0:
+                yield f"{owner} has a {what} of {value:g}, which speeds it up instead of slowing it down"
+    for controller in model.controllers:
+        if controller.joint in joints:
+            owner = f"the joint '{controller.joint}' of '{model.name}'"
+            yield from _of_controller(owner, joints[controller.joint], controller)
+
+
+def _of_limits(owner: str, joint: Joint) -> Iterator[str]:
+    limits = [limit for limit in (joint.lower, joint.upper) if isfinite(limit)]
+    widest = max(map(abs, limits), default=0.0)
+    if joint.kind == "revolute" and _TURNS_RAD < widest <= _DEGREES:
+        shown = " to ".join(f"{limit:g}" for limit in limits)
+        yield f"{owner} has limits of {shown} rad, more than two turns; are they meant in degrees?"
+
+
+def _of_controller(owner: str, joint: Joint, controller: JointController) -> Iterator[str]:
+    zero = [what for what, limit in (("effort", joint.effort), ("velocity", joint.velocity)) if limit == 0]
+    if zero:
+        yield f"{owner} has a controller, and its limit of {' and '.join(zero)} is 0: it never moves"
+    gains = controller.gains
+    if controller.kind != "effort" and gains is not None and not any((gains.p, gains.i, gains.d)):
+        yield f"the controller of {owner} has no gain: its commands move nothing"
+    start = controller.initial
+    if controller.kind == "position" and start is not None and not joint.lower <= start <= joint.upper:
+        yield (
+            f"the controller of {owner} starts with {start:g}, outside the limits of the joint of "
+            f"{joint.lower:g} to {joint.upper:g}"
+        )
