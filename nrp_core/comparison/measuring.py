@@ -40,6 +40,7 @@ def judge(grid: RunGrid, runs: Runs, metrics: Sequence[Metric], margins: Margins
     judged = [
         Judgement(metric, tuple(_parts(grid, runs if metric.is_finding else whole, metric, margins)))
         for metric in metrics
+        if metric.is_compared
     ]
     margins.require_parts(f"{j.metric.name}/{part.name}" for j in judged for part in j.parts)
     return corrected(judged)

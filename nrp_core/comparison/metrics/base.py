@@ -71,6 +71,8 @@ class Metric(ABC):
         title: name in a report.
         unit: unit of its values.
         is_finding: whether it is part of the experiment's finding, not a detail of how it came about.
+        is_compared: whether ``nrp diff`` compares it. One that repeats what others say is only for sweeps,
+            searches and benchmarks: a difference is harder to prove among more measures.
         margin: the default margin.
         needs_recording: whether it needs more of a run than its result and its settings.
     """
@@ -79,6 +81,7 @@ class Metric(ABC):
     title: ClassVar[str]
     unit: ClassVar[str] = ""
     is_finding: ClassVar[bool] = False
+    is_compared: ClassVar[bool] = True
     margin: ClassVar[Margin] = Margin()
     needs_recording: ClassVar[bool] = True
 

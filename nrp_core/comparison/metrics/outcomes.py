@@ -36,6 +36,7 @@ class CriterionDegree(ScalarMetric):
     """
 
     name, title = "degree", "Degree of a criterion"
+    is_compared = False  # as are the outcomes and distances of criteria
     margin = Margin(at_most=0.25)
     needs_recording = False
 

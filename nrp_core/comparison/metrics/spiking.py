@@ -42,6 +42,7 @@ class Activity(ScalarMetric):
     """Spikes of all neurons, and the synapses that they reach (synaptic events), in a simulated second."""
 
     name, title, unit = "activity", "Activity", "Hz"
+    is_compared = False  # as are the rates of populations
     margin = Margin(at_least=1.0)  # a spike a second
     needs_recording = False
 

@@ -65,6 +65,7 @@ class Judge(ABC):
         self._passed: bool | None = None
         self._distance: float | None = None
         self._reason = "not decided"
+        self._is_over = False  # whether later steps change nothing, not even the degree
 
     @final
     def look(self, now_ns: int, times: Times, where: GroundPositions) -> None:
@@ -110,19 +111,15 @@ class Judge(ABC):
 
     def save(self) -> Any:
         """Return the state that changes during a run."""
-        return self._began_ns, self._decided_ns, self._passed, self._distance, self._reason
+        return self._began_ns, self._decided_ns, self._passed, self._distance, self._reason, self._is_over
 
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`."""
-        self._began_ns, self._decided_ns, self._passed, self._distance, self._reason = saved
+        self._began_ns, self._decided_ns, self._passed, self._distance, self._reason, self._is_over = saved
 
     def _decide(self, passed: bool, now_ns: int, reason: str) -> None:
         self._passed, self._decided_ns, self._reason = passed, now_ns, reason
-
-    @property
-    def _is_over(self) -> bool:
-        """Whether later steps change nothing, not even the degree."""
-        return self._passed is not None
+        self._is_over = True
 
     @abstractmethod
     def _degree(self) -> float | None:
@@ -178,19 +175,15 @@ class Throughout(Judge):
 
     def __init__(self, during: During, limit: float | None = None) -> None:
         super().__init__(during.since, limit)
-        self._until, self._has_ended = during.until, False
+        self._until = during.until
         self._steps = self._held = 0
 
     def save(self) -> Any:
-        return super().save(), self._has_ended, self._steps, self._held
+        return super().save(), self._steps, self._held
 
     def restore(self, saved: Any) -> None:
-        judged, self._has_ended, self._steps, self._held = saved
+        judged, self._steps, self._held = saved
         super().restore(judged)
-
-    @property
-    def _is_over(self) -> bool:
-        return self._has_ended
 
     def _degree(self) -> float | None:
         return self._held / self._steps if self._steps else 1.0 if self._passed else None
@@ -203,9 +196,10 @@ class Throughout(Judge):
             self._held += wrong is None
             if wrong is not None and self._passed is None:
                 self._decide(False, now_ns, wrong)
-        self._has_ended = until_ns is not None and now_ns >= until_ns
-        if self._has_ended and self._passed is None:
+        has_ended = until_ns is not None and now_ns >= until_ns
+        if has_ended and self._passed is None:
             self._finish(now_ns)
+        self._is_over = has_ended
 
     @abstractmethod
     def _wrong(self, now_ns: int, times: Times, where: GroundPositions) -> str | None:
