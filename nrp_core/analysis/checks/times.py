@@ -34,11 +34,13 @@ def measurements_come_during_the_run(function: Examined) -> Iterator[Finding]:
     """Look for topics that are published more rarely than once in the run."""
     duration_ns = function.experiment.duration
     for name, adapter in function.adapters.items():
-        rate_hz = adapter.info.rate_hz if isinstance(adapter, SubscribedTopic) else None
-        if rate_hz and rate_hz * duration_ns < NS_PER_S:
+        if not isinstance(adapter, SubscribedTopic):
+            continue
+        topic = adapter.info
+        if topic.rate_hz and topic.rate_hz * duration_ns < NS_PER_S:
             message = (
-                f"no message comes on '{adapter.info.name}' in a run of {seconds(duration_ns):g} s: "
-                f"there is one every {1 / rate_hz:.3g} s"
+                f"no message comes on '{topic.name}' in a run of {seconds(duration_ns):g} s: "
+                f"there is one every {1 / topic.rate_hz:.3g} s"
             )
             node = function.declared.nodes.get(name)
             yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
