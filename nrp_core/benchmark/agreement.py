@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from nrp_core.benchmark.tasks import MEASURES
 from nrp_core.comparison.grid import GridCell, RunGrid
 from nrp_core.comparison.judgement import Answer, Judgement, combined, corrected
 from nrp_core.comparison.measuring import parts_of_numbers
@@ -13,8 +14,6 @@ from nrp_core.comparison.signals import RunSignals
 from nrp_core.sweep.measuring import scalar_metric
 from nrp_core.sweep.record import INVALID
 from nrp_core.sweep.table import Row
-
-_FINDING = ("criteria", "time_to_event")
 
 
 def answer_of(grid: RunGrid, rows: Sequence[Row]) -> Answer:
@@ -34,7 +33,7 @@ def answer_of(grid: RunGrid, rows: Sequence[Row]) -> Answer:
     able = replace(grid, brains=brains, worlds=worlds)
     resolution = RunSignals({"settings": {"timestep": grid.load(grid.cells[0]).timestep}})
     judged = []
-    for metric in map(scalar_metric, _FINDING):
+    for metric in filter(lambda one: one.is_finding, map(scalar_metric, MEASURES)):
         measured = {cell: _values(row, metric) for cell, row in begun.items()}
         parts = parts_of_numbers(able, metric, measured, Margins(), metric.resolution(resolution))
         judged.append(Judgement(metric, tuple(parts)))

@@ -9,16 +9,21 @@ from nrp_core.comparison.signals import RunSignals
 from nrp_core.experiment.model.experiment import Experiment
 
 
-class CriteriaMet(ScalarMetric):
-    """Whether each criterion is met; a failed run meets none."""
+class _OfCriteria(ScalarMetric):
+    """A number from 0 to 1 for each criterion."""
 
-    name, title = "criteria", "Criteria met"
-    is_finding = is_share = True
     margin = Margin(at_most=0.25)
     needs_recording = False
 
     def parts(self, experiment: Experiment) -> Collection[str]:
         return experiment.criteria.keys()
+
+
+class CriteriaMet(_OfCriteria):
+    """Whether each criterion is met; a failed run meets none."""
+
+    name, title = "criteria", "Criteria met"
+    is_finding = is_share = True
 
     def values(self, run: RunSignals) -> Mapping[str, float | None]:
         outcomes = run.result.get("criteria") or {}
@@ -28,7 +33,7 @@ class CriteriaMet(ScalarMetric):
         }
 
 
-class CriterionDegree(ScalarMetric):
+class CriterionDegree(_OfCriteria):
     """How nearly each criterion is met, from 0 to 1.
 
     For ``near`` it is the share of the way to the target, for others the share of the steps in which the
@@ -37,11 +42,6 @@ class CriterionDegree(ScalarMetric):
 
     name, title = "degree", "Degree of a criterion"
     is_compared = False  # as are the outcomes and distances of criteria
-    margin = Margin(at_most=0.25)
-    needs_recording = False
-
-    def parts(self, experiment: Experiment) -> Collection[str]:
-        return experiment.criteria.keys()
 
     def values(self, run: RunSignals) -> Mapping[str, float | None]:
         outcomes = run.result.get("criteria") or {}
