@@ -16,6 +16,7 @@ from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.bodies import free_name
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Notes, Reading
+from nrp_core.world.scene.reading.frame_names import with_frames
 from nrp_core.world.scene.reading.resources import Resources
 from nrp_core.world.scene.reading.sensors import SENSORS, Mount, joint_sensors, link_sensors, with_sensors
 from nrp_core.world.scene.reading.xml import Element
@@ -80,6 +81,9 @@ def with_added_sensors(model: Model, sensors: Iterable[AddedSensor]) -> Model:
             where = "a joint" if sensor.link in holders else "a link"
             raise SceneError(f"a sensor of type '{sensor.type}' is on {where}, which '{sensor.link}' is not")
         links = with_sensors(links, holder, *found)
+    links, misplaced = with_frames(links, model.joints)
+    if misplaced:
+        raise SceneError(f"'{model.name}/{misplaced[0].link}': {misplaced[0].message}")
     result = replace(model, links=tuple(links), warnings=(*model.warnings, *_unplaced(notes)))
     result.check()
     return result

@@ -148,6 +148,7 @@ class Code(Enum):
     NRP336 = brain.IDLE_INTERVENTION
     NRP340 = world.STEP_OF_ENVIRONMENT
     NRP345 = world.OTHER_ENGINE
+    NRP346 = world.FRAME_ELSEWHERE
 
     def __repr__(self) -> str:
         return f"Code.{self.name}"

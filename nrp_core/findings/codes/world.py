@@ -209,3 +209,11 @@ OTHER_ENGINE = Explanation(
     "{n} parts of robots exist only in another engine",
     Weight.ALTERED,
 )
+
+FRAME_ELSEWHERE = Explanation(
+    "A sensor names a frame in which its measurements would be misplaced.",
+    "Its messages are in a frame of its own, which the tree of transforms places correctly.",
+    "Name a link at the pose of the sensor; for a camera, one with z ahead, x right and y down.",
+    "{n} sensors name frames that are elsewhere",
+    Weight.REMARK,
+)

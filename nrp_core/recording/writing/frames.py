@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
 from math import sqrt
 
 import numpy as np
@@ -68,7 +69,7 @@ def _frames(world: World) -> Frames:
 
 
 class _LinkFrames(Frames):
-    """The frames of bodies that move, named after their first links, ``model/link``, and of their sensors."""
+    """The frames of bodies that move, named after their first links, ``model/link``, and of all sensors."""
 
     def __init__(self, world: World) -> None:
         self._bodies = {model.name: bodies_of(model) for model in world.scene.models}
@@ -78,9 +79,12 @@ class _LinkFrames(Frames):
             for frame in _in_body(path[0], self._bodies[path[0]][path[1]]).items()
         ]
         paths = [path for path, _, _ in found]
-        self.names = tuple(name for _, name, _ in found)
+        still = [frame for model in world.scene.models for frame in _fixed_sensors(model.name, self._bodies)]
+        self.names = (*(name for _, name, _ in found), *(name for name, _ in still))
         self._in_body = np.array([matrix_of(pose) for _, _, pose in found]).reshape(-1, 3, 4)
-        self._at, self._poses = np.empty((len(paths), 3, 4)), np.empty((len(paths), 7))
+        self._at, self._poses = np.empty((len(paths), 3, 4)), np.empty((len(self.names), 7))
+        for row, (_, pose) in enumerate(still, start=len(paths)):
+            self._poses[row] = *pose.position, *pose.orientation
         self._read = world.engine.frames(paths)
         self._read(self._at)  # an engine without this capability raises its error now
 
@@ -94,8 +98,17 @@ class _LinkFrames(Frames):
 
     def poses(self) -> FloatArray:
         self._read(self._at)
-        to_poses(self._at, self._in_body, self._poses)
+        to_poses(self._at, self._in_body, self._poses[: len(self._at)])
         return self._poses
+
+
+def _fixed_sensors(model: str, bodies: Mapping[str, Sequence[Body]]) -> Iterator[tuple[str, Pose]]:
+    """Yield the frames of sensors on bodies that never move, with their poses in the world."""
+    for body in bodies[model]:
+        for link in body.links if body.fixed else ():
+            for sensor in link.sensors:
+                place = place_in_frame(body) @ link.pose @ (sensor.offset or Pose())
+                yield sensor.frame_on(model, link.name), place
 
 
 def _in_body(model: str, body: Body) -> dict[str, Pose]:

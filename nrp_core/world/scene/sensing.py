@@ -6,10 +6,11 @@ Each sensor is a class in :mod:`nrp_core.world.sensors` or in another package.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar, Self
 
 from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.digest import LATER
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,22 +59,26 @@ class MountedSensor:
         noise: noise on every number.
         delay: from the measurement, which is the time in the stamp, to the arrival of its message, s.
         drop_out: share of lost messages.
+        frame_name: the frame of its messages in its model, a link or one of its own; empty for the usual one.
 
     Attributes:
         needs: the capabilities that it needs, fields of
             :class:`~nrp_core.world.capabilities.WorldCapabilities`.
         tag: name of the kind of sensor in digests of scenes.
+        frame_suffix: what a frame of its own has after the name of the sensor.
     """
 
     noise: Noise = field(default=Noise(), kw_only=True)
     delay: float = field(default=0.0, kw_only=True)
     drop_out: float = field(default=0.0, kw_only=True)
+    frame_name: str = field(default="", kw_only=True, metadata=LATER)
     name: str
     topic: str
     rate_hz: float
 
     needs: ClassVar[tuple[str, ...]] = ()
     tag: ClassVar[str] = ""
+    frame_suffix: ClassVar[str] = ""
 
     @property
     def view(self) -> View | None:
@@ -82,12 +87,15 @@ class MountedSensor:
 
     @property
     def offset(self) -> Pose | None:
-        """The pose, in the frame of its link, along which it measures; None: the link's own."""
+        """The pose of the frame of its messages in that of its link; None: the link's own."""
         return None
 
     def frame_on(self, model: str, link: str) -> str:
         """Return the name of the frame of its messages: ``model/link``, or its own, ``model/link/sensor``."""
-        return f"{model}/{link}" if self.offset in (None, Pose()) else f"{model}/{link}/{self.name}"
+        if self.frame_name:
+            return f"{model}/{self.frame_name}"
+        own = f"{self.name}{self.frame_suffix}"
+        return f"{model}/{link}" if self.offset in (None, Pose()) else f"{model}/{link}/{own}"
 
     @property
     def measured_joints(self) -> tuple[str, ...]:
@@ -101,5 +109,4 @@ class MountedSensor:
 
     def renamed(self, named: Callable[[str], str]) -> Self:
         """Return the same sensor for a model whose links and joints are renamed."""
-        del named  # only sensors that name joints differ
-        return self
+        return replace(self, frame_name=named(self.frame_name)) if self.frame_name else self

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import pi, tan
-from posixpath import join
-from typing import Any, ClassVar
+from posixpath import basename, dirname, join
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from nrp_core.findings import Code
 from nrp_core.world.engine import Engine
-from nrp_core.world.messages.sensor_msgs import CameraInfo, Image
-from nrp_core.world.render.cameras import ImageArray
+from nrp_core.world.messages.sensor_msgs import CameraInfo, Image, PointCloud2
+from nrp_core.world.render.cameras import DepthArray, ImageArray
 from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.digest import LATER
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import plugin_name, ros_namespace, warn_of_plugin
@@ -21,6 +22,7 @@ from nrp_core.world.scene.reading.sensor_elements import noise_of, rate_of
 from nrp_core.world.scene.reading.sensors import Mount
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sensing import View
+from nrp_core.world.sensors.depth_points import cloud_of
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
 from nrp_core.world.topics import resolve_name
 
@@ -28,6 +30,8 @@ _COLOR_FORMATS = ("", "R8G8B8", "RGB_INT8", "B8G8R8", "BGR_INT8")
 _MOST_PIXELS = 2**28
 """An image of more takes over 1 GB as depth, and several times that in a renderer."""
 _CAMERA_PLUGIN = "gazebo_ros_camera"
+_OPTICAL = Pose(orientation=(-0.5, 0.5, -0.5, 0.5))
+"""The frame of images in that of a camera: z ahead, x right, y down (REP 103 of ROS)."""
 _DEPTH = ("depth", "depth_camera", "rgbd", "rgbd_camera")
 _DEPTH_PLUGINS = ("gazebo_ros_openni_kinect", "gazebo_ros_depth_camera")
 
@@ -45,9 +49,11 @@ class Camera(Sensor):
         near, far: clip distances, m.
         depth_topic: absolute topic of its depth images, None for none.
         info_topic: absolute topic of its optics, None for none.
+        points_topic: absolute topic of the points that it sees, None for none.
     """
 
     tag: ClassVar[str] = "camera"
+    frame_suffix: ClassVar[str] = "_optical_frame"
 
     needs: ClassVar[tuple[str, ...]] = ("renderers",)
 
@@ -59,6 +65,11 @@ class Camera(Sensor):
     pose: Pose = Pose()
     depth_topic: str | None = None
     info_topic: str | None = None
+    points_topic: str | None = field(default=None, metadata=LATER)
+
+    @property
+    def offset(self) -> Pose:
+        return self.pose @ _OPTICAL
 
     @property
     def view(self) -> View:
@@ -75,10 +86,10 @@ class Camera(Sensor):
         near, far = _clip(camera.section("clip"))
         if camera.find("distortion"):
             reading.notes.warn(camera, Code.NRP262, "the <distortion> of cameras is not simulated")
-        topic, depth, info = _topics(sensor, mount, reading)
+        topics = _topics(sensor, mount, reading)
         return cls(
             sensor.attribute("name"),
-            topic,
+            topics.image,
             rate_of(sensor, reading),
             fov,
             width,
@@ -86,8 +97,9 @@ class Camera(Sensor):
             near,
             far,
             mount.place(sensor) @ mount.place(camera),
-            depth,
-            info,
+            topics.depth,
+            topics.info,
+            topics.points,
             noise=noise_of(camera, reading),
         )
 
@@ -109,6 +121,8 @@ class CameraPart(SensorPart):
             topics.append(self._served(camera.depth_topic, Image, f"depth of {size}, m"))
         if camera.info_topic is not None:
             topics.append(self._served(camera.info_topic, CameraInfo, f"optics of {size}"))
+        if camera.points_topic is not None:
+            topics.append(self._served(camera.points_topic, PointCloud2, f"points seen by {size}"))
         self.topics = tuple(topics)
 
     def read(self, topic: str, now_ns: int) -> Any:
@@ -116,31 +130,42 @@ class CameraPart(SensorPart):
             return self._info(now_ns)
         header = self._header(now_ns)
         if topic == self._camera.depth_topic:
-            depth = self._engine.depth(*self._path)
-            if self._is_noisy:
-                depth = depth + np.asarray(self._noise(topic, now_ns, depth.shape), np.float32)
-                depth.flags.writeable = False
+            depth = self._depth(now_ns)
             height, width = depth.shape
             return Image(header, height, width, "32FC1", 0, 4 * width, depth)  # type: ignore[arg-type]
         image = self._engine.render(*self._path)
         if self._is_noisy:
-            image = self._with_noise(image, topic, now_ns)
+            image = self._with_noise(image, now_ns)
         height, width, channels = image.shape
+        if topic == self._camera.points_topic:
+            return cloud_of(header, self._depth(now_ns), image, self._focal(width))
         return Image(header, height, width, "rgb8", 0, width * channels, image)
 
-    def _with_noise(self, image: ImageArray, topic: str, now_ns: int) -> ImageArray:
-        noisy = image + 255 * self._noise(topic, now_ns, image.shape)
+    def _depth(self, now_ns: int) -> DepthArray:
+        depth = self._engine.depth(*self._path)
+        if self._is_noisy:
+            name = self._camera.depth_topic or self._camera.topic
+            depth = depth + np.asarray(self._noise(name, now_ns, depth.shape), np.float32)
+            depth.flags.writeable = False
+        return depth
+
+    def _with_noise(self, image: ImageArray, now_ns: int) -> ImageArray:
+        noisy = image + 255 * self._noise(self._camera.topic, now_ns, image.shape)
         result: ImageArray = np.rint(noisy).clip(0, 255).astype(np.uint8)
         result.flags.writeable = False
         return result
 
     def _info(self, now_ns: int) -> CameraInfo:
         height, width = self._engine.image_size(*self._path)
-        focal = width / 2 / tan(self._camera.horizontal_fov / 2)
+        focal = self._focal(width)
         k = np.array([[focal, 0.0, width / 2], [0.0, focal, height / 2], [0.0, 0.0, 1.0]])
         p = np.column_stack([k, np.zeros(3)])
         size = self._header(now_ns), height, width
         return CameraInfo(*size, d=np.zeros(5), k=k.ravel(), r=np.eye(3).ravel(), p=p.ravel())
+
+    def _focal(self, width: int) -> float:
+        """Return the focal length in pixels of images of a width."""
+        return width / 2 / tan(self._camera.horizontal_fov / 2)
 
 
 def _size(name: str, image: Element, reading: Reading) -> tuple[int, int]:
@@ -165,12 +190,22 @@ def _clip(clip: Element) -> tuple[float, float]:
     return near, far
 
 
-def _topics(sensor: Element, mount: Mount, reading: Reading) -> tuple[str, str | None, str | None]:
-    """Return the topics of images, depth and optics: those of the ROS plugin, else Gazebo's."""
+class _Topics(NamedTuple):
+    """Absolute topics: images, depth, optics and points; None for none."""
+
+    image: str
+    depth: str | None
+    info: str | None
+    points: str | None
+
+
+def _topics(sensor: Element, mount: Mount, reading: Reading) -> _Topics:
+    """Return the topics: those of the ROS plugin, else Gazebo's."""
     name, deep = sensor.attribute("name"), sensor.attribute("type") in _DEPTH
     image = sensor.word("topic", reading.topic_of(mount.name, f"{name}/image"))
-    depth = f"{image.removesuffix('/image')}/depth_image" if deep else ""
-    info = ""
+    base = dirname(image) if basename(image).startswith("image") else image
+    info = sensor.section("camera").word("camera_info_topic", join(base, "camera_info"))
+    depth, points = (join(base, "depth_image"), join(base, "points")) if deep else ("", "")
     for plugin in sensor.all("plugin"):
         kind = plugin_name(plugin)
         if kind in (_CAMERA_PLUGIN, *_DEPTH_PLUGINS):
@@ -180,7 +215,8 @@ def _topics(sensor: Element, mount: Mount, reading: Reading) -> tuple[str, str |
             info = join(base, plugin.word("cameraInfoTopicName", "camera_info"))
             if deep or kind in _DEPTH_PLUGINS:
                 depth = join(base, plugin.word("depthImageTopicName", "depth/image_raw"))
+                points = join(base, plugin.word("pointCloudTopicName", "points"))
         else:
             warn_of_plugin(plugin, reading)
-    deep_topic, info_topic = (resolve_name(each, reading.robot) if each else None for each in (depth, info))
-    return resolve_name(image, reading.robot), deep_topic, info_topic
+    further = (resolve_name(each, reading.robot) if each else None for each in (depth, info, points))
+    return _Topics(resolve_name(image, reading.robot), *further)

@@ -25,6 +25,8 @@ class Eye(Sensor):
 
     needs: ClassVar[tuple[str, ...]] = ("renderers",)
 
+    frame_suffix: ClassVar[str] = Camera.frame_suffix
+
     optics: Camera
 
     @property
@@ -34,7 +36,7 @@ class Eye(Sensor):
 
     @property
     def offset(self) -> Pose:
-        return self.optics.pose
+        return self.optics.offset
 
 
 def topic_of(sensor: Element, mount: Mount, reading: Reading, last: str) -> str:

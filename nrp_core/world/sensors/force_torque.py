@@ -48,7 +48,7 @@ class ForceTorque(Sensor):
 
     def renamed(self, named: Callable[[str], str]) -> ForceTorque:
         """Return the same sensor for a model whose links and joints are renamed."""
-        return replace(self, joint=named(self.joint))
+        return replace(super(ForceTorque, self).renamed(named), joint=named(self.joint))
 
     @classmethod
     def read(cls, sensor: Element, mount: Mount, reading: Reading) -> ForceTorque:

@@ -12,10 +12,8 @@ import numpy.typing as npt
 
 from nrp_core.findings import Code
 from nrp_core.world.engine import Engine
-from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.point_cloud2 import create_cloud
 from nrp_core.world.messages.sensor_msgs import LaserScan, PointCloud2
-from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.raycast.beams import Beams, directions
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Model
@@ -37,7 +35,7 @@ _OUTPUTS = {
     "gazebo_ros_ray_sensor": _POINTS,  # default
 }
 POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"), ("ring", "<u2")])
-"""A point of a cloud in the frame of its link; its ring is its layer, from the lowest."""
+"""A point of a cloud in the frame of its sensor; its ring is its layer, from the lowest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,14 +151,14 @@ class LaserPart(SensorPart):
         return LaserScan(self._header(now_ns), right, left, step, 0.0, 0.0, nearest, farthest, middle)
 
     def _points(self, ranges: npt.NDArray[np.float64], now_ns: int) -> PointCloud2:
-        """Return a row of points for each layer in the frame of the link; NaN for rays that hit nothing."""
+        """Return a row of points for each layer in the frame of the sensor; NaN for rays that hit nothing."""
         laser = self._laser
         points = np.zeros(ranges.shape, POINT)
         met = np.where(np.isfinite(ranges), ranges, np.nan)
-        for axis, along, start in zip("xyz", _turned(self._beams).T, laser.pose.position, strict=True):
-            points[axis] = along.reshape(ranges.shape) * met + start
+        for axis, along in zip("xyz", directions(self._beams).T, strict=True):
+            points[axis] = along.reshape(ranges.shape) * met
         points["ring"] = np.arange(laser.layers)[:, None]
-        return create_cloud(Header(Time.from_ns(now_ns), "/".join(self._place)), points)
+        return create_cloud(self._header(now_ns), points)
 
 
 def _require_sensible(scan: Element, reading: Reading) -> None:
@@ -203,9 +201,3 @@ def _constants(laser: Laser) -> list[float]:
     step = (laser.angle_max - laser.angle_min) / max(1, laser.samples - 1)
     numbers = laser.angle_min, laser.angle_max, step, laser.range_min, laser.range_max
     return [float(np.float32(number)) for number in numbers]
-
-
-@cache
-def _turned(beams: Beams) -> npt.NDArray[np.float64]:
-    """Return the directions in the frame of the link."""
-    return np.array([beams.pose.rotate((x, y, z)) for x, y, z in directions(beams).tolist()])

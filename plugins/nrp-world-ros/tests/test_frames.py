@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import chain
 from typing import Any
 
 import pytest
@@ -17,19 +18,26 @@ MASS = Inertial(1.0, inertia=(0.1, 0.1, 0.1, 0.0, 0.0, 0.0))
 
 
 class Listener:
-    """A node whose publisher has one subscriber, which keeps the last message."""
+    """A node whose publishers have one subscriber, which keeps their messages."""
 
-    latest: Any = None
+    def __init__(self) -> None:
+        self.heard: dict[str, list[Any]] = {}
+        self.latched: list[str] = []
 
-    def publisher(self, topic: str, cls: type) -> Listener:
-        assert topic == "/tf"
-        return self
+    def publisher(self, topic: str, cls: type, *, latched: bool = False) -> Channel:
+        self.latched += [topic] if latched else []
+        return Channel(self.heard.setdefault(topic, []))
+
+
+class Channel:
+    def __init__(self, heard: list[Any]) -> None:
+        self._heard = heard
 
     def peers(self) -> int:
         return 1
 
     def publish(self, message: Any) -> None:
-        self.latest = message
+        self._heard.append(message)
 
 
 def rover() -> Model:
@@ -46,8 +54,12 @@ def frames_of(world: World) -> dict[str, tuple[str, Pose]]:
     """Return the parent of each frame and its pose there."""
     listener = Listener()
     Frames(world, listener).send(world.now_ns)  # type: ignore[arg-type]
+    return frames_in(*listener.heard["/tf"], *listener.heard["/tf_static"])
+
+
+def frames_in(*messages: Any) -> dict[str, tuple[str, Pose]]:
     found = {}
-    for each in listener.latest.transforms:
+    for each in chain.from_iterable(message.transforms for message in messages):
         at, turn = each.transform.translation, each.transform.rotation
         pose = Pose((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
         found[each.child_frame_id] = (each.header.frame_id, pose)
@@ -58,7 +70,9 @@ def frames_of(world: World) -> dict[str, tuple[str, Pose]]:
 def world():
     backend = worlds().load("mujoco")
     ground = Model("ground", (Link("floor", collisions=(Collision("f", Box((20, 20, 0.8))),)),), static=True)
-    with backend.open(Scene((rover(), ground)), seed=1, options=backend.options()) as opened:
+    watching = Link("pole", Pose((0.0, 0.0, 2.0)), sensors=(Laser("above", "/above", 1.0, pose=MOUNT),))
+    tower = Model("tower", (watching,), pose=START, static=True)
+    with backend.open(Scene((rover(), ground, tower)), seed=1, options=backend.options()) as opened:
         opened.advertise("/rover/cmd_vel").publish(Twist(Vector3(0.5, 0.0, 0.0), Vector3(0.0, 0.0, 0.3)))
         opened.run_until(500_000_000)
         yield opened
@@ -70,7 +84,21 @@ def test_the_frames_are_a_tree_from_the_world_over_odometry_and_base_to_the_sens
         "rover/base": "rover/odom",
         "rover/arm": "rover/base",
         "rover/arm/laser": "rover/arm",
+        "tower/pole": "world",
+        "tower/pole/above": "tower/pole",
     }
+
+
+def test_what_never_moves_is_told_once_and_kept_for_those_who_come_later(world: World) -> None:
+    listener = Listener()
+    frames = Frames(world, listener)  # type: ignore[arg-type]
+    for _ in range(3):
+        frames.send(world.now_ns)
+    assert listener.latched == ["/tf_static"]
+    (told,) = listener.heard["/tf_static"]
+    assert set(frames_in(told)) == {"rover/arm/laser", "tower/pole", "tower/pole/above"}
+    assert frames_in(told)["tower/pole"][1].position == pytest.approx((1.0, 2.0, 2.5))
+    assert len(listener.heard["/tf"]) == 3
 
 
 def test_followed_up_to_the_world_each_frame_is_where_the_world_has_it(world: World) -> None:

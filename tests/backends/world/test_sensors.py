@@ -138,21 +138,21 @@ def test_a_lidar_sees_a_floor_and_a_wall_in_layers(open_world, parts, advance):
     floor = parts.prop("floor", Box((20.0, 20.0, 1.0)), Pose((0.0, 0.0, -0.5)))
     world = open_world(fixed(LIDAR, pose=Pose((0.5, 0.0, 0.5))), parts.wall(3.0), floor)
     cloud = sense(world, "/points", advance)
-    assert (cloud.height, cloud.width, cloud.header.frame_id) == (9, 41, "carrier/link")
+    assert (cloud.height, cloud.width, cloud.header.frame_id) == (9, 41, "carrier/link/lidar")
     points = point_cloud2.read_points(cloud)
-    x, y, z = (points[axis].astype(float) for axis in "xyz")
-    met = np.isfinite(x)
+    forward, y, up = (points[axis].astype(float) for axis in "xyz")  # the sensor looks down by 0.3 rad
+    met = np.isfinite(forward)
+    x = 0.1 + np.cos(0.3) * forward + np.sin(0.3) * up
+    z = 0.4 - np.sin(0.3) * forward + np.cos(0.3) * up
     on_wall, on_floor = np.abs(x - 2.5) < 1e-5, np.abs(z + 0.5) < 1e-5
     assert (on_wall | on_floor == met).all()
     assert on_wall.sum() > 50 < on_floor.sum()
     assert np.abs(y[met]).max() > 1
     # each point lies where its layer looks, as the sensor's own frame has it
-    seen = np.stack([x - 0.1, y, z - 0.4])[:, met]
-    along, down = np.cos(0.3), np.sin(0.3)
-    forward, up = along * seen[0] - down * seen[2], down * seen[0] + along * seen[2]
-    elevations = np.arctan2(up, np.hypot(forward, seen[1]))
+    level = np.hypot(forward, y)[met]
+    elevations = np.arctan2(up[met], level)
     assert elevations == pytest.approx(np.linspace(-0.6, 0.6, 9)[points["ring"][met]], abs=1e-5)
-    assert np.hypot(np.hypot(forward, seen[1]), up).max() <= 6.0
+    assert np.hypot(level, up[met]).max() <= 6.0
 
 
 def test_the_scan_of_a_lidar_is_its_middle_layer(open_world, parts, advance):

@@ -115,7 +115,7 @@ def test_an_image_is_a_ros_image_that_nobody_can_scribble_on(room: Any) -> None:
     room.run_until(40 * MS)
     image = images.latest.message
     assert (image.height, image.width, image.encoding, image.step) == (3, 4, "rgb8", 12)
-    assert image.header.frame_id == "husky/base_link"
+    assert image.header.frame_id == "husky/base_link/camera_optical_frame"
     with pytest.raises(ValueError, match="read-only"):
         image.data[0] = 0
 

@@ -12,6 +12,7 @@ from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.bodies import free_name
 from nrp_core.world.scene.model import Link
 from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.frame_names import frame_named
 from nrp_core.world.scene.reading.plugins import plugin_name
 from nrp_core.world.scene.reading.registered import ModelParts, registered
 from nrp_core.world.scene.reading.xml import Element
@@ -62,7 +63,8 @@ def link_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) -> 
         if found is None:
             _warn_of_type(sensor, reading)
         elif not found.on_joint:
-            yield found.read(sensor, mount, reading)
+            read = found.read(sensor, mount, reading)
+            yield read if read.offset is None else replace(read, frame_name=frame_named(sensor, reading))
 
 
 def _with_free_name(sensor: Element, taken: Collection[str], mount: Mount, reading: Reading) -> Element:

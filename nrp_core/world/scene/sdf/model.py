@@ -16,6 +16,7 @@ from nrp_core.world.scene.model import Joint, Link, Model
 from nrp_core.world.scene.origin import Source
 from nrp_core.world.scene.reading.actuators import Actuators, read_actuators
 from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.frame_names import Misplaced, with_frames
 from nrp_core.world.scene.reading.native import native_of
 from nrp_core.world.scene.reading.plugins import plugin_name, warn_of_plugin
 from nrp_core.world.scene.reading.registered import ModelParts
@@ -112,7 +113,17 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
     for plugin in placed.plugins:
         added, links = _read_plugin(plugin, links, joints, reading)
         acting = acting.with_others(added)
+    links, misplaced = with_frames(links, joints)
+    for each in misplaced:
+        _warn_of_frame(each, model, reading)
     return Parts(frames, tuple(_odometry_once(links, acting.drives)), tuple(rows), acting)
+
+
+def _warn_of_frame(misplaced: Misplaced, model: Element, reading: Reading) -> None:
+    holders = (link for link in model.all("link") if link.attribute("name") == misplaced.link)
+    sensors = (sensor for link in holders for sensor in link.all("sensor"))
+    where = next((each for each in sensors if each.attribute("name") == misplaced.sensor), model)
+    reading.notes.warn(where, Code.NRP346, misplaced.message, subject=misplaced.sensor)
 
 
 def _frames(model: Element, nested: Iterable[tuple[Placed, Parts]], version: tuple[int, int]) -> Frames:

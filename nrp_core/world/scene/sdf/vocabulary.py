@@ -59,7 +59,8 @@ _CHILDREN = {
     "mimic": "multiplier offset reference",
     "dynamics": "damping friction spring_reference spring_stiffness",
     "limit": "lower upper effort velocity stiffness dissipation",
-    "sensor": "always_on update_rate visualize enable_metrics topic frame pose plugin air_flow "
+    "sensor": "always_on update_rate visualize enable_metrics topic frame_id gz_frame_id ignition_frame_id "
+    "frame pose plugin air_flow "
     "air_pressure air_speed altimeter camera contact dvl force_torque gps imu lidar logical_camera "
     "magnetometer navsat ray rfid rfidtag sonar transceiver event_camera retina",
     "camera": "triggered camera_info_topic trigger_topic optical_frame_id horizontal_fov image clip save "

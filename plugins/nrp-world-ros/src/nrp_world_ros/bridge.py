@@ -11,7 +11,7 @@ from nrp_core.world import Closing, Code, Direction, Findings, Stamped, Subscrip
 from nrp_core.world.messages.base import Time
 
 from nrp_world_ros.calls import Calls
-from nrp_world_ros.frames import TF, Frames
+from nrp_world_ros.frames import TF, TF_STATIC, Frames
 from nrp_world_ros.lockstep import Sent
 from nrp_world_ros.node import Node, Publisher, ros_type
 from nrp_world_ros.times import CLOCK
@@ -34,7 +34,7 @@ class Bridge(Closing):
     """Transfers messages between a world and ROS on request.
 
     A topic without subscribers in ROS costs nothing. Besides the world's own topics and services there are
-    ``/clock`` and, with the links of all models that can move, ``/tf``.
+    ``/clock``, ``/tf`` with the links of all models that can move, and ``/tf_static``.
 
     Args:
         world: the world.
@@ -81,7 +81,7 @@ class Bridge(Closing):
     @property
     def outgoing(self) -> list[str]:
         """The topics that ROS can subscribe to."""
-        return [*self._outlets, CLOCK, TF]
+        return [*self._outlets, CLOCK, TF, TF_STATIC]
 
     def _connect(self, info: TopicInfo) -> None:
         if info.response is not None:

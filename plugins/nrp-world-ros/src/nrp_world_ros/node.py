@@ -50,8 +50,13 @@ class Node(Closing):
         self.inbox = Inbox()
 
     @abstractmethod
-    def publisher(self, topic: str, cls: type) -> Publisher:
+    def publisher(self, topic: str, cls: type, *, latched: bool = False) -> Publisher:
         """Return the publisher on a topic; the same one for each call.
+
+        Args:
+            topic: the topic.
+            cls: class of the messages.
+            latched: whether a later subscriber gets the last message.
 
         Raises:
             TopicError: this ROS does not support such messages.

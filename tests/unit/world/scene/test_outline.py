@@ -30,6 +30,7 @@ def test_topics_are_served_or_listened_to() -> None:
     (husky,) = read_scene(HUSKY).models
     assert topics_of(husky) == [
         SceneTopic("/husky/camera", False, "camera"),
+        SceneTopic("/husky/camera/camera_info", False, "camera"),
         SceneTopic("/husky/cmd_vel", True, "husky_diff_controller"),
         SceneTopic("/husky/odom", False, "husky_diff_controller"),
         SceneTopic("/husky/wheel_speeds", False, "husky_diff_controller"),

@@ -88,7 +88,18 @@ def test_the_camera_sees_what_the_papers_did(husky: Model) -> None:
     eye = husky.link("eye_vision_camera")
     assert eye.pose.position == (-0.16, 0, 0.23)
     assert eye.sensors == (
-        Camera("camera", "/husky/camera", 30, 1.57, 320, 240, 0.1, 100, Pose((0, 0, 0.132))),
+        Camera(
+            "camera",
+            "/husky/camera",
+            30,
+            1.57,
+            320,
+            240,
+            0.1,
+            100,
+            Pose((0, 0, 0.132)),
+            info_topic="/husky/camera/camera_info",
+        ),
     )
 
 

@@ -56,12 +56,12 @@ class Ros1Node(Node):
         self._services: list[Any] = []
         self._checked_s = time.monotonic()
 
-    def publisher(self, topic: str, cls: type) -> Publisher:
+    def publisher(self, topic: str, cls: type, *, latched: bool = False) -> Publisher:
         if topic not in self._publishers:
             kind = wire_type(self.codec.name(cls))
             self._require_master()
             self._publishers[topic] = _Ros1Publisher(
-                self._rospy.Publisher(topic, kind, queue_size=self._queue), kind
+                self._rospy.Publisher(topic, kind, queue_size=self._queue, latch=latched), kind
             )
         return self._publishers[topic]
 

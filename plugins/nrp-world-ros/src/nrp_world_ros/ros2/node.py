@@ -78,12 +78,13 @@ class Ros2Node(Node):
         self._writers.clear()
         self.inbox.take()
 
-    def publisher(self, topic: str, cls: type) -> Publisher:
+    def publisher(self, topic: str, cls: type, *, latched: bool = False) -> Publisher:
         if topic not in self._writers:
             from cyclonedds.pub import DataWriter
 
             name = self._type_name(cls)
-            writer = DataWriter(self._participant, self._topic(topic, name), qos=self._qos(name, self._queue))
+            qos = self._qos(name, self._queue, latched=latched)
+            writer = DataWriter(self._participant, self._topic(topic, name), qos=qos)
             self._writers[topic] = _Ros2Publisher(topic, writer, self.codec, lossy=self._queue > 0)
         return self._writers[topic]
 
@@ -107,14 +108,14 @@ class Ros2Node(Node):
         except DDSException as error:
             raise TopicError(f"{topic} cannot be a topic of ROS 2: {error}") from error
 
-    def _qos(self, name: str, queue: int) -> Any:
-        """Return ROS 2's default quality of service: reliable, and volatile for late subscribers."""
+    def _qos(self, name: str, queue: int, *, latched: bool = False) -> Any:
+        """Return ROS 2's default quality of service, reliable; late subscribers get what is latched."""
         from cyclonedds.core import Policy, Qos
 
         return Qos(
             Policy.Reliability.Reliable(int((_HARDLY_S if queue else _HELD_UP_S) * NS_PER_S)),
-            Policy.Durability.Volatile,
-            Policy.History.KeepLast(queue) if queue else Policy.History.KeepAll,
+            Policy.Durability.TransientLocal if latched else Policy.Durability.Volatile,
+            Policy.History.KeepLast(1 if latched else queue) if latched or queue else Policy.History.KeepAll,
             Policy.IgnoreLocal.Participant,
             Policy.DataRepresentation(use_cdrv0_representation=True),
             Policy.Userdata(f"typehash={self.codec.hash(name)};".encode()),
