@@ -48,7 +48,7 @@ def generate(
 
 
 def _text(file: Path, *, reverse: bool, imports: bool) -> str:
-    from nrp_bibi.generate.transformation import generate as generated
+    from nrp_bibi.generation.transformation import generate as generated
     from nrp_bibi.writer import bibi_text
 
     model = _model(file, reverse=reverse)

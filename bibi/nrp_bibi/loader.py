@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from types import ModuleType
 
-from nrp_bibi.generate.transformation import transformed
+from nrp_bibi.generation.transformation import transformed
 from nrp_bibi.reader import read_bibi
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading.listing import Listing

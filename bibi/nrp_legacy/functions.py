@@ -6,8 +6,8 @@ import ast
 from collections.abc import Iterator
 from dataclasses import replace
 
-from nrp_bibi.generate.part import Part
-from nrp_bibi.generate.transformation import transformed
+from nrp_bibi.generation.part import Part
+from nrp_bibi.generation.transformation import transformed
 from nrp_bibi.reader import model_of
 
 from nrp_core._support.xml import Element

@@ -1,7 +1,7 @@
 """Find the commands: those of the core, and those that other packages add.
 
 An entry point in ``nrp_core.commands`` names a function or a Typer app. A command is imported when it is
-called; ``nrp --help`` imports those of the core and reads only the metadata of the others.
+called; ``nrp --help`` imports those of this distribution and reads only the metadata of the others.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ from nrp_core.cli.commands import COMMANDS
 from nrp_core.cli.failure import complain
 from nrp_core.registry import Provider, Registry
 
+_OURS = "nrp-core"
+"""The distribution of the core."""
 _ALIKE = 0.85
 """Minimum similarity, from 0 to 1, of a name and its misspelling."""
 
@@ -84,10 +86,13 @@ class CommandGroup(TyperGroup):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the list of commands for the help text."""
-        rows = [(name, _summary(name)) for name in COMMANDS]
+        ours = {name: core_function(name) for name in COMMANDS}
+        ours |= {name: ADDED.load(name) for name, one in self._added.items() if one.distribution == _OURS}
         with formatter.section("Commands"):
-            formatter.write_dl(rows)
-        others = [(name, f"added by {_owner(added)}") for name, added in self._added.items()]
+            formatter.write_dl([(name, _summary(name, function)) for name, function in ours.items()])
+        others = [
+            (name, f"added by {_owner(added)}") for name, added in self._added.items() if name not in ours
+        ]
         if others:
             with formatter.section("Commands of other packages"):
                 formatter.write_dl(others)
@@ -110,9 +115,8 @@ class Command(TyperCommand):
         return super().parse_args(ctx, args)
 
 
-def _summary(name: str) -> str:
-    """Return the line about a command of the core, without making its options."""
-    function = core_function(name)
+def _summary(name: str, function: Callable[..., None]) -> str:
+    """Return the line about a command, without making its options."""
     return TyperCommand(name, help=getdoc(function)).get_short_help_str(120)
 
 

@@ -18,8 +18,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 from nrp_bibi import Bibi, generate, parse_bibi, read_bibi
-from nrp_bibi.generate.expressions import as_python
-from nrp_bibi.generate.selectors import selection
+from nrp_bibi.generation.expressions import as_python
+from nrp_bibi.generation.selectors import selection
 from nrp_bibi.model.channels import DeviceChannel, DeviceType, Local
 from nrp_bibi.model.expressions import (
     Add,

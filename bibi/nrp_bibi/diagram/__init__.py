@@ -11,7 +11,7 @@ from nrp_bibi.diagram.blocks import row_of_blocks
 from nrp_bibi.diagram.python import rows_of_python
 from nrp_bibi.diagram.rows import Device, Row, Topic
 from nrp_bibi.diagram.shapes import GAP, Arrow, Card, Drawing, height_of, stacked
-from nrp_bibi.generate.transformation import transformed
+from nrp_bibi.generation.transformation import transformed
 from nrp_bibi.model.functions import Bibi, BIBITransferFunction, PythonTransferFunction
 from nrp_bibi.templates import environment
 from nrp_bibi.writer import escaped

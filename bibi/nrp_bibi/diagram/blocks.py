@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from nrp_bibi.diagram.rows import CODE_WIDTH, Device, Row, Topic
-from nrp_bibi.generate.expressions import as_python
-from nrp_bibi.generate.selectors import selection
-from nrp_bibi.generate.walk import channels, parts
+from nrp_bibi.generation.expressions import as_python
+from nrp_bibi.generation.selectors import selection
+from nrp_bibi.generation.walk import channels, parts
 from nrp_bibi.model.channels import AnyDevice, TopicChannel
 from nrp_bibi.model.functions import BIBITransferFunction
 from nrp_bibi.model.selectors import NeuronSelector, NeuronSelectorTemplate

@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Iterator, Sequence
 
 from nrp_bibi.diagram.rows import CODE_WIDTH, Device, Row, Topic
-from nrp_bibi.generate.part import Part
+from nrp_bibi.generation.part import Part
 from nrp_bibi.model.functions import PythonTransferFunction
 from nrp_core.analysis.declarations import Declarations
 from nrp_core.analysis.declared import Declared

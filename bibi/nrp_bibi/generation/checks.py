@@ -6,8 +6,8 @@ import keyword
 from collections.abc import Iterable
 from pathlib import Path
 
-from nrp_bibi.generate.hiding import hidden
-from nrp_bibi.generate.walk import bodies, channels, parts
+from nrp_bibi.generation.hiding import hidden
+from nrp_bibi.generation.walk import bodies, channels, parts
 from nrp_bibi.model.channels import AnyDevice
 from nrp_bibi.model.expressions import ArgumentReference, Call, FlowExpression
 from nrp_bibi.model.functions import (

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from nrp_bibi.generate.expressions import in_framework
-from nrp_bibi.generate.walk import channels, parts
+from nrp_bibi.generation.expressions import in_framework
+from nrp_bibi.generation.walk import channels, parts
 from nrp_bibi.model.channels import TopicChannel
 from nrp_bibi.model.expressions import Call
 from nrp_bibi.model.functions import Bibi, BIBITransferFunction

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from nrp_bibi.generate.checks import Checker
-from nrp_bibi.generate.expressions import as_python
-from nrp_bibi.generate.imports import imports
-from nrp_bibi.generate.part import Part
-from nrp_bibi.generate.selectors import selection
-from nrp_bibi.generate.settings import settings, timing
-from nrp_bibi.generate.walk import bodies, channels
+from nrp_bibi.generation.checks import Checker
+from nrp_bibi.generation.expressions import as_python
+from nrp_bibi.generation.imports import imports
+from nrp_bibi.generation.part import Part
+from nrp_bibi.generation.selectors import selection
+from nrp_bibi.generation.settings import settings, timing
+from nrp_bibi.generation.walk import bodies, channels
 from nrp_bibi.model.channels import AnyDevice, TopicChannel
 from nrp_bibi.model.functions import (
     Bibi,

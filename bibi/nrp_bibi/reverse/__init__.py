@@ -8,8 +8,8 @@ from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 
-from nrp_bibi.generate.imports import imports
-from nrp_bibi.generate.transformation import generate
+from nrp_bibi.generation.imports import imports
+from nrp_bibi.generation.transformation import generate
 from nrp_bibi.model.functions import Bibi, BIBITransferFunction, PythonTransferFunction, TransferFunction
 from nrp_bibi.reverse.functions import as_function
 from nrp_bibi.reverse.imported import bound_by, imported, written_out

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Set
 
-from nrp_bibi.generate.expressions import FUNCTIONS, OPERATIONS
+from nrp_bibi.generation.expressions import FUNCTIONS, OPERATIONS
 from nrp_bibi.model.expressions import (
     Argument,
     ArgumentReference,

@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterator, Mapping
 from copy import deepcopy
 
-from nrp_bibi.generate.expressions import in_framework
+from nrp_bibi.generation.expressions import in_framework
 from nrp_bibi.reverse.refusal import NotExpressibleError
 
 

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 from nrp_bibi import Bibi, bibi_text, parse_bibi, read_bibi
-from nrp_bibi.generate.walk import channels, parts
+from nrp_bibi.generation.walk import channels, parts
 from nrp_bibi.model.channels import AnyDevice, TopicChannel
 from nrp_bibi.model.functions import BIBITransferFunction, Neuron2Robot, PythonTransferFunction
 from nrp_bibi.model.selectors import NeuronSelector, NeuronSelectorTemplate

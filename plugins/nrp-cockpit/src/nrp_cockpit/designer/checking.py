@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from nrp_bibi.generate.part import Part
-from nrp_bibi.generate.transformation import transformed
+from nrp_bibi.generation.part import Part
+from nrp_bibi.generation.transformation import transformed
 from nrp_bibi.model.functions import Bibi
 from nrp_bibi.writer import bibi_text
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 
-from nrp_bibi.generate.walk import channels
+from nrp_bibi.generation.walk import channels
 from nrp_bibi.model.channels import TopicChannel
 from nrp_bibi.model.expressions import Call
 from nrp_bibi.model.functions import Bibi, BIBITransferFunction

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from nrp_bibi.generate.walk import parts
+from nrp_bibi.generation.walk import parts
 from nrp_bibi.model.channels import AnyDevice, DeviceChannel, Local, TopicChannel
 from nrp_bibi.model.expressions import ArgumentReference, Call
 from nrp_bibi.model.functions import (

@@ -7,7 +7,7 @@ import re
 from dataclasses import replace
 from typing import Any
 
-from nrp_bibi.generate.walk import channels
+from nrp_bibi.generation.walk import channels
 from nrp_bibi.model.expressions import ArgumentReference, FlowExpression
 from nrp_bibi.model.functions import Bibi, BIBITransferFunction, ChannelTransferFunction
 from nrp_bibi.model.metamodel import Node

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 from typing import Any
 
-from nrp_bibi.generate.walk import channels
+from nrp_bibi.generation.walk import channels
 from nrp_bibi.model.channels import DeviceChannel, DeviceType
 from nrp_bibi.model.expressions import Constant, FlowExpression
 from nrp_bibi.model.functions import (

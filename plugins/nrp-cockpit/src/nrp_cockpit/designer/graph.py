@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from nrp_bibi.generate.walk import parts
+from nrp_bibi.generation.walk import parts
 from nrp_bibi.model.channels import AnyDevice, Local, TopicChannel
 from nrp_bibi.model.functions import (
     Bibi,

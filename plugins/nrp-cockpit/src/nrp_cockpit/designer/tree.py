@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from nrp_bibi.generate.expressions import as_python
-from nrp_bibi.generate.selectors import selection
+from nrp_bibi.generation.expressions import as_python
+from nrp_bibi.generation.selectors import selection
 from nrp_bibi.model.expressions import FlowExpression
 from nrp_bibi.model.metamodel import Feature, Node, Value, features
 from nrp_bibi.model.selectors import NeuronGroupSelector, NeuronSelector
