@@ -24,7 +24,7 @@ from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.layout import MCAP_NAME, Images
 
 EXPERIMENT = "braitenberg_husky"
-LIMITS = {Images.OFF: 0.05, Images.EXACT: 0.15}
+LIMITS = {Images.OFF: 0.10, Images.EXACT: 0.15}
 ROUND_S = 0.5
 WARM_UP_S = 1.0
 PERIOD_S = 0.02
