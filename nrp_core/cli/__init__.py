@@ -1,6 +1,6 @@
 """The command line, ``nrp``; scripts may rely on its options, JSON and exit codes.
 
-Exit codes: 0 success; 1 the answer is no, or a run failed; 2 wrong usage; 3 an experiment is not valid;
+Exit codes: 0 success; 1 a negative result or a failed run; 2 wrong usage; 3 an experiment is not valid;
 4 a backend is missing; 130 interrupted by Ctrl-C, SIGTERM or SIGHUP.
 """
 

@@ -72,7 +72,7 @@ def _listed(names: Iterable[str], empty: str) -> str:
 
 def world_lacks(backend: str, need: str) -> str:
     """Return the clause about a capability that a world backend does not have."""
-    return f"the world backend '{backend}' has no {need}"
+    return f"the world backend '{backend}' lacks the capability '{need}'"
 
 
 def unmoved(model: str) -> str:

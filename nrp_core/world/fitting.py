@@ -1,4 +1,4 @@
-"""What an experiment adds to a robot: how it stands, and how its joints are commanded."""
+"""The additions of an experiment to a robot: how it stands, and how its joints are commanded."""
 
 from __future__ import annotations
 

@@ -276,7 +276,10 @@ def test_a_sensor_that_the_world_does_not_simulate_is_named(
     monkeypatch.setattr(MujocoBackend, "capabilities", lambda self, options: blind)
     (finding,) = [one for one in validate_file(husky) if one.level is Level.WARNING]
     assert finding.code.name == "NRP216"
-    assert finding.message == "'camera' gets no messages: the world backend 'mujoco' has no renderers"
+    assert (
+        finding.message
+        == "'camera' gets no messages: the world backend 'mujoco' lacks the capability 'renderers'"
+    )
     assert finding.path == husky / "listing2.py"
 
 
@@ -288,7 +291,7 @@ def test_wheels_that_the_world_does_not_turn_are_named(husky: Path, monkeypatch:
         "@nrp.Robot2Neuron()\ndef listen(t, wheels):\n    print(wheels.value)\n"
     )
     warned = [one.message for one in validate_file(husky) if one.level is Level.WARNING]
-    assert "'wheels' gets no messages: the world backend 'mujoco' has no dynamics" in warned
+    assert "'wheels' gets no messages: the world backend 'mujoco' lacks the capability 'dynamics'" in warned
 
 
 def refused(folder: Path, monkeypatch: pytest.MonkeyPatch, **has: Any) -> list[str]:
@@ -305,14 +308,17 @@ def test_joints_that_the_world_does_not_drive_are_named(monkeypatch: pytest.Monk
     shipped = Path(nrp_experiments.__path__[0])
     walker, head = shipped / "walking_hexapod", shipped / "following_head"
     *sent, held = refused(walker, monkeypatch)
-    assert held == "'hexapod' holds front_left_delta: the world backend 'mujoco' has no joint_control"
+    assert (
+        held
+        == "'hexapod' holds front_left_delta: the world backend 'mujoco' lacks the capability 'joint_control'"
+    )
     assert all(told.startswith("nothing reacts to messages on '/hexapod/") for told in sent)
     assert len(sent) == 12
     (told, *_) = refused(walker, monkeypatch, joint_control=True, dynamics=False)
-    assert told == "'hexapod' could not move: the world backend 'mujoco' has no dynamics"
+    assert told == "'hexapod' could not move: the world backend 'mujoco' lacks the capability 'dynamics'"
     told = "; ".join(refused(head, monkeypatch))
     assert "nothing reacts to messages on '/pan_tilt/" in told
-    assert "has no joint_control" in told
+    assert "lacks the capability 'joint_control'" in told
 
 
 def test_joints_that_the_world_does_not_have_are_named(husky: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -321,7 +327,9 @@ def test_joints_that_the_world_does_not_have_are_named(husky: Path, monkeypatch:
     string = f'<link name="bead"/><joint name="string" type="ball">{ends}</joint></model>'
     robot.write_text(robot.read_text().replace("</model>", string))
     (told,) = refused(husky, monkeypatch)
-    assert told == "'husky/string' could not move: the world backend 'mujoco' has no ball_joints"
+    assert (
+        told == "'husky/string' could not move: the world backend 'mujoco' lacks the capability 'ball_joints'"
+    )
     assert refused(husky, monkeypatch, ball_joints=True) == []
 
 
@@ -335,7 +343,10 @@ def test_changes_that_the_world_refuses_are_named(husky: Path, monkeypatch: pyte
         )
     )
     told = refused(husky, monkeypatch)
-    assert told == ["nothing reacts to '/gazebo/set_model_state': the world backend 'mujoco' has no changes"]
+    assert told == [
+        "nothing reacts to '/gazebo/set_model_state': "
+        "the world backend 'mujoco' lacks the capability 'changes'"
+    ]
     assert refused(husky, monkeypatch, changes=True) == []
 
 

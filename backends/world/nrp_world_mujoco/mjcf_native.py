@@ -1,4 +1,4 @@
-"""What MJCF says beyond a scene, written as elements for MuJoCo (:mod:`.native`, :mod:`.mechanisms`).
+"""The parts of MJCF that a scene cannot express, as elements for MuJoCo (:mod:`.native`, :mod:`.mechanisms`).
 
 Values come from the compiled model, so that defaults and classes of the file are resolved. Only those that
 differ from MuJoCo's own defaults are written.

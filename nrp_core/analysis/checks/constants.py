@@ -1,4 +1,4 @@
-"""Expressions that look computed, and have one value, or one of two, whatever they are computed from."""
+"""Expressions that look computed but have a fixed value, or one of two, for all inputs."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def doctor(json: Json = False) -> None:
-    """List what this machine lacks and the consequences.
+    """List the things that this machine lacks, and what does not work without them.
 
     Fail if no brain backend or no world backend can run here.
     """

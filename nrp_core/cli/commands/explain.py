@@ -27,7 +27,7 @@ def explain(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Explain a code of `nrp validate`: its meaning, why it matters and how to fix it."""
+    """Explain the code of a finding: its meaning, why it matters and how to fix it."""
     from nrp_core.errors import did_you_mean
     from nrp_core.findings import Code
 

@@ -19,11 +19,11 @@ FIGURES = ("run", "raster", "trajectory", "devices", "camera")
 
 def plot(
     recording: Annotated[Path, typer.Argument(metavar="DIR", help="A folder made by nrp run --record.")],
-    what: Annotated[
+    kind: Annotated[
         str,
         typer.Argument(
-            metavar="WHAT",
-            envvar="NRP_WHAT",
+            metavar="FIGURE",
+            envvar="NRP_FIGURE",
             help=f"The figure to draw: {', '.join(FIGURES)}.",
             autocompletion=beginning_with(lambda: FIGURES),
         ),
@@ -35,7 +35,7 @@ def plot(
             "-o",
             metavar="FILE",
             envvar="NRP_OUTPUT",
-            help="A .png, .svg or .pdf file; by default WHAT.png in the current folder.",
+            help="A .png, .svg or .pdf file; by default FIGURE.png in the current folder.",
         ),
     ] = None,
     size: Annotated[
@@ -74,10 +74,10 @@ def plot(
 
     with usage_errors("DIR"):
         source = Recording(recording)
-    with usage_errors("WHAT"):
-        if what not in (known := [one.value for one in figure.What]):
-            raise ValueError(f"unknown figure '{what}'{did_you_mean(what, known)}")
-    target = output or Path(f"{what}.png")
+    with usage_errors("FIGURE"):
+        if kind not in (known := [one.value for one in figure.What]):
+            raise ValueError(f"unknown figure '{kind}'{did_you_mean(kind, known)}")
+    target = output or Path(f"{kind}.png")
     with usage_errors("--output"):
         figure.check_target(target)
     if not source.complete:
@@ -87,10 +87,10 @@ def plot(
             color="yellow",
         )
     options = _options(size, dpi, begin, until, panels, style)
-    if options.crowded and what == figure.What.RUN:
+    if options.crowded and kind == figure.What.RUN:
         advice = "at least 150x100mm, choose --panels, or draw one part, such as 'raster'"
         complain(f"the texts of all panels overlap on {size}: use {advice}", label="note", color="yellow")
-    figure.plot(source, target, figure.What(what), options)
+    figure.plot(source, target, figure.What(kind), options)
     if json:
         document({"figure": target, "complete": source.complete})
     else:

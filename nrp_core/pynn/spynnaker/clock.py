@@ -1,7 +1,7 @@
 """Simulated time for the threads of a script: to sleep there means to wait for the simulation.
 
 One thread works at a time: the simulation goes on when all others sleep or have ended. So what callbacks send
-does not depend on the machine. A callback that waits for something else than time goes on beside the
+does not depend on the machine. A callback that waits for something other than time goes on beside the
 simulation after a short wait.
 """
 

@@ -1,4 +1,4 @@
-"""What is around a scene: the Earth's magnetic field, its atmosphere, and the place on the Earth."""
+"""The surroundings of a scene: the Earth's magnetic field, its atmosphere, and the place on the Earth."""
 
 from __future__ import annotations
 

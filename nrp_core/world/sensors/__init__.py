@@ -1,1 +1,4 @@
-"""Sensors: each reads the engine and creates messages."""
+"""Sensors, one module each: its data, its element in files, and the messages it publishes.
+
+To add one, add its module and name it under ``nrp_core.sensors`` in ``pyproject.toml``.
+"""

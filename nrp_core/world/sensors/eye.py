@@ -1,4 +1,4 @@
-"""What eyes share: sensors whose messages are computed from the images of a camera."""
+"""Eyes: sensors whose messages are computed from the images of a camera."""
 
 from __future__ import annotations
 

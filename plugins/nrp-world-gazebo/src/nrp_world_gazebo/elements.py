@@ -1,4 +1,4 @@
-"""Bodies as SDF: what Gazebo is told of a model that has no file of its own."""
+"""Bodies as SDF, for models that have no file of their own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is being drawn: its states, with a way back, and its file."""
+"""A drawing in progress: its states, with undo, and its file."""
 
 from __future__ import annotations
 

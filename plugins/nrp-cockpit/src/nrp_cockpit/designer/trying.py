@@ -1,4 +1,4 @@
-"""What is drawn, tried out: checked with the experiment, and run."""
+"""Try a drawing: check it with the experiment, and run it."""
 
 from __future__ import annotations
 
