@@ -226,17 +226,16 @@ class PopulationSpikes(Signal):
         spikes = self._port.take()
         if not len(spikes):
             return
-        if len(self._labels) == 1:
-            add(self._entry(now_ns, 0, spikes.neurons, spikes.times_ms))
-            return
         owners = np.searchsorted(self._offsets, spikes.neurons, side="right") - 1
-        for owner in dict.fromkeys(owners.tolist()):
-            chosen = owners == owner
-            ids = spikes.neurons[chosen] - self._offsets[owner]
-            add(self._entry(now_ns, owner, ids, spikes.times_ms[chosen]))
+        for owner, count in enumerate(np.bincount(owners).tolist()):
+            if count == len(spikes):  # most steps of most experiments
+                add(self._entry(now_ns, owner, spikes.neurons, spikes.times_ms))
+            elif count:
+                chosen = owners == owner
+                add(self._entry(now_ns, owner, spikes.neurons[chosen], spikes.times_ms[chosen]))
 
-    def _entry(self, now_ns: int, owner: int, ids: IntArray, times_ms: FloatArray) -> RecordEntry:
-        parts = self._encoders[owner](now_ns, ids, times_ms)
+    def _entry(self, now_ns: int, owner: int, neurons: IntArray, times_ms: FloatArray) -> RecordEntry:
+        parts = self._encoders[owner](now_ns, neurons - self._offsets[owner], times_ms)
         return RecordEntry(now_ns, self._topics[owner], nrp_msgs.Spikes, self._about, parts)
 
     def close(self) -> None:

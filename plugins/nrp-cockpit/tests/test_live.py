@@ -112,6 +112,17 @@ def test_a_body_that_is_placed_while_nothing_runs_is_seen_there_at_once(visitor:
     assert seen[-1].payload != seen[-2].payload
 
 
+@pytest.mark.parametrize("topic", ["/tf", "/gazebo/model_states"])
+def test_poses_are_those_of_the_last_step_although_not_each_step_sends_them(
+    visitor: Visitor, topic: str
+) -> None:
+    visitor.subscribe(topic)
+    for n, end_ns in ((1, 20_000_000), (1, 40_000_000), (1, 60_000_000), (17, 400_000_000)):
+        visitor.call("step", n=n)
+        visitor.until(lambda end_ns=end_ns: visitor.heard[topic] and visitor.heard[topic][-1].t_ns == end_ns)
+    assert len({heard.t_ns for heard in visitor.heard[topic]}) < 15  # of 20 steps
+
+
 def test_the_future_is_lived_as_it_was_until_somebody_steers(opened: Cockpit, visitor: Visitor) -> None:
     visitor.call("step", n=2)
     visitor.call("publish", topic=COLOUR, value="red")

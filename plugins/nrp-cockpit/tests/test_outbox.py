@@ -18,7 +18,7 @@ CHANNELS = EVERY | LATEST
 
 
 def sent(channel: Channel, t_ns: int, size: int = 1) -> Sent:
-    return Sent(channel, t_ns, bytes(size))
+    return Sent(channel, t_ns, (bytes(size),))
 
 
 def taken(outbox: Outbox) -> list[tuple[int, Sent]]:

@@ -8,11 +8,14 @@ from contextlib import suppress
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from nrp_cockpit.wire import protocol
+from nrp_cockpit.wire.frames import frame
 from nrp_cockpit.wire.protocol import ClientMessage, ProtocolError, ServiceRequest
 from requests_of_clients import client_message, service_request
+from websockets.frames import Frame, Opcode
+from websockets.streams import StreamReader
 
 ids = st.integers(0, (1 << 32) - 1)
 times_ns = st.integers(0, (1 << 64) - 1)
@@ -42,9 +45,32 @@ def test_a_text_is_read_as_it_was_written(operation: str, fields: dict[str, Any]
 
 @given(ids, times_ns, st.binary(max_size=200))
 def test_data_are_read_as_they_were_written(subscription: int, t_ns: int, payload: bytes) -> None:
-    frame = protocol.data(subscription, t_ns, payload)
+    frame = protocol.data_head(subscription, t_ns) + payload
     assert struct.unpack_from("<BIQ", frame) == (1, subscription, t_ns)
     assert frame[13:] == payload
+
+
+@given(st.one_of(st.text(max_size=200), st.lists(st.binary(max_size=200), max_size=3)))
+@example("")
+@example([bytes(125)])
+@example([bytes(60), bytes(66)])
+@example([bytes((1 << 16) - 1)])
+@example([b"head", bytes(1 << 16)])
+def test_a_message_in_its_frame_is_read_by_another_program_as_it_was_written(
+    message: str | list[bytes],
+) -> None:
+    reader = StreamReader()
+    for piece in frame(message):
+        reader.feed_data(piece)
+    reader.feed_eof()
+    reading = Frame.parse(reader.read_exact, mask=False)
+    with pytest.raises(StopIteration) as found:
+        next(reading)
+    is_text = isinstance(message, str)
+    expected = message.encode() if isinstance(message, str) else b"".join(message)
+    assert found.value.value == Frame(Opcode.TEXT if is_text else Opcode.BINARY, expected)
+    with pytest.raises(StopIteration):
+        next(reader.read_to_eof(0))
 
 
 @given(ids, ids, st.binary(max_size=200))

@@ -88,6 +88,8 @@ class Viewer:
         elif sent.channel.topic in self.topics:
             self.heard.append(sent)
 
+    def flush(self) -> None: ...
+
     def subscribe(self, *topics: str) -> None:
         for topic in topics:
             self.topics.add(topic)

@@ -2,6 +2,7 @@ import { useMemo, useRef } from "react";
 import { useSpikes } from "../plots/spikeStore";
 import { useRun } from "../state/run";
 import type { Experiment } from "../state/types";
+import { counted } from "../ui/counts";
 import { Empty, Panel } from "../ui/Panel";
 import { GraphView } from "./GraphView";
 import { layGraph } from "./graph";
@@ -19,9 +20,6 @@ export function BrainPanel() {
     </Panel>
   );
 }
-
-const counted = (count: number, word: string) =>
-  `${count.toLocaleString("en")} ${word}${count === 1 ? "" : "s"}`;
 
 const KEY = (
   <span className="row wide" aria-hidden="true">

@@ -1,4 +1,5 @@
 import type { Selection } from "../state/selection";
+import { thousands } from "../ui/counts";
 import type { Placed } from "./graph";
 import type { Part } from "./nodes";
 import { selecting } from "./selecting";
@@ -89,7 +90,7 @@ function Box({ node: { part, x, y, rx, ry } }: { node: Placed }) {
       </text>
       <text className="brain-rate" x={left + 8} y={top + 27} />
       <text className="brain-rate-size" x={x + rx - 8} y={top + 27} textAnchor="end">
-        {part.population.size.toLocaleString("en")}
+        {thousands(part.population.size)}
       </text>
       <rect className="brain-bar" x={left + 8} y={y + ry - 7} width={2 * rx - 16} height="3" rx="1.5" />
       <rect className="brain-bar-on" x={left + 8} y={y + ry - 7} width={2 * rx - 16} height="3" rx="1.5" />

@@ -1,6 +1,7 @@
 import { useRun } from "../state/run";
 import { type Selection, select } from "../state/selection";
 import type { Experiment, Population, Projection } from "../state/types";
+import { counted } from "../ui/counts";
 import { Empty } from "../ui/Panel";
 import { Numbers } from "./BodyTopics";
 import { devicesOf, synapsesOf, weightsOf } from "./brainFacts";
@@ -15,9 +16,6 @@ function Link({ to, children }: { to: Selection; children: string }) {
     </button>
   );
 }
-
-const counted = (count: number, word: string) =>
-  `${count.toLocaleString("en")} ${word}${count === 1 ? "" : "s"}`;
 
 const weightText = (weight: number) => Number(weight.toPrecision(3)).toString();
 

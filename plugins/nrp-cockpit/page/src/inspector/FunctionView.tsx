@@ -2,6 +2,7 @@ import { command } from "../state/commands";
 import { openPlace } from "../state/place";
 import { useBlocked, useRun } from "../state/run";
 import { Button } from "../ui/Button";
+import { thousands } from "../ui/counts";
 import { Empty } from "../ui/Panel";
 import { Switch } from "../ui/Switch";
 import { Fact, Facts, Section, Title } from "./Facts";
@@ -18,7 +19,7 @@ export function FunctionView({ name }: { name: string }) {
         <Facts>
           <Fact name="Flow">{one.flow}</Fact>
           <Fact name="Place">{`${one.file.split("/").at(-1)}:${one.line}`}</Fact>
-          <Fact name="Calls">{one.calls.toLocaleString("en")}</Fact>
+          <Fact name="Calls">{thousands(one.calls)}</Fact>
           <Fact name="Mean time per call">{`${one.mean_ms.toFixed(3)} ms`}</Fact>
         </Facts>
         <div className="row">

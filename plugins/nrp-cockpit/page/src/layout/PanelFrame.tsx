@@ -1,6 +1,8 @@
 import { type DragEvent, type HTMLAttributes, useMemo } from "react";
+import { useAfterPicture } from "../state/picture";
 import { setFull, useView } from "../state/view";
 import { IconButton } from "../ui/Button";
+import { Panel } from "../ui/Panel";
 import { PanelContext } from "../ui/panelContext";
 import { rooms } from "./rooms";
 import { swap } from "./store";
@@ -19,7 +21,9 @@ const headProps = (id: PanelId): HTMLAttributes<HTMLDivElement> => ({
 /** A place in the layout: the room that stands there, its full-size button, and its head as a handle to move it. */
 export function PanelFrame({ id }: { id: PanelId }) {
   const full = useView((state) => state.full === id);
-  const Room = rooms[id].component;
+  const { component: Room, title } = rooms[id];
+  const after = useAfterPicture();
+  const comes = after || id === "scene";
   const frame = useMemo(
     () => ({
       headProps: headProps(id),
@@ -46,9 +50,7 @@ export function PanelFrame({ id }: { id: PanelId }) {
   return (
     // biome-ignore lint/a11y/noStaticElementInteractions: only a place to drop on; the menu of the layout does the same
     <div className="frame" data-panel={id} tabIndex={-1} onDragOver={over} onDrop={drop}>
-      <PanelContext value={frame}>
-        <Room />
-      </PanelContext>
+      <PanelContext value={frame}>{comes ? <Room /> : <Panel title={title}>{null}</Panel>}</PanelContext>
     </div>
   );
 }

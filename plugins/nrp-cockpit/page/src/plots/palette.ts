@@ -14,6 +14,8 @@ export interface Palette {
   actor: string;
   /** The colours of curves, in the order in which they are given. */
   curves: readonly string[];
+  /** The font of small print. */
+  font: string;
 }
 
 export const CURVE_COLOURS = [
@@ -42,5 +44,6 @@ export function readPalette(): Palette {
     circuit: colour("--d-vermillion"),
     actor: colour("--d-green"),
     curves: CURVE_COLOURS.map(colour),
+    font: `11px ${getComputedStyle(document.body).fontFamily}`,
   };
 }

@@ -101,6 +101,6 @@ export function drawEvents(
 }
 
 /** Sets the font of the page at the size of small print. */
-export function setFont({ pen }: Sheet): void {
-  pen.font = `11px ${getComputedStyle(pen.canvas).fontFamily}`;
+export function setFont({ pen, colours }: Sheet): void {
+  pen.font = colours.font;
 }

@@ -13,6 +13,14 @@ export interface Sheet {
   colours: Palette;
 }
 
+/** As it was last observed: to ask the element in each frame would lay out the page in each. */
+interface Size {
+  readonly width: number;
+  readonly height: number;
+}
+
+const NO_SIZE: Size = { width: 0, height: 0 };
+
 interface Canvas {
   ref: RefObject<HTMLCanvasElement | null>;
   /** Asks for a new picture in the next frame. */
@@ -24,9 +32,11 @@ export function useCanvas(paint: (sheet: Sheet) => void): Canvas {
   const ref = useRef<HTMLCanvasElement>(null);
   const colours = useRef<Palette | null>(null);
   const dark = useView((view) => view.dark);
+  const size = useRef<Size>(NO_SIZE);
   const redraw = useFrame(() => {
+    if (!ref.current || size.current.width === 0 || size.current.height === 0) return;
     colours.current ??= readPalette();
-    if (ref.current) paintOn(ref.current, colours.current, paint);
+    paintOn(ref.current, size.current, colours.current, paint);
   });
   // biome-ignore lint/correctness/useExhaustiveDependencies: the theme changes what the properties say
   useEffect(() => {
@@ -36,17 +46,27 @@ export function useCanvas(paint: (sheet: Sheet) => void): Canvas {
   useEffect(() => {
     const canvas = ref.current;
     if (!canvas) return;
-    const observer = new ResizeObserver(redraw);
+    const observer = new ResizeObserver(([entry]) => {
+      if (entry) {
+        const { width, height } = entry.contentRect;
+        size.current = { width: Math.round(width), height: Math.round(height) };
+      }
+      redraw();
+    });
     observer.observe(canvas);
     return () => observer.disconnect();
   }, [redraw]);
   return { ref, redraw };
 }
 
-function paintOn(canvas: HTMLCanvasElement, colours: Palette, paint: (sheet: Sheet) => void): void {
-  const { clientWidth: width, clientHeight: height } = canvas;
+function paintOn(
+  canvas: HTMLCanvasElement,
+  { width, height }: Size,
+  colours: Palette,
+  paint: (sheet: Sheet) => void,
+): void {
   const pen = canvas.getContext("2d");
-  if (!pen || width === 0 || height === 0) return;
+  if (!pen) return;
   const ratio = window.devicePixelRatio;
   const [wide, high] = [Math.round(width * ratio), Math.round(height * ratio)];
   if (canvas.width !== wide || canvas.height !== high) {

@@ -4,6 +4,14 @@ import type { Shape } from "../world/entities";
 import { GLB_TYPE, texturedMesh } from "../world/glb";
 import { contentOf } from "./content";
 
+type SimpleKind = Exclude<Shape["kind"], "mesh">;
+
+const SIMPLE: Record<SimpleKind, () => BufferGeometry> = {
+  cube: () => new BoxGeometry(1, 1, 1),
+  sphere: () => new SphereGeometry(0.5, 24, 12),
+  cylinder: () => new CylinderGeometry(0.5, 0.5, 1, 24).rotateX(Math.PI / 2),
+};
+
 interface Parsed {
   geometry: BufferGeometry;
   users: number;
@@ -11,17 +19,13 @@ interface Parsed {
 
 /** The geometries of the scene: one for each simple kind, scaled by its meshes, and one for each mesh file. */
 export class Geometries {
-  private readonly simple = {
-    cube: new BoxGeometry(1, 1, 1),
-    sphere: new SphereGeometry(0.5, 24, 12),
-    cylinder: new CylinderGeometry(0.5, 0.5, 1, 24).rotateX(Math.PI / 2),
-  };
+  private readonly simple = new Map<SimpleKind, BufferGeometry>();
   private readonly parsed = new Map<string, Parsed>();
   private readonly loader = new STLLoader();
 
   /** The geometry of a shape; give it back when the shape goes. */
   take(shape: Shape): BufferGeometry {
-    if (shape.kind !== "mesh") return this.simple[shape.kind];
+    if (shape.kind !== "mesh") return this.simpleOf(shape.kind);
     const key = keyOf(shape);
     let entry = this.parsed.get(key);
     if (!entry) {
@@ -41,9 +45,16 @@ export class Geometries {
   }
 
   dispose(): void {
-    for (const geometry of Object.values(this.simple)) geometry.dispose();
+    for (const geometry of this.simple.values()) geometry.dispose();
+    this.simple.clear();
     for (const { geometry } of this.parsed.values()) geometry.dispose();
     this.parsed.clear();
+  }
+
+  private simpleOf(kind: SimpleKind): BufferGeometry {
+    const known = this.simple.get(kind) ?? SIMPLE[kind]();
+    this.simple.set(kind, known);
+    return known;
   }
 
   /** The platform writes every mesh as STL, or as glTF with an image; any other file is left out of the scene. */

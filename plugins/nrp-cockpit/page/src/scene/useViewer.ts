@@ -1,4 +1,5 @@
 import { type RefObject, useEffect, useState } from "react";
+import { waitNoLonger } from "../state/picture";
 import { useSelection } from "../state/selection";
 import { useView } from "../state/view";
 import { Viewer } from "./viewer";
@@ -13,6 +14,7 @@ export function useViewer(canvas: RefObject<HTMLCanvasElement | null>): Viewer |
       made = new Viewer(canvas.current);
       setViewer(made);
     } catch {
+      waitNoLonger();
       setViewer("The scene needs WebGL, which this browser does not support.");
     }
     return () => {

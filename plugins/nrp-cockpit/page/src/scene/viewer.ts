@@ -8,6 +8,7 @@ import {
   Vector3,
   WebGLRenderer,
 } from "three";
+import { pictureDrawn, waitNoLonger } from "../state/picture";
 import { useRun } from "../state/run";
 import type { Light, Mount } from "../state/types";
 import type { Change } from "../world/world";
@@ -30,9 +31,6 @@ export interface Hit {
   body: string;
   point: Vector3;
 }
-
-/** The mark in the browser's own record of times at which the room is seen first. */
-const FIRST_PICTURE = "first-picture";
 
 /** From at most this far (m) the robot is seen at first. */
 const BEGIN_M = 9;
@@ -60,11 +58,12 @@ export class Viewer {
   /** Whether the scene has come; before, there is nothing to draw. */
   private known = false;
   private disposed = false;
+  private styled = false;
 
   /** @throws Error if the browser has no WebGL. */
   constructor(private readonly canvas: HTMLCanvasElement) {
-    const fine = !drawsInSoftware();
-    this.renderer = new WebGLRenderer({ canvas, alpha: true, antialias: fine, stencil: true });
+    const { context, fine } = drawingOn(canvas);
+    this.renderer = new WebGLRenderer({ canvas, context });
     this.renderer.debug.checkShaderErrors = import.meta.env.DEV; // to ask for errors waits for the compiler
     this.renderer.shadowMap.enabled = fine;
     this.renderer.shadowMap.type = PCFShadowMap;
@@ -81,7 +80,6 @@ export class Viewer {
     );
     this.resizing = new ResizeObserver(() => this.resize());
     this.resizing.observe(canvas);
-    this.style();
     this.unfollow = world.follow((change) => this.changed(change));
     if (world.entities.size > 0) this.changed("scene");
   }
@@ -163,14 +161,20 @@ export class Viewer {
     return new Color(this.token(token));
   }
 
-  /** Takes over the colours of the theme. */
+  /** Takes over the colours of the theme before the next frame; to read them now would lay out the page. */
   style(): void {
+    this.styled = false;
+    this.invalidate();
+  }
+
+  private applyStyle(): void {
+    if (this.styled) return;
+    this.styled = true;
     this.outline.style(this.color("--accent"), this.size.x, this.size.y);
     this.trails.style(this.color("--d-purple"));
     this.sights.style(this.color("--d-orange"), this.color("--d-sky"));
     this.touches.style(this.color("--d-vermillion"));
     this.surroundings.style(this.color("--line-strong"), Number(this.token("--scene-dim")) || 1);
-    this.invalidate();
   }
 
   /** The ray through a point of the canvas, in CSS pixels from its corner. */
@@ -268,13 +272,15 @@ export class Viewer {
 
   private draw(): void {
     if (!this.known) return;
+    this.applyStyle();
     this.camera.position.set(...eyeOf(this.orbit));
     this.camera.lookAt(...this.orbit.target);
     this.camera.updateMatrixWorld();
     this.bodies.root.updateMatrixWorld();
     openWalls(this.walls, this.camera.position, new Vector3(...this.orbit.target));
     this.renderer.render(this.scene, this.camera);
-    if (this.bodies.root.children.length > 0) markFirst(FIRST_PICTURE);
+    if (this.bodies.root.children.length > 0) pictureDrawn();
+    else waitNoLonger();
     for (const listener of this.drawn) listener(this.size.x, this.size.y);
   }
 
@@ -283,15 +289,24 @@ export class Viewer {
   }
 }
 
-function markFirst(name: string): void {
-  if (performance.getEntriesByName(name).length === 0) performance.mark(name);
+/**
+ * A canvas's WebGL, and whether a graphics card draws: shadows and smooth edges are too slow without one. A browser
+ * that would draw on the processor refuses the first request at once.
+ */
+function drawingOn(canvas: HTMLCanvasElement): { context: WebGL2RenderingContext; fine: boolean } {
+  const wanted = { alpha: true, stencil: true, depth: true, premultipliedAlpha: true };
+  const quick = { ...wanted, antialias: true, failIfMajorPerformanceCaveat: true };
+  const context = canvas.getContext("webgl2", quick) as WebGL2RenderingContext | null;
+  if (context && !isSoftware(context)) return { context, fine: true };
+  const plain = { ...wanted, antialias: false };
+  const slow = context ?? (canvas.getContext("webgl2", plain) as WebGL2RenderingContext | null);
+  if (!slow) throw new Error("no WebGL 2");
+  return { context: slow, fine: false };
 }
 
-/** Whether the machine draws without a graphics card; shadows and smooth edges would be too slow there. */
-function drawsInSoftware(): boolean {
-  const gl = document.createElement("canvas").getContext("webgl2");
-  const info = gl?.getExtension("WEBGL_debug_renderer_info");
-  const name = info ? String(gl?.getParameter(info.UNMASKED_RENDERER_WEBGL)) : "";
-  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+/** Some drivers on the processor do not say so when they are asked for a context. */
+function isSoftware(gl: WebGL2RenderingContext): boolean {
+  const info = gl.getExtension("WEBGL_debug_renderer_info");
+  const name = info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : "";
   return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }

@@ -7,14 +7,16 @@ from collections.abc import Callable, Iterator
 
 from nrp_cockpit.hearing.images import WholeImages
 from nrp_cockpit.hearing.published import PublishedMessages
+from nrp_cockpit.hearing.rarely import Rarely
 from nrp_cockpit.wire.channels import Kind, Sent
 from nrp_cockpit.wire.hub import Hub
 from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.errors import TopicError
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.layout import SCENE, TRANSFORMS, Images, device_topic, spikes_topic
-from nrp_core.recording.writing.encoding import joined
+from nrp_core.recording.writing.encoding import Parts
 from nrp_core.recording.writing.frames import SceneFrames
+from nrp_core.recording.writing.packing import Packed
 from nrp_core.recording.writing.signals import (
     DeviceRecords,
     MovingModels,
@@ -62,6 +64,11 @@ class Hearing:
     def ms_per_step(self) -> float:
         """Mean additional wall time of a step with subscribers, ms."""
         return self._spent_ns / max(1, self._steps) / 1e6
+
+    @property
+    def listens(self) -> bool:
+        """Whether it observes something."""
+        return bool(self._open)
 
     def take(self) -> None:
         """Send the new messages since the last call."""
@@ -117,12 +124,12 @@ class Hearing:
         if entry.topic not in self._heard:
             return
         try:
-            payload = joined(entry.parts) if entry.parts else bytes(self._codec.encode(entry.message))
+            pieces = _pieces(entry.parts) if entry.parts else (bytes(self._codec.encode(entry.message)),)
         except TopicError:
             return  # a type of the user's own that ROS 2 cannot carry; recordings report it
         channel = self._hub.channels[entry.topic]
         keep = entry.topic != SCENE and entry.kind is not nrp_msgs.Spikes  # new subscribers get all
-        self._hub.send(Sent(channel, entry.t_ns, payload), keep=keep)
+        self._hub.send(Sent(channel, entry.t_ns, pieces), keep=keep)
 
     # -- advertised topics
 
@@ -134,7 +141,7 @@ class Hearing:
         assert transforms is not None
         self._offer(SCENE, SceneUpdate, SCENE, lambda: Scenery(world, frames))
         self._offer(TRANSFORMS, transforms, TRANSFORMS, lambda: LinkTransforms(frames), Kind.LATEST)
-        self._offer(MODEL_STATES, ModelStates, MODEL_STATES, lambda: MovingModels(world), Kind.LATEST)
+        self._offer(MODEL_STATES, ModelStates, MODEL_STATES, lambda: Rarely(MovingModels(world)), Kind.LATEST)
         for label in brain.network.populations:
             self._offer(spikes_topic(label), nrp_msgs.Spikes, "spikes", lambda: PopulationSpikes(brain))
         for topic, kind in self._devices():
@@ -171,3 +178,8 @@ class Hearing:
         self._hub.offer(topic, name, schema, lost)
         self._sources[topic] = source
         self._openers.setdefault(source, opener)
+
+
+def _pieces(parts: Parts) -> tuple[bytes | memoryview, ...]:
+    """Return the parts of a message without what only recordings know: pixels to be compressed."""
+    return tuple(bytes(part) if isinstance(part, Packed) else part for part in parts)

@@ -99,7 +99,7 @@ class RecordedHearing:
     def _send(self, stored: Stored) -> None:
         keep = self._topics[stored.topic].role != Role.SPIKES
         channel = self._hub.channels[stored.topic]
-        self._hub.send(Sent(channel, stored.t_ns, stored.data), keep=keep)
+        self._hub.send(Sent(channel, stored.t_ns, (stored.data,)), keep=keep)
 
 
 def _is_heard(topic: RecordedTopic) -> bool:

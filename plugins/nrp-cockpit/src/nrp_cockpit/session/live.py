@@ -141,16 +141,20 @@ class LiveSession(Session):
             self.reports.progress()
         finally:
             self._gone_s, self._going_since = self.wall_s, None
+            self.hearing.take_poses_again()  # those of the last step, which are not sent with every step
 
     def _after_step(self, loop: Any) -> None:
-        self.hearing.take()
+        hub = self.hub
         self.functions.after_step(loop)
-        self.past.after_step(WATCHED_NS if self.hub.viewers else ALONE_NS)
+        if hub.listeners or self.hearing.listens:
+            with hub.together():
+                self.hearing.take()
+                self.reports.after_step()
+        self.past.after_step(WATCHED_NS if hub.listeners else ALONE_NS)
         if self.beside is not None and not self._jumping:
             began_ns = work.now_ns()
             self.beside.follow()
             loop.account.total_ns -= work.now_ns() - began_ns  # the second run is not part of this one
-        self.reports.after_step()
         if self._wanted or self.mode is Mode.PAUSED:
             loop.stop()
 

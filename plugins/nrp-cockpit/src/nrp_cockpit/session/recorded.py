@@ -107,8 +107,10 @@ class RecordedSession(Session):
         if self._wanted:
             return
         self._now_ns = next_ns
-        self.hearing.take(next_ns)
-        self.reports.after_step()
+        with self.hub.together():
+            self.hearing.take(next_ns)
+            if self.hub.listeners:
+                self.reports.after_step()
         self._look_whether_there()
 
     def _idle(self) -> None:

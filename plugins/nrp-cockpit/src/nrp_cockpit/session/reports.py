@@ -52,10 +52,10 @@ class Reports(ABC):
 
     def after_step(self) -> None:
         """Send the reports that are due."""
-        now, viewers = time.monotonic(), self._reported.hub.viewers
-        if now - self._status_at >= STATUS_S and viewers:
+        now = time.monotonic()
+        if now - self._status_at >= STATUS_S:
             self.status()
-        if now - self._slow_at >= SLOW_S and viewers:
+        if now - self._slow_at >= SLOW_S:
             self._slow_at = now
             self._slow()
 

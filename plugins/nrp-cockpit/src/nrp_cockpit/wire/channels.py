@@ -46,11 +46,27 @@ class Channel:
 
 
 class Sent(NamedTuple):
-    """A message on a channel."""
+    """A message on a channel.
+
+    Args:
+        channel: the channel.
+        t_ns: its time.
+        pieces: its content in pieces (items of one byte), because joining them would copy an image.
+    """
 
     channel: Channel
     t_ns: int
-    payload: bytes
+    pieces: tuple[bytes | memoryview, ...]
+
+    @property
+    def size(self) -> int:
+        """Size of the content, bytes."""
+        return sum(map(len, self.pieces))
+
+    @property
+    def payload(self) -> bytes:
+        """The content in one piece."""
+        return b"".join(self.pieces)
 
 
 class Channels:

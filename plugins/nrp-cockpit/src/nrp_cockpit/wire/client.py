@@ -5,21 +5,26 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Coroutine, Iterable
+from contextlib import suppress
 from typing import Any
 
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
+from websockets.protocol import State
 
 from nrp_cockpit.wire import protocol
-from nrp_cockpit.wire.bundle import Bundle
 from nrp_cockpit.wire.calls import Calls
 from nrp_cockpit.wire.channels import Channel, Sent
+from nrp_cockpit.wire.frames import Pieces, frame
 from nrp_cockpit.wire.hub import Hub
 from nrp_cockpit.wire.outbox import Outbox
 from nrp_cockpit.wire.protocol import ClientMessage, PlaybackRequest, ProtocolError, ServiceRequest
 
 EXPERIMENT = "/cockpit/experiment"
 """The topic that describes the session, with the permissions of each client."""
+
+BUNDLE_BYTES = 1 << 18
+"""Messages are written together up to this size; all of a step usually are less."""
 
 
 class Client:
@@ -33,7 +38,6 @@ class Client:
 
     def __init__(self, connection: ServerConnection, hub: Hub, *, may_steer: bool) -> None:
         self._connection, self._hub, self._may_steer = connection, hub, may_steer
-        self._bundle = connection.transport = Bundle(connection.transport)
         self._outbox, self._wake = Outbox(), asyncio.Event()
         self._announced: set[int] = set()
         self._heard: dict[int, Channel] = {}
@@ -76,41 +80,53 @@ class Client:
         """Queue a message, if the client subscribes to its channel."""
         for subscription in self._subscriptions.get(sent.channel.id, ()):
             self._outbox.add(subscription, sent)
-            self._wake.set()
 
     def tick(self, t_ns: int) -> None:
         """Queue the time."""
         self._outbox.tick(protocol.clock(t_ns))
-        self._wake.set()
+
+    def flush(self) -> None:
+        """Send what waits, unless the client does not read what it was sent before."""
+        connection, outbox = self._connection, self._outbox
+        if connection.paused or connection.state is not State.OPEN:
+            return
+        pieces: list[bytes | memoryview] = []
+        size = 0
+        while outbox and size < BUNDLE_BYTES:
+            framed = frame(self._message(outbox.take()))
+            size += sum(map(len, framed))
+            pieces += framed
+        connection.transport.writelines(pieces)
+        if outbox:
+            self._wake.set()
 
     # -- sending
 
-    def _say(self, frame: str | bytes) -> None:
-        self._outbox.answer(frame)
+    def _say(self, message: str | bytes) -> None:
+        self._outbox.answer(message)
         self._wake.set()
 
     async def _send(self) -> None:
-        """Send queued messages; a client that does not read delays only itself."""
+        """Send what is not sent at once; a client that does not read delays only itself."""
         while True:
             await self._wake.wait()
             self._wake.clear()
-            while self._outbox:
-                try:
-                    await self._send_bundle()
-                except ConnectionClosed:
-                    return
+            with suppress(OSError):  # the end of the connection is noticed where it is read
+                await self._connection.drain()
+            self.flush()
 
-    async def _send_bundle(self) -> None:
-        with self._bundle.open():
-            while self._outbox and not self._bundle.is_full:
-                frame = self._outbox.take()
-                await self._connection.send(self._framed(*frame) if isinstance(frame, tuple) else frame)
-
-    def _framed(self, subscription: int, sent: Sent) -> bytes:
-        payload = sent.payload
-        if sent.channel.topic == EXPERIMENT:
-            payload = json.dumps({**json.loads(payload), "may_steer": self._may_steer}).encode()
-        return protocol.data(subscription, sent.t_ns, payload)
+    def _message(self, waiting: str | bytes | tuple[int, Sent]) -> str | Pieces:
+        """Return a waiting message as a text, or as pieces."""
+        if isinstance(waiting, str):
+            return waiting
+        if isinstance(waiting, bytes):
+            return (waiting,)
+        subscription, sent = waiting
+        head = protocol.data_head(subscription, sent.t_ns)
+        if sent.channel.topic != EXPERIMENT:
+            return head, *sent.pieces
+        own = {**json.loads(sent.payload), "may_steer": self._may_steer}
+        return head, json.dumps(own).encode()
 
     # -- receiving
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 import json
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from math import isfinite
 from typing import Any, Protocol
@@ -47,6 +48,8 @@ class Listener(Protocol):
 
     def hear(self, sent: Sent) -> None: ...
 
+    def flush(self) -> None: ...
+
 
 class Hub:
     """Takes messages from the thread of a run and passes them to all clients that subscribe to them.
@@ -76,6 +79,8 @@ class Hub:
         self._counts: Counter[str] = Counter()
         self._last: dict[str, Sent] = {}
         self._waiting: list[tuple[Sent, bool]] = []
+        self._tick_ns: int | None = None
+        self._is_together = False
         self._loop: asyncio.AbstractEventLoop | None = None
         self._dropped_before = 0
 
@@ -95,7 +100,7 @@ class Hub:
 
     def tell(self, topic: str, value: Any, t_ns: int = 0) -> None:
         """Send a value as JSON; later subscribers get the last one."""
-        self.send(Sent(self.channels[topic], t_ns, to_json(value)))
+        self.send(Sent(self.channels[topic], t_ns, (to_json(value),)))
         self.flush()
 
     def send(self, sent: Sent, *, keep: bool = True) -> None:
@@ -112,7 +117,8 @@ class Hub:
         """Send the time to all clients, and keep the state of the session."""
         before, self.playback = self.playback, playback
         if playback.t_ns != before.t_ns:
-            self._hand(self._tick, playback.t_ns)
+            self._tick_ns = playback.t_ns
+            self.flush()
 
     def forget(self, topics: Iterable[str]) -> None:
         """Forget the last messages of these topics, which have become invalid."""
@@ -120,10 +126,21 @@ class Hub:
         self._hand(self._forget, tuple(topics))
 
     def flush(self) -> None:
-        """Pass the waiting messages to the thread of the server."""
-        if self._waiting:
-            waiting, self._waiting = self._waiting, []
-            self._hand(self._spread, waiting)
+        """Pass the waiting messages to the thread of the server, unless more come :meth:`together`."""
+        if self._is_together or not (self._waiting or self._tick_ns is not None):
+            return
+        batch, self._waiting, self._tick_ns = (self._waiting, self._tick_ns), [], None
+        self._hand(self._spread, batch)
+
+    @contextmanager
+    def together(self) -> Iterator[None]:
+        """Pass all messages of a block at once: waking the other thread takes longer than a message."""
+        self._is_together = True
+        try:
+            yield
+        finally:
+            self._is_together = False
+            self.flush()
 
     @property
     def viewers(self) -> int:
@@ -173,16 +190,18 @@ class Hub:
             del self._counts[topic]
         self.heard = frozenset(self._counts)
 
-    def _spread(self, waiting: list[tuple[Sent, bool]]) -> None:
+    def _spread(self, batch: tuple[list[tuple[Sent, bool]], int | None]) -> None:
+        waiting, tick_ns = batch
+        if tick_ns is not None:
+            for listener in self.listeners:
+                listener.tick(tick_ns)
         for sent, keep in waiting:
             if keep:
                 self._last[sent.channel.topic] = sent
             for listener in self.listeners:
                 listener.hear(sent)
-
-    def _tick(self, t_ns: int) -> None:
         for listener in self.listeners:
-            listener.tick(t_ns)
+            listener.flush()
 
     def _forget(self, topics: tuple[str, ...]) -> None:
         for topic in topics:

@@ -51,17 +51,17 @@ class Outbox:
             else:
                 self._queue.append((subscription_id, None))
             self._latest[subscription_id] = sent
-        elif self._bytes and self._bytes + len(sent.payload) > self._most_bytes:
+        elif self._bytes and self._bytes + sent.size > self._most_bytes:
             self.dropped += 1
         else:
-            self._bytes += len(sent.payload)
+            self._bytes += sent.size
             self._queue.append((subscription_id, sent))
 
     def forget(self, subscription_id: int) -> None:
         """Remove the messages of a subscription that has ended."""
         self._latest.pop(subscription_id, None)
         self._queue = deque(waiting for waiting in self._queue if waiting[0] != subscription_id)
-        self._bytes = sum(len(sent.payload) for _, sent in self._queue if sent is not None)
+        self._bytes = sum(sent.size for _, sent in self._queue if sent is not None)
 
     def take(self) -> str | bytes | tuple[int, Sent]:
         """Remove and return the next message.
@@ -77,5 +77,5 @@ class Outbox:
         number, sent = self._queue.popleft()
         if sent is None:
             return number, self._latest.pop(number)
-        self._bytes -= len(sent.payload)
+        self._bytes -= sent.size
         return number, sent

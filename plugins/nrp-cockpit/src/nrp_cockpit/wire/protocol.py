@@ -124,9 +124,9 @@ def answer(request: ServiceRequest, payload: bytes) -> bytes:
     return _CALL.pack(_RESPONSE, request.service_id, request.call_id, 4) + b"json" + payload
 
 
-def data(subscription_id: int, t_ns: int, payload: bytes) -> bytes:
-    """Return a message on a channel."""
-    return _DATA.pack(_MESSAGE, subscription_id, t_ns) + payload
+def data_head(subscription_id: int, t_ns: int) -> bytes:
+    """Return the beginning of a message on a channel; its payload follows."""
+    return _DATA.pack(_MESSAGE, subscription_id, t_ns)
 
 
 def clock(t_ns: int) -> bytes:

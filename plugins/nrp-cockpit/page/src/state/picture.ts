@@ -1,0 +1,31 @@
+import { startTransition, useEffect, useState } from "react";
+import { create } from "zustand";
+
+/** Whether the room was drawn for the first time, or cannot be. */
+const usePicture = create(() => ({ drawn: false }));
+
+/** After this time nothing waits for the room any more. */
+const PATIENCE_MS = 2000;
+
+/** The mark in the browser's own record of times at which the room is seen first. */
+const FIRST_PICTURE = "first-picture";
+
+export function pictureDrawn(): void {
+  if (performance.getEntriesByName(FIRST_PICTURE).length === 0) performance.mark(FIRST_PICTURE);
+  waitNoLonger();
+}
+
+export const waitNoLonger = (): void => usePicture.setState({ drawn: true });
+
+window.setTimeout(waitNoLonger, PATIENCE_MS);
+
+/** Whether what may come after the first picture of the room comes now; it would delay that by half. */
+export function useAfterPicture(): boolean {
+  const [after, setAfter] = useState(usePicture.getState().drawn);
+  useEffect(() => {
+    const follow = () => startTransition(() => setAfter(usePicture.getState().drawn));
+    follow();
+    return usePicture.subscribe(follow);
+  }, []);
+  return after;
+}
