@@ -21,6 +21,11 @@ class Stopwatch:
         """Return the time, from an arbitrary origin."""
         return (self._stopped_at_ns if self._stops else perf_counter_ns()) - self._still_ns
 
+    @property
+    def is_stopped(self) -> bool:
+        """Whether the clock is paused, so code is being compiled."""
+        return self._stops > 0
+
     def stop(self) -> None:
         """Pause the clock."""
         if not self._stops:

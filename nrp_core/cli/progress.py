@@ -14,11 +14,12 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Column
 
+from nrp_core._support.stopwatch import work
 from nrp_core.experiment.making.prepare import EXECUTING
 from nrp_core.experiment.running.run import Run
 
 PATIENCE_S = 2.0
-HINT = "the first run with a kind of brain or camera takes longer because code is compiled"
+HINT = "code is compiled for this machine, once"
 SCRIPT_HINT = "this is the experiment's own code; brain.time_limit stops it"
 
 _WIDE = 110
@@ -37,8 +38,10 @@ def shares_text(shares: Mapping[str, float]) -> str:
 
 
 def _hint(task: str) -> str:
-    """Return a possible reason why a task takes long."""
-    return SCRIPT_HINT if task.startswith(EXECUTING) else HINT
+    """Return the reason why a task takes long, if it is known."""
+    if task.startswith(EXECUTING):
+        return SCRIPT_HINT
+    return HINT if work.is_stopped else "still working"
 
 
 class Display(ABC):

@@ -20,7 +20,8 @@ from nrp_core.analysis.skeleton import described, skeleton_of
 from nrp_core.analysis.validate import validate, validate_file
 from nrp_core.brain.files.script import load_network
 from nrp_core.experiment.reading.find import load_experiment
-from nrp_core.findings import Finding, Level
+from nrp_core.experiment.running.run import Run
+from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.capabilities import WorldCapabilities
 
 TWIST = "Topic('/husky/cmd_vel', geometry_msgs.msg.Twist)"
@@ -484,3 +485,6 @@ def test_realistic_cameras_in_a_scene_without_light_are_a_warning(husky: Path) -
     room.write_text(without)
     assert "NRP295" in codes(validate_file(husky, realistic))
     assert "NRP295" not in codes(validate_file(husky))
+    with Run(load_experiment(husky, [*realistic, "duration=0.1 s", "criteria=null"])) as run:
+        run.run()
+        assert Code.NRP295 in {problem.code for problem in run.result().problems}

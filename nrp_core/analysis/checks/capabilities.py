@@ -11,7 +11,6 @@ from nrp_core.findings import Code, Finding, Level
 from nrp_core.findings.refusals import world_lacks
 from nrp_core.world.capabilities import WorldCapabilities, needs_of
 from nrp_core.world.scene.model import Scene
-from nrp_core.world.sensors.camera import Camera
 from nrp_core.world.sensors.contact import CONTACTS
 from nrp_core.world.services.service import PREFIX
 
@@ -47,18 +46,6 @@ def the_world_has_the_sensors(study: Study) -> Iterator[Finding]:
             message = f"'{criterion}' is never met: {lacking[asked.topic_stays.name]}"
             place = experiment.place("criteria", criterion, "topic_stays", "name")
             yield place.finding(Code.NRP216, message, Level.WARNING)
-
-
-@checks_experiment(Code.NRP295)
-def cameras_have_light(study: Study) -> Iterator[Finding]:
-    """Look for cameras that draw light in a scene that has none."""
-    renderer = getattr(study.world.options, "renderer", None) if study.world else None
-    if study.scene is None or study.scene.lights or renderer != "realistic":
-        return
-    sensors = (sensor for _, link in study.scene.links() for sensor in link.sensors)
-    if any(isinstance(sensor, Camera) for sensor in sensors):
-        message = "the scene has no light: images of the realistic renderer are dark"
-        yield study.experiment.place("world", "scene").finding(Code.NRP295, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP216)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from nrp_core.recording.figures.options import PlotOptions
 
 FIGURES = ("run", "raster", "trajectory", "devices", "camera")
+PANELS = ("map", "timeline", "spikes", "devices", "commands", "camera")
 
 
 def plot(
@@ -56,7 +57,8 @@ def plot(
         typer.Option(
             metavar="A,B",
             envvar="NRP_PANELS",
-            help="Draw only these parts of the page: map, timeline, spikes, devices, commands, camera.",
+            help=f"Draw only these parts of the page: {', '.join(PANELS)}.",
+            autocompletion=lambda incomplete: _with_next(incomplete),
         ),
     ] = None,
     style: Annotated[
@@ -95,6 +97,12 @@ def plot(
         document({"figure": target, "complete": source.complete})
     else:
         typer.echo(target)
+
+
+def _with_next(incomplete: str) -> list[str]:
+    """Return a list of panels with each name that its last word may become."""
+    *chosen, last = incomplete.split(",")
+    return [",".join((*chosen, name)) for name in PANELS if name.startswith(last)]
 
 
 def _options(

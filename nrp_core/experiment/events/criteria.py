@@ -85,7 +85,9 @@ class Judge(ABC):
         if self._passed is not None:
             return
         if self._began_ns is None:
-            self._decide(False, now_ns, f"was never evaluated: {self._begins} did not happen")
+            begins = self._begins
+            told = f"{begins} did not happen" if isinstance(begins, str) else _early(now_ns, begins)
+            self._decide(False, now_ns, f"was never evaluated: {told}")
         else:
             self._finish(now_ns)
 
@@ -278,6 +280,10 @@ def judge_of(criterion: Criterion, world: World) -> Judge:
     assert criterion.near is not None  # checked when it was read
     require_poses(world)
     return ComesNear(criterion.near, criterion.within_of, world.scene)
+
+
+def _early(end_ns: int, begins_ns: int) -> str:
+    return f"the run ended at {seconds(end_ns):g} s, and it begins at {seconds(begins_ns):g} s"
 
 
 def moment_ns(moment: int | str, times: Times) -> int | None:

@@ -43,6 +43,7 @@ from nrp_core.world.scene import plausible as scene_plausibility
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sensing import Noise
+from nrp_core.world.sensors.camera import Camera
 from nrp_core.world.sensors.imperfect import with_imperfection
 from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World
@@ -233,6 +234,7 @@ class Examination:
         progress("reading the room and the robots")
         self.scene = self._scene()
         self._check_starts()
+        self._check_light()
         if build is None:
             progress(building(experiment))
         self.network = network_of(self._experiment, self.collector, build)
@@ -311,6 +313,14 @@ class Examination:
             self.collector.add(Code.NRP316, message, "world", "scene", level=Level.WARNING)
         for name, code, message in wrong_starts(self.scene, self._experiment.world.robots):
             self.collector.add(code, message, "world", "robots", name, level=Level.WARNING)
+
+    def _check_light(self) -> None:
+        renderer = getattr(self.world.options, "renderer", None) if self.world else None
+        if self.scene is None or self.scene.lights or renderer != "realistic":
+            return
+        if any(isinstance(sensor, Camera) for _, link in self.scene.links() for sensor in link.sensors):
+            message = "the scene has no light: images of the realistic renderer are dark"
+            self.collector.add(Code.NRP295, message, "world", "scene", level=Level.WARNING)
 
     def _check_drives(self, scene: Scene) -> None:
         """Make the servo of each drive, as an engine does when it opens the scene."""

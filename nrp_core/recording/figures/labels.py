@@ -14,7 +14,8 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.recording.figures.story import Track
 from nrp_core.recording.figures.style import points
 
-_APART_M = 0.6
+_APART = 0.15
+"""Closer ends of a path, as a share of the map's width, have one label."""
 _BESIDE_PT = 10
 _BORDER_PT = 4
 _WAYS = (0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6, -6)
@@ -68,7 +69,7 @@ def label_ends(axes: Axes, name: str, track: Track, reach_m: float) -> list[Anno
     if not any(np.ptp(values) for values in (track.xs, track.ys, track.yaws)):
         return [label(axes, name, end, np.array([0.0, 1.0]), distance=distance)]
     texts = [(start, f"{name} {track.times_s[0]:g} s"), (end, f"{track.times_s[-1]:.3g} s")]
-    if np.hypot(*(start - end)) < _APART_M:
+    if np.hypot(*(start - end)) < _APART * np.ptp(axes.get_xlim()):
         texts = [(end, f"{texts[0][1]} and {texts[1][1]}")]
     # perpendicular to the line to the other end, on its right
     across = np.array([-(end - start)[1], (end - start)[0]])

@@ -18,7 +18,8 @@ _ROW = 0.13
 _COLUMNS = 1200
 _MOST_LABELS = 24
 """Maximum number of rows with a label each."""
-_LONGEST_LABEL = 20
+_LONGEST_LABEL, _LABEL_PT, _LINE_PT = 28, 7.0, 140.0
+"""The longest label, the largest size, and the characters that fit in a line times their size."""
 
 
 def height_of(series: Sequence[StepSeries], least: float) -> float:
@@ -42,14 +43,15 @@ def draw_matrix(axes: Axes, series: Sequence[StepSeries], story: Story) -> None:
         extent=(*story.span_s, len(series), 0.0), vmin=low, vmax=high if high > low else low + 1.0,
     )  # fmt: skip
     every = -(-len(series) // _MOST_LABELS)
+    rows = np.arange(0, len(series), every)
     labels = short_labels(series, _LONGEST_LABEL)[::every]
-    rows = np.arange(len(labels)) * every + 0.5
-    axes.set_yticks(rows, labels, fontsize=_points(axes, labels))
+    axes.set_yticks(rows + 0.5, labels, fontsize=_points(axes, labels))
     axes.tick_params(axis="y", length=0)
     for spine in axes.spines.values():
         spine.set_visible(False)
-    scale = axes.figure.colorbar(image, cax=axes.inset_axes((1.008, 0.0, 0.009, 1.0)))
-    scale.set_label(series[0].unit, labelpad=2)
+    point = axes.figure.dpi / 72 / axes.bbox.width
+    scale = axes.figure.colorbar(image, cax=axes.inset_axes((1 + 4 * point, 0.0, 5 * point, 1.0)))
+    scale.set_label(series[0].unit, labelpad=1, fontsize=points(7))
     scale.outline.set_visible(False)
     scale.ax.tick_params(length=2, pad=1, labelsize=points(6.5))
 
@@ -63,4 +65,5 @@ def sampled(one: StepSeries, begin_s: float, end_s: float) -> FloatArray:
 
 def _points(axes: Axes, labels: Sequence[str]) -> float:
     height_pt = axes.bbox.height * 72 / axes.figure.dpi
-    return float(np.clip(0.9 * height_pt / max(len(labels), 1), 4.0, 7.0))
+    longest = max((len(label) for label in labels), default=1)
+    return float(np.clip(min(0.9 * height_pt / max(len(labels), 1), _LINE_PT / longest), 4.0, _LABEL_PT))

@@ -184,7 +184,7 @@ def _set_limits(axes: Axes, focus: Bounds) -> None:
     )  # fmt: skip
     for axis in (axes.xaxis, axes.yaxis):
         if in_mm:
-            axis.set_major_formatter(lambda value, _: f"{factor * value:g}")
+            axis.set_major_formatter(lambda value, _: f"{factor * value:g}".replace("-", "\N{MINUS SIGN}"))
         axis.set_major_locator(
             MaxNLocator("auto", steps=[1, 2, 5, 10])
         )  # short numbers: the margin is narrow

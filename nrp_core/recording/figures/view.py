@@ -21,8 +21,9 @@ _OVERHEAD_M = 2.2
 """Shapes that start above this height (m) hide the scene and are left out."""
 _FLAT_M = 0.06
 """Shapes that end below this height (m) are ground."""
-_MARGIN_M, _MARGIN = 0.3, 0.08
-"""Margin of a map: at least this distance (m), or a small robot's size, and this share of its larger side."""
+_MARGIN_M, _MARGIN_SIZE, _MARGIN = 0.3, 0.3, 0.08
+"""Margin of a map: at least this distance (m), or this share of a small robot's size; and this share of the
+map's larger side."""
 _STILL_M, _STILL_RAD = 0.05, 0.1
 """A robot with less motion (m, or a fifth of a small robot's size) and rotation (rad) counts as standing."""
 _FIFTH = 0.2
@@ -114,7 +115,7 @@ class RoomView:
 
     @property
     def _margin_m(self) -> float:
-        return min((_MARGIN_M, *map(self.size_m, self.robots)))
+        return min((_MARGIN_M, *(_MARGIN_SIZE * self.size_m(robot) for robot in self.robots)))
 
     def focus(self, coloured: Iterable[Coloured] = ()) -> Bounds:
         """Return the area of a map: robots, their trajectories, and changes of colours; with a margin."""

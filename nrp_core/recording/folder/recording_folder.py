@@ -82,23 +82,31 @@ class RecordingFolder:
         self._run, self._folder, self._files = run, folder, files
         self._snapshots_ns, self._warnings = snapshots_ns, Findings(general=Code.NRP284)
         _make(folder)
-        with self._on_disk("begun"):
-            self._root = _copy_files(self._used(), folder)
-            self._about = _about(run, self._root) | {
-                "images": images, "snapshots_ns": snapshots_ns, "continues": origin
-            }  # fmt: skip
-            self._write(RUNNING, None)
-        self._recorder = Recorder(
-            run.brain, run.world, folder, period_ns=run.experiment.timestep, images=images,
-            chain=Chain(origin.chain) if origin else None, steps=run.loop.steps,
-            calls=calls,
-        )  # fmt: skip
+        try:
+            self._begin(images, origin)
+            self._recorder = Recorder(
+                run.brain, run.world, folder, period_ns=run.experiment.timestep, images=images,
+                chain=Chain(origin.chain) if origin else None, steps=run.loop.steps,
+                calls=calls,
+            )  # fmt: skip
+        except KeyboardInterrupt:  # nothing has run: the folder would look like that of a killed run
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
         if run.loop.now_ns:
             self._snapshot()
         run.on_step.append(self._after_step)
         run.reporters.append(self._reported)
         run.loop.hooks.from_outside.append(self._recorder.observer.note_from_outside)
         self._calls = CallNoter(run, self._recorder.observer.note_call, self._warnings)
+
+    def _begin(self, images: Images, origin: Origin | None) -> None:
+        """Write everything that is known before the first message."""
+        with self._on_disk("begun"):
+            self._root = _copy_files(self._used(), self._folder)
+            self._about = _about(self._run, self._root) | {
+                "images": images, "snapshots_ns": self._snapshots_ns, "continues": origin
+            }  # fmt: skip
+            self._write(RUNNING, None)
 
     @property
     def warnings(self) -> Findings:

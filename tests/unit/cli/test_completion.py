@@ -8,11 +8,12 @@ import sys
 import pytest
 
 from nrp_core.cli.commands.export import FORMATS
-from nrp_core.cli.commands.plot import FIGURES
+from nrp_core.cli.commands.plot import FIGURES, PANELS
 from nrp_core.experiment.reading.find import shipped
 from nrp_core.findings import Code
 from nrp_core.recording.export import Format
 from nrp_core.recording.figures import What
+from nrp_core.recording.figures.options import Panel
 
 
 def completed(*words: str) -> list[str]:
@@ -36,6 +37,7 @@ def completed(*words: str) -> list[str]:
         ),
         (("explain", "NRP28"), {f"NRP28{digit}" for digit in range(10)}),
         (("plot", "somewhere", "ra"), {"raster"}),
+        (("plot", "somewhere", "--panels", "map,sp"), {"map,spikes"}),
         (("export", "somewhere", "--format", "n"), {"nwb"}),
     ],
 )
@@ -46,6 +48,7 @@ def test_a_shell_completes(words: tuple[str, ...], proposals: set[str]) -> None:
 def test_completion_offers_exactly_the_valid_values() -> None:
     assert set(FORMATS) == {str(one) for one in Format}
     assert set(FIGURES) == {str(one) for one in What}
+    assert set(PANELS) == {str(one) for one in Panel}
     assert len(Code) > 80
 
 

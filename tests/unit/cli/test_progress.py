@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
+from nrp_core._support.stopwatch import work
 from nrp_core.cli import progress
 from nrp_core.cli.progress import HINT, SCRIPT_HINT, Bar, Lines
 
@@ -52,10 +53,15 @@ def test_a_long_task_is_explained(
         lines.begin_task("opening the brain (event)")
         assert lines._timer is not None
         lines._timer.join()
+        work.stop()  # as while code is compiled
+        lines.begin_task("opening the brain (event)")
+        lines._timer.join()
+        work.go_on()
         lines.begin_task("executing the brain script brain.py")
         lines._timer.join()
-    opening, executing = capsys.readouterr().err.splitlines()
-    assert opening == f"opening the brain (event); {HINT}"
+    opening, compiling, executing = capsys.readouterr().err.splitlines()
+    assert opening == "opening the brain (event); still working"
+    assert compiling == f"opening the brain (event); {HINT}"
     assert executing == f"executing the brain script brain.py; {SCRIPT_HINT}"
 
 

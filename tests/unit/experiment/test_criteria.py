@@ -89,6 +89,15 @@ def test_an_event_that_never_happens_leaves_open_until_a_whole_run_is_over(world
     )
 
 
+def test_a_criterion_that_begins_after_the_end_says_so_in_seconds(world: World) -> None:
+    stays = {
+        "stays_within": {"model": "husky", "distance": "1 m", "of": "start", "during": {"since": "24 s"}}
+    }
+    judge = judged(world, stays, {}, speed=1.0)
+    judge.finish(world.now_ns)
+    assert judge.outcome.reason == "was never evaluated: the run ended at 3 s, and it begins at 24 s"
+
+
 def test_without_an_event_any_time_will_do(world: World) -> None:
     near = {"near": {"model": "husky", "other": "cart", "within": "4.1 m"}}
     assert judged(world, near, {}, speed=0.1).outcome.decided_s == 0.0

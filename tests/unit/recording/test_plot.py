@@ -322,6 +322,52 @@ def test_a_map_is_cropped_to_the_trajectory_and_a_larger_room_is_shown_in_a_corn
     assert not whole.child_axes
 
 
+LEGS = (f"{place}_{side}" for place in ("front", "middle", "hind") for side in ("left", "right"))
+JOINTS = [*(f"{leg}_{joint}" for leg in LEGS for joint in ("coxa_yaw", "femur_pitch")), "proboscis"]
+
+
+def walked(scale: float) -> Story:
+    """A box of 1 x 0.5 m that walks for 2 m, and joints with long names; ``scale`` is that of the room."""
+    story = Story({}, end_s=10.0)
+    body = Box((1.0 * scale, 0.5 * scale, 0.2 * scale))
+    floor = Visual("floor", Box((40.0 * scale, 40.0 * scale, 0.001)), Pose((0.0, 0.0, 0.0)))
+    story.scene.take(
+        entities(
+            Model("bug", (Link("bug", visuals=(Visual("body", body),)),)),
+            Model("room", (Link("body", visuals=(floor,)),), static=True),
+        )
+    )
+    story.first_poses["bug"] = Pose()
+    story.last_poses["bug"] = Pose((2.0 * scale, 0.0, 0.0))
+    story.tracks["bug"] = Track([0.0, 10.0], [0.0, 2.0 * scale], [0.0, 0.0], [0.0, 0.0])
+    story.commands = {
+        name: StepSeries(f"/bug/{name}/cmd_pos", "rad", [0.0, 5.0], [-0.55, 0.55]) for name in JOINTS
+    }
+    return story
+
+
+def test_a_map_in_millimetres_is_cropped_and_labelled_as_one_in_metres() -> None:
+    with style():
+        large, small = (map_of(draw_page(walked(scale), [], PlotOptions())) for scale in (1.0, 1e-3))
+    assert np.divide(small.get_xlim(), large.get_xlim()) == pytest.approx(1e-3, rel=0.05)
+    assert small.get_ylim()[1] < 2.0e-3
+    named = [{text.get_text() for text in axes.texts} for axes in (large, small)]
+    assert named == [{"bug 0 s", "10 s"}] * 2
+    ticks = "".join(label.get_text() for label in small.get_yticklabels())
+    assert "\N{MINUS SIGN}" in ticks
+    assert "-" not in ticks
+
+
+def test_names_of_rows_are_whole_and_the_unit_of_colours_is_on_the_page() -> None:
+    with style():
+        figure = draw_page(walked(1.0), [], PlotOptions())
+        figure.draw_without_rendering()
+    assert set(JOINTS) <= texts(figure)
+    units = [text for text in figure.findobj(mpl.text.Text) if text.get_text() == "rad"]
+    assert len(units) == 1
+    assert units[0].get_window_extent().x1 <= figure.bbox.width
+
+
 def test_a_robot_that_stays_where_it_is_has_no_map() -> None:
     with style():
         assert map_of(draw_page(driven(0.0, 20.0), [], PlotOptions())) is None

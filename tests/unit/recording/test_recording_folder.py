@@ -169,6 +169,22 @@ def test_of_two_runs_that_begin_to_record_at_one_moment_one_is_refused(
     assert Recording(folder).run["result"]["steps"] == run.loop.steps
 
 
+def test_an_interrupt_before_the_first_message_leaves_no_recording(
+    open_run: Open, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: Any, **__: Any) -> None:
+        raise KeyboardInterrupt
+
+    run, folder = open_run(), tmp_path / "recording"
+    with monkeypatch.context() as patch:
+        patch.setattr(recording_folder, "Recorder", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            RecordingFolder(run, folder)
+    assert not folder.exists()
+    RecordingFolder(run, folder).close("finished")
+    assert Recording(folder).run["state"] == "finished"
+
+
 def test_a_folder_that_cannot_be_made_is_one_clear_error(open_run: Open, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(ExperimentError, match="cannot be made"):
