@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import struct
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from operator import attrgetter
 from types import SimpleNamespace
 from typing import Any, get_args, get_origin, get_type_hints
@@ -16,10 +17,11 @@ from typing import Any, get_args, get_origin, get_type_hints
 import numpy as np
 from rosbags.interfaces import Nodetype
 from rosbags.serde import SerdeError
-from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
+from rosbags.typesys import Stores, TypesysError
 
 from nrp_core.errors import TopicError
 from nrp_core.world.messages.base import type_name, type_of
+from nrp_core.world.messages.typestore import LazyTypestore, parsed
 
 PACKAGE = "nrp_msgs"
 """The package of message classes without one."""
@@ -67,7 +69,7 @@ class Codec:
     _known_types = Stores.ROS2_JAZZY
 
     def __init__(self, definitions: Mapping[str, str] | None = None) -> None:
-        self._store = get_typestore(self._known_types if definitions is None else Stores.EMPTY)
+        self._store = LazyTypestore(self._known_types if definitions is None else Stores.EMPTY)
         self._prepare: dict[str, Prepare | None] = {}
         self._packers: dict[type, Callable[[Any], bytes] | None] = {}
         self._names: dict[type, str] = {}
@@ -80,7 +82,7 @@ class Codec:
         if name in self._given:
             return
         self._given.add(name)
-        self._store.register(get_types_from_msg(text, name))
+        self._store.register(parsed(text, name))
         self._adopt(name)
 
     def name(self, cls: type) -> str:
@@ -166,7 +168,7 @@ class Codec:
             ]
             text = getattr(cls, "__definition__", "") or "\n".join(lines)
             try:
-                self._store.register(get_types_from_msg(text, name))
+                self._store.register(parsed(text, name))
             except TypesysError as error:
                 raise TopicError(f"{cls.__name__} cannot be a message: {error}") from error
         if _field_names(cls) != self._defined(name):
@@ -270,6 +272,7 @@ def _inner_type(kind: Any) -> str | None:
     return str(what) if node == Nodetype.NAME else None
 
 
+@lru_cache(maxsize=1024)
 def _fields(cls: type) -> list[tuple[str, Any]]:
     if not dataclasses.is_dataclass(cls):
         raise TopicError(f"{cls.__name__} cannot be a message: it is not a dataclass")
