@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from math import sqrt
 
 import numpy as np
+import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core._support.jit import inlined
@@ -23,7 +24,7 @@ from nrp_core.world.scene.finish import Finish
 
 MATT = -1.0
 """The table of a surface without a finish."""
-_WIDTH = 15
+_WIDTH = 16
 _LEAST = 1e-6  # minimum of a mean share, which is 0 for the smoothest surfaces
 
 
@@ -32,8 +33,8 @@ class Gloss:
 
     Columns: the table, or :data:`MATT`; the width of the distribution of slopes; the reflectance of a facet
         at normal incidence (3); the diffuse colour (3), and the same divided by the mean share of light that
-        enters (3); the returned share of light between facets (3), and the reciprocal of the mean share of
-        such light.
+        enters (3); the returned share of light between facets (3), the reciprocal of the mean share of such
+        light, and the metalness.
 
     Args:
         finishes: finish of each surface, None for a matt one.
@@ -59,7 +60,7 @@ class Gloss:
         self._scale, self._offset = (mean_of(self.tables)[tables].T)[:, :, None]
 
     def of(self, colors: FloatArray) -> FloatArray:
-        """Return the rows of surfaces in these colours, shape ``(n, 15)``; valid until the next call."""
+        """Return the rows of surfaces in these colours, shape ``(n, 16)``; valid until the next call."""
         mine, scale, offset = colors[self._glossy], self._scale, self._offset
         head_on = self._reflectance + self._metalness * (mine - self._reflectance)
         within = (1 - self._metalness) * mine
@@ -72,9 +73,31 @@ class Gloss:
             within / np.maximum(entering, _LEAST),
             again,
             1 / np.maximum(caught, _LEAST),
+            self._metalness,
         ]
         self._rows[self._glossy, 2:] = np.hstack(columns)
         return self._rows
+
+
+@inlined
+def tint_gloss(row: FloatArray, mean: FloatArray, color: npt.NDArray[np.uint8], finish: FloatArray) -> None:
+    """Write the row of a surface at a point of an image on it.
+
+    The light between its facets stays that of the mean, which is exact for surfaces that are not metal.
+
+    Args:
+        row: its row, for the mean colour.
+        mean: the mean colour, 0..1.
+        color: the colour at the point, 0..255.
+        finish: the result.
+    """
+    finish[:] = row
+    for channel in range(3):
+        here, usual = color[channel] / 255.0, mean[channel]
+        if here != usual:
+            finish[2 + channel] += row[15] * (here - usual)
+            for column in (5, 8):
+                finish[column + channel] *= here / max(usual, _LEAST)
 
 
 @inlined

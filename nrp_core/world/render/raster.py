@@ -10,15 +10,18 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core._support.arrays import FloatArray
+from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core.world.render.cameras import Cameras, DepthArray, ImageArray
+from nrp_core.world.render.faces import FaceView
 from nrp_core.world.render.optics import CameraPath, Optics, eye_of
-from nrp_core.world.render.pixels import NOTHING, draw, paint
+from nrp_core.world.render.pixels import NOTHING, draw, paint, to_camera
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.motion import BodyPath, ReadFrames
 from nrp_core.world.scene.merged_bodies import WORLD_FRAME, Body, place_in_frame
 from nrp_core.world.scene.model import Rgba
+
+_WORLD = np.eye(3, 4)
 
 
 class RasterCameras(Cameras):
@@ -43,6 +46,10 @@ class RasterCameras(Cameras):
         self._frames = np.tile(np.eye(3, 4), (1 + len(numbers), 1, 1))  # the first one is the world
         self._read = reader(list(numbers))
         self._mesh = SceneMesh(bodies, numbers)
+        self._view, self._surfaces_of = (
+            FaceView(self._mesh),
+            np.append(self._mesh.surfaces, np.int32(NOTHING)),
+        )
         self._optics = optics
         self._eyes = {path: self._eye(bodies[path[0]], path, numbers) for path in optics}
         sizes = {path: (each.height, each.width) for path, each in optics.items()}
@@ -50,10 +57,34 @@ class RasterCameras(Cameras):
         self._seen = {path: np.empty(size, np.int32) for path, size in sizes.items()}
 
     def image(self, path: CameraPath) -> ImageArray:
+        if self._mesh.textures is not None:
+            return self._look(path)[0]
         surfaces = self._draw(path)
         image = np.empty((*surfaces.shape, 3), np.uint8)
         paint(surfaces, self._mesh.palette, image)
         return image
+
+    def _look(self, path: CameraPath) -> tuple[ImageArray, IndexArray, FloatArray, FloatArray]:
+        """Return a flat image with images on its surfaces, and what is seen.
+
+        Returns:
+            The image; the face at each pixel; the vertices and the eye in the world.
+        """
+        self._read(self._frames[WORLD_FRAME + 1 :])
+        mesh, optics, nearness = self._mesh, self._optics[path], self._work[path]
+        points = to_camera(mesh.vertices, mesh.vertex_frames, self._frames, WORLD_FRAME, _WORLD)
+        eye = self._eye_in_world(path)
+        seen = self._view.draw(points, eye, optics.focal, optics.near, optics.far, nearness)
+        image = np.empty((*seen.shape, 3), np.uint8)
+        paint(self._surfaces_of[seen], mesh.palette, image)
+        if mesh.textures is not None:
+            mesh.textures.lay(seen, nearness, optics.focal, eye, points, mesh.faces, image)
+        return image, seen, points, eye
+
+    def _eye_in_world(self, path: CameraPath) -> FloatArray:
+        frame, eye = self._eyes[path]
+        turn, place = self._frames[frame, :, :3], self._frames[frame, :, 3]
+        return np.column_stack([turn @ eye[:, :3], turn @ eye[:, 3] + place])
 
     def depth(self, path: CameraPath) -> DepthArray:
         surfaces = self._draw(path)

@@ -4,7 +4,7 @@ Surfaces are matt (Lambert's law), or glossy by their finish
 (:mod:`nrp_core.world.render.microfacets`); their edges are sharp and their curves smooth. Shadows come from
 shadow maps (Williams, Casting curved shadows on curved surfaces, SIGGRAPH 1978). Light is added to SDF's
 default ambient light, which comes from all directions; metals reflect it and not other objects. Glowing
-surfaces do not light others, and there are no textures.
+surfaces do not light others. Images on surfaces are their colours; maps of their finish are averaged.
 
 Colours and images are linear: a byte is proportional to the light, without gamma. A surface in the light that
 makes white surfaces white has the bytes of a flat image.
@@ -20,23 +20,20 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.world.render.cameras import ImageArray
-from nrp_core.world.render.faces import FaceView
 from nrp_core.world.render.gloss import Gloss
 from nrp_core.world.render.lamps import Lamps
 from nrp_core.world.render.normals import corner_normals
-from nrp_core.world.render.optics import SKY, CameraPath, Optics
-from nrp_core.world.render.pixels import to_camera
+from nrp_core.world.render.optics import CameraPath, Optics
 from nrp_core.world.render.raster import RasterCameras
 from nrp_core.world.render.shading import shade
 from nrp_core.world.rigid.motion import BodyPath, ReadFrames
-from nrp_core.world.scene.merged_bodies import WORLD_FRAME, Body
+from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Light
 
 AMBIENT = 0.4
 """The ambient light of a scene in SDF (its specification, ``<scene><ambient>``)."""
 
 _MARGIN_M = 0.1
-_WORLD = np.eye(3, 4)
 
 
 class RealisticCameras(RasterCameras):
@@ -64,7 +61,6 @@ class RealisticCameras(RasterCameras):
         starts = np.searchsorted(mesh.faces.ravel()[corners], np.arange(len(mesh.vertices) + 1))
         self._normals = corner_normals(mesh.vertices, mesh.faces, corners, starts.astype(np.int32))
         self._gloss = Gloss(mesh.finishes)
-        self._view = FaceView(mesh)
         self._framed = np.empty(0, bool)
         self._mapped: tuple[npt.NDArray[Any], ...] = ()
 
@@ -73,18 +69,14 @@ class RealisticCameras(RasterCameras):
         self._mapped = ()
 
     def image(self, path: CameraPath) -> ImageArray:
-        self._read(self._frames[WORLD_FRAME + 1 :])
         mesh, lamps, optics, nearness = self._mesh, self._lamps, self._optics[path], self._work[path]
-        points = to_camera(mesh.vertices, mesh.vertex_frames, self._frames, WORLD_FRAME, _WORLD)
+        image, seen, points, eye = self._look(path)
         self._map_shadows(points)
-        eye = self._eye_in_world(path)
-        seen = self._view.draw(points, eye, optics.focal, optics.near, optics.far, nearness)
         colors = mesh.palette[:-1] / 255
         finishes = self._gloss.of(colors), self._gloss.tables
         looks = (self._frame_of_face, mesh.surfaces, colors, mesh.glowing, *finishes)
         shapes = (points, mesh.faces, self._normals, self._frames, *looks)
-        light = (np.array([SKY[:3]]), AMBIENT, lamps.rows, lamps.maps, lamps.eyes, lamps.focals)
-        image = np.empty((optics.height, optics.width, 3), np.uint8)
+        light = (AMBIENT, lamps.rows, lamps.maps, lamps.eyes, lamps.focals)
         shade(seen, nearness, optics.focal, eye, *shapes, *light, image)
         return image
 
@@ -97,11 +89,6 @@ class RealisticCameras(RasterCameras):
             self._framed = self._mesh.framed(points)
         self._mapped = now
         self._lamps.look(*self._lit_sphere(points), lambda *view: self._view.draw(points, *view))
-
-    def _eye_in_world(self, path: CameraPath) -> FloatArray:
-        frame, eye = self._eyes[path]
-        turn, place = self._frames[frame, :, :3], self._frames[frame, :, 3]
-        return np.column_stack([turn @ eye[:, :3], turn @ eye[:, 3] + place])
 
     def _lit_sphere(self, points: FloatArray) -> tuple[FloatArray, float]:
         """Return centre and radius of the region in which directional lights cast shadows."""

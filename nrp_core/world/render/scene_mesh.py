@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.world.render.optics import SKY, bytes_of, drawn, flat
+from nrp_core.world.render.textures import Textures
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.motion import BodyPath as BodyPath
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import WORLD_FRAME, Body, place_in_frame
+from nrp_core.world.scene.meshes.triangles import Coordinates
 from nrp_core.world.scene.model import Rgba, Visual
-from nrp_core.world.scene.tessellation import triangles_of
+from nrp_core.world.scene.tessellation import mapped_shape, triangles_of
+
+_Shape: TypeAlias = tuple[FloatArray, npt.NDArray[np.int32], Coordinates | None]
+"""Vertices, faces, and the places of their corners in an image, None for a shape without any."""
 
 MAX_EXTENT_M = 60.0
 """A larger visual (m) is scenery, which need not fit into an image or a light's beam."""
@@ -32,25 +38,41 @@ class SceneMesh:
         glowing: which visuals have their colour in any light.
         finishes: the finish of each visual, None for a matt one.
         palette: the colours of the visuals, and at index -1 of the sky; shape ``(visuals + 1, 3)``.
+        textures: the images on visuals, None if no visual has one.
     """
 
     def __init__(self, bodies: Mapping[str, Sequence[Body]], frames: Mapping[BodyPath, int]) -> None:
         placed = list(_placed_visuals(bodies, frames))
         meshes = [_in_frame(visual, pose) for _, visual, pose, _ in placed]
-        counts = [len(vertices) for vertices, _ in meshes]
+        counts = [len(vertices) for vertices, *_ in meshes]
         starts = np.cumsum([0, *counts])
         self._numbers = {path: number for number, (path, *_) in enumerate(placed)}
-        self.vertices = np.concatenate([np.empty((0, 3)), *(vertices for vertices, _ in meshes)])
+        self.vertices = np.concatenate([np.empty((0, 3)), *(vertices for vertices, *_ in meshes)])
         self.vertex_frames = np.repeat(np.array([frame for *_, frame in placed], np.int32), counts)
-        faces = [faces + start for (_, faces), start in zip(meshes, starts, strict=False)]
+        faces = [faces + start for (_, faces, _), start in zip(meshes, starts, strict=False)]
         self.faces = np.concatenate([np.empty((0, 3)), *faces]).astype(np.int32)
         self.surfaces = np.repeat(np.arange(len(placed), dtype=np.int32), [len(each) for each in faces])
         self.shown = np.ones(len(placed), bool)
         self.glowing = np.array([visual.glows for _, visual, *_ in placed], bool)
         self.finishes = [visual.finish for _, visual, *_ in placed]
         self.palette = np.array([bytes_of(SKY)] * (len(placed) + 1), np.uint8)
+        self.textures = self._textures([visual for _, visual, *_ in placed], meshes)
+        self._own = [visual.rgba for _, visual, *_ in placed]
+        self._imaged = self.textures.shown.copy() if self.textures else np.zeros(len(placed), bool)
         for path, visual, *_ in placed:
             self.set_color(path, visual.rgba)
+
+    def _textures(self, visuals: Sequence[Visual], meshes: Sequence[_Shape]) -> Textures | None:
+        images = [
+            visual.texture if places is not None else None
+            for visual, (*_, places) in zip(visuals, meshes, strict=True)
+        ]
+        if not any(images):
+            return None
+        places = [
+            np.zeros((len(faces), 3, 2), np.float32) if known is None else known for _, faces, known in meshes
+        ]
+        return Textures(images, np.concatenate(places), self.surfaces, self.vertices[self.faces])
 
     def in_world(self, frames: FloatArray) -> FloatArray:
         """Return all vertices in the world, shape ``(n, 3)``.
@@ -71,10 +93,12 @@ class SceneMesh:
         return framed if framed.any() else ~framed
 
     def set_color(self, visual: str, rgba: Rgba) -> None:
-        """Set the colour of a visual, named by its path."""
+        """Set the colour of a visual, named by its path; it shows its image in its own colour only."""
         number, color = self._numbers[visual], flat(rgba)
         self.palette[number] = bytes_of(color)
         self.shown[number] = color[3] > 0
+        if self.textures is not None:
+            self.textures.shown[number] = self._imaged[number] and rgba == self._own[number]
 
     def set_glow(self, visual: str, glows: bool) -> None:
         """Set whether a visual has its colour in any light."""
@@ -105,8 +129,9 @@ def _placed_visuals(
                     yield f"{model}/{link.name}/{visual.name}", visual, place @ visual.pose, frame
 
 
-def _in_frame(visual: Visual, pose: Pose) -> tuple[FloatArray, npt.NDArray[np.int32]]:
+def _in_frame(visual: Visual, pose: Pose) -> _Shape:
     geometry, place = drawn(visual.geometry, pose)
-    vertices, faces = triangles_of(geometry)
+    shape = mapped_shape(geometry) if visual.texture else None
+    vertices, faces, places = shape or (*triangles_of(geometry), None)
     matrix = matrix_of(place)
-    return vertices @ matrix[:, :3].T + matrix[:, 3], faces
+    return vertices @ matrix[:, :3].T + matrix[:, 3], faces, places

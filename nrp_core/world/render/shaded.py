@@ -45,16 +45,28 @@ class ShadedView:
 
         optics = self.optics
         seen = self._faces.draw(vertices, eye, optics.focal, optics.near, optics.far, self._nearness)
-        large = np.take(self._palette(vertices), seen, axis=0)
+        shade = self._shade(vertices)
+        large = np.take(self._palette(shade), seen, axis=0)
+        textures = self._mesh.textures
+        if textures is not None:
+            image = np.empty_like(large)
+            textures.lay(seen, self._nearness, optics.focal, eye, vertices, self._mesh.faces, image)
+            covered = textures.covered(seen)
+            large[covered] = (image[covered] * shade[seen[covered]][:, None]).round()
         return cv2.resize(large, self._size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
 
-    def _palette(self, vertices: FloatArray) -> npt.NDArray[np.uint8]:
-        """Return the colour of each face, brighter if it faces the light, and last the background."""
+    def _shade(self, vertices: FloatArray) -> FloatArray:
+        """Return the brightness of each face, more if it faces the light."""
         mesh = self._mesh
         a, b, c = (vertices[mesh.faces[:, i]] for i in range(3))
         normals = np.cross(b - a, c - a)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
         lit = np.clip(normals @ (_LIGHT / np.linalg.norm(_LIGHT)), -1, 1)
-        shade = _DARKEST + (1 - _DARKEST) * (lit + 1) / 2
+        shade: FloatArray = _DARKEST + (1 - _DARKEST) * (lit + 1) / 2
+        return shade
+
+    def _palette(self, shade: FloatArray) -> npt.NDArray[np.uint8]:
+        """Return the colour of each face, and last the background."""
+        mesh = self._mesh
         colors = mesh.palette[mesh.surfaces] * shade[:, None]
         return np.vstack([colors.round(), _BACKGROUND]).astype(np.uint8)

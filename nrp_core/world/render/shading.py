@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core._support.jit import inlined, jit
-from nrp_core.world.render.gloss import MATT, add_gloss, begin_gloss
+from nrp_core.world.render.gloss import MATT, add_gloss, begin_gloss, tint_gloss
 from nrp_core.world.render.lighting import add_light, way_to
 from nrp_core.world.render.normals import find_normal
 from nrp_core.world.render.pixels import NOTHING, NearnessArray
@@ -27,11 +27,10 @@ def shade(
     turns: FloatArray,
     face_frames: IndexArray,
     surfaces: IndexArray,
-    albedo: FloatArray,
+    colors: FloatArray,
     glowing: npt.NDArray[np.bool_],
     gloss: FloatArray,
     tables: FloatArray,
-    sky: FloatArray,
     ambient: float,
     lamps: FloatArray,
     maps: NearnessArray,
@@ -39,7 +38,7 @@ def shade(
     map_focals: FloatArray,
     image: npt.NDArray[np.uint8],
 ) -> None:
-    """Fill an image with the light from the surfaces to the eye.
+    """Turn an image of the colours of surfaces into one of the light from them to the eye.
 
     Args:
         seen: the face at each pixel, shape ``(height, width)``.
@@ -52,31 +51,27 @@ def shade(
         turns: rotation and translation of each frame to the world, shape ``(f, 3, 4)``.
         face_frames: the frame of each face, shape ``(m,)``.
         surfaces: the surface of each face, shape ``(m,)``.
-        albedo: colour of each surface, 0..1, shape ``(n, 3)``.
+        colors: colour of each surface, 0..1, shape ``(n, 3)``; with an image on it, the mean.
         glowing: which surfaces have their colour in any light, shape ``(n,)``.
         gloss: rows of finishes, see :class:`~nrp_core.world.render.gloss.Gloss`.
         tables: tables of the finishes.
-        sky: colour of the background, 0..1, shape ``(1, 3)``.
         ambient: ambient light.
         lamps: one in each row, in the layout of :class:`~nrp_core.world.render.lamps.Lamps`.
         maps: reciprocal depths seen from the lamps, shape ``(k, size, size)``.
         map_eyes: rotation and translation of each map's eye to the world, shape ``(k, 3, 4)``.
         map_focals: focal lengths of the maps.
-        image: the result, RGB.
+        image: the colours, RGB, replaced by the result; the background stays as it is.
     """
     height, width = seen.shape
     place, normal, light = np.empty(3), np.empty(3), np.empty(3)
     view, leaving, arriving = np.empty(3), np.empty(4), np.empty(3)
+    finish = np.empty(gloss.shape[1])
     for row in range(height):
         for column in range(width):
             face = seen[row, column]
-            if face == NOTHING:
-                _show(sky, NOTHING, image, row, column)
+            if face == NOTHING or glowing[surfaces[face]]:
                 continue
             surface = surfaces[face]
-            if glowing[surface]:
-                _show(albedo, surface, image, row, column)
-                continue
             depth = 1.0 / nearness[row, column]
             x, y = (column + 0.5 - width / 2) * depth / focal, (height / 2 - row - 0.5) * depth / focal
             _find_place(eye, x, y, depth, place)
@@ -86,9 +81,10 @@ def shade(
                 for lamp in range(len(lamps)):
                     add_light(place, normal, lamps, lamp, maps, map_eyes, map_focals, light)
                 for channel in range(3):
-                    light[channel] *= albedo[surface, channel]
+                    light[channel] *= image[row, column, channel] / 255.0
             else:
-                finish, table = gloss[surface], tables[int(gloss[surface, 0])]
+                table = tables[int(gloss[surface, 0])]
+                tint_gloss(gloss[surface], colors[surface], image[row, column], finish)
                 to_eye = _look(eye, place, normal, view)
                 begin_gloss(finish, table, to_eye, ambient, leaving, light)
                 for lamp in range(len(lamps)):
@@ -98,13 +94,6 @@ def shade(
                     add_gloss(finish, table, normal, to_eye, view, towards, leaving, arriving, light)
             for channel in range(3):
                 image[row, column, channel] = int(255 * min(1.0, light[channel]) + 0.5)
-
-
-@inlined
-def _show(colors: FloatArray, index: int, image: npt.NDArray[np.uint8], row: int, column: int) -> None:
-    """Set a pixel to one of some colours, in any light."""
-    for channel in range(3):
-        image[row, column, channel] = int(255 * colors[index, channel] + 0.5)
 
 
 @inlined

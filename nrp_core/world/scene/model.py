@@ -105,7 +105,7 @@ Geometry = Box | Cylinder | Capsule | Sphere | Plane | Mesh
 
 @dataclass(frozen=True, slots=True)
 class Texture:
-    """An image on a visual, which viewers show and our renderers replace by its mean colour.
+    """An image on a visual.
 
     Meshes have texture coordinates of their own (:func:`nrp_core.world.scene.meshes.stl.read_coordinates`);
     those of other shapes are in :mod:`nrp_core.world.scene.meshes.mapped`.
@@ -113,10 +113,12 @@ class Texture:
     Args:
         image: a file, which is read when someone looks.
         tint: the red, green and blue by which the image is multiplied.
+        content: a digest of the file, by which scenes are compared wherever it lies.
     """
 
-    image: Path
+    image: Path = field(compare=False)
     tint: Vector = (1.0, 1.0, 1.0)
+    content: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +129,7 @@ class Visual:
         rgba: its colour; with a texture the mean of the image.
         glows: whether it has its colour in any light.
         finish: how it shines; None: it is matt.
-        texture: the image on it. No run depends on it, so scenes are compared without it.
+        texture: the image on it.
     """
 
     name: str
@@ -136,7 +138,7 @@ class Visual:
     rgba: Rgba = DEFAULT_RGBA
     glows: bool = False
     finish: Finish | None = None
-    texture: Texture | None = field(default=None, compare=False)
+    texture: Texture | None = field(default=None, metadata=LATER)
 
 
 @dataclass(frozen=True, slots=True)

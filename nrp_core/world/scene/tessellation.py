@@ -7,8 +7,9 @@ from math import pi
 
 import numpy as np
 
-from nrp_core.world.scene.meshes.stl import read_stl
-from nrp_core.world.scene.meshes.triangles import Faces, welded
+from nrp_core.world.scene.meshes.mapped import mapped_triangles
+from nrp_core.world.scene.meshes.stl import read_coordinates, read_stl
+from nrp_core.world.scene.meshes.triangles import Coordinates, Faces, welded
 from nrp_core.world.scene.meshes.triangles import Points as Vertices
 from nrp_core.world.scene.meshes.turned import arc, turned
 from nrp_core.world.scene.model import Box, Capsule, Cylinder, Geometry, Mesh, Plane, Sphere
@@ -47,3 +48,23 @@ def triangles_of(geometry: Geometry) -> tuple[Vertices, Faces]:
             vertices, faces = welded(read_stl(path))
             mirrored = scale[0] * scale[1] * scale[2] < 0
             return vertices * scale, faces[:, ::-1] if mirrored else faces
+
+
+def mapped_shape(geometry: Geometry) -> tuple[Vertices, Faces, Coordinates] | None:
+    """Return the vertices and triangles of a shape with the places of their corners in an image.
+
+    Returns:
+        Vertices, faces, and texture coordinates of shape ``(m, 3, 2)``; None for a shape without any.
+
+    Raises:
+        SceneError: the file of a mesh cannot be used.
+    """
+    if isinstance(geometry, Mesh):
+        places = read_coordinates(geometry.path)
+        vertices, faces = triangles_of(geometry)
+        if places is None or len(places) != len(faces):
+            return None
+        mirrored = geometry.scale[0] * geometry.scale[1] * geometry.scale[2] < 0
+        return vertices, faces, places[:, ::-1] if mirrored else places
+    mapped = mapped_triangles(geometry)
+    return None if mapped is None else (*welded(mapped[0]), mapped[1])

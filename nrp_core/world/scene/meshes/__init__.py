@@ -1,4 +1,4 @@
-"""Meshes of robots and rooms: Collada, STL and OBJ, converted once and kept in the user's cache.
+"""Meshes of robots and rooms: Collada, STL, OBJ and glTF, converted once and kept in the user's cache.
 
 Scenes then refer to one simple format, binary STL in metres, for every engine and for the rasteriser. The
 file is named by a digest of all its sources, so that an edited mesh is converted again and equal meshes are
@@ -44,7 +44,7 @@ def mesh_pieces(path: Path, wanted: Wanted) -> list[Piece]:
     """Return the pieces of a mesh, the largest first.
 
     Args:
-        path: a Collada, STL or OBJ file.
+        path: a Collada, STL, OBJ or glTF file.
         wanted: the part of it and the form.
 
     Raises:
@@ -65,9 +65,18 @@ def mesh_pieces(path: Path, wanted: Wanted) -> list[Piece]:
     except (ValueError, IndexError) as error:
         raise SceneError(f"cannot be read: {error}", path=path) from error
     return [
-        Piece(folder / name, tuple(rgba) if rgba else None, _placed(path.parent, image) if image else None)
+        Piece(
+            folder / name, tuple(rgba) if rgba else None, _found(image, listing["files"], folder, path.parent)
+        )
         for name, rgba, image in listing["pieces"]
     ]
+
+
+def _found(image: str | None, kept: list[str], folder: Path, home: Path) -> Path | None:
+    """Return the file of an image, which is with the converted mesh if it was inside of the file."""
+    if image is None:
+        return None
+    return folder / image if image in kept else _placed(home, image)
 
 
 def _fill(key: str, data: bytes, suffix: str, home: Path, wanted: Wanted, folder: Path) -> None:
@@ -75,7 +84,10 @@ def _fill(key: str, data: bytes, suffix: str, home: Path, wanted: Wanted, folder
     surfaces, beside = _parsed(data, suffix, home)
     pieces = []
     for number, piece in enumerate(pieces_of(surfaces, wanted)):
-        pieces.append((f"{key}-{number}.stl", piece.rgba, piece.image))
+        image = piece.image if piece.held is None else f"{key}-{number}.image"
+        pieces.append((f"{key}-{number}.stl", piece.rgba, image))
+        if image is not None and piece.held is not None:
+            (folder / image).write_bytes(piece.held)
         write_stl(folder / pieces[-1][0], piece.triangles)
         if piece.coordinates is not None:
             write_coordinates(folder / pieces[-1][0], piece.coordinates)

@@ -10,6 +10,7 @@ import numpy as np
 
 from nrp_core.world.scene.meshes.collada import parse_collada
 from nrp_core.world.scene.meshes.convex import convex_pieces
+from nrp_core.world.scene.meshes.gltf import parse_gltf
 from nrp_core.world.scene.meshes.obj import ReadBeside, parse_obj
 from nrp_core.world.scene.meshes.stl import parse_stl
 from nrp_core.world.scene.meshes.triangles import Surface, Triangles, joined, merged
@@ -66,7 +67,7 @@ def pieces_of(surfaces: Sequence[Surface], wanted: Wanted) -> list[Surface]:
     if wanted.centered:
         surfaces = _centered(surfaces)
     if wanted.form == "whole":
-        return [replace(merged(surfaces), rgba=None, image=None)]
+        return [replace(merged(surfaces), rgba=None, image=None, held=None)]
     if wanted.form == "convex":
         return [Surface(frozenset(), piece) for piece in convex_pieces(joined(surfaces))]
     return _by_color(surfaces)
@@ -80,6 +81,8 @@ KINDS: dict[str, Callable[[bytes, ReadBeside], list[Surface]]] = {
     ".stl": _stl,
     ".obj": parse_obj,
     ".dae": parse_collada,
+    ".glb": parse_gltf,
+    ".gltf": parse_gltf,
 }
 """Readers of the file formats."""
 

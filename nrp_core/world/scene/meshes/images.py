@@ -1,4 +1,4 @@
-"""Images on surfaces. Our renderers show the mean colour of an image, viewers the image itself."""
+"""Images on surfaces. Scenes have the mean colour of an image, renderers show the image itself."""
 
 from __future__ import annotations
 

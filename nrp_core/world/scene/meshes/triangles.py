@@ -34,6 +34,7 @@ class Surface:
         rgba: their colour, None if the file has none; with an image its mean.
         coordinates: texture coordinates, None if the file has none.
         image: the name in the file of the image on them, None for none.
+        held: the contents of an image that is inside of the file.
     """
 
     names: frozenset[str]
@@ -41,6 +42,7 @@ class Surface:
     rgba: Rgba | None = None
     coordinates: Coordinates | None = None
     image: str | None = None
+    held: bytes | None = None
 
 
 def joined(surfaces: Sequence[Surface]) -> Triangles:

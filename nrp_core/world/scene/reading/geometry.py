@@ -25,9 +25,9 @@ from nrp_core.world.scene.model import (
     Mesh,
     Plane,
     Sphere,
-    Texture,
 )
 from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.textures import texture_of
 from nrp_core.world.scene.reading.xml import Element
 
 _SHAPES = (
@@ -163,8 +163,7 @@ def _mesh(shape: Element, form: Form, reading: Reading) -> list[Shape]:
         )
         return []
     return [
-        Shape(Mesh(piece.path, (x, y, z)), Pose(), piece.rgba, Texture(piece.image) if piece.image else None)
-        for piece in pieces
+        Shape(Mesh(piece.path, (x, y, z)), Pose(), piece.rgba, texture_of(piece.image)) for piece in pieces
     ]
 
 

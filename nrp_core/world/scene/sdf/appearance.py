@@ -8,9 +8,10 @@ from nrp_core.errors import SceneError
 from nrp_core.findings import Code
 from nrp_core.world.scene.bodies import Look
 from nrp_core.world.scene.materials import color_of, glows
-from nrp_core.world.scene.model import Rgba, Texture
+from nrp_core.world.scene.model import Rgba
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.material_scripts import Material, image_material, script_material
+from nrp_core.world.scene.reading.textures import texture_of
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.finish import albedo_map, read_finish, read_share
 
@@ -36,13 +37,13 @@ def _surface(material: Element, reading: Reading) -> Look:
     albedo = albedo_map(material, reading)
     if albedo:
         (red, green, blue), (r, g, b, alpha) = albedo.mean, diffuse or (1.0, 1.0, 1.0, 1.0)
-        return Look((r * red, g * green, b * blue, alpha), texture=Texture(albedo.path, (r, g, b)))
+        return Look((r * red, g * green, b * blue, alpha), texture=texture_of(albedo.path, (r, g, b)))
     if diffuse:
         return Look(diffuse)
     found = _script(material, reading)
     if found is None:
         return Look(ambient)
-    return Look(found.rgba, glows=found.glows, texture=Texture(found.image) if found.image else None)
+    return Look(found.rgba, glows=found.glows, texture=texture_of(found.image))
 
 
 def read_color(element: Element, tag: str, reading: Reading) -> Rgba | None:

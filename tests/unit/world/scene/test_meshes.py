@@ -9,6 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+import square_gltf
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -340,7 +341,7 @@ def test_without_a_cache_meshes_are_converted_in_each_process(
         ("a.obj", b"", "it has no triangles"),
         ("a.dae", b"<COLLADA>", "XML Parsing Error: Premature end of data in tag COLLADA line 1"),
         ("a.dae", b"<COLLADA/>", "cannot be read"),
-        ("a.fbx", b"", r"not of a supported type; supported: .stl, .obj, .dae"),
+        ("a.fbx", b"", r"not of a supported type; supported: .stl, .obj, .dae, .glb, .gltf"),
     ],
 )
 def test_an_unusable_mesh_is_refused_in_one_sentence(
@@ -359,7 +360,13 @@ def test_a_submesh_that_is_not_there_is_named_with_those_that_are(pieces: Pieces
 @pytest.mark.parametrize("suffix", sorted(KINDS))
 @given(data=st.data())
 def test_a_damaged_file_is_read_or_refused_but_never_crashes(suffix: str, data: st.DataObject) -> None:
-    sound = {".stl": binary_stl(), ".obj": TWO_THINGS.encode(), ".dae": dae().encode()}[suffix]
+    sound = {
+        ".stl": binary_stl(),
+        ".obj": TWO_THINGS.encode(),
+        ".dae": dae().encode(),
+        ".gltf": square_gltf.text_file({}),
+        ".glb": square_gltf.binary_file({}),
+    }[suffix]
     start = data.draw(st.integers(0, len(sound)))
     end = data.draw(st.integers(start, len(sound)))
     damaged = sound[:start] + data.draw(st.binary(max_size=20)) + sound[end:]

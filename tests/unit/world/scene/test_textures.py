@@ -1,10 +1,10 @@
-"""Images on meshes and shapes reach viewers; scenes and our renderers have their mean colour."""
+"""Images on meshes and shapes reach viewers and digests; scenes have their mean colour."""
 
 from __future__ import annotations
 
 import io
 import json
-from dataclasses import replace
+import shutil
 from pathlib import Path
 
 import cv2
@@ -216,7 +216,7 @@ def test_a_viewer_gets_the_image_until_the_visual_has_another_colour(
     assert [each.media_type for each in painted] == ([MESH_TYPE] if "mesh" in geometry else [])
 
 
-def test_videos_read_the_shape_alone_and_no_digest_changes(home: Path) -> None:
+def test_videos_read_the_shape_alone(home: Path) -> None:
     model = model_with(home, "<mesh><uri>a.obj</uri></mesh>", "")
     scene = Scene((model,))
     recorded = RecordedScene()
@@ -226,9 +226,22 @@ def test_videos_read_the_shape_alone_and_no_digest_changes(home: Path) -> None:
     assert isinstance(visual.geometry, Mesh)
     assert shape.mesh is not None
     assert parse_stl(shape.mesh.tobytes()) == pytest.approx(read_stl(visual.geometry.path))
-    plain = replace(visual, texture=None)
-    link = replace(model.links[0], visuals=(plain,))
-    assert Scene((replace(model, links=(link,)),)).digest == scene.digest
+
+
+def test_the_digest_of_a_scene_depends_on_what_is_in_an_image_and_not_on_where_it_lies(home: Path) -> None:
+    box, look = (
+        "<box><size>1 1 1</size></box>",
+        "<script><uri>poster.material</uri><name>Poster</name></script>",
+    )
+    there = home / "there"
+    shutil.copytree(home, there)
+    before, moved = (Scene((model_with(each, box, look),)) for each in (home, there))
+    assert moved.models[0].links[0].visuals[0].texture is not None
+    assert moved.digest == before.digest
+    cv2.imwrite(
+        str(there / "poster.png"), cv2.resize(QUADRANTS[::-1], (8, 8), interpolation=cv2.INTER_NEAREST)
+    )
+    assert Scene((model_with(there, box, look),)).digest != before.digest
 
 
 class Still(Frames):
