@@ -46,3 +46,18 @@ def test_a_program_that_never_connects_is_given_up():
 def test_a_program_without_the_plugin_is_not_waited_for():
     with pytest.raises(BackendLoadError, match=r"cannot load the plugin libnrp_gazebo\.so"):
         opened(command=("sh", "-c", "echo '[Err] [Plugin.hh:187] no such file'; exec sleep 30"))
+
+
+def test_a_port_that_was_taken_meanwhile_is_changed(tmp_path):
+    taken = "echo 'Unable to start server[bind: Address already in use].' >&2"
+    tried = tmp_path / "tried"
+    third = f"[ $(wc -l < {tried}) -gt 2 ]"
+    script = f'echo "$GAZEBO_MASTER_URI" >> {tried}; {third} || {{ {taken}; exit 255; }}; exit 7'
+    with pytest.raises(BackendLoadError, match="ended at its start with exit code 7"):
+        opened(command=("sh", "-c", script))
+    assert len(set(tried.read_text().split())) == 3
+
+
+def test_a_port_that_is_always_taken_is_one_error():
+    with pytest.raises(BackendLoadError, match=r"a port that was taken, 3 times:\s+.*Address already in use"):
+        opened(command=("sh", "-c", "echo 'bind: Address already in use' >&2; exec sleep 30"))

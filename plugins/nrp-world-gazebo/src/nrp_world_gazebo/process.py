@@ -6,9 +6,12 @@ import json
 import socket
 import subprocess
 import time
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
+from typing import NoReturn
 
 import numpy as np
 
@@ -27,6 +30,13 @@ _HARMLESS = (
 """Parts of lines about displays and loudspeakers, which Gazebo does without, our kill, and greetings."""
 _NO_PLUGIN = b"[Plugin.hh:"
 """Where Gazebo reports a plugin that it cannot load."""
+_PORT_TAKEN = b"Address already in use"
+"""What it reports if a program took the port after it was found to be free."""
+_STARTS = 3
+
+
+class _PortTakenError(Exception):
+    """The port of Gazebo's master is taken."""
 
 
 class Run:
@@ -74,17 +84,8 @@ class Gazebo:
         with socket.socket(socket.AF_UNIX) as listener:
             listener.bind(str(run.socket))
             listener.listen(1)
-            with run.log.open("wb") as log:
-                self._process = subprocess.Popen(
-                    line,
-                    stdin=subprocess.DEVNULL,
-                    stdout=log,
-                    stderr=log,
-                    env=environment(options, [run.models]),
-                    start_new_session=True,
-                )
             try:
-                self._channel = Channel(self._accept(listener))
+                self._channel = Channel(self._connect(line, listener))
                 self._greet()
             except BaseException:
                 self._end()
@@ -156,17 +157,48 @@ class Gazebo:
             return ""
         return f" by signal {-code}" if code < 0 else f" with exit code {code}"
 
+    def _connect(self, line: Sequence[str], listener: socket.socket) -> socket.socket:
+        """Start Gazebo and wait for its plugin; try again if another program took the port meanwhile."""
+        for _ in range(_STARTS - 1):
+            self._start(line)
+            with suppress(_PortTakenError):
+                return self._accept(listener)
+            self._kill()
+        self._start(line)
+        try:
+            return self._accept(listener)
+        except _PortTakenError:
+            self._fail(f"met a port that was taken, {_STARTS} times")
+
+    def _start(self, line: Sequence[str]) -> None:
+        with self._run.log.open("wb") as log:
+            self._process = subprocess.Popen(
+                line,
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+                env=environment(self._options, [self._run.models]),
+                start_new_session=True,
+            )
+
     def _accept(self, listener: socket.socket) -> socket.socket:
-        """Wait for the plugin in Gazebo."""
+        """Wait for the plugin in Gazebo.
+
+        Raises:
+            _PortTakenError: another program has the port of its master.
+        """
         listener.settimeout(_POLL_S)
         until = time.monotonic() + self._options.start_timeout
         while True:
             try:
                 connected, _ = listener.accept()
             except TimeoutError:
-                if self._process.poll() is not None:
+                ended, log = self._process.poll() is not None, self._run.log.read_bytes()
+                if _PORT_TAKEN in log:
+                    raise _PortTakenError from None
+                if ended:
                     self._fail(f"ended at its start with exit code {self._process.returncode}")
-                if _NO_PLUGIN in self._run.log.read_bytes():
+                if _NO_PLUGIN in log:
                     self._fail("cannot load the plugin libnrp_gazebo.so")
                 if time.monotonic() > until:
                     self._fail(f"did not start within {self._options.start_timeout:g} s")
@@ -174,7 +206,7 @@ class Gazebo:
             connected.settimeout(self._options.step_timeout)
             return connected
 
-    def _fail(self, how: str) -> None:
+    def _fail(self, how: str) -> NoReturn:
         command = " ".join(self._options.command)
         raise BackendLoadError(f"Gazebo ('{command}') {how}:\n  {self._run.last_lines()}", remedy=REMEDY)
 
@@ -193,9 +225,12 @@ class Gazebo:
         self.link_names: list[str] = told["links"]
 
     def _end(self) -> None:
+        self._kill()
+        self._run.remove()
+
+    def _kill(self) -> None:
         self._process.kill()  # unshare takes what runs in the root with it
         self._process.wait()
-        self._run.remove()
 
 
 def _plain(line: str) -> str:
