@@ -43,8 +43,8 @@ from nrp_core.errors import (
     TriggerError,
 )
 from nrp_core.experiment.backends import load_backend
+from nrp_core.experiment.making.doubtful_mappings import doubtful_mappings
 from nrp_core.experiment.making.maker import Maker, maker_of
-from nrp_core.experiment.making.mappings import doubtful_mappings
 from nrp_core.experiment.making.prepare import Examination, ProgressCallback
 from nrp_core.experiment.making.watch import warn_of_missing_topics
 from nrp_core.experiment.model.collector import Collector

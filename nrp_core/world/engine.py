@@ -1,4 +1,4 @@
-"""The interface that a world backend implements: a physics engine with a scene in it."""
+"""An engine: a scene in a physics simulator, as a world backend implements it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The interface of world backends, which are entry points of the group ``nrp_core.world``.
+"""World backends, which are entry points of the group ``nrp_core.world``.
 
 A backend builds an :class:`~nrp_core.world.engine.Engine`. The minimum is to step, reset, report poses of
 models and accept a body velocity. The core supplies images, topics, messages, rates, time-outs, odometry,

@@ -1,4 +1,4 @@
-"""A brain and a world without simulators, to test loops and transfer functions in milliseconds."""
+"""A brain and a world without simulators, for checks and tests of loops and transfer functions."""
 
 from __future__ import annotations
 

@@ -20,9 +20,9 @@ from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.testing.mocks import MockBrain, MockEngine, MockWorld
 from nrp_core.errors import NetworkError, NeuronSelectionError, SceneError, did_you_mean
 from nrp_core.experiment.backends import load_backend, named
+from nrp_core.experiment.making.doubtful_mappings import doubtful_mappings
 from nrp_core.experiment.making.interventions import check_capabilities, with_variants
 from nrp_core.experiment.making.maker import maker_of
-from nrp_core.experiment.making.mappings import doubtful_mappings
 from nrp_core.experiment.making.parameters import Parameters, with_parameters
 from nrp_core.experiment.making.start_poses import things_fall, wrong_starts, wrong_units
 from nrp_core.experiment.making.watch import Watch, declare_own, warn_of_missing_topics
