@@ -21,6 +21,7 @@ from nrp_core.dsl.devices.devices import (
     SpikeGenerator,
 )
 from nrp_core.dsl.devices.kinds import DeviceKind
+from nrp_legacy.nest.models import recovering
 from nrp_legacy.shims.graph import log
 
 _KILO = 1e-3
@@ -121,6 +122,14 @@ def device_kinds(*, nest_units: bool) -> dict[str, DeviceKind]:
     kinds = {"dc_source": currents[0], "ac_source": currents[1], "nc_source": currents[2],
              "poisson": Spikes, "fixed_frequency": Spikes}  # fmt: skip
     return {name: replace(getattr(dsl, name), device=device) for name, device in kinds.items()}
+
+
+def recovering_at_once(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings in which synapses may have a time constant of recovery of 0, as on the platform."""
+    law = settings.get("synapse_type")
+    if not isinstance(law, Mapping) or not isinstance(law.get("tau_rec"), (int, float)):
+        return dict(settings)
+    return {**settings, "synapse_type": {**law, "tau_rec": recovering(law["tau_rec"])}}
 
 
 def in_our_units(settings: Mapping[str, Any]) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from nrp_core.dsl.parameters.binding import Binding
 from nrp_core.dsl.selection.selectors import evaluate
 from nrp_core.findings import Code
 from nrp_legacy.brain_root import Brain
-from nrp_legacy.devices import device_kinds, in_our_units
+from nrp_legacy.devices import device_kinds, in_our_units, recovering_at_once
 from nrp_legacy.notes import Notes
 from nrp_legacy.shims.graph import absolute, log
 from nrp_legacy.shims.modules import module
@@ -146,7 +146,7 @@ def framework(notes: Notes, *, nest_units: bool = False, brain_root: Any = dsl.b
     """
 
     def settings(device_type: Any, given: Mapping[str, Any]) -> dict[str, Any]:
-        taken = _settings(device_type, given, notes)
+        taken = recovering_at_once(_settings(device_type, given, notes))
         return in_our_units(taken) if nest_units and isinstance(device_type, DeviceKind) else taken
 
     class MapSpikeSink(dsl.MapSpikeSink):

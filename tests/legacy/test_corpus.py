@@ -10,6 +10,7 @@ import pytest
 from recorded import rows
 
 from nrp_core.experiment.running.run import Run
+from nrp_core.findings import Code
 from nrp_core.world.scene.joint_inertia import STIFF_TIME_CONSTANT_S
 from nrp_core.world.scene.model import Box
 
@@ -165,7 +166,8 @@ def test_copies_of_models_of_nest_fire_and_their_synapses_recover_at_once(opened
     assert result.complete
     assert not result.failures
     (projection,) = run.brain.network.projections
-    assert set(projection.synapse_parameters["tau_rec"].tolist()) == {1e-3}
+    assert set(projection.synapse_parameters["tau_rec"].tolist()) == {1e-6}
+    assert not [problem for problem in result.problems if problem.code is Code.NRP297]
     assert 0.01 <= projection.weight.min() <= projection.weight.max() <= 0.02
     # at 0.2 nA the membrane of 25 pF passes 0.5 mV in 0.06 ms; then it rests for 9 ms: 110 spikes a second
     assert result.spikes["eyes"] == pytest.approx(0.4 / 9.1e-3, abs=3)

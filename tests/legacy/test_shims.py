@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
+from math import cos, sin
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from hypothesis import strategies as st
 from nrp_legacy.files import Library
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.notes import unnoted
-from nrp_legacy.shims import transformations
+from nrp_legacy.shims import model_states, transformations
 from nrp_legacy.shims.containers import Concurrence
 from nrp_legacy.shims.cv_bridge import CvBridge, CvBridgeError
 from nrp_legacy.shims.smach import CBState, InvalidTransitionError, Sequence, State, StateMachine
@@ -24,6 +25,8 @@ from nrp_legacy.shims.times import Duration, Time
 from nrp_core.dsl.loading.loader import load_transfer_functions
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Findings
+from nrp_core.world.messages.geometry_msgs import Point, Quaternion, Vector3
+from nrp_core.world.pose_messages import pose_of
 
 ANGLES = st.floats(-1.5, 1.5)
 
@@ -362,6 +365,21 @@ def test_machines_and_functions_talk_in_simulated_time(opened: Opened, corpus: P
     last = run.loop.functions[0].adapters["rows"].rows[-1]
     # what is published at the end of a step is heard at the end of the next: 0.22 s at 0.26 s
     assert last == ["0.48", "[0.26, 100.3]"]
+
+
+@pytest.mark.parametrize(
+    "rotation",
+    [
+        Vector3(0.0, 0.0, 1.5), {"x": 0.0, "y": 0.0, "z": 1.5}, (0.0, 0.0, 1.5),
+        Quaternion(0.0, 0.0, sin(0.75), cos(0.75)), [0.0, 0.0, sin(0.75), cos(0.75)],
+        {"x": 0.0, "y": 0.0, "z": sin(0.75), "w": cos(0.75)},
+    ],
+)  # fmt: skip
+def test_a_machine_may_give_a_rotation_in_any_form(rotation: Any) -> None:
+    for place in (Point(1.0, 2.0, 3.0), {"x": 1, "y": 2, "z": 3}, (1, 2, 3)):
+        pose = pose_of(model_states._pose(place, rotation))
+        assert pose.position == (1.0, 2.0, 3.0)
+        assert pose.rpy == pytest.approx((0.0, 0.0, 1.5))
 
 
 GONE = """

@@ -83,8 +83,8 @@ class SynapseModel:
         return SynapseModel(self.kind, {**self.defaults, **values})
 
 
-AT_ONCE_MS = 1e-3
-"""The time constant of recovery that one of 0 means: synapses that recover at once."""
+AT_ONCE_MS = 1e-6
+"""The time constant of recovery that one of 0 means: a nanosecond, so synapses recover at once."""
 
 
 def recovering(tau_rec_ms: Any) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -12,6 +12,7 @@ from nrp_core.findings import Code
 from nrp_core.world.messages.gazebo_msgs import ModelState
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Quaternion, Vector3
 from nrp_core.world.pose_messages import pose_of
+from nrp_core.world.rigid.pose import Pose as ScenePose
 from nrp_core.world.rigid.pose import Vector, multiply
 from nrp_core.world.scene.materials import color_of
 from nrp_core.world.scene.model import (
@@ -252,17 +253,24 @@ def _pose(position: Any, rotation: Any) -> Pose:
     if isinstance(position, Pose):
         return position
     point = Point(*_numbers(position)) if position is not None else Point()
-    if rotation is None:
-        return Pose(point)
-    if isinstance(rotation, Vector3):
-        from nrp_core.world.rigid.pose import Pose as ScenePose
+    return Pose(point) if rotation is None else Pose(point, _orientation(rotation))
 
-        turned = ScenePose.from_rpy((0.0, 0.0, 0.0), rotation.x, rotation.y, rotation.z)
-        return Pose(point, Quaternion(*turned.orientation))
-    return Pose(point, rotation if isinstance(rotation, Quaternion) else Quaternion(*rotation))
+
+def _orientation(rotation: Any) -> Quaternion:
+    """Return a rotation that is given as a quaternion or as three angles, in any form."""
+    if isinstance(rotation, Quaternion):
+        return rotation
+    if isinstance(rotation, Mapping) and "w" in rotation:
+        rotation = [rotation[axis] for axis in "xyzw"]
+    if isinstance(rotation, Sequence) and len(rotation) == len("xyzw"):
+        return Quaternion(*map(float, rotation))
+    return Quaternion(*ScenePose.from_rpy((0.0, 0.0, 0.0), *_numbers(rotation)).orientation)
 
 
 def _numbers(value: Any) -> tuple[float, float, float]:
+    """Return three numbers that are given as a message, a dictionary or a sequence."""
+    if isinstance(value, Mapping):
+        value = [value[axis] for axis in "xyz"]
     x, y, z = (value.x, value.y, value.z) if hasattr(value, "x") else value
     return float(x), float(y), float(z)
 

@@ -47,6 +47,8 @@ _IN_MV: Final = frozenset(cell.name for cell in CELLS.values() if cell.weight_un
 """Cells with weights that are voltages, not currents."""
 _DELAY: Final = Plausible(0.01, 1_000.0, "ms", "s", "us")
 _RECOVERY: Final = Plausible(0.05, 1e6, "ms", "s", "us")
+_AT_ONCE_MS: Final = 1e-6
+"""The longest time constant that stands for none: a nanosecond, the resolution of time."""
 HIGHEST_HZ: Final = 1e5
 """Of one Poisson source, which often stands for thousands of neurons."""
 _EXPECTED: Final = 0.5
@@ -163,7 +165,8 @@ def _of_synapses(projection: Projection, post: Population) -> Iterator[str]:
     yield from _beyond_limits(owner, projection)
     for name in ("tau_rec", "tau_facil", "tau_plus", "tau_minus"):
         if name in projection.synapse_parameters:
-            yield from _outside(f"{name} of {owner}", projection.synapse_parameters[name], _RECOVERY)
+            values = projection.synapse_parameters[name]
+            yield from _outside(f"{name} of {owner}", values[values > _AT_ONCE_MS], _RECOVERY)
     if projection.weight.size:
         size = too_strong(float(np.abs(projection.weight).max()), post)
         if size:
