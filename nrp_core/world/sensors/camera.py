@@ -29,7 +29,7 @@ from nrp_core.world.topics import resolve_name
 _COLOR_FORMATS = ("", "R8G8B8", "RGB_INT8", "B8G8R8", "BGR_INT8")
 _MOST_PIXELS = 2**28
 """An image of more takes over 1 GB as depth, and several times that in a renderer."""
-_CAMERA_PLUGIN = "gazebo_ros_camera"
+_CAMERA_PLUGIN, _STEREO_PLUGIN = "gazebo_ros_camera", "gazebo_ros_multicamera"
 _OPTICAL = Pose(orientation=(-0.5, 0.5, -0.5, 0.5))
 """The frame of images in that of a camera: z ahead, x right, y down (REP 103 of ROS)."""
 _DEPTH = ("depth", "depth_camera", "rgbd", "rgbd_camera")
@@ -50,6 +50,7 @@ class Camera(Sensor):
         depth_topic: absolute topic of its depth images, None for none.
         info_topic: absolute topic of its optics, None for none.
         points_topic: absolute topic of the points that it sees, None for none.
+        baseline: of the right camera of a pair, its distance from the left one (m), which its ``P`` holds.
     """
 
     tag: ClassVar[str] = "camera"
@@ -66,6 +67,7 @@ class Camera(Sensor):
     depth_topic: str | None = None
     info_topic: str | None = None
     points_topic: str | None = field(default=None, metadata=LATER)
+    baseline: float = field(default=0.0, metadata=LATER)
 
     @property
     def offset(self) -> Pose:
@@ -100,6 +102,7 @@ class Camera(Sensor):
             topics.depth,
             topics.info,
             topics.points,
+            _baseline(sensor),
             noise=noise_of(camera, reading),
         )
 
@@ -159,7 +162,7 @@ class CameraPart(SensorPart):
         height, width = self._engine.image_size(*self._path)
         focal = self._focal(width)
         k = np.array([[focal, 0.0, width / 2], [0.0, focal, height / 2], [0.0, 0.0, 1.0]])
-        p = np.column_stack([k, np.zeros(3)])
+        p = np.column_stack([k, [-focal * self._camera.baseline, 0.0, 0.0]])
         size = self._header(now_ns), height, width
         return CameraInfo(*size, d=np.zeros(5), k=k.ravel(), r=np.eye(3).ravel(), p=p.ravel())
 
@@ -190,6 +193,19 @@ def _clip(clip: Element) -> tuple[float, float]:
     return near, far
 
 
+def _eye_name(sensor: Element) -> str:
+    """Return the name of the ``<camera>`` of a sensor."""
+    return sensor.require("camera").attributes.get("name", "")
+
+
+def _baseline(sensor: Element) -> float:
+    """Return the distance of the right one of several cameras from the left one, m; 0 for any other."""
+    if _eye_name(sensor) != "right":
+        return 0.0
+    plugins = [plugin for plugin in sensor.all("plugin") if plugin_name(plugin) == _STEREO_PLUGIN]
+    return max((plugin.number("hackBaseline", 0.0) for plugin in plugins), default=0.0)
+
+
 class _Topics(NamedTuple):
     """Absolute topics: images, depth, optics and points; None for none."""
 
@@ -208,9 +224,10 @@ def _topics(sensor: Element, mount: Mount, reading: Reading) -> _Topics:
     depth, points = (join(base, "depth_image"), join(base, "points")) if deep else ("", "")
     for plugin in sensor.all("plugin"):
         kind = plugin_name(plugin)
-        if kind in (_CAMERA_PLUGIN, *_DEPTH_PLUGINS):
+        if kind in (_CAMERA_PLUGIN, _STEREO_PLUGIN, *_DEPTH_PLUGINS):
             camera = plugin.word("cameraName") or plugin.word("camera_name") or name
-            base = join(ros_namespace(plugin), camera)
+            eye = _eye_name(sensor) if kind == _STEREO_PLUGIN else ""
+            base = join(ros_namespace(plugin), camera, eye).rstrip("/")
             image = join(base, plugin.word("imageTopicName", "image_raw"))
             info = join(base, plugin.word("cameraInfoTopicName", "camera_info"))
             if deep or kind in _DEPTH_PLUGINS:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Protocol
 
 from nrp_core.findings import Code
@@ -18,6 +19,8 @@ from nrp_core.world.scene.reading.registered import ModelParts, registered
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sensing import MountedSensor
 
+MULTICAMERA = "multicamera"
+"""The type of a ``<sensor>`` with several cameras."""
 PLUGIN = "plugin."
 """Prefix of the names of entry points for a model's ``<plugin>``."""
 
@@ -56,7 +59,7 @@ SENSORS: Registry[SensorReader] = Registry("nrp_core.sensors", "sensor")
 def link_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) -> Iterator[MountedSensor]:
     """Read the sensors of a link; those that cannot be simulated are left out with a warning."""
     seen: set[str] = set()
-    for sensor in sensors:
+    for sensor in chain.from_iterable(map(_apart, sensors)):
         sensor = _with_free_name(sensor, seen, mount, reading)
         seen.add(sensor.attribute("name"))
         found = registered(SENSORS, sensor.attribute("type"), sensor)
@@ -65,6 +68,21 @@ def link_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) -> 
         elif not found.on_joint:
             read = found.read(sensor, mount, reading)
             yield read if read.offset is None else replace(read, frame_name=frame_named(sensor, reading))
+
+
+def _apart(sensor: Element) -> list[Element]:
+    """Return the cameras of a ``multicamera``, each as a ``<sensor>``; any other sensor is itself."""
+    if sensor.attribute("type") != MULTICAMERA:
+        return [sensor]
+    shared = [child for child in sensor.children if child.tag not in ("camera", "topic")]
+    cameras = []
+    for number, camera in enumerate(sensor.all("camera")):
+        eye = camera.attributes.get("name") or str(number)
+        name = f"{sensor.attribute('name')}_{eye}"
+        topics = [replace(each, text=f"{each.text}/{eye}/image") for each in sensor.all("topic")]
+        attributes = {**sensor.attributes, "name": name, "type": "camera"}
+        cameras.append(replace(sensor, attributes=attributes, children=[*shared, *topics, camera]))
+    return cameras
 
 
 def _with_free_name(sensor: Element, taken: Collection[str], mount: Mount, reading: Reading) -> Element:
