@@ -21,6 +21,17 @@ Each figure is drawn by `nrp run NAME --plot FILE` from one run of an experiment
 built. The marks at the top right are the criteria of the experiment.
 """
 
+COCKPIT = {
+    "cockpit": "A run of the Husky in the cockpit",
+    "cockpit-fly": "A fly of true size at a film of sugar",
+    "cockpit-functions": "A transfer function and what its calls take",
+    "cockpit-compare": "Two futures of a run beside each other",
+    "cockpit-sweep": "A sweep of settings and seeds",
+    "designer": "Transfer functions as boxes and wires",
+    "designer-brain": "A brain as boxes and wires",
+}
+"""The pictures of the cockpit, which a script of its plugin takes."""
+
 
 def figures() -> list[Callable[[], None]]:
     """Return what draws the figures, to be called in any order or at once."""
@@ -36,7 +47,8 @@ def write_gallery() -> None:
         text = f"## {name.replace('_', ' ').capitalize()}\n\n{experiment['description'].strip()}\n"
         text += f"\n[![The run of {name}](images/gallery/{name}.png)](images/gallery/{name}.png)\n"
         entries.append(f"{text}\n```sh\nnrp run {name} --plot {name}.png\n```\n")
-    write_page(PurePosixPath("gallery.md"), "\n".join([INTRODUCTION, *entries]))
+    shown = [f"![{words}](images/{name}.png)\n" for name, words in COCKPIT.items()]
+    write_page(PurePosixPath("gallery.md"), "\n".join([INTRODUCTION, *entries, "## The cockpit\n", *shown]))
 
 
 def _shipped() -> dict[str, str]:

@@ -15,9 +15,21 @@ from nrp_bibi import Bibi, read_bibi, write_bibi
 from playwright.sync_api import Page, expect
 
 from nrp_core.experiment.reading.find import find_file
+from nrp_core.sweep import sweep
 
 IMAGES = Path(__file__).parents[3] / "docs" / "images"
 SIZE = {"width": 1440, "height": 900}
+SWEEP = {
+    "experiment": "braitenberg_husky",
+    "settings": {"world.options.image_scale": 0.25},
+    "vary": {
+        "world.robots.husky.pose": [[0, y, 0, 0, 0, 0] for y in (-0.5, 0, 0.5)],
+        "timestep": ["20 ms", "40 ms"],
+        "seed": {"from": 1, "to": 3},
+    },
+    "measure": ["distance"],
+    "until": "1500 ms",
+}
 SEEN_S = 9
 """The first screen was reached, and the second is red."""
 BRANCH_S = 12
@@ -33,6 +45,8 @@ def main() -> None:
         _two_futures(watched.open(cockpits.open("braitenberg_husky"), **SIZE))
         _drawing(watched, cockpits, Path(folder) / "drive.bibi")
         _brain(watched, cockpits, Path(folder) / "drawn_brain.py")
+        _sweep(watched, cockpits, Path(folder) / "noise.sweep")
+        _fly(watched, cockpits)
 
 
 def _go_to(page: Page, t_s: int) -> None:
@@ -94,6 +108,27 @@ def _brain(watched: Watched, cockpits: Cockpits, file: Path) -> None:
     page.get_by_role("button", name="actors IF_cond_alpha 2 cells").click()
     page.wait_for_timeout(2000)
     page.screenshot(path=IMAGES / "designer-brain.png")
+
+
+def _sweep(watched: Watched, cockpits: Cockpits, folder: Path) -> None:
+    """A sweep of two settings and some seeds."""
+    sweep(SWEEP, folder, workers=2)
+    page = watched.open(cockpits.open(str(folder)), **SIZE, ready=("region", "Progress"))
+    page.get_by_role("img", name="distance.husky", exact=False).wait_for()
+    page.wait_for_timeout(2000)
+    page.screenshot(path=IMAGES / "cockpit-sweep.png")
+
+
+def _fly(watched: Watched, cockpits: Cockpits) -> None:
+    """An insect of true size at the sugar, with a smaller brain."""
+    page = watched.open(cockpits.open("fly", "-s", "brain.parameters.cells=6000"), **SIZE)
+    page.get_by_role("button", name="Play").click()
+    wait_until(page, 1.2)
+    page.get_by_role("button", name="Pause").click()
+    page.get_by_role("button", name="Play").wait_for()
+    page.mouse.move(0, 0)
+    page.wait_for_timeout(2000)
+    page.screenshot(path=IMAGES / "cockpit-fly.png")
 
 
 if __name__ == "__main__":

@@ -59,9 +59,24 @@ def test_a_message_that_cannot_be_published_is_a_warning(visitor: Visitor) -> No
 @pytest.mark.parametrize(
     ("service", "arguments", "said"),
     [
-        ("seek", {}, "t_s: missing required"),
-        ("seek", {"t_s": "soon"}, "t_s: input should be a valid number"),
-        ("seek", {"t_s": 1, "fast": True}, "fast: unexpected keyword argument"),
+        ("seek", {}, "the argument 't_s' is missing"),
+        (
+            "seek",
+            {"t_s": "soon"},
+            "t_s: input should be a valid number, unable to parse string as a number, not 'soon'",
+        ),
+        ("seek", {"t_s": 1, "fast": True}, "there is no argument 'fast'; valid: t_s"),
+        ("seek", {"ts": 1}, "the argument 't_s' is missing"),
+        ("halt", {"now": True}, "there is no argument 'now', and none is needed"),
+        ("pace", {"factor": [1]}, "factor: input should be a valid number, not [1]"),
+        ("membrane", {"population": "circut", "index": 0}, "did you mean 'circuit'?"),
+        ("membrane", {"population": "circuit", "index": 600}, "the cells of 'circuit' are 0 to"),
+        ("designer/show", {"topic": "/husky/camra"}, "did you mean '/husky/camera'?"),
+        (
+            "designer/write",
+            {"language": "yaml", "text": ""},
+            "language: input should be 'xml' or 'python', not 'yaml'",
+        ),
         ("step", {"n": 0}, "the number of steps must be 1 or more, not 0"),
         ("push", {"body": "husky", "force_n": [1], "duration_s": 1}, "a force, N is 3 finite numbers"),
         ("push", {"body": "huskie", "force_n": [1, 0, 0], "duration_s": 1}, "husky"),
@@ -81,6 +96,46 @@ def test_a_wrong_request_is_refused_in_a_sentence(
         visitor.call(service, **arguments)
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+LOSES = """
+
+@nrp.MapVariable("held", initial_value=None)
+@nrp.Robot2Neuron()
+def holds(t, held):
+    if t > 0.3:
+        held.value = (number for number in range(3))
+"""
+
+
+def test_a_run_that_cannot_be_saved_any_more_says_so_and_goes_back_as_far_as_it_can(
+    opened: Cockpit, visitor: Visitor
+) -> None:
+    path, source = listing(visitor, "listing2.py")
+    visitor.subscribe("/cockpit/experiment")
+    assert visitor.call("functions/apply", files={path: source + LOSES})["applied"]
+    able = visitor.until(lambda: (visitor.last("experiment") or {}).get("capabilities"))
+    assert able["snapshot"] is True
+    visitor.call("run_to", t_s=2.2)
+    visitor.status(state="paused", t_s=2.2)
+    able = visitor.until(lambda: _lacks(visitor, "snapshot"))
+    assert "a value that cannot be saved" in able["snapshot"]
+    assert able["step_back"] is True
+    assert "no more snapshots can be taken" in visitor.until(lambda: visitor.last("log"))["text"]
+    with pytest.raises(RefusedError, match="a value that cannot be saved"):
+        visitor.call("snapshot")
+    visitor.call("step_back")
+    visitor.status(t_s=2.18)
+    visitor.call("place", body="husky", position=[0, 0, 0.2], orientation=[0, 0, 0, 1])
+    visitor.call("step")
+    with pytest.raises(RefusedError, match="there is no snapshot to return from"):
+        visitor.call("step_back")
+    assert "a value that cannot be saved" in visitor.until(lambda: _lacks(visitor, "step_back"))["step_back"]
+
+
+def _lacks(visitor: Visitor, capability: str) -> dict[str, Any] | None:
+    able = visitor.last("experiment")["capabilities"]
+    return None if able[capability] is True else dict(able)
 
 
 def test_a_run_is_recorded_until_time_goes_back(visitor: Visitor, tmp_path: Path) -> None:

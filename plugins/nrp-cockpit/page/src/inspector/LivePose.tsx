@@ -1,5 +1,6 @@
 import { useEffect, useRef } from "react";
 import { type Pose, rollPitchYaw } from "../world/pose";
+import { scale } from "../world/scale";
 import { world } from "../world/world";
 import { Section } from "./Facts";
 import { degrees, fixed } from "./numbers";
@@ -16,7 +17,9 @@ const CELLS = [
 /** The numbers of a pose in the order of the cells. */
 function textsOf({ position: [x, y, z], orientation }: Pose): string[] {
   const [roll, pitch, yaw] = rollPitchYaw(orientation).map(degrees) as [number, number, number];
-  return [fixed(x, 2), fixed(roll, 1), fixed(y, 2), fixed(pitch, 1), fixed(z, 2), fixed(yaw, 1)];
+  const decimals = scale.unit < 0.1 ? 4 : 2;
+  const [across, along, up] = [x, y, z].map((value) => fixed(value, decimals)) as [string, string, string];
+  return [across, fixed(roll, 1), along, fixed(pitch, 1), up, fixed(yaw, 1)];
 }
 
 /** Where a body is now. The numbers are written past React, because they change with every frame. */

@@ -5,7 +5,7 @@ import { type Pose, yawOf } from "../world/pose";
 import type { Trail } from "../world/trail";
 import type { Footprint, Point } from "./footprint";
 import { isGround } from "./plan";
-import { barLength, type MapView, toCanvas } from "./projection";
+import { barLength, lengthText, type MapView, toCanvas } from "./projection";
 
 /** What a map shows. */
 export interface MapPicture {
@@ -120,7 +120,7 @@ const PLATE = { high_px: 18, beyond_px: 6, opacity: 0.85 };
 
 function paintBar({ pen, colours, height }: Sheet, scale: number): void {
   const length_m = barLength(scale, BAR_PX);
-  const text = `${length_m} m`;
+  const text = lengthText(length_m);
   const [left, right, y] = [12, 12 + length_m * scale, height - 12];
   const end = right + 6 + pen.measureText(text).width;
   pen.globalAlpha = PLATE.opacity;

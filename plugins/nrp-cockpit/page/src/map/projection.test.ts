@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { Footprint } from "./footprint";
-import { barLength, fittedTo, movedBy, toCanvas, toWorld, zoomedAt } from "./projection";
+import { barLength, fittedTo, lengthText, movedBy, toCanvas, toWorld, zoomedAt } from "./projection";
 
 const size = { width: 300, height: 200 };
 const view = { x: 1, y: -2, scale: 25 };
@@ -57,5 +57,17 @@ describe("the map", () => {
 
   it("has a bar of a round length that fits", () => {
     expect([100, 36, 30, 7].map((scale) => barLength(scale, 72))).toEqual([0.5, 2, 2, 10]);
+  });
+
+  it("says the length of its bar as people do, for a room and for an insect", () => {
+    expect([10, 2, 0.5, 0.2, 0.01, 0.005, 0.0002].map(lengthText)).toEqual([
+      "10 m",
+      "2 m",
+      "0.5 m",
+      "20 cm",
+      "1 cm",
+      "5 mm",
+      "0.2 mm",
+    ]);
   });
 });

@@ -13,7 +13,7 @@ export interface Size {
 }
 
 const SMALLEST_SCALE = 1;
-const LARGEST_SCALE = 4000;
+const LARGEST_SCALE = 1e6;
 /** Free pixels around a fitted room. */
 const MARGIN_PX = 12;
 
@@ -49,8 +49,8 @@ export function fittedTo(footprints: readonly Footprint[], { width, height }: Si
   const xs = points.map(([x]) => x);
   const ys = points.map(([, y]) => y);
   const [left, right, low, high] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
-  const across = Math.max(1, width - 2 * MARGIN_PX) / Math.max(1e-3, right - left);
-  const along = Math.max(1, height - 2 * MARGIN_PX) / Math.max(1e-3, high - low);
+  const across = Math.max(1, width - 2 * MARGIN_PX) / Math.max(1e-6, right - left);
+  const along = Math.max(1, height - 2 * MARGIN_PX) / Math.max(1e-6, high - low);
   return { x: (left + right) / 2, y: (low + high) / 2, scale: Math.min(across, along) };
 }
 
@@ -59,4 +59,10 @@ export function barLength(scale: number, longest_px: number): number {
   const longest_m = longest_px / scale;
   const power = 10 ** Math.floor(Math.log10(longest_m));
   return ([5, 2, 1].find((digit) => digit * power <= longest_m) ?? 1) * power;
+}
+
+/** A round length in the unit that people use for it. */
+export function lengthText(length_m: number): string {
+  const [factor, unit] = length_m >= 0.5 ? [1, "m"] : length_m >= 0.01 ? [100, "cm"] : [1000, "mm"];
+  return `${Number((length_m * factor).toPrecision(1))} ${unit}`;
 }

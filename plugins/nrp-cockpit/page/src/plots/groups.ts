@@ -47,8 +47,9 @@ export function groupsOf(traces: readonly Trace[], devices: readonly Device[]): 
   return [...groups.values()];
 }
 
-/** More curves than these are not shown unasked. */
+/** More curves than these are not shown unasked, and no more on one axis than there are colours. */
 const MOST = 12;
+const MOST_OF_AN_AXIS = CURVE_COLOURS.length;
 
 /** The curves that a run shows at first: what devices read, the commands that drive robots, what devices feed in. */
 export function firstTraces({ devices, robots, topics }: Experiment): Trace[] {
@@ -60,5 +61,7 @@ export function firstTraces({ devices, robots, topics }: Experiment): Trace[] {
   const sources = devices
     .filter(({ kind }) => kind === "source")
     .map(({ topic }) => ({ topic, path: "data[0]" })); // most feed all their neurons the same
-  return [...sinks, ...drives, ...sources].slice(0, MOST);
+  const groups = groupsOf([...sinks, ...drives, ...sources], devices);
+  const chosen = groups.flatMap(({ curves }) => curves.slice(0, MOST_OF_AN_AXIS));
+  return chosen.map(({ trace }) => trace).slice(0, MOST);
 }

@@ -6,6 +6,7 @@ import {
   fitted,
   fromAbove,
   imageAxes,
+  nearOf,
   orbited,
   panned,
   START,
@@ -48,6 +49,13 @@ describe("the view of the scene", () => {
     const narrow = fitted(START, [0, 0, 0], 5, 0.5).distance_m;
     expect(wide).toBeCloseTo(5 / Math.sin(FOV_RAD / 2));
     expect(narrow).toBeGreaterThan(wide);
+  });
+
+  it("comes as near as an insect needs, with nothing cut off before the target", () => {
+    const near = zoomed(START, 1e-9);
+    expect(near.distance_m).toBeLessThan(0.0025);
+    expect(nearOf(near)).toBeLessThan(near.distance_m / 100);
+    expect(nearOf(START)).toBe(0.05);
   });
 
   it("shows x to the right and y to the top from above", () => {

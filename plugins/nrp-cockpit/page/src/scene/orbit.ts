@@ -13,7 +13,7 @@ export const FOV_RAD = (40 * Math.PI) / 180;
 /** Straight down would leave the direction of "up" undefined. */
 export const STEEPEST = Math.PI / 2 - 1e-4;
 const LOWEST = -0.2;
-const NEAREST_M = 0.1;
+const NEAREST_M = 0.002;
 const FARTHEST_M = 500;
 
 export const START: Orbit = { target: [0, 0, 0], azimuth: -2.2, elevation: 0.6, distance_m: 10 };
@@ -34,6 +34,9 @@ export function imageAxes({ azimuth, elevation }: Orbit): { right: Vector; up: V
     up: [-steep * Math.cos(azimuth), -steep * Math.sin(azimuth), Math.cos(elevation)],
   };
 }
+
+/** The distance in front of which nothing is drawn, for a view of a room as for one of an insect. */
+export const nearOf = ({ distance_m }: Orbit): number => Math.min(0.05, distance_m / 200);
 
 export function eyeOf(view: Orbit): Vector {
   const [x, y, z] = outward(view);

@@ -1,9 +1,19 @@
 import { ArrowHelper, Plane, Vector3 } from "three";
 import type { Vector } from "../state/types";
+import { scale } from "../world/scale";
 import type { Hit, Viewer } from "./viewer";
 
-/** The force of a drag, for each metre that the pointer is away from where it took the body. */
+/** The force of a drag in a room, for each metre that the pointer is away from where it took the body. */
 const N_PER_M = 100;
+/** Smaller bodies are lighter by the third power of their size, but dragged over smaller distances. */
+const perMetre_n = () => N_PER_M * scale.unit ** 2;
+
+/** A force in words; a fly needs micronewtons. */
+export function newtons(force_n: number): string {
+  if (force_n >= 1 || force_n === 0) return `${force_n.toFixed(0)} N`;
+  return force_n >= 1e-3 ? `${(1e3 * force_n).toFixed(0)} mN` : `${(1e6 * force_n).toFixed(1)} µN`;
+}
+
 /** How long the force of a drag lasts, in simulated time. */
 export const PUSH_S = 0.2;
 
@@ -19,7 +29,12 @@ export class PushDrag {
     readonly hit: Hit,
   ) {
     this.plane = new Plane(new Vector3(0, 0, 1), -hit.point.z);
-    this.arrow = new ArrowHelper(new Vector3(1, 0, 0), hit.point, 0.01, viewer.color("--d-vermillion"));
+    this.arrow = new ArrowHelper(
+      new Vector3(1, 0, 0),
+      hit.point,
+      0.01 * scale.unit,
+      viewer.color("--d-vermillion"),
+    );
     this.arrow.visible = false;
     viewer.scene.add(this.arrow);
   }
@@ -30,7 +45,7 @@ export class PushDrag {
     if (!end) return Math.hypot(...this.force_n);
     const way = end.sub(this.hit.point);
     const length = way.length();
-    this.force_n = [way.x * N_PER_M, way.y * N_PER_M, 0];
+    this.force_n = [way.x * perMetre_n(), way.y * perMetre_n(), 0];
     this.arrow.visible = length > 0;
     if (length > 0) {
       const head = Math.min(0.3, 0.4 * length);
@@ -38,7 +53,7 @@ export class PushDrag {
       this.arrow.setLength(length, head, 0.6 * head);
     }
     this.viewer.invalidate();
-    return length * N_PER_M;
+    return length * perMetre_n();
   }
 
   end(): void {

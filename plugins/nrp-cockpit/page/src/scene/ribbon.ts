@@ -6,17 +6,17 @@ const LIFT_M = 0.012;
 
 /**
  * Writes a trail as a band along the ground: two corners for each point, left and right of the path.
- * Returns the number of points written; `corners` holds 6 numbers for each.
+ * Returns the number of points written; `corners` holds 6 numbers for each. The width shrinks with the `unit`.
  */
-export function writeRibbon({ x, y, z }: Trail, corners: Float32Array): number {
+export function writeRibbon({ x, y, z }: Trail, corners: Float32Array, unit = 1): number {
   const count = Math.min(x.length, Math.floor(corners.length / 6));
   for (let i = 0; i < count; i++) {
     const before = Math.max(0, i - 1);
     const after = Math.min(count - 1, i + 1);
     const dx = at(x, after) - at(x, before);
     const dy = at(y, after) - at(y, before);
-    const scale = HALF_WIDTH_M / (Math.hypot(dx, dy) || 1);
-    const height = at(z, i) + LIFT_M;
+    const scale = (unit * HALF_WIDTH_M) / (Math.hypot(dx, dy) || 1);
+    const height = at(z, i) + unit * LIFT_M;
     corners.set([at(x, i) - dy * scale, at(y, i) + dx * scale, height], 6 * i);
     corners.set([at(x, i) + dy * scale, at(y, i) - dx * scale, height], 6 * i + 3);
   }

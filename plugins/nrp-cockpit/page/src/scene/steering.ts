@@ -3,7 +3,7 @@ import { notify } from "../state/notices";
 import { useRun } from "../state/run";
 import { select } from "../state/selection";
 import { orbited, panned, zoomed } from "./orbit";
-import { PUSH_S, PushDrag } from "./push";
+import { newtons, PUSH_S, PushDrag } from "./push";
 import type { Viewer } from "./viewer";
 
 const RAD_PER_PX = 0.008;
@@ -72,7 +72,7 @@ class Pointer {
     const { viewer, turns, onPush } = this.steering;
     if (this.pushed) {
       const amount_n = this.pushed.move(event.offsetX, event.offsetY);
-      onPush({ text: `${amount_n.toFixed(0)} N for ${PUSH_S} s`, ...this.at });
+      onPush({ text: `${newtons(amount_n)} for ${PUSH_S} s`, ...this.at });
     } else if (turns() && event.buttons === 1 && !event.shiftKey) {
       viewer.view = orbited(viewer.view, -dx * RAD_PER_PX, dy * RAD_PER_PX);
     } else viewer.view = panned(viewer.view, -dx / this.canvas.clientHeight, dy / this.canvas.clientHeight);

@@ -20,7 +20,15 @@ const SKY_WITH_LAMPS = 0.5;
 const SUN = new Vector3(-0.4, -0.5, 1);
 const SHADOW_PX = 1024;
 /** Below the ground that a scene has, so that the grid shows only where there is none. */
-const GRID_Z_M = -0.004;
+const GRID_Z = -0.004;
+/** The grid is made for a room of at least this many of its steps. */
+const LEAST_STEPS = 4;
+
+const MOST_STEPS = 200;
+
+/** The step of the grid of a room of this size: 1 m, or the power of ten below a smaller room. */
+export const gridStep = (room_m: number): number =>
+  room_m >= 1 || room_m <= 0 ? 1 : 10 ** Math.floor(Math.log10(room_m));
 
 /** The light and the ground around the bodies. */
 export class Surroundings {
@@ -53,20 +61,23 @@ export class Surroundings {
     this.shine();
   }
 
-  /** Lets the light reach, and the grid cover, a room. */
+  /** Lets the light reach, and the grid cover, a room. The grid has steps of 1 m, or of 1 cm on a table of insects. */
   surround(room: Box3): void {
     const centre = room.getCenter(new Vector3());
     const size = room.getSize(new Vector3());
-    const radius = Math.max(1, size.length() / 2);
+    const step_m = gridStep(Math.max(size.x, size.y));
+    const radius = Math.max(step_m, size.length() / 2);
     this.sun.target.position.copy(centre);
     this.sun.position.copy(centre).add(this.toSun.clone().setLength(2 * radius));
     const camera = this.sun.shadow.camera;
     camera.left = camera.bottom = -radius;
     camera.right = camera.top = radius;
-    camera.near = 0.1;
+    camera.near = 0.1 * step_m;
     camera.far = 4 * radius;
     camera.updateProjectionMatrix();
-    this.replaceGrid(Math.min(200, 2 * Math.ceil(1.5 * Math.max(size.x, size.y, 4))));
+    this.sun.shadow.normalBias = 0.02 * step_m;
+    const half = Math.ceil(1.5 * Math.max(size.x / step_m, size.y / step_m, LEAST_STEPS));
+    this.replaceGrid(Math.min(MOST_STEPS, 2 * half), step_m);
   }
 
   /** `dim` is how bright the theme is, up to 1. */
@@ -89,12 +100,12 @@ export class Surroundings {
     this.sun.intensity = SUN_LIGHT * this.dim;
   }
 
-  private replaceGrid(size_m: number): void {
+  private replaceGrid(steps: number, step_m: number): void {
     this.grid?.removeFromParent();
     this.grid?.dispose();
-    this.grid = new GridHelper(size_m, size_m, 0xffffff, 0xffffff);
+    this.grid = new GridHelper(steps * step_m, steps, 0xffffff, 0xffffff);
     this.grid.rotation.x = Math.PI / 2;
-    this.grid.position.z = GRID_Z_M;
+    this.grid.position.z = GRID_Z * step_m;
     const material = this.grid.material as LineBasicMaterial;
     material.transparent = true;
     material.opacity = 0.22;

@@ -10,6 +10,7 @@ import {
   PointsMaterial,
 } from "three";
 import type { Xyz } from "../world/messages";
+import { scale } from "../world/scale";
 
 /** gazebo_msgs/ContactsState, as far as it is drawn; all in the world. */
 export interface Contacts {
@@ -24,13 +25,14 @@ const NORMAL_M = 0.15;
 const POINT_PX = 7;
 
 /** Writes for each contact its point and the end of its normal, up to what `lines` holds; returns how many. */
-export function writeTouches({ states }: Contacts, lines: Float32Array): number {
+export function writeTouches({ states }: Contacts, lines: Float32Array, unit = 1): number {
+  const length_m = unit * NORMAL_M;
   let at = 0;
   for (const { contact_positions, contact_normals } of states)
     contact_positions.forEach(({ x, y, z }, nth) => {
       const normal = contact_normals[nth];
       if (!normal || at + 6 > lines.length) return;
-      lines.set([x, y, z, x + NORMAL_M * normal.x, y + NORMAL_M * normal.y, z + NORMAL_M * normal.z], at);
+      lines.set([x, y, z, x + length_m * normal.x, y + length_m * normal.y, z + length_m * normal.z], at);
       at += 6;
     });
   return at / 6;
@@ -63,7 +65,7 @@ export class Touches {
 
   show(contacts: Contacts): void {
     const corners = this.geometry.getAttribute("position") as BufferAttribute;
-    const count = writeTouches(contacts, corners.array as Float32Array);
+    const count = writeTouches(contacts, corners.array as Float32Array, scale.unit);
     corners.needsUpdate = true;
     this.geometry.setDrawRange(0, 2 * count);
     this.ends.setDrawRange(0, count);

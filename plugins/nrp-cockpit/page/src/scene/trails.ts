@@ -8,6 +8,7 @@ import {
   Mesh,
   MeshBasicMaterial,
 } from "three";
+import { scale } from "../world/scale";
 import { LONGEST, type Trail } from "../world/trail";
 import { ribbonTriangles, writeRibbon } from "./ribbon";
 
@@ -22,7 +23,7 @@ export class Trails {
     for (const [robot, trail] of trails) {
       const { geometry } = this.bandOf(robot);
       const corners = geometry.getAttribute("position") as BufferAttribute;
-      const points = writeRibbon(trail, corners.array as Float32Array);
+      const points = writeRibbon(trail, corners.array as Float32Array, scale.unit);
       corners.needsUpdate = true;
       geometry.setDrawRange(0, 6 * Math.max(0, points - 1));
     }

@@ -11,12 +11,13 @@ import {
 import { pictureDrawn, waitNoLonger } from "../state/picture";
 import { useRun } from "../state/run";
 import type { Light, Mount } from "../state/types";
+import { scale } from "../world/scale";
 import type { Change } from "../world/world";
 import { world } from "../world/world";
 import { Bodies, type ShapeMesh } from "./bodies";
 import { keepView, type Layer, useChoices } from "./choices";
 import { isWall, openWalls } from "./dollhouse";
-import { eyeOf, FOV_RAD, fitted, type Orbit, START } from "./orbit";
+import { eyeOf, FOV_RAD, fitted, nearOf, type Orbit, START } from "./orbit";
 import { Outline } from "./outline";
 import type { LaserScan } from "./sightLines";
 import { Sights } from "./sights";
@@ -32,8 +33,12 @@ export interface Hit {
   point: Vector3;
 }
 
-/** From at most this far (m) the robot is seen at first. */
+/** From at most this far (m), and this many times its own size, the robot is seen at first. */
 const BEGIN_M = 9;
+const BEGIN_SIZES = 10;
+/** The size (m) of a room, and of a smaller one, whose lines and arrows are drawn as they are. */
+const USUAL_ROOM_M = 6;
+const SMALLEST_ROOM_M = 0.001;
 
 /** Draws the world on a canvas, whenever something in it or the view of it changed. */
 export class Viewer {
@@ -223,7 +228,7 @@ export class Viewer {
     if (room.isEmpty()) return null;
     const { x, y } = room.getCenter(new Vector3());
     const size = room.getSize(new Vector3());
-    const radius_m = Math.max(0.5, 0.42 * Math.hypot(size.x, size.y));
+    const radius_m = Math.max(SMALLEST_ROOM_M, 0.42 * Math.hypot(size.x, size.y), 0.42 * size.z);
     // walls may be high, and what counts stands on the ground
     return fitted(this.orbit, [x, y, Math.max(room.min.z, 0)], radius_m, this.camera.aspect);
   }
@@ -234,10 +239,12 @@ export class Viewer {
     const [first] = useRun.getState().experiment?.robots ?? [];
     const robot = first === undefined ? undefined : world.models.get(first);
     if (!view) return;
-    if (robot) {
+    if (first !== undefined && robot) {
       const [x, y] = robot.position;
-      const near = { ...view, target: [x, y, view.target[2]] as const, distance_m: BEGIN_M };
-      this.view = view.distance_m > BEGIN_M ? near : view;
+      const size_m = this.bodies.boxOf(this.bodies.of(first)).getSize(new Vector3()).length();
+      const distance_m = Math.min(BEGIN_M, BEGIN_SIZES * size_m || BEGIN_M);
+      const near = { ...view, target: [x, y, view.target[2]] as const, distance_m };
+      this.view = view.distance_m > distance_m ? near : view;
     } else if (first === undefined) this.view = view;
     else this.orbit = view; // not kept: the robot's place comes soon
   }
@@ -256,6 +263,7 @@ export class Viewer {
     const room = this.bodies.room();
     if (room.isEmpty()) return;
     const { x, y } = room.getSize(new Vector3());
+    scale.unit = Math.min(1, Math.max(x, y) / USUAL_ROOM_M);
     this.walls = [...this.bodies.all()].filter((mesh) => isWall(mesh, Math.max(x, y)));
     this.surroundings.surround(room);
   }
@@ -275,6 +283,8 @@ export class Viewer {
     this.applyStyle();
     this.camera.position.set(...eyeOf(this.orbit));
     this.camera.lookAt(...this.orbit.target);
+    this.camera.near = nearOf(this.orbit);
+    this.camera.updateProjectionMatrix();
     this.camera.updateMatrixWorld();
     this.bodies.root.updateMatrixWorld();
     openWalls(this.walls, this.camera.position, new Vector3(...this.orbit.target));

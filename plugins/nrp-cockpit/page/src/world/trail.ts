@@ -7,7 +7,7 @@ export interface Trail {
 }
 
 /** A point nearer than this (m) to the last one is left out. */
-const NEAREST_M = 0.01;
+const NEAREST_M = 0.0002;
 /** A longer trail loses every second point. */
 export const LONGEST = 4000;
 

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from nrp_cockpit.designer.brain.model import Brain
 from nrp_cockpit.designer.desk import Desk
@@ -103,7 +103,7 @@ class Designer:
         with self._changing():
             self._desk.functions.as_blocks(path)
 
-    def write(self, language: str, text: str) -> dict[str, Any]:
+    def write(self, language: Literal["xml", "python"], text: str) -> dict[str, Any]:
         """Replace the model by XML or Python text; return the error and its line, if any."""
         with self._changing() as drawing:
             try:

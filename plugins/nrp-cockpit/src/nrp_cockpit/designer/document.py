@@ -23,7 +23,7 @@ from nrp_cockpit.designer.graph import Graph
 from nrp_cockpit.designer.layout import placed, write_layout
 from nrp_cockpit.designer.surroundings import Surroundings
 from nrp_cockpit.designer.tree import FUNCTIONS, at, node_data, replaced
-from nrp_core.errors import ExperimentError
+from nrp_core.errors import ExperimentError, did_you_mean
 
 _COMMENTS = "saving removes the comments of this file"
 
@@ -70,7 +70,14 @@ class Document(Drawing):
         self.selected = edit.selected
 
     def show(self, topic: str) -> None:
-        """Show an unused topic."""
+        """Show an unused topic.
+
+        Raises:
+            ExperimentError: the world has no such topic.
+        """
+        topics = self.surroundings.topics
+        if topic not in topics:
+            raise ExperimentError(f"the world has no topic '{topic}'{did_you_mean(topic, topics)}")
         self._go(replace(self.state, shown=self.state.shown | {topic}))
 
     def data(self) -> dict[str, Any]:

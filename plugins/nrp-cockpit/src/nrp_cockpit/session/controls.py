@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from functools import wraps
+from inspect import signature
 from pathlib import Path
+from textwrap import shorten
 from typing import Any
 
 from pydantic import ValidationError, validate_call
@@ -16,7 +19,7 @@ from nrp_cockpit.session.recorded_run import FIXED
 from nrp_cockpit.session.session import Session
 from nrp_cockpit.wire.calls import PREFIX
 from nrp_cockpit.wire.hub import Service, Services
-from nrp_core.errors import CapabilityError, ExperimentError
+from nrp_core.errors import CapabilityError, ExperimentError, did_you_mean
 from nrp_core.experiment.running.commands import commands_of
 
 LAYOUT = ".cockpit.json"
@@ -34,6 +37,7 @@ def services_of(session: LiveSession) -> Services:
     def steered(method: Callable[..., Any]) -> Service:
         checked = validated(method)
 
+        @wraps(method)
         def call(**fields: Any) -> Any:
             found = checked(**fields)
             session.steered()
@@ -52,7 +56,7 @@ def services_of(session: LiveSession) -> Services:
         "snapshot": asked(lead, lead.snapshot),
         "restore": asked(lead, restore, "going back to the snapshot"),
         "forget": asked(lead, forget),
-        "halt": lead.halt,
+        "halt": validated(lead.halt),
         "record": asked(session, session.record),
         "publish": validated(commands["publish"]),
         "push": steered(bodies.push),
@@ -86,14 +90,14 @@ def services_of_recording(session: RecordedSession) -> Services:
     folder = session.recording.folder.absolute()
     layout = Layout(folder.with_name(folder.name + LAYOUT))
     steering: dict[str, Service] = {
-        **going(session), **dict.fromkeys(_REFUSED, _refuse), "layout/save": layout.save
+        **going(session), **dict.fromkeys(_REFUSED, _refuse), "layout/save": validated(layout.save)
     }  # fmt: skip
     watching: dict[str, Service] = {
         "functions/check": _refuse,
         "functions/complete": _refuse,
         "membrane": _refuse,
         "weights": _refuse,
-        "layout/load": layout.load,
+        "layout/load": validated(layout.load),
     }
     return prefixed(steering, watching)
 
@@ -119,22 +123,39 @@ def going(session: Session) -> dict[str, Service]:
 def asked(session: Session, method: Callable[..., Any], doing: str = "") -> Service:
     """Return a service that calls a method in the thread of a session."""
     checked = validated(method)
-    return lambda **fields: session.ask(lambda: checked(**fields), doing)
+
+    @wraps(method)
+    def call(**fields: Any) -> Any:
+        return session.ask(lambda: checked(**fields), doing)
+
+    return call
 
 
 def validated(method: Callable[..., Any]) -> Service:
     """Return a method that refuses invalid arguments with one sentence."""
     checked = validate_call(method)
 
+    @wraps(method)
     def call(**fields: Any) -> Any:
         try:
             return checked(**fields)
         except ValidationError as error:
-            first = error.errors(include_url=False)[0]
-            name = ".".join(map(str, first["loc"]))
-            raise ExperimentError(f"{name}: {first['msg'][:1].lower()}{first['msg'][1:]}") from None
+            raise ExperimentError(_refusal(error, list(signature(method).parameters))) from None
 
     return call
+
+
+def _refusal(error: ValidationError, names: list[str]) -> str:
+    """Return a sentence about the first invalid argument of a method with these arguments."""
+    first = error.errors(include_url=False)[0]
+    name = ".".join(map(str, first["loc"]))
+    if first["type"] == "unexpected_keyword_argument":
+        return (
+            f"there is no argument '{name}'{did_you_mean(name, names) if names else ', and none is needed'}"
+        )
+    if first["type"].startswith("missing"):
+        return f"the argument '{name}' is missing"
+    return f"{name}: {first['msg'][:1].lower()}{first['msg'][1:]}, not {shorten(repr(first['input']), 60)}"
 
 
 def prefixed(steering: Mapping[str, Service], watching: Mapping[str, Service]) -> Services:

@@ -25,8 +25,13 @@ MOST_POSITIONS = 5_000
 """Positions are not sent for larger populations."""
 
 
-def run_data(run: Run) -> dict[str, Any]:
-    """Return the description of a run."""
+def run_data(run: Run, refused: Mapping[str, str]) -> dict[str, Any]:
+    """Return the description of a run.
+
+    Args:
+        run: the run.
+        refused: the capabilities that it has lost, with the reasons.
+    """
     experiment, world = run.experiment, run.world
     return {
         "name": experiment.name,
@@ -38,7 +43,7 @@ def run_data(run: Run) -> dict[str, Any]:
         "timestep_s": seconds(experiment.timestep),
         "source": "live",
         "backends": {"brain": sorted(brains().names()), "world": sorted(worlds().names())},
-        "capabilities": _capabilities(run),
+        "capabilities": {**_capabilities(run), **refused},
         "topics": [topic_data(topic) for topic in world.topics.values() if topic.response is None],
         "robots": list(experiment.world.robots),
         "populations": list(populations_data(run.brain)),

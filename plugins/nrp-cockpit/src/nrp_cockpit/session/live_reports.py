@@ -41,13 +41,24 @@ class LiveReports(Reports):
         self._session = session
         session.hub.offer_json("/cockpit/comparison")
         self._result = session.run.result()
+        self._refused: dict[str, str] = {}
 
     def _slow(self) -> None:
         super()._slow()
+        self._look_for_losses()
         self._say("comparison", {} if self._session.beside is None else self._session.beside.data())
 
+    def _look_for_losses(self) -> None:
+        """Report that the run cannot be saved any more, or that it can again after it was opened anew."""
+        refused = self._session.past.refused
+        if refused != self._refused:
+            if "snapshot" in refused.keys() - self._refused.keys():
+                self.log("warning", f"no more snapshots can be taken: {refused['snapshot']}")
+            self._refused = refused
+            self._say("experiment", self._experiment_data())
+
     def _experiment_data(self) -> dict[str, Any]:
-        return run_data(self._session.run)
+        return run_data(self._session.run, self._refused)
 
     def _functions_data(self) -> dict[str, Any]:
         return self._session.functions.data()

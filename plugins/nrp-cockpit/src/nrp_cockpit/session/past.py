@@ -58,6 +58,7 @@ class Past:
 
     def __init__(self, run: Run, *, can_save: bool, halted: Callable[[], bool] = lambda: False) -> None:
         self._run, self._can_save, self._halted = run, can_save, halted
+        self._lost = ""  # why no more snapshots can be taken, if some could be before
         self._moments: list[Moment] = []
         self._published: list[tuple[int, str, Any]] = []
         self._reach_ns, self._last_ns = run.loop.now_ns, -ALONE_NS
@@ -70,6 +71,14 @@ class Past:
     def shown(self) -> list[dict[str, Any]]:
         """The requested snapshots, as data."""
         return [{"id": each.id, "t_s": seconds(each.t_ns)} for each in self._moments if each.kept]
+
+    @property
+    def refused(self) -> dict[str, str]:
+        """The capabilities that the run has lost since its beginning, with the reason for each."""
+        if not self._lost:
+            return {}
+        goes_back = any(each.was for each in self._moments)
+        return dict.fromkeys(["snapshot"] if goes_back else ["snapshot", "step_back"], self._lost)
 
     def take(self) -> Moment:
         """Take a requested snapshot.
@@ -110,6 +119,8 @@ class Past:
         self.forget_after(self._run.loop.now_ns)
         if self._can_save:
             self._take_own()
+        if not self._can_save:
+            self._leave()  # a repetition from an earlier snapshot would miss the change
 
     def named(self, name: str) -> Moment:
         """Return a snapshot by its name.
@@ -204,8 +215,8 @@ class Past:
         self._moments = [each for each in self._moments if each.kept or each.t_ns != now_ns]
         try:
             self._take(kept=False)
-        except CapabilityError:
-            self._can_save = False  # a variable of a function holds an object that cannot be saved
+        except CapabilityError as error:  # a variable of a function holds an object that cannot be saved
+            self._can_save, self._lost = False, str(error)
 
     def _take(self, *, kept: bool) -> Moment:
         self._number += 1
