@@ -85,8 +85,9 @@ def _viewpoint(recording: Recording, options: VideoOptions) -> Viewpoint:
 
 
 def _follower(story: Story, robot: str | None, recording: Recording) -> Viewpoint:
-    names = list(story.tracks)
-    moved = sorted(names, key=lambda name: -_way(story, name))
+    settings = dict(recording.run.get("settings") or {})
+    names, robots = list(story.tracks), dict(settings.get("world") or {}).get("robots") or {}
+    moved = sorted(names, key=lambda name: (name not in robots, -_way(story, name)))
     if not moved or (robot is not None and robot not in names):
         wrong = (
             "no model moves" if not moved else f"no model '{robot}' moves{did_you_mean(str(robot), names)}"

@@ -11,11 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.errors import ExperimentError
+from nrp_core.recording.figures.story import Story, Track
 from nrp_core.recording.figures.view import Bounds
 from nrp_core.recording.layout import Images
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.video import VideoOptions, View, check_target, video
-from nrp_core.recording.video.drawn import drawn_frames
+from nrp_core.recording.video.drawn import _follower, drawn_frames
 from nrp_core.recording.video.timing import times_of
 from nrp_core.recording.video.views import FIELD_OF_VIEW, Follower, from_above, look_at
 from nrp_core.world.messages.std_msgs import ColorRGBA
@@ -79,6 +80,16 @@ def test_a_camera_s_images_are_shown_as_they_were(recording: Recording, tmp_path
     assert frames(tmp_path / "eye.mp4")[0].shape == (2, 2, 3)
     with pytest.raises(ExperimentError, match="no camera 'camra'; did you mean 'camera'"):
         video(recording, tmp_path / "eye.mp4", VideoOptions(camera="camra"))
+
+
+def test_a_robot_that_stands_is_followed_rather_than_a_thing_that_swings(recording: Recording) -> None:
+    story = Story.of(recording)
+    story.tracks["pendulum"] = Track([0.0, 0.5], [0.0, 9.0], [0.0, 0.0], [0.0, 0.0])
+    story.first_poses["pendulum"] = Pose((50.0, 0.0, 0.0))
+    for robots, at_m in (({"husky": {}}, 0.0), ({}, 50.0)):
+        recording.run["settings"] = {"world": {"robots": robots}}
+        eye = _follower(story, None, recording).eye(0.0, story.first_poses)
+        assert eye[0, 3] == pytest.approx(at_m, abs=10.0)
 
 
 def test_an_impossible_video_is_refused(recording: Recording, tmp_path: Path) -> None:
