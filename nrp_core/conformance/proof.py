@@ -55,13 +55,13 @@ class Proof:
         """
         registry: Registry[Any] = brains() if self.kind == "brain" else worlds()
         backend = registry.load(self.name)
-        assumed = None
-        with suppress(Exception):  # options without a default need not be given to learn that nothing applies
-            assumed = backend.capabilities(backend.options.model_construct())
-        self._require_scene(assumed)
         try:
             chosen = backend.options.model_validate(dict(self.options))
         except ValidationError as error:
+            assumed = None
+            with suppress(Exception):  # a missing option need not be given to learn that nothing applies
+                assumed = backend.capabilities(backend.options.model_construct())
+            self._require_scene(assumed)
             wrong = _wrong_option(error, backend.options)
             raise ExperimentError(f"{self.kind} '{self.name}': {wrong}") from None
         try:

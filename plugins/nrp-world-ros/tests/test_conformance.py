@@ -4,6 +4,8 @@ import os
 
 import pytest
 from nrp_core.conformance import WorldBackendTests
+from nrp_core.conformance.proof import Proof
+from nrp_core.errors import CapabilityError
 
 from conftest import needs_ros2
 
@@ -16,3 +18,10 @@ class TestRos(WorldBackendTests):
 
     backend_name = "ros"
     options = {"body": "mujoco", "domain": 100 + os.getpid() % 100}  # noqa: RUF012
+
+
+def test_the_kit_applies_to_a_body_that_is_simulated_and_not_to_a_real_one() -> None:
+    report = Proof("world", "ros", {"body": "mujoco"}, "contract").report([])
+    assert report.capabilities["own_scene"] is False
+    with pytest.raises(CapabilityError, match="do not apply to world 'ros'"):
+        Proof("world", "ros", {}, "contract").report([])
