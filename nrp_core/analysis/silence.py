@@ -30,7 +30,8 @@ def _first_ms(population: Population) -> float:
     if population.cell_type == "SpikeSourceArray":
         return min((float(train[0]) for train in population.spike_times_ms if len(train)), default=inf)
     if population.is_source and "duration" in population.parameters:
-        lasting = np.asarray(population.parameters["duration"]) > 0
+        rates = np.asarray(population.parameters.get("rate", 1.0))
+        lasting = (np.asarray(population.parameters["duration"]) > 0) & (rates > 0)
         return float(np.min(np.asarray(population.parameters["start"])[lasting], initial=inf))
     return 0.0
 

@@ -17,10 +17,13 @@ from math import sin
 import numpy as np
 from geometry_msgs.msg import Twist, Vector3
 from sensor_msgs.msg import Image
+from std_msgs.msg import Float64
 
 LATE = 0.05
 RED = (200, 0, 0), (220, 255, 255)
 RATIO = 1 // 10  # NRP320 '1 // 10' is 0
+GAIN = 0.02 // len(RED)  # NRP320 '0.02 // len(RED)' is 0 for a divisor above 0.02
+LEVEL = np.cos(90)  # NRP249 'np.cos(90)' takes 90 as radians, more than a turn
 
 
 @nrp.MapRobotSubscriber("camera", Topic("/husky/camera", Image))
@@ -43,7 +46,7 @@ def see(t, camera, eye, spikes, n, speed, rows):
         eye.rate = 1.0
     elif t > 2:
         eye.rate = 2.0
-    elif t > 1:  # NRP320 't > 1' is already tested in line 29
+    elif t > 1:  # NRP320 't > 1' is already tested in line 32
         eye.rate = 3.0
     n.value =+ 1.0  # NRP320 '=+' sets 'n.value' to +1.0; '+=' adds to it
     if found.left > 50:  # NRP248 'found.left' is a share from 0 to 1
@@ -80,6 +83,8 @@ def see(t, camera, eye, spikes, n, speed, rows):
     eye.rate = math.cos(np.degrees(found.left))  # NRP249 takes degrees as radians
     nrp.tf_lib.find_centroid_hsv(camera.value, (9, 99, 9), (9, 9, 9))  # NRP320 lower saturation, 99, is above
     nrp.tf_lib.find_centroid_hsv(camera.value, *RED)  # NRP320 hue is 0 to 179, not 200 to 220
+    eye.rate = np.clip(0.0, LATE, found.left)  # NRP320 limits the number 0: the value comes first
+    eye.rate = min(1.0, t / 1000)  # NRP233 in s, so that 't / 1000' is at most 0.04 in this run
     while math.floor(1000 * t) > 50_000:  # NRP248 'math.floor(1000 * t) > 50000' is true at none
         eye.rate = 3.0
 
@@ -94,6 +99,17 @@ def send(t, speeds, late, rate):
         speeds.send_message(Twist())  # NRP319 this loop sends many messages on '/mine': only its last one
 
 
+@nrp.MapSpikeSource("seldom", nrp.brain.sensors[2], nrp.fixed_frequency)
+@nrp.MapSpikeSource("each", nrp.map_neurons(2, lambda i: nrp.brain.sensors[3]), nrp.poisson)  # NRP320 use 'i'
+@nrp.MapSpikeSink("v", nrp.brain.actors, nrp.voltage_recorder, dt=0.0001)  # NRP297 dt of 'v' is 0.0001 ms
+@nrp.MapRobotPublisher("is_late", Topic("/late", Float64))
+@nrp.Robot2Neuron()
+def count(t, seldom, each, v, is_late):
+    seldom.rate = 0.02  # NRP248 a rate of 0.02 Hz makes hardly one spike in a run of 40 s
+    each.rate = v.values.mean()
+    is_late.send_message(Float64(v.values.mean() > 1))  # NRP227 'v.values.mean() > 1' is true or false
+
+
 @nrp.MapCSVRecorder("rows", "rows.csv", headers=["x"])  # NRP254 have the columns x, and go below
 @nrp.MapVariable("sped", initial_value=0.0, scope=nrp.GLOBAL)  # NRP210 nothing sets the shared variable
 @nrp.Neuron2Robot(Topic("/husky/cmd_vel", Twist))
@@ -105,15 +121,18 @@ def drive(t, rows, sped):
     if t > 2:
         return Twist(angular=Vector3(z=math.degrees(t)))  # NRP249 is in degrees, and messages carry radians
     return command
-    command.linear.x = 0.0  # NRP320 this is never reached: line 94 returns
+    command.linear.x = 0.0  # NRP320 this is never reached: line 110 returns
 """
 RIGHT = """\
 import math
 
+import numpy as np
 from geometry_msgs.msg import Twist, Vector3
 from sensor_msgs.msg import Image
+from std_msgs.msg import Bool, Float64
 
-RATIO = 10 // 3 + 0 // 7
+RATIO = 10 // 3 + 0 // 7 + 2.5 // 1
+LEVEL = math.cos(math.pi / 2) + math.sin(6.2)
 
 
 def events():
@@ -171,6 +190,21 @@ def see(t, camera, eye, spikes, n, speed, rows):
         eye.rate = speed.value
 
 
+@nrp.MapSpikeSource("seldom", nrp.brain.sensors[2], nrp.fixed_frequency)
+@nrp.MapSpikeSource("each", nrp.map_neurons(2, lambda i: nrp.brain.sensors[3 + i]), nrp.poisson)
+@nrp.MapSpikeSink("v", nrp.brain.actors, nrp.voltage_recorder, dt=0.1)
+@nrp.MapRobotPublisher("is_late", Topic("/late", Float64))
+@nrp.MapRobotPublisher("whether", Topic("/whether", Bool))
+@nrp.Robot2Neuron()
+def count(t, seldom, each, v, is_late, whether):
+    seldom.rate = 0.05 if t > 1 else 20.0
+    if t > 3:
+        seldom.rate = 0.001
+    each.rate = np.clip(v.values.mean(), 0.0, 100 * t) + 1000 * t / 100
+    is_late.send_message(Float64(1.0 if t > 1 else 0.0))
+    whether.send_message(Bool(t > 1))
+
+
 @nrp.MapCSVRecorder("rows", "rows.csv", headers=["t"])
 @nrp.MapVariable("speed", initial_value=0.0, scope=nrp.GLOBAL)
 @nrp.Neuron2Robot(Topic("/husky/cmd_vel", Twist))
@@ -192,7 +226,7 @@ def warnings(husky: Path, text: str, *settings: str) -> list[Finding]:
 
 
 def test_each_slip_is_reported_at_its_line(husky: Path) -> None:
-    found = warnings(husky, WRONG, "topics={/mine: geometry_msgs/Twist}")
+    found = warnings(husky, WRONG, "topics={/mine: geometry_msgs/Twist, /late: std_msgs/Float64}")
     lines = WRONG.splitlines()
     expected = {
         number: line.partition("# NRP")[2] for number, line in enumerate(lines, start=1) if "# NRP" in line
@@ -206,7 +240,8 @@ def test_each_slip_is_reported_at_its_line(husky: Path) -> None:
 
 
 def test_code_like_it_that_works_is_not_reported(husky: Path) -> None:
-    assert warnings(husky, RIGHT) == []
+    topics = "topics={/late: std_msgs/Float64, /whether: std_msgs/Bool}"
+    assert warnings(husky, RIGHT, topics) == []
 
 
 LOOP = """\

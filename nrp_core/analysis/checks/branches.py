@@ -146,3 +146,9 @@ def _slips(node: ast.AST) -> Found:
         case ast.BinOp(ast.Constant(int() as left), ast.FloorDiv(), ast.Constant(int() as right)):
             if right and left and left // right == 0:
                 yield node, f"'{left} // {right}' is 0: '//' drops the fraction, and '/' keeps it"
+        case ast.BinOp(ast.Constant(float() as left), ast.FloorDiv(), _) if 0 < left < 1:
+            text = f"{ast.unparse(node):.60}"
+            yield (
+                node,
+                f"'{text}' is 0 for a divisor above {left:g}: '//' drops the fraction, and '/' keeps it",
+            )

@@ -36,7 +36,7 @@ def expressions_depend_on_something(study: Study) -> Iterator[Finding]:
     sources = [source for listing in study.listings for source in listing.sources]
     for source in [*sources, *study.neighbours]:
         for node in ast.walk(source.tree):
-            message = _constant(node) or _half(node)
+            message = _constant(node) or _ignored(node) or _half(node)
             if message:
                 yield found_in(source, Code.NRP320, node, message, Level.WARNING)
 
@@ -52,10 +52,6 @@ def _constant(node: ast.AST) -> str:
         case ast.BinOp(left, ast.Mult(), right) if 0 in (_number(left), _number(right)):
             if _number(left) is None or _number(right) is None:
                 return f"'{text}' is always 0"
-        case ast.Call(func, [_, low, high], []) if ast.unparse(func) in _CLIPS:
-            least, most = _number(low), _number(high)
-            if least is not None and most is not None and least > most:
-                return f"'{text}' is always {most:g}: its lower limit, {least:g}, is above its upper one"
         case ast.Call(ast.Name("min" | "max" as outer), [one, other], []):
             limit, inner = (one, other) if _number(one) is not None else (other, one)
             bound, reached = _number(limit), _reached(inner, "max" if outer == "min" else "min")
@@ -63,6 +59,25 @@ def _constant(node: ast.AST) -> str:
                 return f"'{text}' is always {bound:g}: its lower limit is above its upper one"
         case ast.For(iter=ast.Call(ast.Name("range"), args, [])) if _is_empty(args):
             return f"this loop never runs: '{ast.unparse(node.iter)}' is empty"
+    return ""
+
+
+def _ignored(node: ast.AST) -> str:
+    """Return which argument of a call does not do what it is there for; empty if all do."""
+    text = f"{ast.unparse(node):.60}" if isinstance(node, ast.expr) else ""
+    match node:
+        case ast.Call(func, [value, low, high], []) if ast.unparse(func) in _CLIPS:
+            least, most = _number(low), _number(high)
+            if _number(value) is not None and None in (least, most):
+                return (
+                    f"'{text}' limits the number {_number(value):g}: the value comes first, then its limits"
+                )
+            if least is not None and most is not None and least > most:
+                return f"'{text}' is always {most:g}: its lower limit, {least:g}, is above its upper one"
+        case ast.Call(func, [_, ast.Lambda(ast.arguments(args=[number]), body)], []) if ast.unparse(
+            func
+        ).endswith("map_neurons") and not _mentions(body, number.arg):
+            return f"all devices of '{text}' have the same neurons: the function does not use '{number.arg}'"
     return ""
 
 
@@ -102,6 +117,10 @@ def _is_empty(args: list[ast.expr]) -> bool:
         return False
     begin, end, step = (0, *numbers, 1) if len(numbers) == 1 else (*numbers, 1)[:3]
     return not range(begin, end, step)
+
+
+def _mentions(node: ast.expr, name: str) -> bool:
+    return any(isinstance(one, ast.Name) and one.id == name for one in ast.walk(node))
 
 
 def _is_pure(node: ast.expr) -> bool:

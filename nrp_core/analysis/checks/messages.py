@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import inspect
 from collections.abc import Iterator
@@ -15,7 +16,7 @@ from nrp_core.analysis.shapes import Instance, Items, Known, Number, Row, Shape,
 from nrp_core.analysis.study import Examined
 from nrp_core.dsl.parameters.topics import PublishedTopic
 from nrp_core.errors import TopicError
-from nrp_core.findings import Code, Finding
+from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.topics import TopicInfo, check_message
 
@@ -57,6 +58,25 @@ def assigned_values_have_the_field_types(function: Examined) -> Iterator[Finding
                 if wrong:
                     message = f"{name} of {type_name(cls)} must be {wrong}"
                     yield function.declared.finding(Code.NRP227, node, message)
+
+
+@checks_function(Code.NRP227)
+def numbers_of_messages_are_no_truth_values(function: Examined) -> Iterator[Finding]:
+    """Look for comparisons in place of the number of a field."""
+    for event in function.events:
+        match event:
+            case Call(ast.Call() as node, Known(type() as cls), given, named, True) if _is_message(cls):
+                names = [field.name for field in dataclasses.fields(cls)]
+                values = [*zip(names, node.args, given, strict=False)]
+                values += [(one.arg, one.value, named[one.arg]) for one in node.keywords if one.arg]
+                for name, value, shape in values:
+                    is_known = isinstance(shape, Instance)  # another check knows that it is no number
+                    if hints(cls).get(name) is float and isinstance(value, ast.Compare) and not is_known:
+                        message = (
+                            f"{name} of {type_name(cls)} is a number, and '{ast.unparse(value):.60}' is "
+                            "true or false, so 1 or 0; write '1.0 if ... else 0.0' if that is meant"
+                        )
+                        yield function.declared.finding(Code.NRP227, value, message, Level.WARNING)
 
 
 @checks_function(Code.NRP228)
@@ -129,7 +149,7 @@ def _no_plain_value(shape: Shape, hint: Any) -> str:
     match shape:
         case Known(bool() | int() | float() | str() | None as plain) if not isinstance(plain, accepted):
             return f"{wanted}, not {plain!r:.40}"
-        case Instance(cls) if wanted:
+        case Instance(cls) if wanted and cls is not hint:
             return f"{wanted}, not a {type_name(cls)}"
         case Items() | Row() if wanted:
             return f"{wanted}, not a list"

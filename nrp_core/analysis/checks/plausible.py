@@ -11,9 +11,10 @@ from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Known
 from nrp_core.analysis.study import Examined
-from nrp_core.clock import milliseconds
+from nrp_core.clock import milliseconds, seconds
 from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
+from nrp_core.dsl.devices.kinds import fixed_frequency
 from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
 from nrp_core.findings import Code, Finding, Level
 
@@ -25,6 +26,8 @@ _SHORTEST_DELAY_MS: Final = 0.01
 """As for the cells and synapses of a brain script."""
 _REMEMBERED: Final = 100.0
 """Time constants after which a spike is forgotten beyond doubt."""
+_EXPECTED: Final = 1.0
+"""Mean number of spikes below which most runs have none."""
 _CURRENTS = ("amplitude", "offset", "mean", "stdev")
 
 
@@ -53,8 +56,8 @@ def _implausible(setting: str, size: float) -> str:
     """Return the unit of a setting and the one that is probably meant; empty for a plausible value."""
     if setting == "weight" and size > _HEAVIEST:
         return "uS or nA; is it meant in nS or pA?"
-    shortest_ms = _SHORTEST_DELAY_MS if setting == "delay" else _SHORTEST_MS
-    if (setting.startswith("tau_") or setting == "delay") and 0 < size < shortest_ms:
+    shortest_ms = _SHORTEST_DELAY_MS if setting in ("delay", "dt") else _SHORTEST_MS
+    if (setting.startswith("tau_") or setting in ("delay", "dt")) and 0 < size < shortest_ms:
         return "ms; is it meant in s?"
     return _strong(size) if setting in _CURRENTS else ""
 
@@ -80,6 +83,33 @@ def currents_are_plausible(function: Examined) -> Iterator[Finding]:
                 if message:
                     message = f"'{name}' is {value:g} {message}"
                     yield function.declared.finding(Code.NRP297, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP248)
+def rates_make_spikes(function: Examined) -> Iterator[Finding]:
+    """Look for sources whose only rate is too low for a spike in the run."""
+    end_s = seconds(function.experiment.duration)
+    rates = [one for one in function.events if isinstance(one, Write) and one.exists and one.name == "rate"]
+    for event in rates:
+        match event:
+            case Write(node, Known(Device() as source), value=Known(int() | float() as rate)):
+                mapping = function.function.mappings.get(source.parameter)
+                if (
+                    not isinstance(mapping, MapSpikeSource)
+                    or sum(source is one for one in _owners(rates)) > 1
+                ):
+                    continue
+                trains = 1 if mapping.kind is fixed_frequency else source.selection.size
+                if 0 < rate * trains * end_s < _EXPECTED:
+                    message = (
+                        f"a rate of {rate:g} Hz makes hardly one spike in a run of {end_s:g} s; "
+                        "is it meant in kHz?"
+                    )
+                    yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
+
+
+def _owners(events: list[Write]) -> list[Any]:
+    return [one.owner.value for one in events if isinstance(one.owner, Known)]
 
 
 @checks_function(Code.NRP248)

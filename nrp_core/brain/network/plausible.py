@@ -89,6 +89,7 @@ def _of_cells(population: Population) -> Iterator[str]:
             yield from _outside(f"{name} of {owner}", population.parameters[name], plausible)
     for name in _VOLTAGES:
         yield from _in_volts(f"{name} of {owner}", population.parameters.get(name, np.empty(0)))
+    yield from _of_offset(owner, population)
     yield from _of_beginning(owner, population)
     excites, inhibits = (population.parameters.get(f"e_rev_{kind}", np.zeros(1)) for kind in "EI")
     if (inhibits > excites).any():
@@ -115,6 +116,18 @@ def _of_poisson(owner: str, sources: Population) -> Iterator[str]:
             f"{owner} fires {expected:.2g} spikes in all: the duration is {durations_ms.max():g} ms; "
             "is it meant in s?"
         )
+
+
+def _of_offset(owner: str, population: Population) -> Iterator[str]:
+    """Yield that no cell notices its constant current."""
+    cells = population.parameters
+    if not {"i_offset", "tau_m", "cm", "v_rest", "v_thresh"} <= cells.keys() or not cells["i_offset"].any():
+        return
+    effects_mv = np.abs(cells["i_offset"]) * cells["tau_m"] / cells["cm"]
+    distance_mv = float(np.abs(cells["v_thresh"] - cells["v_rest"]).min())
+    if effects_mv.max() < _NOTICED * distance_mv:
+        size = f"{np.abs(cells['i_offset']).max():g} nA, which moves a cell by {effects_mv.max():.2g} mV"
+        yield f"i_offset of {owner} is {size}; is it meant in uA?"
 
 
 def _of_beginning(owner: str, population: Population) -> Iterator[str]:

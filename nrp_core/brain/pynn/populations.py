@@ -84,6 +84,11 @@ class _Cells(common.BasePopulation):
         raise NotImplementedError
 
     def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, slice) and isinstance(index.stop, int) and index.stop > self.size:
+            self._simulator.state.remark(
+                f"the slice {index.start or 0}:{index.stop} of '{self.label}' ends at {self.size}, "
+                "its last cell"
+            )
         try:
             return super().__getitem__(index)
         except (IndexError, TypeError):

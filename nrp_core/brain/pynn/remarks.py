@@ -27,6 +27,7 @@ def remarks_on(state: State, populations: Sequence[str], projections: Sequence[s
         *_unused(state),
         *_beyond(state, projections),
         *_unpaired(state, projections),
+        *_multiple(state, projections),
     )
 
 
@@ -65,6 +66,8 @@ def _unused(state: State) -> Iterator[str]:
                 f"a {type(source).__name__} (the current source {number} of {len(state.sources)}) is never "
                 f"injected: call its inject_into(cells)"
             )
+        elif set(source.default_parameters) == {"amplitude", "start", "stop"} and not source.amplitude:
+            yield f"a {type(source).__name__} has no effect: its amplitude is 0 nA"
 
 
 def _beyond(state: State, labels: Sequence[str]) -> Iterator[str]:
@@ -89,3 +92,16 @@ def _unpaired(state: State, labels: Sequence[str]) -> Iterator[str]:
                 f"the projection '{label}' is one to one, but '{one.pre.label}' has {one.pre.size} cells and "
                 f"'{one.post.label}' has {one.post.size}: the remaining cells are not connected"
             )
+
+
+def _multiple(state: State, labels: Sequence[str]) -> Iterator[str]:
+    """Yield the projections that connect each cell to more partners than there are, so to some repeatedly."""
+    for one, label in zip(state.projections, labels, strict=True):
+        name, n = type(one.connector).__name__, getattr(one.connector, "n", None)
+        among = {"FixedNumberPreConnector": one.pre, "FixedNumberPostConnector": one.post}.get(name)
+        if among is None or not isinstance(n, int) or one.connector.with_replacement or n <= among.size:
+            continue
+        yield (
+            f"n of the {name} of the projection '{label}' is {n}, and '{among.label}' has {among.size} "
+            f"cells: pairs of cells have {n / among.size:.3g} synapses each"
+        )

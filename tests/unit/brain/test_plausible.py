@@ -21,6 +21,10 @@ WRONG_UNITS = [
     ({"tau_refrac": 0.002}, "tau_refrac of the population 'cells' is 0.002 ms; is it meant in s?"),
     ({"cm": 250.0}, "cm of the population 'cells' is 250 nF; is it meant in pF?"),
     ({"i_offset": 300.0}, "i_offset of the population 'cells' is 300 nA; is it meant in pA?"),
+    (
+        {"i_offset": 0.0002},
+        "i_offset of the population 'cells' is 0.0002 nA, which moves a cell by 0.004 mV; is it meant in uA?",
+    ),
     ({"v_rest": -0.065}, "v_rest of the population 'cells' is -0.065 mV; is it meant in V?"),
     (
         {"e_rev_E": -70.0, "e_rev_I": 0.0},
