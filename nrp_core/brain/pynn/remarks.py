@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from nrp_core.brain.pynn.electrodes import DCSource
 from nrp_core.brain.pynn.populations import ids_of
 from nrp_core.brain.pynn.simulator import State
 
@@ -66,7 +67,7 @@ def _unused(state: State) -> Iterator[str]:
                 f"a {type(source).__name__} (the current source {number} of {len(state.sources)}) is never "
                 f"injected: call its inject_into(cells)"
             )
-        elif set(source.default_parameters) == {"amplitude", "start", "stop"} and not source.amplitude:
+        elif isinstance(source, DCSource) and not source.amplitude:
             yield f"a {type(source).__name__} has no effect: its amplitude is 0 nA"
 
 

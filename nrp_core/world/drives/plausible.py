@@ -20,6 +20,8 @@ _NARROW: Final = 1.5
 """How much smaller it may be: no wheel turns a robot as one that is nearer to the middle."""
 _UPRIGHT: Final = 0.7
 """The cosine of 45 degrees."""
+_ALONG: Final = 0.9
+"""The cosine of 25 degrees; wheels may be turned a little to each other."""
 
 
 @runtime_checkable
@@ -69,6 +71,11 @@ def _of_wheels(owner: str, drive: _Wheeled, model: Model) -> Iterator[str]:
             yield f"{owner} has a wheel that cannot turn: the joint '{joint.name}' is fixed"
         elif abs(_axis(joint)[2]) > _UPRIGHT:
             yield f"{owner} has a wheel that cannot roll: the joint '{joint.name}' turns about the vertical"
+        elif abs(_axis(joint)[0]) > _ALONG:
+            yield (
+                f"{owner} has a wheel that cannot roll: the joint '{joint.name}' turns about the x axis, in "
+                "which the robot drives"
+            )
         elif joint.upper - joint.lower < tau:
             limits = f"limits of {joint.lower:g} to {joint.upper:g} rad"
             yield f"{owner} has a wheel that cannot roll: the joint '{joint.name}' has {limits}"

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from math import hypot, inf, isfinite
+from contextlib import suppress
+from math import degrees, hypot, inf, isfinite
 from typing import Final
 
 import numpy as np
@@ -12,9 +13,10 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose, Vector
-from nrp_core.world.scene.model import Box, Geometry, Light, Link, Model, Plane, Scene
+from nrp_core.world.scene.model import Geometry, Light, Link, Model, Plane, Scene
 from nrp_core.world.scene.plausible_joints import of_joints
-from nrp_core.world.scene.tessellation import triangles_of
+from nrp_core.world.scene.plausible_links import box_around, has_dense_link, of_links, solid_or_seen
+from nrp_core.world.scene.sensing import MountedSensor, View
 
 _DENSEST: Final = 22_590.0
 """Density of osmium, kg/m^3: CRC Handbook of Chemistry and Physics, the densest of all elements."""
@@ -22,11 +24,15 @@ _LIGHTEST: Final = 0.05
 """A density below that of hydrogen at room temperature, 0.08 kg/m^3 (the same source)."""
 _STRONGEST: Final = 25.0
 """Gravity of Jupiter at one bar, 24.79 m/s^2: NASA Planetary Fact Sheet, the strongest of all planets."""
-_FASTEST_HZ: Final = 1e5
+_FASTEST_HZ: Final = 5e4
 """More often than any sensor of robots; inertial sensors reach 32 kHz (ICM-42688-P data sheet)."""
 _UPSIDE_DOWN: Final = 0.5
 """A plane faces downward if its normal points below the horizon by 30 degrees or more; others are walls."""
 _NEAR_M: Final = 1.0
+_NARROWEST: Final = 0.02
+"""The smallest field of view, rad: one degree is that of a telescope."""
+_FINEST: Final = 1e-4
+"""The smallest angle between two beams, rad; the finest scanners have 0.0009 (0.05 degrees)."""
 _SHORT: Final = 0.1
 """The smallest range of a sensor of distances, in sizes of the robot."""
 _SENSOR_TIMES: Final = 10.0
@@ -48,8 +54,12 @@ def implausible(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str | Non
         owner = model.name if model.name in names else None
         yield from ((owner, sentence) for sentence in (*_of_measurements(model), *_of_ground(model)))
         if owner is not None:
-            for sentence in (*_of_rest(model), *of_joints(model), *_of_sizes(model)):
-                yield owner, sentence
+            found = (*_of_rest(model), *_of_loose_links(model), *of_joints(model), *_of_sizes(model))
+            yield from ((owner, sentence) for sentence in found)
+        if not model.static:
+            with suppress(SceneError):  # a mesh cannot be read, which is reported where it is needed
+                yield from [(owner, sentence) for sentence in of_links(model)]
+                yield from [(owner, sentence) for sentence in _of_furniture(model) if owner is None]
 
 
 def _of_gravity(gravity: Vector) -> Iterator[str]:
@@ -61,6 +71,8 @@ def _of_gravity(gravity: Vector) -> Iterator[str]:
         yield f"{owner}: it points to the side"
     if hypot(x, y, z) > _STRONGEST:
         yield f"{owner}, more than on Jupiter"
+    elif hypot(x, y, z) == 1.0:
+        yield f"{owner}; is it meant in g, which is 9.8 m/s^2?"
 
 
 def _of_lights(lights: Iterable[Light]) -> Iterator[str]:
@@ -117,12 +129,22 @@ def _of_rest(model: Model) -> Iterator[str]:
         yield f"the robot '{model.name}' is static: nothing moves it, and no drive can"
 
 
+def _of_loose_links(model: Model) -> Iterator[str]:
+    """Yield the links of a robot that no joint holds; WORLD holds those that are fixed to the world."""
+    if not model.joints:
+        return
+    jointed = {name for joint in model.joints for name in (joint.parent, joint.child)} | {model.links[0].name}
+    for link in model.links:
+        if link.name not in jointed:
+            yield f"the link '{link.name}' of '{model.name}' is a body of its own: no joint holds it"
+
+
 def _of_sizes(model: Model) -> Iterator[str]:
     try:
         touched = _size(
-            [(link.pose, one.pose, one.geometry) for link in model.links for one in link.collisions]
+            (link.pose @ one.pose, one.geometry) for link in model.links for one in link.collisions
         )
-        shown = _size([(link.pose, one.pose, one.geometry) for link in model.links for one in link.visuals])
+        shown = _size((link.pose @ one.pose, one.geometry) for link in model.links for one in link.visuals)
     except SceneError:
         return  # a mesh cannot be read, which is reported where it is needed
     if touched is None or not touched.min() > 0:
@@ -132,7 +154,6 @@ def _of_sizes(model: Model) -> Iterator[str]:
             f"the visuals of '{model.name}' are {shown.max():.3g} m large and its collision shapes "
             f"{touched.max():.3g} m; are they meant in mm?"
         )
-    mass = sum(link.inertial.mass for link in model.links if link.inertial is not None)
     around = touched if shown is None else np.maximum(touched, shown)
     size_m = float(np.linalg.norm(around))
     yield from _of_sensors(model, size_m)
@@ -143,9 +164,27 @@ def _of_sizes(model: Model) -> Iterator[str]:
                 f"the centre of mass of the link '{link.name}' of '{model.name}' is {away_m:.3g} m from the "
                 f"link, and the robot {size_m:.3g} m large; is it meant in mm?"
             )
+    yield from _of_density(model, around)
+
+
+def _of_furniture(model: Model) -> Iterator[str]:
+    """Yield that a model of the room is too light for its size; heavy links are reported one by one."""
+    shapes = [(link, one) for link in model.links for one in solid_or_seen(link)]
+    around = _size((link.pose @ one.pose, one.geometry) for link, one in shapes)
+    if around is not None and 0 < _mass(model) < _LIGHTEST * around.prod():
+        yield from _of_density(model, around)
+
+
+def _mass(model: Model) -> float:
+    return sum(link.inertial.mass for link in model.links if link.inertial is not None)
+
+
+def _of_density(model: Model, around: FloatArray) -> Iterator[str]:
+    """Yield that a model is too heavy or too light for the sides of the box around it, m."""
+    mass = _mass(model)
     density = mass / float(around.prod())
-    if density > _DENSEST or 0 < density < _LIGHTEST:
-        is_dense = density > _DENSEST
+    is_dense = density > _DENSEST and not has_dense_link(model)
+    if is_dense or 0 < density < _LIGHTEST:
         than = "more than osmium" if is_dense else "less than hydrogen"
         meant = "is its mass meant in g?" if is_dense else "are its lengths meant in mm?"
         yield (
@@ -157,41 +196,48 @@ def _of_sizes(model: Model) -> Iterator[str]:
 def _of_sensors(model: Model, size_m: float) -> Iterator[str]:
     for link in model.links:
         for sensor in link.sensors:
+            owner = f"'{sensor.name}' of '{model.name}'"
+            yield from _of_view(f"the camera {owner}", sensor, size_m)
+            yield from _of_beams(owner, sensor, size_m)
             pose = getattr(sensor, "pose", None)
             away_m = 0.0 if pose is None else hypot(*pose.position)
-            view = getattr(sensor, "view", None)
-            if view is not None and view.far < min(size_m, _NEAR_M):
-                yield (
-                    f"the camera '{sensor.name}' of '{model.name}' sees {view.far:g} m far, and the robot is "
-                    f"{size_m:.3g} m large; is <far> meant in km?"
-                )
-            reach_m = getattr(sensor, "range_max", inf)
-            if reach_m < _SHORT * size_m:
-                yield (
-                    f"the sensor '{sensor.name}' of '{model.name}' measures up to {reach_m:g} m, and the "
-                    f"robot is {size_m:.3g} m large; is its range meant in km?"
-                )
             if away_m > _SENSOR_TIMES * size_m:
                 yield (
-                    f"the sensor '{sensor.name}' of '{model.name}' is {away_m:.3g} m from its link, and the "
-                    f"robot {size_m:.3g} m large; is its pose meant in mm?"
+                    f"the sensor {owner} is {away_m:.3g} m from its link, and the robot {size_m:.3g} m "
+                    "large; is its pose meant in mm?"
                 )
 
 
-def _size(shapes: Iterable[tuple[Pose, Pose, Geometry]]) -> FloatArray | None:
+def _of_view(owner: str, sensor: MountedSensor, size_m: float) -> Iterator[str]:
+    view: View | None = getattr(sensor, "view", None)
+    if view is None:
+        return
+    if view.far < min(size_m, _NEAR_M):
+        yield (
+            f"{owner} sees {view.far:g} m far, and the robot is {size_m:.3g} m large; is <far> meant in km?"
+        )
+    elif view.near > max(size_m, _NEAR_M):
+        yield f"{owner} sees nothing nearer than {view.near:g} m, and the robot is {size_m:.3g} m large"
+    if view.horizontal_fov < _NARROWEST:
+        seen = f"{view.horizontal_fov:g} rad, which is {degrees(view.horizontal_fov):.2g} degrees"
+        yield f"{owner} sees {seen}"
+
+
+def _of_beams(owner: str, sensor: MountedSensor, size_m: float) -> Iterator[str]:
+    steps = getattr(sensor, "samples", 1) - 1
+    first, last = getattr(sensor, "angle_min", 0.0), getattr(sensor, "angle_max", 0.0)
+    if steps > 1 and 0 < last - first < steps * _FINEST:
+        between = f"{last - first:.2g} rad: from {first:.6g} to {last:.6g}"
+        yield f"the {steps + 1} beams of {owner} are within {between}"
+    reach_m = getattr(sensor, "range_max", inf)
+    if reach_m < _SHORT * size_m:
+        yield (
+            f"the sensor {owner} measures up to {reach_m:g} m, and the robot is {size_m:.3g} m large; is its "
+            "range meant in km?"
+        )
+
+
+def _size(shapes: Iterable[tuple[Pose, Geometry]]) -> FloatArray | None:
     """Return the sides of the box around bounded shapes, m."""
-    low, high = np.full(3, inf), np.full(3, -inf)
-    for link, pose, geometry in shapes:
-        if isinstance(geometry, Plane):
-            continue
-        place = matrix_of(link @ pose)
-        points = _corners(geometry) @ place[:, :3].T + place[:, 3]
-        low, high = np.minimum(low, points.min(0)), np.maximum(high, points.max(0))
-    return None if low[0] == inf else high - low
-
-
-def _corners(geometry: Geometry) -> FloatArray:
-    if isinstance(geometry, Box):
-        half = np.array(geometry.size) / 2
-        return np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half
-    return np.asarray(triangles_of(geometry)[0])
+    box = box_around(shapes)
+    return None if box is None else box[1] - box[0]

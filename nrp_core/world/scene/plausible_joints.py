@@ -13,6 +13,8 @@ _TURNS_RAD: Final = 4 * pi
 """Two turns: joints of robots with limits turn less."""
 _DEGREES: Final = 720.0
 """More than two turns in degrees; larger limits mean "unlimited"."""
+_SMALLEST: Final = 1e-4
+"""An error, rad or m, that no encoder of a robot resolves."""
 
 
 def of_joints(model: Model) -> Iterator[str]:
@@ -21,6 +23,8 @@ def of_joints(model: Model) -> Iterator[str]:
     for joint in joints.values():
         owner = f"the joint '{joint.name}' of '{model.name}'"
         yield from _of_limits(owner, joint)
+        if joint.kind != "prismatic" and joint.stiffness > 0 and abs(joint.rest) > _TURNS_RAD:
+            yield f"the spring of {owner} rests at {joint.rest:g} rad, more than two turns; is it in degrees?"
         for value, what in ((joint.damping, "damping"), (joint.friction, "friction")):
             if value < 0:
                 yield f"{owner} has a {what} of {value:g}, which speeds it up instead of slowing it down"
@@ -45,6 +49,11 @@ def _of_controller(owner: str, joint: Joint, controller: JointController) -> Ite
     gains = controller.gains
     if controller.kind != "effort" and gains is not None and not any((gains.p, gains.i, gains.d)):
         yield f"the controller of {owner} has no gain: its commands move nothing"
+    elif controller.kind == "position" and gains is not None and 0 < joint.effort < gains.p * _SMALLEST:
+        yield (
+            f"the controller of {owner} has a gain of {gains.p:g}: it exerts the largest effort, "
+            f"{joint.effort:g}, at an error of {joint.effort / gains.p:.2g}"
+        )
     start = controller.initial
     if controller.kind == "position" and start is not None and not joint.lower <= start <= joint.upper:
         yield (

@@ -45,12 +45,13 @@ def test_limits_that_mean_no_limit_or_two_turns_give_nothing(tmp_path: Path, upp
     ("values", "words"),
     [
         ({"lower": -90, "upper": 90}, "'elbow' of 'arm' has limits of -90 to 90 rad, more than two turns"),
-        ({"mass": 20_000}, "'arm' weighs 2e+04 kg in a box of 0.4 x 0.4 x 0.5 m around it: 2.5e+05 kg/m^3"),
+        ({"mass": 20_000}, "'base' of 'arm' weighs 2e+04 kg in a box of 0.4 x 0.4 x 0.5 m: 2.5e+05 kg/m^3"),
+        ({"mass": 4_000}, "'arm' weighs 4e+03 kg in a box of 0.4 x 0.4 x 0.5 m around it: 5e+04 kg/m^3"),
         ({"side": 400}, "the visuals of 'arm' are 400 m large and its collision shapes 0.5 m"),
         ({"gravity": 9.8}, "gravity is 0 0 9.8 m/s^2: it points upward"),
         ({"transparency": 5}, "<transparency> must be from 0 to 1, not 5: 1 is used"),
     ],
-    ids=["degrees", "grams", "millimetres", "gravity", "transparency"],
+    ids=["degrees", "grams", "heavy", "millimetres", "gravity", "transparency"],
 )
 def test_an_implausible_value_is_reported(tmp_path: Path, values: dict[str, float], words: str) -> None:
     (sentence,) = _sentences(tmp_path, **values)
@@ -77,10 +78,12 @@ _CONTROLLED = """<sdf version="1.9"><model name="arm">
         ({"limits": "<effort>0</effort>"}, "has a controller, and its limit of effort is 0: it never moves"),
         ({"limits": "<velocity>0</velocity>"}, "its limit of velocity is 0: it never moves"),
         ({"damping": "-0.1"}, "has a damping of -0.1, which speeds it up"),
+        ({"p": "2e6", "limits": "<effort>4</effort>"}, "exerts the largest effort, 4, at an error of 2e-06"),
+        ({"p": "200", "limits": "<effort>4</effort>"}, None),
         ({"p": "0"}, "has no gain: its commands move nothing"),
         ({"initial": "1.2"}, "starts with 1.2, outside the limits of the joint of -1 to 1"),
     ],
-    ids=["nothing", "effort", "velocity", "damping", "gain", "start"],
+    ids=["nothing", "effort", "velocity", "damping", "strong", "ordinary", "gain", "start"],
 )
 def test_a_joint_that_never_moves_or_moves_by_itself_is_reported(
     tmp_path: Path, values: dict[str, str], words: str | None
@@ -103,3 +106,80 @@ def test_a_ground_plane_that_faces_downward_is_reported(tmp_path: Path, roll: st
     found = [sentence for _, sentence in implausible(Scene((read_model(path),)), [])]
     assert len(found) == count
     assert all("the plane 'floor' of 'ground' faces downward" in sentence for sentence in found)
+
+
+_LINKS = """<sdf version="1.9"><model name="cart">
+  <link name="base"><inertial><mass>{mass}</mass><pose>{centre} 0 0 0 0 0</pose>
+    <inertia><ixx>{moment}</ixx><iyy>{moment}</iyy><izz>{moment}</izz></inertia></inertial>
+    <{solid} name="hull"><geometry><box><size>0.4 0.4 0.4</size></box></geometry></{solid}>
+    <{solid} name="bump"><geometry><sphere><radius>{bump}</radius></sphere></geometry></{solid}>
+    <sensor name="eye" type="camera"><topic>eye</topic><update_rate>30</update_rate><camera>
+      <horizontal_fov>{fov}</horizontal_fov><image><width>32</width><height>32</height></image>
+      <clip><near>{near}</near><far>50</far></clip></camera></sensor>
+    <sensor name="scanner" type="ray"><topic>scan</topic><update_rate>10</update_rate><ray>
+      <scan><horizontal><samples>181</samples><min_angle>{first}</min_angle><max_angle>1.57</max_angle>
+      </horizontal></scan><range><min>0.1</min><max>8</max></range></ray></sensor></link>
+  <link name="arm"><pose>{away} 0 0 0 0 0</pose><inertial><mass>{tip}</mass></inertial>
+    <visual name="look"><geometry><box><size>0.4 0.1 0.1</size></box></geometry></visual></link>
+  <joint name="elbow" type="{kind}"><parent>base</parent><child>{child}</child><axis><xyz>0 1 0</xyz>
+    <dynamics><spring_stiffness>1</spring_stiffness><spring_reference>{rest}</spring_reference></dynamics>
+    </axis></joint>{last}
+</model></sdf>
+"""
+_ORDINARY = {
+    "mass": 10, "centre": 0.1, "moment": 0.3, "solid": "collision", "bump": 0.05, "away": 0.4, "rest": 1.57,
+    "kind": "revolute", "child": "arm", "last": "", "tip": 1, "fov": 1.0, "near": 0.05, "first": -1.57,
+}  # fmt: skip
+
+
+def _of_cart(folder: Path, robots: list[str], gravity: float, **values: object) -> list[str]:
+    path = folder / "cart.sdf"
+    path.write_text(_LINKS.format(**{**_ORDINARY, **values}))
+    scene = Scene((read_model(path),), gravity=(0.0, 0.0, gravity))
+    return [sentence for _, sentence in implausible(scene, robots)]
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        (
+            {"mass": 10_000},
+            "the link 'base' of 'cart' weighs 1e+04 kg in a box of 0.4 x 0.4 x 0.4 m: 1.6e+05",
+        ),
+        ({"moment": 0.3e-6}, "an inertia of 3e-07 kg m^2, that of 10 kg in a ball of 0.00055 m"),
+        ({"moment": 0.3e6}, "an inertia of 3e+05 kg m^2, that of 10 kg in a ball of 5.5e+02 m"),
+        ({"centre": 0.5}, "the centre of mass of the link 'base' of 'cart' is 0.3 m outside of its shapes"),
+        ({"bump": 0.00005}, "the collision 'bump' of the link 'base' of 'cart' is 0.0001 m large"),
+        (
+            {"away": 400},
+            "the joint 'elbow' of 'cart' joins links 400 m apart, and the largest link is 0.69 m",
+        ),
+        ({"solid": "visual"}, "'cart' has no collision shape: it falls through the ground"),
+        ({"last": "<link name='lid'/>"}, "the link 'lid' of 'cart' is a body of its own: no joint holds it"),
+        ({"rest": 90}, "the spring of the joint 'elbow' of 'cart' rests at 90 rad, more than two turns"),
+        ({"fov": 0.01}, "the camera 'eye' of 'cart' sees 0.01 rad, which is 0.57 degrees"),
+        ({"near": 5}, "the camera 'eye' of 'cart' sees nothing nearer than 5 m"),
+        ({"first": 1.569}, "the 181 beams of 'scanner' of 'cart' are within 0.001 rad: from 1.569 to 1.57"),
+    ],
+    ids=lambda one: next(iter(one)) if isinstance(one, dict) else "",
+)
+def test_a_link_that_is_no_body_is_reported(tmp_path: Path, values: dict[str, object], words: str) -> None:
+    assert [words in sentence for sentence in _of_cart(tmp_path, ["cart"], -9.8, **values)] == [True]
+
+
+def test_an_ordinary_cart_gives_nothing(tmp_path: Path) -> None:
+    near = {"mass": 30, "moment": 0.05, "centre": -0.25, "bump": 0.001, "away": 3, "fov": 0.1, "rest": 6.0}
+    assert _of_cart(tmp_path, ["cart"], -9.8) == []
+    assert _of_cart(tmp_path, ["cart"], -1.62, **near, near=0.5, first=1.47) == []
+
+
+@pytest.mark.parametrize(
+    ("gravity", "mass", "words"),
+    [
+        (-1.0, 10.0, "gravity is 0 0 -1 m/s^2; is it meant in g, which is 9.8 m/s^2?"),
+        (-9.8, 1e-9, "'cart' weighs 2e-09 kg in a box of 0.8 x 0.4 x 0.4 m around it: 1.6e-08"),
+    ],
+)
+def test_the_room_is_checked_as_well(tmp_path: Path, gravity: float, mass: float, words: str) -> None:
+    said = _of_cart(tmp_path, [], gravity, mass=mass, moment=mass / 30, tip=mass)
+    assert [words in sentence for sentence in said] == [True]

@@ -53,6 +53,7 @@ def test_a_wheel_whose_axis_points_right_is_turned_the_other_way_and_is_not_repo
             "wheel separation of 571 m, and its wheels are 0.571",
         ),
         (_AXIS, "<axis><xyz>0 0 1</xyz></axis>", "the joint 'back_left_joint' turns about the vertical"),
+        (_AXIS, "<axis><xyz>1 0 0</xyz></axis>", "'back_left_joint' turns about the x axis, in which"),
         ('back_left_joint" type="continuous"', 'back_left_joint" type="fixed"', "'back_left_joint' is fixed"),
         ("<backLeftJoint>back_left", "<backLeftJoint>back_right", "'back_right_joint' on both sides"),
         ("<commandTimeout>0.1<", "<commandTimeout>0.001<", "stops 0.001 s after a command"),
