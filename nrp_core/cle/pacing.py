@@ -10,6 +10,8 @@ from math import isfinite
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
 
+SLOWEST = 1e-4
+"""The smallest pace: a second of simulated time takes almost three hours."""
 _CATCH_UP_S = 0.1
 
 
@@ -39,7 +41,7 @@ class Paced(Pacing):
     Delays of up to 0.1 s are caught up; longer delays are not.
 
     Args:
-        factor: simulated seconds per second, positive; 1 is real time.
+        factor: simulated seconds per second, at least :data:`SLOWEST`; 1 is real time.
         clock: returns the time, s.
         sleep: waits, s.
     """
@@ -51,8 +53,8 @@ class Paced(Pacing):
         clock: Callable[[], float] = time.perf_counter,
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
-        if not (isfinite(factor) and factor > 0):
-            raise ExperimentError(f"the pace must be a positive factor, not {factor!r}")
+        if not (isfinite(factor) and factor >= SLOWEST):
+            raise ExperimentError(f"the pace is a factor of at least {SLOWEST:g}, not {factor:g}")
         self.factor = factor
         self._clock, self._sleep = clock, sleep
         self.start(0)
@@ -81,4 +83,4 @@ def pacing_of(text: str | float) -> Pacing:
     try:
         return Paced(float(text))
     except ValueError:
-        raise ExperimentError(f"the pace is 'max', 'realtime' or a positive factor, not {text!r}") from None
+        raise ExperimentError(f"the pace is 'max', 'realtime' or a factor, not {text!r}") from None

@@ -24,6 +24,7 @@ from pydantic import (
 )
 
 from nrp_core.brain.network.data import Network
+from nrp_core.cle.pacing import SLOWEST
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading.listing import Listing
@@ -45,8 +46,6 @@ from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.world import World
 
 _SLICE = re.compile(r"-?\d*:-?\d*(:-?\d*)?")
-_SLOWEST = 1e-4
-"""The smallest pace: a second of simulated time takes almost three hours."""
 _SHORTEST_LIMIT_NS = NS_PER_MS
 """A shorter limit would interrupt calls that only start slowly."""
 
@@ -65,9 +64,9 @@ def _selection(value: object) -> str | int | list[int]:
 def _pace(value: object) -> str | float:
     if value in ("max", "realtime"):
         return str(value)
-    if isinstance(value, (int, float)) and not isinstance(value, bool) and _SLOWEST <= value < float("inf"):
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and SLOWEST <= value < float("inf"):
         return float(value)
-    raise ValueError(f"a pace is 'max', 'realtime' or a factor of at least {_SLOWEST:g}, not {value!r}")
+    raise ValueError(f"a pace is 'max', 'realtime' or a factor of at least {SLOWEST:g}, not {value!r}")
 
 
 def _parameter(value: object) -> object:

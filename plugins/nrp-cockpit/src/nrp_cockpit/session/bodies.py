@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isfinite
+from math import hypot, isclose, isfinite
 
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.run import Run
@@ -11,6 +11,10 @@ from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.geometry_msgs import Vector3, Wrench
 from nrp_core.world.rigid.motion import ModelMotion
 from nrp_core.world.rigid.pose import Pose
+
+_SHORTEST_S = 1e-6
+"""Shorter than the step of any engine."""
+_ROUNDING = 0.01
 
 
 class Bodies:
@@ -24,9 +28,19 @@ class Bodies:
         self._run = run
 
     def push(self, body: str, force_n: Sequence[float], duration_s: float) -> None:
-        """Apply a force, N, to the first link of a body for a time."""
+        """Apply a force, N, to the first link of a body for a time.
+
+        Raises:
+            ExperimentError: nothing would move.
+        """
         force = _numbers(force_n, 3, "a force, N")
         model = self._run.world.scene.model(body)
+        if model.static:
+            raise ExperimentError(f"'{body}' is static: no force moves it")
+        if not any(force):
+            raise ExperimentError("force_n: a force of 0 N moves nothing")
+        if not (isfinite(duration_s) and duration_s >= _SHORTEST_S):
+            raise ExperimentError(f"duration_s: a time of {_SHORTEST_S:g} s or more, not {duration_s:g} s")
         whole, part = divmod(round(duration_s * 1e9), 1_000_000_000)
         self._run.world.call(
             "/gazebo/apply_body_wrench",
@@ -39,6 +53,9 @@ class Bodies:
         """Move a body to a pose, at rest; position in m, orientation x, y, z, w."""
         x, y, z = _numbers(position, 3, "a position, m")
         a, b, c, d = _numbers(orientation, 4, "an orientation, x, y, z and w")
+        length = hypot(a, b, c, d)
+        if not isclose(length, 1.0, abs_tol=_ROUNDING):
+            raise ExperimentError(f"orientation: x, y, z and w of a quaternion of length 1, not {length:.3g}")
         self._run.world.place(body, ModelMotion(Pose((x, y, z), (a, b, c, d))))
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from textwrap import shorten
 from typing import Any
 
-from pydantic import ValidationError, validate_call
+from pydantic import ConfigDict, ValidationError, validate_call
 
 from nrp_cockpit.session.live import LiveSession
 from nrp_cockpit.session.looks import Looks
@@ -19,6 +19,7 @@ from nrp_cockpit.session.recorded_run import FIXED
 from nrp_cockpit.session.session import Session
 from nrp_cockpit.wire.calls import PREFIX
 from nrp_cockpit.wire.hub import Service, Services
+from nrp_core.clock import seconds
 from nrp_core.errors import CapabilityError, ExperimentError, did_you_mean
 from nrp_core.experiment.running.commands import commands_of
 
@@ -108,6 +109,13 @@ def _refuse(**_fields: Any) -> None:
 
 def going(session: Session) -> dict[str, Service]:
     """Return the services that control time."""
+
+    def seek(t_s: float) -> None:
+        end_s = seconds(session.end_ns)
+        if not 0.0 <= t_s <= end_s + seconds(session.timestep_ns):  # the end may lie between two steps
+            raise ExperimentError(f"t_s: a time from 0 to {end_s:g} s, not {t_s:g} s")
+        session.seek(t_s)
+
     return {
         "play": asked(session, session.play),
         "pause": asked(session, session.pause),
@@ -116,7 +124,7 @@ def going(session: Session) -> dict[str, Service]:
         "reset": asked(session, session.reset, "resetting"),
         "pace": asked(session, session.set_pace),
         "run_to": asked(session, session.run_to),
-        "seek": asked(session, session.seek, "going there"),
+        "seek": asked(session, seek, "going there"),
     }
 
 
@@ -133,7 +141,7 @@ def asked(session: Session, method: Callable[..., Any], doing: str = "") -> Serv
 
 def validated(method: Callable[..., Any]) -> Service:
     """Return a method that refuses invalid arguments with one sentence."""
-    checked = validate_call(method)
+    checked = validate_call(config=ConfigDict(strict=True))(method)  # true is no number, and "2" neither
 
     @wraps(method)
     def call(**fields: Any) -> Any:
