@@ -114,5 +114,6 @@ def new_weights(network: Network, label: str, weights: npt.ArrayLike) -> FloatAr
 def _each(name: str, value: npt.ArrayLike, n: int) -> FloatArray:
     array = np.asarray(value, dtype=float)
     if array.ndim and array.shape != (n,):
-        raise NetworkError(f"{name} takes one value or {n}, not {array.size}")
+        given = f"an array of shape {array.shape}" if array.ndim > 1 else array.size
+        raise NetworkError(f"{name} takes one value or {n}, not {given}")
     return np.broadcast_to(array, (n,)).copy()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from math import isfinite, nan
 from typing import Any
 
 import numpy as np
@@ -59,6 +60,8 @@ class ActedTopic(Acted):
             raise ExperimentError(f"'{name}' carries not only numbers, so it cannot be an action")
         self._make, self._size = layout.made_of, layout.numbers
         fields = [path for path, _ in numbers_in(example)]
+        if bounds is not None and not isinstance(bounds, Mapping):
+            raise ExperimentError(f"the bounds of '{name}' are {{'field': (low, high)}}, not {bounds!r:.60}")
         chosen = bounds if bounds is not None else dict.fromkeys(fields, info.limits or (-1.0, 1.0))
         for field in chosen:
             if field not in fields:
@@ -66,7 +69,7 @@ class ActedTopic(Acted):
                     f"a message of '{name}' has no number '{field}'{did_you_mean(field, fields)}"
                 )
         self._places = [fields.index(field) for field in chosen]
-        low, high = np.array([*chosen.values()], np.float64).reshape(-1, 2).T
+        low, high = np.array([_pair(f"'{field}' of '{name}'", chosen[field]) for field in chosen]).T
         self.space = Box(low, high, dtype=np.float64)
 
     def apply(self, values: FloatArray) -> None:
@@ -80,12 +83,30 @@ class ActedSource(Acted):
     """The rate, Hz, of a Poisson source that drives a group of neurons."""
 
     def __init__(self, run: Run, group: str, bounds: tuple[float, float], weight: float) -> None:
+        _pair(f"the rate of '{group}'", bounds)
         source = PoissonSource(weight=weight)
         self._port = run.brain.add_source(source, neurons_of(run, group), name=f"gym/{group}")
         self.space = Box(*bounds, (1,), np.float64)
 
     def apply(self, values: FloatArray) -> None:
         self._port.rate = float(values[0])  # type: ignore[attr-defined]
+
+
+def _pair(owner: str, bounds: Any) -> tuple[float, float]:
+    """Return the bounds of an action.
+
+    Raises:
+        ExperimentError: they are no two finite numbers, the lower one first.
+    """
+    try:
+        low, high = (float(bound) for bound in bounds)
+    except (TypeError, ValueError):
+        low = high = nan
+    if not (isfinite(low) and isfinite(high) and low < high):
+        raise ExperimentError(
+            f"the bounds of {owner} are two numbers, the lower one first, not {bounds!r:.60}"
+        )
+    return low, high
 
 
 def act_on(run: Run, names: Mapping[str, Any]) -> dict[str, Acted]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from math import isfinite
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -70,7 +71,7 @@ class NrpEnv(gymnasium.Env[Any, Any]):
     ) -> None:
         if render_mode not in (None, "rgb_array"):
             raise ExperimentError(f"render_mode is None or 'rgb_array', not {render_mode!r}")
-        if steps < 1:
+        if not isinstance(steps, int) or steps < 1:
             raise ExperimentError(f"a step of an environment is at least 1 step of the loop, not {steps}")
         self.render_mode = render_mode
         self.run = Run(load_experiment(experiment, overrides))
@@ -119,6 +120,8 @@ class NrpEnv(gymnasium.Env[Any, Any]):
         terminated = bool(self._decided) and None not in self._decided.values()
         if self._reward is not None:
             reward = float(self._reward(self.run, observation))
+            if not isfinite(reward):
+                raise ExperimentError(f"the reward at {self.run.now_s:g} s is {reward}, not a finite number")
         if self._terminate is not None:
             terminated = bool(self._terminate(self.run, observation))
         truncated = self.run.loop.now_ns >= self.run.experiment.duration

@@ -122,6 +122,18 @@ def test_a_source_drives_neurons() -> None:
         (["rate:wheels"], {"/pioneer/cmd_vl": None}, "did you mean '/pioneer/cmd_vel'?"),
         (["rate:wheels"], {"/pioneer/cmd_vel": {"linear.w": (0, 1)}}, "has no number 'linear.w'"),
         (
+            ["rate:wheels"],
+            {"/pioneer/cmd_vel": ["linear.x"]},
+            "of '/pioneer/cmd_vel' are {'field': (low, high)}",
+        ),
+        (
+            ["rate:wheels"],
+            {"/pioneer/cmd_vel": {"linear.x": 1.0}},
+            "are two numbers, the lower one first, not 1.0",
+        ),
+        (["rate:wheels"], {"/pioneer/cmd_vel": {"linear.x": (0, np.inf)}}, "lower one first, not (0, inf)"),
+        (["rate:wheels"], {"source:feelers": (200.0, 0.0)}, "the bounds of the rate of 'feelers' are two"),
+        (
             ["/pioneer/clearance"],
             DRIVE | {"/pioneer/clearance": None},
             "no message arrives on /pioneer/clearance",
@@ -132,6 +144,15 @@ def test_a_mistake_is_named(observe: list[str], act: dict[str, Any], message: st
     with pytest.raises(nrp_core.NrpError) as raised:
         make_env("slalom_pioneer", observe=observe, act=act)
     assert message in str(raised.value)
+
+
+def test_a_reward_that_is_no_number_and_half_a_step_are_refused(env: NrpEnv) -> None:
+    env.reset()
+    env._reward = lambda run, seen: float("nan")
+    with pytest.raises(nrp_core.NrpError, match=r"the reward at 0\.02 s is nan, not a finite number"):
+        env.step({"source:feelers": np.array([100.0])})
+    with pytest.raises(nrp_core.NrpError, match=r"at least 1 step of the loop, not 1\.5"):
+        make_env("slalom_pioneer", observe=["rate:wheels"], steps=1.5)  # type: ignore[arg-type]
 
 
 def test_without_gymnasium_the_command_that_installs_it_is_named() -> None:

@@ -205,7 +205,7 @@ def too_strong(weight: float, post: Population) -> str:
 def _of_all_together(projection: Projection, post: Population) -> Iterator[str]:
     """Yield that no cell notices a projection, even if all its synapses are active at once."""
     cells, name = post.parameters, f"tau_syn_{'E' if projection.receptor == 'excitatory' else 'I'}"
-    needed = {name, "cm", "v_rest", "v_thresh"}
+    needed = {"cm", "v_rest", "v_thresh"} | (set() if post.cell_type in _IN_MV else {name})
     if not projection.size or not needed <= cells.keys() or "w_max" in projection.synapse_parameters:
         return
     distances_mv = cells["v_thresh"] - cells["v_rest"]

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from nrp_core.errors import NetworkError
 from nrp_core.paths import existing_file
@@ -58,7 +61,27 @@ def read_graph(path: Path | str) -> Graph:
             if name not in nodes:
                 raise NetworkError(f"an edge names the node '{name}', which does not exist", path=path)
         before[end].append(start)
-    return Graph(path, nodes, before, dict(found.metadata))
+    graph = Graph(path, nodes, before, dict(found.metadata))
+    for name, node in nodes.items():
+        _require_numbers(graph, name, vars(node))
+    return graph
+
+
+def _require_numbers(graph: Graph, name: str, fields: Mapping[str, Any]) -> None:
+    """Raise an error unless the arrays of a node are real and finite; a threshold may be infinite.
+
+    Raises:
+        NetworkError: a value is complex, not a number or infinite.
+    """
+    for field, value in fields.items():
+        if not isinstance(value, np.ndarray) or value.dtype.kind not in "fc":
+            continue
+        if value.dtype.kind == "c":
+            raise graph.error(name, f"{field} is complex; it must be real")
+        wrong = np.isnan(value) if field == "v_threshold" else ~np.isfinite(value)
+        if wrong.any():
+            place = [int(i) for i in np.argwhere(wrong)[0]]
+            raise graph.error(name, f"{field}{place or ''} is {value[wrong][0]}; it must be a finite number")
 
 
 def _flatten(graph: Any, prefix: str, nodes: dict[str, Any], edges: list[tuple[str, str]]) -> None:

@@ -137,10 +137,10 @@ class Tree:
 
 
 def tree_of(data: Any) -> Tree:
-    """Return plain data as a tree without places; numbers may be NumPy's."""
+    """Return plain data as a tree without places; numbers and arrays may be NumPy's."""
     if isinstance(data, Mapping):
         return Tree({str(key): tree_of(value) for key, value in data.items()})
-    if isinstance(data, (list, tuple)):
+    if isinstance(data, (list, tuple, range)) or getattr(data, "ndim", 0) > 0:
         return Tree([tree_of(value) for value in data])
     return Tree(data.item() if hasattr(data, "item") else data)
 

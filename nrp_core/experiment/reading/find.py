@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
+from os import PathLike
 from pathlib import Path
 from types import ModuleType
 
@@ -38,6 +39,11 @@ def load_experiment(text: str | Path, overrides: Sequence[str] = ()) -> Experime
     """
     if isinstance(overrides, str | Mapping) or not isinstance(overrides, Iterable):
         raise ExperimentError(f"overrides are a list such as ['seed=3', 'pace=max'], not {overrides!r:.60}")
+    if not isinstance(text, str | PathLike):
+        raise ExperimentError(
+            f"an experiment is a name or a file, not of type {type(text).__name__}; Run takes one that is "
+            "loaded"
+        )
     path = find_file(str(text))
     if Path(text).suffix.lower() == ARCHIVE:  # unpacked files are in a hidden folder
         beside = Path.cwd() / Path(text).expanduser().with_suffix("")

@@ -197,6 +197,16 @@ WRONG = {
         r"node 'lif' \(LIF\): a time constant is 5e-05 s; it must be at least the step, 0.0001 s",
     ),
     "alone": ({"lif": lif(1)}, [], r"node 'lif' \(LIF\): no edge leads to it"),
+    "nan": (
+        {"w": nir.Linear(np.array([[1.0], [np.nan]])), "lif": lif(2)},
+        [("input", "w"), ("w", "lif")],
+        r"node 'w' \(Linear\): weight\[1, 0\] is nan; it must be a finite number",
+    ),
+    "complex": (
+        {"w": nir.Linear(np.ones((1, 1), complex)), "lif": lif(1)},
+        [("input", "w"), ("w", "lif")],
+        r"node 'w' \(Linear\): weight is complex; it must be real",
+    ),
     "delay": (
         {"d": nir.Delay(np.array([1.5 * DT])), "lif": lif(1)},
         [("input", "d"), ("d", "lif")],

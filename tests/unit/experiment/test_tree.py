@@ -3,12 +3,13 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.model.tree import Place, Tree
+from nrp_core.experiment.model.tree import Place, Tree, tree_of
 from nrp_core.paths import TextFrom
 
 BASE, OVER = Place(Path("/base/a.yaml"), 1, 1), Place(Path("/over/b.yaml"), 2, 2)
@@ -98,3 +99,8 @@ def test_a_text_remembers_the_folder_of_its_file() -> None:
     assert isinstance(text, TextFrom)
     assert text == "scene.sdf"
     assert text.folder == Path("/base")
+
+
+def test_plain_data_may_be_arrays_and_ranges() -> None:
+    given_data = {"a": np.linspace(0.0, 1.0, 3), "b": range(1, 3), "c": np.float64(2.0), "d": "text"}
+    assert tree_of(given_data).plain() == {"a": [0.0, 0.5, 1.0], "b": [1, 2], "c": 2.0, "d": "text"}
