@@ -72,6 +72,18 @@ def test_a_table_of_neurons_gives_order_groups_and_signs(tmp_path: Path) -> None
     assert read_connectome(edges, neurons, groups=("GRN*",)).network.views.keys() == {"GRN", "GRN_right"}
 
 
+@pytest.mark.parametrize("column", ["nt", "neurotransmitter", "predicted_nt"])
+def test_other_names_of_the_column_of_transmitters_say_the_signs_as_well(tmp_path: Path, column: str) -> None:
+    path = write(
+        tmp_path / "edges.csv",
+        pre=[ROOT, ROOT + 1],
+        post=[ROOT + 1, ROOT],
+        weight=[2, 4],
+        **{column: ["GABA", "ACH"]},
+    )
+    assert edges_of(read_connectome(path).network) == {(0, 1, -0.55), (1, 0, 1.1)}
+
+
 def test_flywires_tables_have_signs_of_their_own(tmp_path: Path) -> None:
     codex = {"pre_root_id": [ROOT, ROOT + 1], "post_root_id": [ROOT + 1, ROOT]}
     path = write(

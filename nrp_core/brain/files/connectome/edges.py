@@ -18,7 +18,7 @@ from nrp_core.errors import NetworkError
 PRE: Final = ("pre", "Presynaptic_ID", "pre_root_id", "pre_pt_root_id", "body_pre", "source")
 POST: Final = ("post", "Postsynaptic_ID", "post_root_id", "post_pt_root_id", "body_post", "target")
 WEIGHT: Final = ("Excitatory x Connectivity", "weight", "syn_count", "synapses", "Connectivity")
-TRANSMITTER: Final = ("nt_type",)
+TRANSMITTER: Final = ("nt_type", "nt", "neurotransmitter", "transmitter", "predicted_nt", "top_nt")
 """Columns in the order of preference: plain, of Shiu's tables of FlyWire, FlyWire's own, MaleCNS's."""
 
 
