@@ -7,6 +7,7 @@ Run it with the Python of the plugin's environment, ``.venv/plugins/cockpit/bin/
 from __future__ import annotations
 
 import tempfile
+from contextlib import chdir
 from pathlib import Path
 
 from brains import Artist, draw_the_brain_of_the_paper
@@ -23,12 +24,12 @@ SWEEP = {
     "experiment": "braitenberg_husky",
     "settings": {"world.options.image_scale": 0.25},
     "vary": {
-        "world.robots.husky.pose": [[0, y, 0, 0, 0, 0] for y in (-0.5, 0, 0.5)],
-        "timestep": ["20 ms", "40 ms"],
+        "timestep": ["10 ms", "20 ms", "40 ms"],
+        "brain.backend": ["event", "spinnaker"],
         "seed": {"from": 1, "to": 3},
     },
     "measure": ["distance"],
-    "until": "1500 ms",
+    "until": "1600 ms",
 }
 SEEN_S = 9
 """The first screen was reached, and the second is red."""
@@ -45,7 +46,8 @@ def main() -> None:
         _two_futures(watched.open(cockpits.open("braitenberg_husky"), **SIZE))
         _drawing(watched, cockpits, Path(folder) / "drive.bibi")
         _brain(watched, cockpits, Path(folder) / "drawn_brain.py")
-        _sweep(watched, cockpits, Path(folder) / "noise.sweep")
+        with chdir(folder):  # the page names the folder
+            _sweep(watched, cockpits, Path("timestep.sweep"))
         _fly(watched, cockpits)
 
 

@@ -10,7 +10,8 @@ const names: Record<FigureKind, string> = { curve: "Curve", heat: "Heat map", pa
 export function Figure({ sweep }: { sweep: Sweep }) {
   const { kinds, measures, in_table } = sweep;
   const [chosen, choose] = useState<string | null>(null);
-  const [kind, setKind] = useState<FigureKind | null>(null);
+  const [wanted, want] = useState<FigureKind | null>(null);
+  const kind = wanted ?? kinds[0] ?? null;
   const measure = chosen !== null && measures.includes(chosen) ? chosen : (measures[0] ?? null);
   const tools = measure !== null && (
     <>
@@ -28,8 +29,8 @@ export function Figure({ sweep }: { sweep: Sweep }) {
         <Segmented
           label="Kind of figure"
           choices={kinds.map((value) => ({ value, label: names[value] }))}
-          value={kind ?? (kinds.includes("heat") ? "heat" : "curve")}
-          onChange={setKind}
+          value={kind ?? "curve"}
+          onChange={want}
         />
       )}
     </>

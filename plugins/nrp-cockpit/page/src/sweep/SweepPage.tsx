@@ -23,7 +23,11 @@ export default function SweepPage() {
       <header className="bar">
         <h1 className="bar-name cut">{sweep?.name ?? "Sweep"}</h1>
         {sweep && <span className="tag">sweep</span>}
-        {sweep && <span className="mut f12 cut mono">{sweep.folder}</span>}
+        {sweep && (
+          <span className="mut f12 cut mono" title={sweep.folder}>
+            {sweep.folder.split(/[\\/]/).at(-1)}
+          </span>
+        )}
       </header>
       <main id="main" className="main" tabIndex={-1}>
         {sweep ? (
