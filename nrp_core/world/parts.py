@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from nrp_core.errors import SceneError
+from nrp_core.world.controllers.group import GroupPart
 from nrp_core.world.controllers.joint import ControllerPart
 from nrp_core.world.controllers.pair import PairPart
 from nrp_core.world.controllers.trajectory import TrajectoryPart
@@ -57,6 +58,8 @@ def _controllers_of(model: Model, engine: Engine) -> Iterator[Part]:
         yield TrajectoryPart(follower, parts, model, engine)
     for pair in model.pair_controllers:
         yield PairPart(pair, parts, model, engine)
+    for group in model.group_controllers:
+        yield GroupPart(group, parts, model, engine)
 
 
 class Parts:

@@ -141,6 +141,8 @@ def _commands(scene: Scene) -> Iterator[tuple[str, str]]:
             yield controller.topic, "joint_control"
         for pair in model.pair_controllers:
             yield pair.topic, "joint_control"
+        for group in model.group_controllers:
+            yield group.topic, "joint_control"
         for follower in model.trajectory_controllers:
             yield follower.command_topic, "joint_control"
     for service, need in _SERVICES.items():

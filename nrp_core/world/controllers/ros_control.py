@@ -15,7 +15,7 @@ from nrp_core.errors import SceneError
 from nrp_core.findings import Code
 from nrp_core.world.controllers.trajectory_plugins import led_joints
 from nrp_core.world.drives.wheels import WheelDrive
-from nrp_core.world.scene.acting import JointController, Pid, TrajectoryController
+from nrp_core.world.scene.acting import GroupController, JointController, Pid, TrajectoryController
 from nrp_core.world.scene.model import Joint
 from nrp_core.world.scene.reading.actuators import Actuators
 from nrp_core.world.scene.reading.context import Reading
@@ -32,12 +32,23 @@ _KINDS: dict[str, Literal["position", "velocity", "effort"]] = {
     "JointVelocityController": "velocity",
     "JointEffortController": "effort",
 }
+_GROUPS: dict[str, Literal["position", "velocity", "effort"]] = {
+    "JointGroupPositionController": "position",
+    "JointGroupVelocityController": "velocity",
+    "JointGroupEffortController": "effort",
+}
+_FORWARD = "ForwardCommandController"
+_INTERFACES: dict[str, Literal["position", "velocity", "effort"]] = {
+    "position": "position",
+    "velocity": "velocity",
+    "effort": "effort",
+}
 Entries = dict[tuple[str, ...], dict[str, Any]]
 """The parameters of a file by the names of their levels."""
 
 
 def read_ros_control(plugin: Element, model: ModelParts, reading: Reading) -> Actuators | None:
-    """Read the controllers of the file that a plugin names: of wheels, of single joints, of trajectories.
+    """Read the controllers of the file that a plugin names: of wheels, joints, groups and trajectories.
 
     Returns:
         None where the plugin names no file.
@@ -61,6 +72,7 @@ def read_ros_control(plugin: Element, model: ModelParts, reading: Reading) -> Ac
     drives: list[WheelDrive] = []
     single: list[JointController] = []
     several: list[TrajectoryController] = []
+    groups: list[GroupController] = []
     for name, entry in file.entries.items():
         kind = str(entry.get("type", "")).rpartition("/")[2]
         if kind == "JointTrajectoryController":
@@ -69,6 +81,8 @@ def read_ros_control(plugin: Element, model: ModelParts, reading: Reading) -> Ac
             drives.append(file.drive(name))
         elif kind in _KINDS:
             single += file.controller(name, _KINDS[kind])
+        elif kind == _FORWARD or kind in _GROUPS:
+            groups += file.group(name, _GROUPS.get(kind))
         elif kind and kind not in _TELLING:
             reading.notes.warn(
                 place,
@@ -76,7 +90,7 @@ def read_ros_control(plugin: Element, model: ModelParts, reading: Reading) -> Ac
                 f"controllers of type '{entry['type']}' are not supported",
                 subject=entry["type"],
             )
-    return Actuators(tuple(drives), tuple(single), tuple(several))
+    return Actuators(tuple(drives), tuple(single), tuple(several), (), tuple(groups))
 
 
 class _File:
@@ -117,6 +131,38 @@ class _File:
         """Yield the controllers of the single joints of a controller with a name."""
         for joint in self._led([self.entries[name].get("joint")]):
             yield JointController(joint, kind, self._topic(name, "command"), self._gains((*name, "pid")))
+
+    def group(
+        self, name: tuple[str, ...], kind: Literal["position", "velocity", "effort"] | None
+    ) -> Iterator[GroupController]:
+        """Yield the controller of a group of joints with a name, unless it is incomplete.
+
+        Args:
+            name: its name.
+            kind: what it commands; None: its ``interface_name`` says so.
+        """
+        entry = self.entries[name]
+        kind = kind or _INTERFACES.get(str(entry.get("interface_name")))
+        named = [str(joint) for joint in entry.get("joints") or ()]
+        joints = self._led(named)
+        if kind is None or not joints or list(joints) != named:
+            self._leave_out(name, entry, [joint for joint in named if joint not in joints])
+            return
+        gains = tuple((joint, pid) for joint in joints if (pid := self._gains((*name, joint, "pid"))))
+        topic = self._topic(name, "commands" if self._is_ros2 else "command")
+        yield GroupController(name[-1], joints, kind, topic, gains)
+
+    def _leave_out(self, name: tuple[str, ...], entry: dict[str, Any], deaf: Sequence[str]) -> None:
+        """Warn of a group whose numbers have no place."""
+        if deaf:
+            why = f"its joints {', '.join(deaf)} take no commands"
+        elif not entry.get("joints"):
+            why = "it names no joints"
+        else:
+            given = entry.get("interface_name")
+            why = f"its interface_name is {given!r} and not one of {', '.join(_INTERFACES)}"
+        message = f"the controller '{'/'.join(name)}' is left out: {why}"
+        self._reading.notes.warn(self._place, Code.NRP265, message, subject=name[-1])
 
     def drive(self, name: tuple[str, ...]) -> WheelDrive:
         """Return the differential drive with a name; ROS 1 has one or more wheel names a side."""

@@ -130,6 +130,34 @@ class PairController:
 
 
 @dataclass(frozen=True, slots=True)
+class GroupController:
+    """Makes several joints follow the numbers of one command, as a ``forward_command_controller`` does.
+
+    Args:
+        name: the name of the controller.
+        joints: their names, in the order of the numbers.
+        kind: the commanded quantity.
+        topic: absolute (``std_msgs/Float64MultiArray``).
+        gains: gains by joint, as those of :class:`JointController`; None for joints without gains.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    kind: Literal["position", "velocity", "effort"]
+    topic: str
+    gains: tuple[tuple[str, Pid], ...] = ()
+
+    def of_joint(self, joint: str) -> JointController:
+        """Return the controller of one of its joints."""
+        return JointController(joint, self.kind, self.topic, dict(self.gains).get(joint))
+
+    def renamed(self, named: Rename) -> GroupController:
+        """Return the same controller for a model whose parts are renamed."""
+        gains = tuple((named(joint), gains) for joint, gains in self.gains)
+        return replace(self, joints=tuple(map(named, self.joints)), gains=gains)
+
+
+@dataclass(frozen=True, slots=True)
 class TrajectoryController:
     """Makes joints follow trajectories (``trajectory_msgs/JointTrajectory``).
 

@@ -16,7 +16,13 @@ from typing import ClassVar
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Finding
 from nrp_core.world.rigid.pose import Pose, Vector
-from nrp_core.world.scene.acting import JointController, MountedDrive, PairController, TrajectoryController
+from nrp_core.world.scene.acting import (
+    GroupController,
+    JointController,
+    MountedDrive,
+    PairController,
+    TrajectoryController,
+)
 from nrp_core.world.scene.checks import WORLD, check_tree, check_unique, require
 from nrp_core.world.scene.digest import LATER, digest_of
 from nrp_core.world.scene.finish import Finish as Finish
@@ -272,14 +278,15 @@ class Model:
     trajectory_controllers: tuple[TrajectoryController, ...] = ()
     pair_controllers: tuple[PairController, ...] = ()
     native: tuple[Native, ...] = ()
+    group_controllers: tuple[GroupController, ...] = field(default=(), metadata=LATER)
     starts: tuple[tuple[str, float], ...] = field(default=(), metadata=LATER)
     warnings: tuple[Finding, ...] = field(default=(), compare=False, repr=False)
     source: Source | None = field(default=None, compare=False, repr=False)
 
     @property
-    def leaders(self) -> tuple[TrajectoryController | PairController, ...]:
+    def leaders(self) -> tuple[TrajectoryController | PairController | GroupController, ...]:
         """The controllers that lead several joints each."""
-        return (*self.trajectory_controllers, *self.pair_controllers)
+        return (*self.trajectory_controllers, *self.pair_controllers, *self.group_controllers)
 
     def link(self, name: str) -> Link:
         """Return a link by name."""

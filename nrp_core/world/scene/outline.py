@@ -70,6 +70,7 @@ def topics_of(model: Model) -> list[SceneTopic]:
     topics += [topic for drive in model.drives for topic in _topics(drive, drive.name)]
     topics += [SceneTopic(each.topic, True, each.joint) for each in model.controllers]
     topics += [SceneTopic(each.topic, True, each.name) for each in model.pair_controllers]
+    topics += [SceneTopic(each.topic, True, each.name) for each in model.group_controllers]
     topics += [topic for each in model.trajectory_controllers for topic in _topics(each, each.name)]
     if model.joint_states_topic is not None:
         topics.append(SceneTopic(model.joint_states_topic, False, "joint states"))

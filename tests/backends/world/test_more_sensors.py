@@ -119,3 +119,8 @@ def test_a_pair_of_cameras_finds_the_distance_of_an_edge_by_its_disparity(open_w
     assert {left.header.frame_id, right.header.frame_id} == {
         "robot/head/stereo_left_optical_frame", "robot/head/stereo_right_optical_frame"
     }  # fmt: skip
+
+
+def test_several_cameras_that_are_none_are_refused(read):
+    with pytest.raises(SceneError, match="<sensor> needs a <camera>"):
+        read(STEREO.format(cameras=""))

@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol
 
 from nrp_core.registry import Registry
 from nrp_core.world.scene.acting import (
+    GroupController,
     JointController,
     MountedDrive,
     PairController,
@@ -27,6 +28,7 @@ class Actuators(NamedTuple):
     controllers: tuple[JointController, ...] = ()
     trajectory_controllers: tuple[TrajectoryController, ...] = ()
     pair_controllers: tuple[PairController, ...] = ()
+    group_controllers: tuple[GroupController, ...] = ()
 
     def with_others(self, others: Actuators) -> Actuators:
         """Return these and others; equal controllers of a joint are merged into the first one."""
@@ -35,6 +37,7 @@ class Actuators(NamedTuple):
             _once((*self.controllers, *others.controllers)),
             (*self.trajectory_controllers, *others.trajectory_controllers),
             (*self.pair_controllers, *others.pair_controllers),
+            (*self.group_controllers, *others.group_controllers),
         )
 
     def renamed(self, named: Rename) -> Actuators:
@@ -44,6 +47,7 @@ class Actuators(NamedTuple):
             tuple(controller.renamed(named) for controller in self.controllers),
             tuple(follower.renamed(named) for follower in self.trajectory_controllers),
             tuple(pair.renamed(named) for pair in self.pair_controllers),
+            tuple(group.renamed(named) for group in self.group_controllers),
         )
 
 

@@ -74,6 +74,7 @@ def _apart(sensor: Element) -> list[Element]:
     """Return the cameras of a ``multicamera``, each as a ``<sensor>``; any other sensor is itself."""
     if sensor.attribute("type") != MULTICAMERA:
         return [sensor]
+    sensor.require("camera")
     shared = [child for child in sensor.children if child.tag not in ("camera", "topic")]
     cameras = []
     for number, camera in enumerate(sensor.all("camera")):

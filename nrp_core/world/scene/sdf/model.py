@@ -210,6 +210,7 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
         controllers=parts.actuators.controllers,
         trajectory_controllers=parts.actuators.trajectory_controllers,
         pair_controllers=parts.actuators.pair_controllers,
+        group_controllers=parts.actuators.group_controllers,
         native=native,
         source=source,
     )

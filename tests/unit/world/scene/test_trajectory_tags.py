@@ -108,7 +108,7 @@ controller_manager:
   ros__parameters:
     update_rate: 100
     mover: {type: joint_trajectory_controller/JointTrajectoryController}
-    group: {type: forward_command_controller/ForwardCommandController}
+    soft: {type: admittance_controller/AdmittanceController}
 mover:
   ros__parameters:
     joints: [turn]
@@ -162,9 +162,8 @@ def test_controllers_of_ros_2_have_its_topics_and_other_types_are_warned_of(
         TrajectoryController("mover", topics[0], ("turn",), state_topic=topics[1]),
     )
     (warning,) = read.warnings
-    assert (
-        "controllers of type 'forward_command_controller/ForwardCommandController' are not supported"
-        in str(warning)
+    assert "controllers of type 'admittance_controller/AdmittanceController' are not supported" in str(
+        warning
     )
 
 

@@ -1,0 +1,45 @@
+"""Controllers of several joints at once, with a number for each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from nrp_core.errors import TopicError
+from nrp_core.world.controllers.joint import ControllerPart, Target
+from nrp_core.world.engine import Engine
+from nrp_core.world.messages.std_msgs import Float64MultiArray
+from nrp_core.world.part import Part
+from nrp_core.world.scene.acting import GroupController
+from nrp_core.world.scene.model import Model
+from nrp_core.world.topics import Direction, TopicInfo
+
+
+class GroupPart(Part):
+    """Leads the joints of one :class:`~nrp_core.world.scene.acting.GroupController`.
+
+    Args:
+        controller: the data of the controller.
+        parts: the controller part of each joint.
+        model: the model of the joints.
+        engine: the engine that moves it.
+    """
+
+    def __init__(
+        self,
+        controller: GroupController,
+        parts: Mapping[str, ControllerPart],
+        model: Model,
+        engine: Engine,
+    ) -> None:
+        del engine  # the parts of the joints move them
+        self._name, self._parts = controller.name, [parts[joint] for joint in controller.joints]
+        what = f"{controller.kind} of {', '.join(controller.joints)} of {model.name}"
+        self.topics = (TopicInfo(controller.topic, Float64MultiArray, Direction.IN, what=what),)
+
+    def write(self, topic: str, message: Any, now_ns: int) -> None:
+        if len(message.data) != len(self._parts):
+            count = len(self._parts)
+            raise TopicError(f"{topic}: '{self._name}' has {count} joints; {len(message.data)} numbers came")
+        for part, value in zip(self._parts, message.data, strict=True):
+            part.lead(topic, Target(float(value)), now_ns)
