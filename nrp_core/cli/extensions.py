@@ -63,11 +63,22 @@ class CommandGroup(TyperGroup):
         self._note_variables(os.environ)
         return found
 
+    def make_context(self, *arguments: Any, **options: Any) -> Any:
+        """Read the command line.
+
+        Raises:
+            typer.Abort: Ctrl-C was pressed; Typer itself would end without a message.
+        """
+        try:
+            return super().make_context(*arguments, **options)
+        except KeyboardInterrupt:
+            raise typer.Abort from None
+
     def invoke(self, ctx: Any) -> Any:
         """Run the command that was called.
 
         Raises:
-            typer.Abort: Ctrl-C was pressed; Typer itself would end without a message.
+            typer.Abort: Ctrl-C was pressed, as when the command line is read.
         """
         try:
             return super().invoke(ctx)

@@ -13,6 +13,7 @@ import pytest
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.cli import app, main
 from nrp_core.cli.commands import COMMANDS, doctor
+from nrp_core.cli.extensions import CommandGroup
 from nrp_core.cli.survey import Surveyed
 from nrp_core.errors import TopicError
 from nrp_core.experiment.running.control import ControlServer
@@ -201,6 +202,17 @@ def test_a_recording_is_drawn_later(nrp: Nrp, experiment: Path, tmp_path: Path) 
     assert Recording(recording).complete
     assert nrp("plot", tmp_path / "nothing", "-o", figure).code == 2
     assert nrp("plot", recording, "-o", "figure.doc").code == 2
+
+
+def test_an_interrupt_while_the_command_line_is_read_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object) -> list[str]:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(CommandGroup, "parse_args", interrupted)
+    assert app.run_app(["list"]) == 130
+    assert capsys.readouterr().err == "error: interrupted\n"
 
 
 def test_an_interrupt_while_the_program_is_still_being_read_is_one_line(
