@@ -58,6 +58,30 @@ def _compiled(function: F, *, inline: bool) -> F:
     return compiled
 
 
+def c_function(function: Callable[..., Any], result: str, arguments: tuple[str, ...]) -> Any:
+    """Compile a function for calls by its ``address``, and keep it as :func:`jit` does; needs Numba.
+
+    Args:
+        function: the function; arguments of a pointer type become arrays by ``numba.carray``.
+        result: Numba's name of the type of its result.
+        arguments: the same of its arguments; ``*`` before a name stands for a pointer.
+    """
+    kinds = [
+        types.CPointer(getattr(types, name[1:]))  # type: ignore[attr-defined]
+        if name.startswith("*")
+        else getattr(types, name)
+        for name in arguments
+    ]
+    with _kept_in(_cache_directory(_source(function).parent, _imported(function), numba.config.CACHE_DIR)):
+        return numba.cfunc(getattr(types, result)(*kinds), cache=True, error_model="numpy")(function)
+
+
+def cache_folder() -> Path:
+    """Return the folder in which compiled code is kept."""
+    chosen = numba.config.CACHE_DIR if COMPILED else ""
+    return Path(chosen) if chosen else platformdirs.user_cache_path("nrp-core") / "kernels"
+
+
 @contextmanager
 def _kept_in(folder: Path) -> Iterator[None]:
     """Let Numba keep what is compiled in this context in a folder."""
@@ -113,7 +137,7 @@ def _cache_directory(package: Path, imported: frozenset[Path], chosen: str) -> P
     digest = hashlib.blake2b(digest_size=8)
     for source in sorted({*inside, *imported, Path(__file__)}):
         digest.update(source.read_bytes())
-    base = Path(chosen) if chosen else platformdirs.user_cache_path("nrp-core") / "kernels"
+    base = Path(chosen) if chosen else cache_folder()
     return base / f"{package.name}-{digest.hexdigest()}"
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from nrp_core.brain.network.data import Network
 from nrp_core.findings.refusals import no_cells, no_synapses
@@ -37,6 +37,12 @@ class BrainCapabilities:
     changes: frozenset[str] = frozenset()
     snapshot: bool = False
     releases_gil: bool = False
+
+    def extended(self, network: Network) -> BrainCapabilities:
+        """Return these capabilities with the state variables that the network's own equations add."""
+        models = [one.equations.model for one in network.populations.values() if one.equations is not None]
+        own = frozenset(name for model in models for name in model.variables)
+        return replace(self, state_variables=self.state_variables | own) if own else self
 
     def require(self, network: Network, name: str) -> None:
         """Check that the backend has all cells and synapses of a network.

@@ -58,7 +58,11 @@ def parameter_changes(
                 hint = did_you_mean(name, population.parameters)
                 raise NetworkError(f"population '{label}' ({population.cell_type}) has no '{name}'{hint}")
         change = ParameterChange(label, neurons[chosen] - first, {n: v[chosen] for n, v in each.items()})
-        check_values(f"population '{label}'", change.values, lambda i, c=change: f"cell {c.index[i]}")  # type: ignore[misc]
+        check_values(
+            f"population '{label}'", change.values,
+            lambda i, c=change: f"cell {c.index[i]}",  # type: ignore[misc]
+            named=population.equations is None,
+        )  # fmt: skip
         changes.append(change)
     return changes
 

@@ -63,9 +63,9 @@ class Brain(Simulation):
     ) -> None:
         super().__init__(seed=seed, identity=f"{identity},network {network.digest}")
         self.network = network
-        self.capabilities = capabilities
         self.warnings = Findings()
         capabilities.require(network, type(self).__name__)
+        self.capabilities = capabilities.extended(network)
         step_ns = capabilities.resolution_ns
         self._grid_of_stops = None if step_ns is None else Grid(step_ns, type(self).__name__)
         self._currents = np.zeros(network.size)

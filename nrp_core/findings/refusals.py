@@ -25,6 +25,11 @@ def refusal(owner: object, lacking: str) -> CapabilityError:
 
 def no_cells(backend: str, cell_type: str, population: str, valid: Iterable[str]) -> CapabilityError:
     """Return the error for a cell type that a brain backend does not have."""
+    if cell_type == "EquationCell":
+        return CapabilityError(
+            f"{backend}, as it is set, has no cells that are given as equations (population '{population}'); "
+            "'event' with a time grid has, e.g. `resolution: 0.1 ms`"
+        )
     return _no_type(backend, f"cells of type {cell_type} (population '{population}')", cell_type, valid)
 
 

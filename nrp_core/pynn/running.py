@@ -162,15 +162,18 @@ class RunningState(State):
 
     def _open(self) -> Brain:
         backend = brains().load(self._backend)
-        own = {}
+        network, own = network_of(self), {}
+        equations = any(population.equations is not None for population in network.populations.values())
+        if equations and "resolution" in backend.options.model_fields:  # they advance on a grid
+            own = {"resolution": f"{self.dt!r} ms"}
         if self._follows and "timestep" in backend.options.model_fields:
-            own = {"timestep": f"{self.dt!r} ms"}
+            own["timestep"] = f"{self.dt!r} ms"
         try:
             options = backend.options.model_validate({**own, **self._options})
         except ValidationError as error:
             wrong = [f"{'.'.join(map(str, found['loc']))}: {found['msg']}" for found in error.errors()]
             raise ExperimentError(f"options of brain backend '{self._backend}': {'; '.join(wrong)}") from None
-        self.brain = backend.open(network_of(self), seed=self._seed, options=options)
+        self.brain = backend.open(network, seed=self._seed, options=options)
         for warning in self.brain.warnings:
             if warning not in self._told:  # a reset may open the brain again
                 self._told.append(warning)

@@ -10,6 +10,7 @@ from nrp_brain_event.synapse_laws import SYNAPSES
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS
 from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
 from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.equations.model import CELL_TYPE
 from nrp_core.simulation import Determinism
 
 
@@ -23,8 +24,9 @@ class EventBackend(BrainBackend):
 
         assert isinstance(options, EventOptions)
         variables = (kind.state_variables for kind in CELL_TYPES.values())
+        own = frozenset() if options.resolution is None else frozenset({CELL_TYPE})
         return BrainCapabilities(
-            cells=frozenset(CELL_TYPES),
+            cells=frozenset(CELL_TYPES) | own,
             synapses=SYNAPSES,
             resolution_ns=options.resolution,
             determinism=Determinism.MACHINE,

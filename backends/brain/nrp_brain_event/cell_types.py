@@ -97,8 +97,8 @@ def require_variable(network: Network, variable: str, neurons: IntArray) -> None
     """
     for label, first in network.offsets.items():
         population = network.populations[label]
-        kind = CELL_TYPES.get(population.cell_type)
-        shown = kind is not None and variable in kind.state_variables
+        kind, own = CELL_TYPES.get(population.cell_type), population.equations
+        shown = variable in own.model.variables if own else kind and variable in kind.state_variables
         if not shown and ((neurons >= first) & (neurons < first + population.size)).any():
             raise no_variable(label, variable)
 

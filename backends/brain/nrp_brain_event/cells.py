@@ -13,16 +13,20 @@ from nrp_brain_event.cell_types import CELL_TYPES, GATES, TIME_CONSTANTS, CellTy
 from nrp_brain_event.membranes import gate_rates
 from nrp_brain_event.records import (
     ADAPTIVE_EXPONENTIAL,
+    EQUATIONS,
     HODGKIN_HUXLEY,
     IZHIKEVICH,
+    JUMP,
     START,
     Array,
     Cell,
 )
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.data import Network, Population
+from nrp_core.brain.network.equations.model import INPUT
 from nrp_core.errors import NetworkError, did_you_mean
 
+NANO: Final = 1e-9
 _IZHIKEVICH_PEAK_MV: Final = 30.0
 _HODGKIN_HUXLEY_THRESHOLD_MV: Final = -20.0
 _UPSTROKE_MS: Final = 1e-9
@@ -52,9 +56,24 @@ def load_cells(network: Network, tolerance_mv: float) -> tuple[Array, IntArray]:
         row_of[ids] = np.arange(rows.start, rows.stop)
         cells["id"][rows] = ids
         cells["tolerance"][rows] = tolerance_mv
-        _load_population(cells[rows], population, int(ids[0]))
+        if population.equations is None:
+            _load_population(cells[rows], population, int(ids[0]))
+        else:
+            _load_equations(cells[rows], population)
         first = rows.stop
     return cells, row_of
+
+
+def _load_equations(cells: Array, population: Population) -> None:
+    """Set what the engine needs to know of cells that are given as equations; a kernel advances them."""
+    cells["membrane"], cells["synapse"] = EQUATIONS, JUMP
+    for name in ("tau_m", "cm", "tau_syn"):  # avoids division by zero
+        cells[name] = 1.0
+    cells["first_fired"] = cells["last_fired"] = -1
+    current = population.parameters.get(INPUT)
+    if current is not None:
+        assert population.equations is not None
+        cells["i_offset"] = current * (population.equations.model.parameters[INPUT].scale / NANO)
 
 
 def with_parameters(

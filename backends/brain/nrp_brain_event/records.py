@@ -26,6 +26,8 @@ CONDUCTANCE: Final = 1
 ADAPTIVE_EXPONENTIAL: Final = 2
 IZHIKEVICH: Final = 3
 HODGKIN_HUXLEY: Final = 4
+EQUATIONS: Final = 5
+"""Given as equations; on a grid only."""
 
 # Kinds of synapses, for an arriving spike.
 EXPONENTIAL: Final = 0

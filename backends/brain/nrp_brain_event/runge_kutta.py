@@ -19,10 +19,12 @@ from nrp_brain_event.rise import POLYNOMIAL, first_rise
 from nrp_brain_event.synaptic_inputs import remaining_at, silent
 from nrp_core._support.jit import inlined, jit
 
-_STAGES: Final = 7
+STAGES: Final = 7
+"""Number of evaluations of the slopes in a step."""
 _START: Final = constant(0)
-_NODES: Final = np.array([0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1, 1])
-_WEIGHTS: Final = np.array(
+NODES: Final = np.array([0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1, 1])
+"""The times of the stages, in steps."""
+WEIGHTS: Final = np.array(
     [
         [0, 0, 0, 0, 0, 0],
         [1 / 5, 0, 0, 0, 0, 0],
@@ -33,7 +35,8 @@ _WEIGHTS: Final = np.array(
         [35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
     ]
 )
-_ERROR: Final = np.array([71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
+"""Weights of the stages before each stage; the last ones are those of order 5."""
+ERROR: Final = np.array([71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
 """Weights of the stages in the difference between the orders 5 and 4."""
 _BEND: Final = np.array(
     [
@@ -128,14 +131,14 @@ def rise_within_step(cell: Cell, work: Work) -> float:
 def _try_step(cell: Cell, work: Work, n: int, step: float) -> float:
     """Compute the slopes at the later stages of a step; return its error, in units of the tolerance."""
     for k in range(2):
-        for s in range(1, _STAGES - 1):
-            work.conductances[s, k] = remaining_at(cell, k, _NODES[s] * step)
+        for s in range(1, STAGES - 1):
+            work.conductances[s, k] = remaining_at(cell, k, NODES[s] * step)
         work.conductances[6, k] = work.conductances[5, k]
-    for s in range(1, _STAGES):
+    for s in range(1, STAGES):
         for variable in range(n):
             change = 0.0
             for j in range(s):
-                change += _WEIGHTS[s, j] * work.stages[j, variable]
+                change += WEIGHTS[s, j] * work.stages[j, variable]
             work.y[variable] = cell.path[variable, 0] + step * change
         slopes(cell, work, s)
     return _error(cell, work, n, step)
@@ -148,8 +151,8 @@ def _error(cell: Cell, work: Work, n: int, step: float) -> float:
     allowed = cell.tolerance
     for variable in range(n):
         error = 0.0
-        for s in range(_STAGES):
-            error += _ERROR[s] * work.stages[s, variable]
+        for s in range(STAGES):
+            error += ERROR[s] * work.stages[s, variable]
         error = abs(step * error) / allowed
         if not error <= largest:  # so that NaN counts as too large
             largest = error if error < inf else inf
@@ -162,10 +165,10 @@ def _keep(cell: Cell, work: Work, n: int, step: float) -> None:
     """Store the step as a polynomial in the fraction of its length."""
     for variable in range(n):
         change = bend = 0.0
-        for s in range(_STAGES):
+        for s in range(STAGES):
             bend += _BEND[s] * work.stages[s, variable]
-        for s in range(_STAGES - 1):
-            change += _WEIGHTS[6, s] * work.stages[s, variable]
+        for s in range(STAGES - 1):
+            change += WEIGHTS[6, s] * work.stages[s, variable]
         start = work.stages[0, variable] - change
         end = change - work.stages[6, variable] - start
         cell.path[variable, 1] = step * (change + start)

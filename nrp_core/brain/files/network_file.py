@@ -4,7 +4,7 @@ HDF5 because every language can read it. Every dataset has a checksum and the fi
 digest, so that the network read equals the network written. The layout::
 
     attributes    format, version, digest; timestep_ms and remarks (as JSON), if any
-    populations/0, 1, ...    attributes label, size, cell_type; hints as JSON, if any
+    populations/0, 1, ...    attributes label, size, cell_type; hints, equations (version 3) as JSON, if any
         parameters/*, initial_values/*    one value a cell, or one that all share
         spike_times_ms, spike_counts    if any; one train after the other, and how many spikes each has
         spike_train    the train of each cell, where cells share them (version 2); else one train a cell
@@ -31,13 +31,14 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.files.hdf5 import array, attribute, group, library, reading
 from nrp_core.brain.network.data import Network, Origin, Population, Projection
+from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.limits import distinct
 from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import NetworkError
 
 SUFFIX = ".nrpnet"
 FORMAT = "nrp-network"
-VERSION = 2
+VERSION = 3
 
 _CHECKED = {"fletcher32": True, "shuffle": True, "compression": "gzip", "compression_opts": 1}
 
@@ -136,8 +137,8 @@ def _write(file: Any, network: Network) -> None:
     if network.remarks:
         _describe(file, remarks=json.dumps(network.remarks))
     for index, population in enumerate(network.populations.values()):
-        if _write_population(file.create_group(f"populations/{index}"), population):
-            file.attrs["version"] = VERSION
+        version = _write_population(file.create_group(f"populations/{index}"), population)
+        file.attrs["version"] = max(version, int(file.attrs["version"]))
     for index, projection in enumerate(network.projections):
         _write_projection(file.create_group(f"projections/{index}"), projection)
     for index, (name, ids) in enumerate(network.views.items()):
@@ -151,16 +152,19 @@ def _write(file: Any, network: Network) -> None:
 # -- populations
 
 
-def _write_population(part: Any, population: Population) -> bool:
-    """Write a population; return whether its cells share spike trains, which version 1 does not know."""
+def _write_population(part: Any, population: Population) -> int:
+    """Write a population; return the first version that knows what it has."""
     _describe(part, label=population.label, size=population.size, cell_type=population.cell_type)
     if population.hints:
         _describe(part, hints=json.dumps(dict(population.hints)))
+    if population.equations is not None:
+        _describe(part, equations=json.dumps(population.equations.data()))
     _put_all(part, "parameters", population.parameters)
     _put_all(part, "initial_values", population.initial_values)
     if population.positions_um is not None:
         _put(part, "positions_um", population.positions_um)
-    return bool(population.spike_times_ms) and _write_trains(part, population.spike_times_ms)
+    are_shared = bool(population.spike_times_ms) and _write_trains(part, population.spike_times_ms)
+    return VERSION if population.equations is not None else 2 if are_shared else 1
 
 
 def _write_trains(part: Any, trains: Sequence[FloatArray]) -> bool:
@@ -193,7 +197,12 @@ def _read_population(part: Any) -> Population:
         spike_times_ms=trains,
         positions_um=array(part, "positions_um", float) if "positions_um" in part else None,
         hints=_json(part, "hints") if "hints" in part.attrs else {},
+        equations=_equations(part) if "equations" in part.attrs else None,
     )
+
+
+def _equations(part: Any) -> CellEquations:
+    return CellEquations.from_data(_json(part, "equations"))
 
 
 def _shared(trains: tuple[FloatArray, ...], places: IntArray) -> tuple[FloatArray, ...]:

@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
+from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.indices import ends_of, folded, indices_of
 from nrp_core.brain.network.limits import check_cells, check_spike_times, check_synapses, check_values
 from nrp_core.brain.network.synapses.static import STATIC
@@ -50,6 +51,8 @@ class Population:
         positions_um: shape ``(size, 3)``, or None where the model has no positions.
         hints: how a machine is to hold the population, e.g. ``neurons_per_core``, by the names of
             :data:`HINTS`; other backends ignore them.
+        equations: what the cells obey, if their type is ``EquationCell``; parameters and initial values are
+            then in the units of the equations.
 
     Raises:
         NetworkError: a shape does not fit or a value is not finite.
@@ -63,6 +66,7 @@ class Population:
     spike_times_ms: tuple[FloatArray, ...] = ()
     positions_um: FloatArray | None = None
     hints: Mapping[str, float] = field(default_factory=dict)
+    equations: CellEquations | None = None
 
     def __post_init__(self) -> None:
         for name in self.hints.keys() - HINTS:
@@ -74,7 +78,9 @@ class Population:
                         f"population '{self.label}': {kind} '{name}' has shape {array.shape}, "
                         f"not ({self.size},)"
                     )
-            check_values(f"population '{self.label}'", values)
+            check_values(f"population '{self.label}'", values, named=self.equations is None)
+        if self.equations is not None:
+            self.equations.require_values(f"population '{self.label}'", self.parameters, self.initial_values)
         if self.spike_times_ms and len(self.spike_times_ms) != self.size:
             raise NetworkError(
                 f"population '{self.label}' has {len(self.spike_times_ms)} spike trains for its "
@@ -95,6 +101,8 @@ class Population:
     @property
     def is_conductance_based(self) -> bool:
         """Whether synaptic weights are conductances in uS."""
+        if self.equations is not None:
+            return self.equations.model.is_conductance_based
         return "_cond_" in self.cell_type
 
 
@@ -205,7 +213,8 @@ class Network:
         for label, population in self.populations.items():
             if label != population.label:
                 raise NetworkError(f"population '{population.label}' is stored under the name '{label}'")
-            check_cells(f"population '{label}'", population.parameters)
+            if population.equations is None:
+                check_cells(f"population '{label}'", population.parameters)
         for projection in self.projections:
             self._check(projection)
         for name, ids in self.views.items():
@@ -288,6 +297,8 @@ class Network:
             _feed(state, population.spike_times_ms, population.positions_um)
             if population.hints:  # a population without them has the digest that it always had
                 _feed(state, dict(population.hints))
+            if population.equations is not None:
+                _feed(state, population.equations.data())
         for projection in self.projections:
             _feed(state, (projection.label, projection.pre, projection.post, projection.receptor))
             for name in ("pre_index", "post_index"):
@@ -313,6 +324,13 @@ class Network:
         if projection.receptor not in RECEPTORS:
             raise NetworkError(
                 f"{where}: receptor '{projection.receptor}'{did_you_mean(projection.receptor, RECEPTORS)}"
+            )
+        equations = self.populations[projection.post].equations
+        if equations is not None and projection.receptor not in equations.model.receptors:
+            known = equations.model.receptors
+            raise NetworkError(
+                f"{where}: the equations of '{projection.post}' have no receptor '{projection.receptor}'"
+                f"{did_you_mean(projection.receptor, known) if known else '; give `receptors`'}"
             )
         if self.populations[projection.post].is_source:
             raise NetworkError(f"{where} ends on '{projection.post}', which only emits spikes")

@@ -27,7 +27,11 @@ _LIMITS: Final = limits_of(
 
 
 def check_values(
-    owner: str, values: Mapping[str, FloatArray], item: Callable[[int], str] = "cell {}".format
+    owner: str,
+    values: Mapping[str, FloatArray],
+    item: Callable[[int], str] = "cell {}".format,
+    *,
+    named: bool = True,
 ) -> None:
     """Check that values are numbers, and physically valid in sign and size.
 
@@ -35,12 +39,13 @@ def check_values(
         owner: the object with these values, for the message, e.g. ``population 'exc'``.
         values: one-dimensional arrays by PyNN parameter name, in PyNN's units.
         item: returns the description of the item at an index.
+        named: whether the names have the meaning and the limits that they have in PyNN.
 
     Raises:
         NetworkError: a value is invalid; the message names owner, item, parameter and value.
     """
     for name, array in values.items():
-        limit = _LIMITS.get(name, FINITE)
+        limit = _LIMITS.get(name, FINITE) if named else FINITE
         _require(limit.allows(distinct(array)), owner, item, name, array, limit.rule)
 
 

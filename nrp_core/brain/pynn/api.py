@@ -18,6 +18,7 @@ from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.brain.nir.load import load_nir
 from nrp_core.brain.pynn import electrodes, models, populations, projections, rng, synapses
 from nrp_core.brain.pynn.connectors import connector_types
+from nrp_core.brain.pynn.equation_cells import equation_cell
 from nrp_core.brain.pynn.export import network_of
 from nrp_core.brain.pynn.invalid import PastTimeError, WrongKindError
 from nrp_core.brain.pynn.recording import Recorder
@@ -50,8 +51,9 @@ def programming_interface(
 ) -> ModuleType:
     """Return a module with every name of a PyNN simulator.
 
-    Two are not part of PyNN: ``network()`` returns a :class:`~nrp_core.brain.network.data.Network`, and
-    ``parameter`` declares a :class:`~nrp_core.parameters.Parameter`.
+    Not part of PyNN: ``network()`` returns a :class:`~nrp_core.brain.network.data.Network`, ``parameter``
+    declares a :class:`~nrp_core.parameters.Parameter`, ``EquationCell`` makes a cell type of equations, and
+    ``load_nir`` reads a trained network.
 
     Args:
         simulator: the simulator that the module belongs to.
@@ -64,6 +66,7 @@ def programming_interface(
     names: dict[str, Any] = {
         **models.cell_types(),
         **models.rule_parts(),
+        "EquationCell": equation_cell,
         **models.unavailable_models(),
         **{unbound.__name__: unbound for unbound in _UNBOUND},
         **{base.__name__: simulator.bind(base) for base in bound},

@@ -14,6 +14,7 @@ from pyNN.random import RandomDistribution
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core.brain.network import data as data
 from nrp_core.brain.network.data import Network, Origin
+from nrp_core.brain.network.equations.model import INPUT
 from nrp_core.brain.network.indices import indices_of
 from nrp_core.brain.pynn.populations import SPIKE_TIMES, Population, ids_of, parts_of
 from nrp_core.brain.pynn.projections import Projection
@@ -65,7 +66,7 @@ def _population(population: Population, label: str, current_na: FloatArray) -> d
     parameters = {name: array.copy() for name, array in population.parameter_arrays.items()}
     trains = parameters.pop(SPIKE_TIMES, ())
     if current_na.any():
-        parameters["i_offset"] += current_na
+        parameters[INPUT] += current_na * getattr(population.celltype, "input_per_na", 1.0)
     return data.Population(
         label=label,
         size=population.size,
@@ -75,6 +76,7 @@ def _population(population: Population, label: str, current_na: FloatArray) -> d
         spike_times_ms=tuple(np.asarray(train.value, dtype=float) for train in trains),
         positions_um=np.ascontiguousarray(population.positions.T) if population.has_space else None,
         hints=dict(population.hints),
+        equations=getattr(population.celltype, "equations", None),
     )
 
 

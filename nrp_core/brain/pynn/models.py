@@ -25,12 +25,10 @@ def untranslated(names: Iterable[str]) -> dict[str, Any]:
 
 def cell_types() -> dict[str, type]:
     """Return every supported cell type."""
-    return {
-        name: _cell_type(getattr(cells, name, None) or _beyond_pynn(cell)) for name, cell in CELLS.items()
-    }
+    return {name: checked(getattr(cells, name, None) or beyond_pynn(cell)) for name, cell in CELLS.items()}
 
 
-def _beyond_pynn(cell: CellType) -> type:
+def beyond_pynn(cell: CellType) -> type:
     """Return the base class of a cell that PyNN does not have, like those of its standard cells."""
     known = {**cell.parameters, **cell.state}
     body = {
@@ -45,7 +43,8 @@ def _beyond_pynn(cell: CellType) -> type:
     return type(cell.name, (StandardCellType,), {"__doc__": cell.summary, **body})
 
 
-def _cell_type(base: Any) -> type:
+def checked(base: Any) -> type:
+    """Return a cell type that checks the names and values of its arguments."""
     # PyNN lists a receptor for gap junctions in NEURON with HH_cond_exp
     receptors = tuple(name for name in base.receptor_types if name in ("excitatory", "inhibitory"))
 

@@ -177,7 +177,10 @@ class Population(_Cells, common.Population):
         self._placed = structure is not None or isinstance(size, tuple)
         self.initial_arrays: dict[str, FloatArray] = {}
         if isinstance(cellclass, type) and cellparams is None:
-            cellparams = {}
+            if hasattr(cellclass, "equations"):  # made by the script, not one of PyNN's names
+                cellclass = cellclass()
+            else:
+                cellparams = {}
         label = label or f"population{len(self._simulator.state.populations)}"
         _require_kinds(label, size, cellclass, structure)
         super().__init__(size, cellclass, cellparams, structure, dict(initial_values or {}), label)
@@ -232,12 +235,15 @@ class Population(_Cells, common.Population):
                 dtype = object if name == SPIKE_TIMES else float
                 changed[name] = self.parameter_arrays.get(name, np.empty(self.size, dtype)).copy()
                 changed[name][where] = values
+        equations = getattr(self.celltype, "equations", None)
         with raising(InvalidValueError):
             if SPIKE_TIMES not in changed:
-                check_values(owner, changed)
+                check_values(owner, changed, named=equations is None)
             else:
                 check_spike_times(owner, [_times(owner, train) for train in changed[SPIKE_TIMES]])
-            if self not in self._simulator.state.populations:
+            if equations is not None:
+                equations.require_values(owner, {**self.parameter_arrays, **changed}, {})
+            elif self not in self._simulator.state.populations:
                 check_cells(owner, changed)
         if self in self._simulator.state.populations:
             cells = np.arange(self.size)[where]
@@ -262,7 +268,10 @@ class Population(_Cells, common.Population):
         with computing(f"population '{self.label}': initial {variable} cannot be computed"):
             kept[where] = values.evaluate(simplify=True)
         with raising(InvalidValueError):
-            check_values(f"population '{self.label}'", {variable: kept})
+            check_values(
+                f"population '{self.label}'", {variable: kept},
+                named=getattr(self.celltype, "equations", None) is None,
+            )  # fmt: skip
         self.initial_arrays[variable] = kept
         self.initial_values[variable] = LazyArray(simplify(kept), shape=(self.size,))
 

@@ -20,7 +20,7 @@ from nrp_core.brain.network.indices import ends_of, folded, indices_of
 from nrp_core.brain.network.limits import check_synapses
 from nrp_core.brain.pynn.arguments import require_kind, require_names, require_shape
 from nrp_core.brain.pynn.invalid import InvalidSynapseError, UnknownSynapseError, computing, raising
-from nrp_core.brain.pynn.populations import require_existing
+from nrp_core.brain.pynn.populations import parts_of, require_existing
 from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.brain.pynn.synapse_columns import SynapseColumns, drawn_row_by_row, evaluated
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
@@ -241,7 +241,9 @@ class Projection(common.Projection):
 
     def _check(self, values: Mapping[str, FloatArray]) -> None:
         conductance_based = self.post.conductance_based
-        signed = "weight" in values and (conductance_based or self.connector.safe)
+        owners = [part._owner() for part in parts_of(self.post)]
+        own = any(hasattr(owner.celltype, "equations") for owner in owners)  # which give signs their meaning
+        signed = "weight" in values and (conductance_based or (self.connector.safe and not own))
         with raising(InvalidSynapseError):
             check_synapses(
                 self._name, self.ends, values, receptor=self.receptor_type,

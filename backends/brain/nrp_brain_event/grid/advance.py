@@ -12,9 +12,10 @@ from typing import Final
 from nrp_brain_event.grid.curved import DIVERGED as CELL_DIVERGED
 from nrp_brain_event.grid.curved import FIRED, set_cell_current, update_cell
 from nrp_brain_event.grid.delivery import deliver, keep_in_mind, send, send_all, transmitted
+from nrp_brain_event.grid.equations.advance import update_blocks
 from nrp_brain_event.grid.noise import add_noise, hear_noise
 from nrp_brain_event.grid.probes import take_samples
-from nrp_brain_event.grid.records import CURVED, JUMP, Grid, GridClock, Run, X
+from nrp_brain_event.grid.records import CURVED, EQUATIONS, JUMP, Grid, GridClock, Run, X
 from nrp_brain_event.grid.spiking import update_run
 from nrp_brain_event.handles import opened
 from nrp_brain_event.records import DIVERGED, DONE, FULL, Array, constant
@@ -131,6 +132,8 @@ def _update(clock: GridClock, grid: Grid, when: int, step: int) -> None:
         if (part.kind >= JUMP) == (when == _LATE):
             if part.kind == CURVED:
                 _update_cells(clock, grid, part, step)
+            elif part.kind == EQUATIONS:
+                update_blocks(clock, grid, part, step)
             else:
                 update_run(
                     clock, part, grid.state, grid.drive, grid.scratch,

@@ -11,6 +11,7 @@ import numpy as np
 from nrp_brain_event.cell_types import TIME_CONSTANTS, diverged, require_variable
 from nrp_brain_event.grid.advance import set_currents
 from nrp_brain_event.grid.arrivals import Arrivals
+from nrp_brain_event.grid.equations.blocks import places_of, require_input, require_receptor
 from nrp_brain_event.grid.flight import hear_all, plastic_now, unfolded
 from nrp_brain_event.grid.live import change_cells, offsets_of
 from nrp_brain_event.grid.loader import build_grid, changing, labels_from
@@ -107,7 +108,7 @@ class GridBrain(Brain):
     def _do_run_recording(self, t_ns: int, traces: Sequence[Trace], samples: FloatArray) -> None:
         for trace in traces:
             require_variable(self.network, trace.variable, trace.neurons)
-        probes = load_probes(self._grid, traces, samples, self._row_of, self._times)
+        probes = load_probes(self._grid, self.network, traces, samples, self._row_of, self._times)
         self._take(handle(self._grid._replace(**probes)))
         self._do_run_until(t_ns)
         self._take(handle(self._grid._replace(**no_probes())))
@@ -132,6 +133,7 @@ class GridBrain(Brain):
         self._fired = fired.take(np.lexsort((fired[1], fired[0])), axis=1)
 
     def _do_inject(self, events: SynapticEvents) -> None:
+        require_receptor(self.network, events)
         self._sent.append(events)
 
     def _take_in(self) -> None:
@@ -147,13 +149,21 @@ class GridBrain(Brain):
         self._arrivals = self._arrivals.joined(inputs, np.concatenate([events.weights for events in sent]))
 
     def _do_set_current(self, currents_na: FloatArray) -> None:
+        require_input(self.network, currents_na)
         total = offsets_of(self._grid, self._cells) + currents_na[self._grid.ids]
         if not set_currents(self._held.places, total):
             raise diverged(self.network, int(self._grid.clock["failed"][0]), self.now_ns)
 
     def _do_read_state(self, variable: str, neurons: IntArray) -> FloatArray:
         require_variable(self.network, variable, neurons)
-        return read(self._grid, self._row_of[neurons], variable)
+        rows = self._row_of[neurons]
+        places, sizes = places_of(self._grid, self.network, rows, variable)
+        own = places >= 0
+        values = np.empty(len(rows))
+        values[own] = self._grid.values[places[own]] / sizes[own]
+        if not own.all():
+            values[~own] = read(self._grid, rows[~own], variable)
+        return values
 
     def _do_set_parameters(self, change: ParameterChange) -> None:
         if change.label in self._drawn:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from nrp_brain_event.cells import with_parameters
+from nrp_brain_event.grid.equations import blocks as equations
 from nrp_brain_event.grid.records import Grid, S, V
 from nrp_brain_event.grid.runs import load_runs
 from nrp_brain_event.neuron import move
@@ -27,6 +28,11 @@ def change_cells(
     """
     first_id = network.offsets[change.label]
     rows = row_of[first_id + change.index]
+    if network.populations[change.label].equations is not None:
+        grid, cells = equations.with_parameters(grid, network, change), cells.copy()
+        every = row_of[network.ids_of(change.label)]
+        cells["i_offset"][every] = equations.offsets_na(grid, network, change.label)
+        return grid, cells
     changed = with_parameters(cells[rows], network.populations[change.label], change.values, first_id)
     before, cells = cells, cells.copy()
     for name in CellParameters.dtype().names or ():

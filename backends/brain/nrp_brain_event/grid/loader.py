@@ -9,6 +9,7 @@ import numpy as np
 
 from nrp_brain_event.cells import load_cells
 from nrp_brain_event.engine import chain_free, doubled
+from nrp_brain_event.grid.equations.blocks import load_blocks
 from nrp_brain_event.grid.poisson import load_noise
 from nrp_brain_event.grid.probes import no_probes
 from nrp_brain_event.grid.records import BLOCK, CHANGING, CURVED, Grid, GridClock, Memory, Pool
@@ -58,6 +59,7 @@ def build_grid(
         cells=cells[curved],
         cell_rows=np.where(curved, np.cumsum(curved) - 1, -1),
         work=np.zeros(1, Work.dtype()),
+        **load_blocks(network, row_of, times.step_ms),
         scratch=np.zeros((4, BLOCK)),
         fired=np.zeros(len(cells), np.int32),
         **tables,

@@ -6,17 +6,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from nrp_brain_event.grid.equations.blocks import places_of
 from nrp_brain_event.grid.readout import reading_of, sampled
 from nrp_brain_event.grid.records import Grid, Probe
 from nrp_brain_event.records import Array
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import inlined
 from nrp_core.brain.devices.state_recorder import Trace
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.grid import Grid as TimeGrid
 
 _NONE = {
     "probes": np.empty(0, Probe.dtype()), "probe_steps": np.empty(0, np.int64),
-    "probe_rows": np.empty(0, np.int64), "probe_rest": np.empty((2, 0)), "samples": np.empty(0),
+    "probe_rows": np.empty(0, np.int64), "probe_values": np.empty((2, 0)), "probe_rest": np.empty((2, 0)),
+    "samples": np.empty(0),
 }  # fmt: skip
 
 
@@ -26,11 +29,20 @@ def no_probes() -> dict[str, Array]:
 
 
 def load_probes(
-    grid: Grid, traces: Sequence[Trace], samples: FloatArray, row_of: IntArray, times: TimeGrid
+    grid: Grid,
+    network: Network,
+    traces: Sequence[Trace],
+    samples: FloatArray,
+    row_of: IntArray,
+    times: TimeGrid,
 ) -> dict[str, Array]:
     """Return the arrays of a grid that stores the samples of traces, one trace after another."""
     probes = np.zeros(len(traces), Probe.dtype())
-    probes["variable"] = [reading_of(trace.variable) for trace in traces]
+    places = [places_of(grid, network, row_of[trace.neurons], trace.variable) for trace in traces]
+    probes["variable"] = [
+        reading_of(trace.variable) if (own < 0).any() else -1
+        for trace, (own, _) in zip(traces, places, strict=True)
+    ]
     shapes = np.array([trace.shape for trace in traces])
     probes["n_steps"], probes["n_rows"] = shapes.T
     for name, sizes in (("step", shapes[:, 0]), ("row", shapes[:, 1]), ("sample", shapes.prod(axis=1))):
@@ -41,6 +53,7 @@ def load_probes(
         "probes": probes,
         "probe_steps": np.concatenate([trace.times_ns for trace in traces]) // times.step_ns,
         "probe_rows": rows,
+        "probe_values": np.concatenate([np.stack(both).astype(float) for both in places], axis=1),
         "probe_rest": np.stack([runs["v_rest"], runs["v_rest"] + runs["reset"]]),
         "samples": samples,
     }

@@ -86,7 +86,10 @@ def sampled(grid: Grid, probe: Probe, step: int) -> None:
         row = grid.probe_rows[probe.row + k]
         if not first <= row < last:
             continue
-        if grid.cell_rows[row] >= 0:
+        if grid.probe_values[0, probe.row + k] >= 0:
+            place = int(grid.probe_values[0, probe.row + k])
+            value = grid.values[place] / grid.probe_values[1, probe.row + k]
+        elif grid.cell_rows[row] >= 0:
             value = _read_cell(grid.cells[grid.cell_rows[row]], probe.variable, now)
         elif probe.variable > 0:
             value = grid.state[X + inhibitory, row]

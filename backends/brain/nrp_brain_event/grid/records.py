@@ -36,6 +36,8 @@ CONDUCTANCE: Final = 1
 JUMP: Final = 2
 CURVED: Final = 3
 """Without a closed form: integrated one by one."""
+EQUATIONS: Final = 4
+"""Given as equations, with a kernel of their own."""
 
 
 class Run(Record):
@@ -73,6 +75,19 @@ class Run(Record):
     head: int
     n_waiting: int
     """Start of the queue of refractory neurons in ``queue[first:last]``, and its length."""
+
+
+class Block(Record):
+    """A population whose cells are given as equations; see :mod:`nrp_brain_event.grid.equations`."""
+
+    code: int
+    """Its kernel, see :func:`~nrp_brain_event.grid.equations.kernels.call`."""
+    first: int
+    last: int
+    """Its rows."""
+    value: int
+    constant: int
+    """The first of its ``values`` and of its ``constants``."""
 
 
 class Table(Record):
@@ -184,6 +199,9 @@ class Grid(NamedTuple):
         release: step before which a row's refractory period ends.
         cells, cell_rows: ``Cell`` of the curved neurons; index among them, or -1.
         work: ``Work``, shape ``(1,)``.
+        blocks: ``Block``; not kept in snapshots, since addresses belong to a process.
+        values: variables of each block in SI units, one after the other, each with one value a row.
+        constants: parameters and propagators of each block, in the same order.
         scratch: shape ``(4, BLOCK)``.
         fired: rows that fire in the current step.
         row_first: first segment of each global id, shape ``(network.size + 1,)``.
@@ -209,6 +227,7 @@ class Grid(NamedTuple):
         noise_guides, noise_bounds: see :mod:`nrp_brain_event.grid.noise`.
         probes: ``Probe``.
         probe_steps, probe_rows: steps and rows of the samples of each probe.
+        probe_values: place of each of these in ``values``, or -1, and the size of its unit; shape ``(2, n)``.
         probe_rest: voltages of these rows at rest and, as reported, while refractory; mV, shape ``(2, n)``.
         samples: the samples, filled while the grid runs.
     """
@@ -223,6 +242,9 @@ class Grid(NamedTuple):
     cells: Annotated[Array, Cell]
     cell_rows: Annotated[Array, np.int64]
     work: Annotated[Array, Work]
+    blocks: Annotated[Array, Block]
+    values: Annotated[Array, np.float64]
+    constants: Annotated[Array, np.float64]
     scratch: Annotated[Array, np.float64, 2]
     fired: Annotated[Array, np.int32]
     row_first: Annotated[Array, np.int64]
@@ -255,12 +277,13 @@ class Grid(NamedTuple):
     probes: Annotated[Array, Probe]
     probe_steps: Annotated[Array, np.int64]
     probe_rows: Annotated[Array, np.int64]
+    probe_values: Annotated[Array, np.float64, 2]
     probe_rest: Annotated[Array, np.float64, 2]
     samples: Annotated[Array, np.float64]
 
 
 CHANGING: Final = (
-    "clock", "runs", "state", "drive", "queue", "release", "cells", "short_term",
+    "clock", "runs", "state", "drive", "queue", "release", "cells", "values", "constants", "short_term",
     "plastic", "memories", "remembered", "pool", "slots", "entry_segment", "entry_after", "outbox", "spikes",
     "noise",
 )  # fmt: skip

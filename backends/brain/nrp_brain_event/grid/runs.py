@@ -7,9 +7,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from nrp_brain_event.grid.records import CONDUCTANCE, CURRENT, CURVED, JUMP, N_STATE, Run, S, V, X
+from nrp_brain_event.grid.records import CONDUCTANCE, CURRENT, CURVED, EQUATIONS, JUMP, N_STATE, Run, S, V, X
 from nrp_brain_event.records import ALPHA, FROZEN, LINEAR, Array
 from nrp_brain_event.records import CONDUCTANCE as CONDUCTANCE_MEMBRANE
+from nrp_brain_event.records import EQUATIONS as OWN_EQUATIONS
 from nrp_brain_event.records import JUMP as JUMP_SYNAPSE
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.filters import driven
@@ -26,6 +27,8 @@ def kind_of(cell: Any) -> int:
     """Return the kind of update of a ``Cell``."""
     if cell["membrane"] == LINEAR:
         return JUMP if cell["synapse"] == JUMP_SYNAPSE else CURRENT
+    if cell["membrane"] == OWN_EQUATIONS:
+        return EQUATIONS
     return CONDUCTANCE if cell["membrane"] == CONDUCTANCE_MEMBRANE else CURVED
 
 
@@ -41,8 +44,8 @@ def load_runs(cells: Array, h: float) -> Array:
     """Return the ``Run`` records of cells, for steps of h ms."""
     columns = [cells[name].reshape(len(cells), prod(cells[name].shape[1:])) for name in _DECIDING]
     deciding = np.concatenate(columns, axis=1)
-    curved = ~np.isin(cells["membrane"], (LINEAR, CONDUCTANCE_MEMBRANE))
-    deciding[curved, 1:] = 0.0  # integrated one by one
+    own = ~np.isin(cells["membrane"], (LINEAR, CONDUCTANCE_MEMBRANE))
+    deciding[own, 1:] = 0.0  # integrated one by one, or by a kernel of their population
     begins = np.append(True, (deciding[1:] != deciding[:-1]).any(axis=1))[: len(cells)]
     firsts = np.flatnonzero(begins)
     runs = np.zeros(len(firsts), Run.dtype())
@@ -50,7 +53,7 @@ def load_runs(cells: Array, h: float) -> Array:
     for run in runs:
         cell = cells[run["first"]]
         run["kind"] = kind_of(cell)
-        if run["kind"] != CURVED:
+        if run["kind"] not in (CURVED, EQUATIONS):
             _derive(run, cell, h)
     return runs
 

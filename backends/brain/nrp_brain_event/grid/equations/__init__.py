@@ -1,0 +1,1 @@
+"""Cells that users write as equations: a kernel is written and compiled for each."""

@@ -1,0 +1,31 @@
+"""Advances the cells of a run that are given as equations."""
+
+from __future__ import annotations
+
+from nrp_brain_event.grid.equations.kernels import call
+from nrp_brain_event.grid.records import Grid, GridClock, Run
+from nrp_core._support.jit import jit
+
+_S_PER_MS = 1e-3
+
+
+@jit
+def update_blocks(clock: GridClock, grid: Grid, part: Run, step: int) -> None:
+    """Advance a run to a grid point, apply the input there, and add the rows that fire to ``fired``."""
+    for k in range(len(grid.blocks)):
+        block = grid.blocks[k]
+        first, last = max(part.first, block.first), min(part.last, block.last)
+        if first >= last:
+            continue
+        n_fired = call(
+            block.code,
+            (
+                grid.values, grid.constants, grid.state, grid.drive, grid.fired, block.value, block.constant,
+                block.last - block.first, block.first, first - block.first, last - block.first,
+                len(grid.drive), clock.n_fired, step, clock.h * _S_PER_MS,
+            ),
+        )  # fmt: skip
+        if n_fired < 0:
+            clock.failed = grid.ids[block.first - 1 - n_fired]
+        else:
+            clock.n_fired = n_fired

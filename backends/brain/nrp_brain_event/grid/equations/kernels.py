@@ -1,0 +1,110 @@
+"""Compiles kernels, and calls them by their address from compiled code.
+
+The grid is compiled once for all cells; a kernel is compiled for its own equations, once on a machine. So
+a new equation costs the compilation of one small function, and the grid calls it through a pointer.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from tempfile import NamedTemporaryFile, mkdtemp
+from typing import Any, Final
+
+from nrp_brain_event.grid.equations.source import ARGUMENTS, kernel_source
+from nrp_core._support.jit import COMPILED, cache_folder
+from nrp_core.brain.network.equations.model import Model
+
+_kept: Final[list[Any]] = []
+"""The kernels in this process, which must stay in memory."""
+
+
+def kernel_of(model: Model) -> int:
+    """Return what :func:`call` needs to call the kernel of a cell; its address, if code is compiled."""
+    return _loaded(kernel_source(model))
+
+
+@cache
+def _loaded(source: str) -> int:
+    advance = _imported(source + _entry())
+    if not COMPILED:
+        _kept.append(advance)
+        return len(_kept) - 1
+    from nrp_core._support.jit import c_function
+
+    kernel = c_function(advance, "int64", tuple(kind for _, kind in ARGUMENTS))
+    _kept.append(kernel)
+    return int(kernel.address)
+
+
+def _imported(source: str) -> Callable[..., int]:
+    """Return the kernel of a module, which is kept as a file because Numba keeps code by files."""
+    name = f"nrp_brain_event_equations_{hashlib.blake2b(source.encode(), digest_size=12).hexdigest()}"
+    specification = importlib.util.spec_from_file_location(name, _written(source, name))
+    assert specification is not None
+    assert specification.loader is not None
+    module = importlib.util.module_from_spec(specification)
+    sys.modules[name] = module  # Numba restores compiled code by the name of its module
+    specification.loader.exec_module(module)
+    entry: Callable[..., int] = module.entry if COMPILED else module.advance
+    return entry
+
+
+def _written(source: str, name: str) -> Path:
+    folder = cache_folder() / name
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:  # a cache that cannot be written
+        folder = Path(mkdtemp(prefix="nrp-"))
+    path = folder / f"{name}.py"
+    if not path.exists():
+        with NamedTemporaryFile("w", dir=folder, delete=False, encoding="utf-8") as file:
+            file.write(source)
+        Path(file.name).replace(path)
+    return path
+
+
+def _entry() -> str:
+    """Return the source of the function that is called from outside, with pointers instead of arrays."""
+    if not COMPILED:
+        return ""
+    names = [name for name, _ in ARGUMENTS]
+    passed = [f"carray({name}, 1)" if kind.startswith("*") else name for name, kind in ARGUMENTS]
+    return (
+        f"\n\nfrom numba import carray\n\n\ndef entry({', '.join(names)}):\n"
+        f"    return advance({', '.join(passed)})\n"
+    )
+
+
+if COMPILED:
+    from llvmlite import ir  # type: ignore[import-untyped]
+    from numba.core import types
+    from numba.extending import intrinsic
+    from numba.np.arrayobj import make_array
+
+    @intrinsic  # type: ignore[untyped-decorator]
+    def call(_typing: Any, code: Any, arguments: Any) -> Any:
+        """Call a kernel with the elements of a tuple, and return its result; arrays become pointers."""
+
+        def generate(context: Any, builder: Any, _signature: Any, given: Any) -> Any:
+            values = []
+            for k, kind in enumerate(arguments):
+                value = builder.extract_value(given[1], k)
+                if isinstance(kind, types.Array):
+                    value = make_array(kind)(context, builder, value).data
+                values.append(value)
+            function = ir.FunctionType(ir.IntType(64), [value.type for value in values])
+            return builder.call(builder.inttoptr(given[0], function.as_pointer()), values)
+
+        return types.int64(code, arguments), generate
+
+else:
+
+    def call(code: int, arguments: tuple[Any, ...]) -> int:
+        """Call a kernel, and return its result."""
+        result: int = _kept[code](*arguments)
+        return result

@@ -1,0 +1,1 @@
+"""Cells that users write as equations: their units, what they mean, and whether they are linear."""

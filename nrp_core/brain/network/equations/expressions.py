@@ -1,0 +1,171 @@
+"""Expressions in equations: what may stand in them, and the place of a mistake."""
+
+from __future__ import annotations
+
+import ast
+import warnings
+from collections.abc import Container, Iterator, Mapping
+from dataclasses import dataclass
+from math import e, inf, pi
+from typing import Final, NoReturn
+
+from nrp_core.brain.network.equations.units import units
+from nrp_core.errors import NetworkError, did_you_mean
+
+FUNCTIONS: Final = {
+    "exp": 1, "expm1": 1, "exprel": 1, "log": 1, "log10": 1, "log1p": 1, "sin": 1, "cos": 1, "tan": 1,
+    "arcsin": 1, "arccos": 1, "arctan": 1, "sinh": 1, "cosh": 1, "tanh": 1, "sqrt": 1, "abs": 1, "sign": 1,
+    "floor": 1, "ceil": 1, "int": 1, "clip": 3, "min": 2, "max": 2,
+}  # fmt: skip
+"""The functions in equations, and their number of arguments."""
+CONSTANTS: Final = {"pi": pi, "e": e, "inf": inf, "True": True, "False": False}
+TIME: Final = "t"
+WEIGHT: Final = "weight"
+"""The weight of an arriving spike, in the effect of a receptor."""
+RESERVED: Final = frozenset({*FUNCTIONS, *CONSTANTS, TIME, WEIGHT, "dt", "xi"})
+_NOISE: Final = frozenset({"xi", "rand", "randn", "poisson"})
+
+_ALLOWED: Final = (
+    ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.Call, ast.Name, ast.Constant,
+    ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod, ast.Pow, ast.USub, ast.UAdd, ast.Not, ast.And,
+    ast.Or, ast.Gt, ast.GtE, ast.Lt, ast.LtE, ast.Eq, ast.NotEq, ast.Load,
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a text was written.
+
+    Args:
+        where: what it belongs to, e.g. ``equations``.
+        text: the text.
+        line: its first line, from 1; 0 if it has only one.
+    """
+
+    where: str
+    text: str
+    line: int = 0
+
+    def refuse(self, problem: str) -> NoReturn:
+        """Raise the error for a mistake here.
+
+        Raises:
+            NetworkError: always.
+        """
+        line = f", line {self.line}" if self.line else ""
+        raise NetworkError(f"EquationCell: {self.where}{line}, '{' '.join(self.text.split())}': {problem}")
+
+
+def require_ascii(place: Place) -> None:
+    """Refuse letters of other alphabets, which look alike."""
+    for letter in place.text:
+        if not letter.isascii():
+            place.refuse(f"{letter!r} is not an ASCII character; names are written as in tau or alpha_1")
+
+
+def parsed(text: str, place: Place) -> ast.expr:
+    """Return an expression.
+
+    Raises:
+        NetworkError: it is not an expression of equations.
+    """
+    require_ascii(place)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SyntaxWarning)
+            found = ast.parse(f"({text.strip()})", mode="eval").body
+    except (SyntaxError, RecursionError, MemoryError):
+        hint = "; equality is written ==" if "=" in text and "==" not in text else ""
+        place.refuse(f"'{' '.join(text.split())}' is not an expression{hint}")
+    for node in ast.walk(found):
+        _require_allowed(node, place)
+    return found
+
+
+def names_in(node: ast.expr) -> Iterator[str]:
+    """Yield the names in an expression that are not those of functions."""
+    functions = {id(call.func) for call in ast.walk(node) if isinstance(call, ast.Call)}
+    for part in ast.walk(node):
+        if isinstance(part, ast.Name) and id(part) not in functions:
+            yield part.id
+
+
+def require_known(node: ast.expr, known: Mapping[str, object], place: Place) -> None:
+    """Refuse an expression with an unknown name.
+
+    Args:
+        node: the expression.
+        known: the names that it may use.
+        place: where it was written.
+
+    Raises:
+        NetworkError: a name is unknown.
+    """
+    for name in names_in(node):
+        if name in known:
+            continue
+        if name in _NOISE:
+            place.refuse(f"'{name}' is random; noise comes from sources and devices, not from equations")
+        if name == WEIGHT:
+            place.refuse("'weight' is that of a spike, and only known in the effect of a receptor")
+        if name == "dt":
+            place.refuse("'dt' is not known in equations, which do not depend on the step")
+        if name in FUNCTIONS:
+            place.refuse(f"'{name}' is a function; write {name}(...)")
+        place.refuse(
+            f"unknown name '{name}'{did_you_mean(name, known)}; a parameter is declared in `parameters`, "
+            f"e.g. '{name}': '20 ms'"
+        )
+
+
+class _Resolved(ast.NodeTransformer):
+    """Puts the values of constants and units, in SI units, in the place of their names."""
+
+    def __init__(self, own: Container[str]) -> None:
+        self._own = own
+
+    def visit_Call(self, node: ast.Call) -> ast.Call:
+        return ast.Call(node.func, [self.visit(argument) for argument in node.args], [])
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        if node.id in self._own or node.id == TIME:
+            return node
+        return ast.Constant(CONSTANTS[node.id] if node.id in CONSTANTS else units()[node.id].scale)
+
+
+def resolved(node: ast.expr, own: Container[str]) -> ast.expr:
+    """Return an expression with numbers instead of constants and units.
+
+    Args:
+        node: the expression.
+        own: the names of variables, definitions and parameters, which come before those of units.
+    """
+    found: ast.expr = _Resolved(own).visit(node)
+    return found
+
+
+def _require_allowed(node: ast.AST, place: Place) -> None:
+    if isinstance(node, ast.BitXor):
+        place.refuse("a power is written with **")
+    if isinstance(node, ast.Attribute):
+        place.refuse(f"functions are written without a module: {node.attr}(...)")
+    if isinstance(node, ast.Call):
+        _require_function(node, place)
+    if isinstance(node, ast.Constant) and not isinstance(node.value, (int, float)):
+        place.refuse(f"{node.value!r} is not a number")
+    if isinstance(node, (ast.BitAnd, ast.BitOr, ast.Invert)):
+        place.refuse("conditions are combined with `and`, `or` and `not`")
+    if not isinstance(node, _ALLOWED):
+        place.refuse(f"'{type(node).__name__}' has no meaning in an equation")
+
+
+def _require_function(call: ast.Call, place: Place) -> None:
+    if not isinstance(call.func, ast.Name):
+        place.refuse(f"'{ast.unparse(call.func)}' is not a function; there are {', '.join(FUNCTIONS)}")
+    name = call.func.id
+    if name in _NOISE:
+        place.refuse(f"'{name}' is random; noise comes from sources and devices, not from equations")
+    if name not in FUNCTIONS:
+        place.refuse(f"there is no function '{name}'{did_you_mean(name, FUNCTIONS)}")
+    if call.keywords or len(call.args) != FUNCTIONS[name]:
+        place.refuse(f"{name} takes {FUNCTIONS[name]} argument{'s' * (FUNCTIONS[name] > 1)}")

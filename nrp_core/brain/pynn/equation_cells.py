@@ -1,0 +1,142 @@
+"""Cell types that scripts give as equations."""
+
+# mypy: disable-error-code="misc"
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, Final
+
+import numpy as np
+
+from nrp_core.brain.network.cells.cell_type import CellType
+from nrp_core.brain.network.equations.cell import CellEquations
+from nrp_core.brain.network.equations.expressions import Place
+from nrp_core.brain.network.equations.model import CELL_TYPE, INPUT
+from nrp_core.brain.network.equations.units import Unit, quantity
+from nrp_core.brain.network.parameters import Parameter
+from nrp_core.brain.pynn.models import beyond_pynn, checked
+from nrp_core.errors import NetworkError, did_you_mean
+
+_NOTHING: Final[Mapping[str, Any]] = MappingProxyType({})
+_NANO: Final = 1e-9
+
+
+def equation_cell(
+    equations: str,
+    threshold: str = "",
+    reset: str = "",
+    refractory: str = "0 ms",
+    *,
+    parameters: Mapping[str, Any] = _NOTHING,
+    initial: Mapping[str, Any] = _NOTHING,
+    receptors: Mapping[str, str] = _NOTHING,
+    method: str = "",
+    name: str = CELL_TYPE,
+    **unknown: Any,
+) -> type:
+    """Return a cell type of equations, in the notation of Brian2.
+
+    It is used as any of PyNN's: ``sim.Population(10, Cell)``, or ``Cell(tau=...)`` for other values, which
+    are numbers in the unit of the default.
+
+    Args:
+        equations: one a line: ``dv/dt = ... : mV (unless refractory)`` for a state variable, ``I = ... : nA``
+            for an expression with a name, ``tau : ms`` for a parameter; the unit is that of scripts and
+            recordings.
+        threshold: the condition for a spike.
+        reset: assignments to state variables after a spike, one a line or divided by ``;``.
+        refractory: a time such as ``2 ms``, an expression of parameters, or a condition in which the cell
+            does not spike.
+        parameters: default value and unit of each parameter, e.g. ``{"tau": "20 ms"}``. Currents are
+            injected into a parameter of the name ``i_offset``.
+        initial: values of state variables at time 0, e.g. ``{"v": "-65 mV"}``; by default 0.
+        receptors: what a spike does, by receptor, e.g. ``{"excitatory": "ge += weight"}``, or ``ge`` for
+            short.
+        method: ``exact`` (linear equations), or ``runge_kutta``; by default the first where it is possible.
+        name: the name of the cell type in messages.
+        unknown: not allowed.
+
+    Raises:
+        NetworkError: the texts do not fit together; the message names the line.
+    """
+    for argument in unknown:
+        valid = (
+            "equations",
+            "threshold",
+            "reset",
+            "refractory",
+            "parameters",
+            "initial",
+            "receptors",
+            "method",
+        )
+        hint = did_you_mean(argument, valid)
+        raise NetworkError(
+            f"EquationCell has no argument '{argument}'{hint}; parameters are given as "
+            f"parameters={{'{argument}': '20 ms'}}"
+        )
+    texts = {"equations": equations, "threshold": threshold, "reset": reset, "refractory": refractory}
+    for what, text in texts.items():
+        if not isinstance(text, str):
+            raise NetworkError(f"EquationCell: {what} is a text, e.g. {_EXAMPLES[what]!r}, not {text!r}")
+    defaults = {key: _quantity("parameters", key, value) for key, value in parameters.items()}
+    units = {key: unit.text for key, (_, unit) in defaults.items()}
+    cell = CellEquations(**texts, receptors=dict(receptors), units=units, method=method)
+    state = {key: Parameter(0.0, variable.unit.text) for key, variable in cell.model.variables.items()}
+    state |= {key: _initial(cell, key, value) for key, value in initial.items()}
+    summary = "A cell given as equations:\n\n" + cell.equations.strip("\n")
+    kind = CellType(
+        name, summary, {key: Parameter(v, unit.text) for key, (v, unit) in defaults.items()}, state
+    )
+    cell.require_values(name, {key: np.array([v]) for key, (v, _) in defaults.items()}, {})
+    return _bound(kind, cell)
+
+
+_EXAMPLES: Final = {
+    "equations": "dv/dt = -v/tau : mV", "threshold": "v > v_thresh", "reset": "v = v_reset",
+    "refractory": "2 ms",
+}  # fmt: skip
+
+
+def _bound(kind: CellType, cell: CellEquations) -> type:
+    """Return PyNN's class of a cell type."""
+    current = cell.model.parameters.get(INPUT)
+    body = {
+        "equations": cell,
+        "cell_type": CELL_TYPE,
+        "receptor_types": tuple(cell.model.receptors),
+        "conductance_based": cell.model.is_conductance_based,
+        "injectable": current is not None,
+        "input_per_na": _NANO / current.scale if current is not None else 0.0,
+        "weight_units": {name: effect.unit.text for name, effect in cell.model.receptors.items()},
+    }
+    base = beyond_pynn(kind)
+    return checked(type(kind.name, (base,), {"__doc__": kind.summary, **body}))
+
+
+def _quantity(where: str, name: str, value: Any) -> tuple[float, Unit]:
+    """Return a number and its unit, from a text or a plain number."""
+    place = Place(where, f"{name}: {value}")
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (str, int, float, np.number)):
+        place.refuse(
+            "its default is a number with a unit, e.g. '20 ms'; values of each cell go to the cell type"
+        )
+    try:
+        return quantity(str(value))
+    except ValueError as error:
+        place.refuse(str(error))
+
+
+def _initial(cell: CellEquations, name: str, value: Any) -> Parameter:
+    """Return a state variable with an initial value, in its unit."""
+    if name not in cell.model.variables:
+        raise NetworkError(
+            f"EquationCell: initial has no state variable '{name}'{did_you_mean(name, cell.model.variables)}"
+        )
+    unit = cell.model.variables[name].unit
+    number, given = _quantity("initial", name, value)
+    if given.dimension != unit.dimension and number != 0.0:
+        Place("initial", f"{name}: {value}").refuse(f"'{name}' is in {unit.text}")
+    return Parameter(number * given.scale / unit.scale, unit.text)
