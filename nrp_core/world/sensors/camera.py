@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import pi, tan
+from math import tan
 from posixpath import basename, dirname, join
 from typing import Any, ClassVar, NamedTuple
 
@@ -18,7 +18,7 @@ from nrp_core.world.scene.digest import LATER
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import plugin_name, ros_namespace, warn_of_plugin
-from nrp_core.world.scene.reading.sensor_elements import noise_of, rate_of
+from nrp_core.world.scene.reading.sensor_elements import field_of_view, noise_of, rate_of
 from nrp_core.world.scene.reading.sensors import Mount
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sensing import View
@@ -81,9 +81,7 @@ class Camera(Sensor):
     @classmethod
     def read(cls, sensor: Element, mount: Mount, reading: Reading) -> Camera:
         camera = sensor.require("camera")
-        fov = camera.positive("horizontal_fov", 1.047)
-        if fov >= pi:
-            raise camera.error(f"the <horizontal_fov> must be below pi, not {fov:g}")
+        fov = field_of_view(camera, 1.047)
         width, height = _size(sensor.attribute("name"), camera.section("image"), reading)
         near, far = _clip(camera.section("clip"))
         if camera.find("distortion"):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi, tan
+from math import tan
 from typing import ClassVar
 
 from nrp_core.world.engine import Engine
@@ -19,7 +19,7 @@ from nrp_core.world.pose_messages import pose_message
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.sensor_elements import rate_of, topic_of
+from nrp_core.world.scene.reading.sensor_elements import field_of_view, rate_of, topic_of
 from nrp_core.world.scene.reading.sensors import Mount
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
@@ -53,13 +53,11 @@ class LogicalCamera(Sensor):
     def read(cls, sensor: Element, mount: Mount, reading: Reading) -> LogicalCamera:
         name, lens = sensor.attribute("name"), sensor.section("logical_camera")
         near, far = lens.number("near", 0.0), lens.positive("far", 1.0)
-        fov, ratio = lens.positive("horizontal_fov", 1.0), lens.positive("aspect_ratio", 1.0)
+        fov, ratio = field_of_view(lens, 1.0), lens.positive("aspect_ratio", 1.0)
         if not 0 <= near < far:
             raise lens.error(
                 f"the <near> distance ({near:g} m) must be from 0 to below the <far> one ({far:g} m)"
             )
-        if fov >= pi:
-            raise lens.error(f"the <horizontal_fov> must be below pi, not {fov:g}")
         topic = topic_of(sensor, reading.topic_of(mount.name, f"{name}/logical_camera"), {}, reading)
         return cls(name, topic, rate_of(sensor, reading), near, far, fov, ratio, mount.place(sensor))
 

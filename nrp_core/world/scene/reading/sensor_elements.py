@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import pi
 from posixpath import join
 from typing import NamedTuple
 
@@ -32,6 +33,14 @@ def rate_of(sensor: Element, reading: Reading) -> float:
         subject=name,
     )
     return DEFAULT_RATE_HZ
+
+
+def field_of_view(lens: Element, default: float) -> float:
+    """Return the ``<horizontal_fov>`` of a lens, rad."""
+    angle = lens.positive("horizontal_fov", default)
+    if angle >= pi:
+        raise lens.error(f"the <horizontal_fov> must be below pi, not {angle:g}")
+    return angle
 
 
 def noise_of(section: Element, reading: Reading) -> Noise:
