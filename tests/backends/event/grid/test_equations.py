@@ -1,10 +1,12 @@
-"""Cells given as equations, on the grid: closed formulas, our own cells, changes, snapshots."""
+"""Cells given as equations, on the grid: closed formulas, our own cells, Brian2, changes, snapshots."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from math import exp, log
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,7 @@ from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network
 from nrp_core.errors import CapabilityError, DivergedError
 
+REFERENCES = json.loads((Path(__file__).parent / "equations_brian2.json").read_text())
 CURRENT = """
 dv/dt = (v_rest - v)/tau_m + (isyn_exc + isyn_inh + i_offset)/cm : mV (unless refractory)
 disyn_exc/dt = -isyn_exc/tau_syn_E : nA
@@ -152,6 +155,30 @@ def test_a_wrong_propagator_does_not_give_the_closed_formula(monkeypatch: pytest
     monkeypatch.setattr(blocks, "propagators", euler)
     with pytest.raises(AssertionError):
         test_constant_current_gives_the_closed_formula_for_each_cell()
+
+
+@pytest.mark.parametrize("name", REFERENCES)
+def test_cells_follow_brian2(name: str) -> None:
+    reference = REFERENCES[name]
+    sim = builder()
+    kind = sim.EquationCell(**reference["cell"])
+    sim.Population(1, kind(), label="cell")
+    with opened(sim.network()) as brain:
+        recorder = brain.add_sink(SpikeRecorder(), [0], name="spikes")
+        traces = {v: brain.add_sink(StateRecorder(v, 0.5), [0], name=v) for v in reference["states"]}
+        brain.run_until(round(reference["until_ms"] * 1e6))
+        found = recorder.spikes().times_ms
+    expected = np.array(reference["spikes_ms"])
+    assert len(found) == len(expected) > 2
+    late = found - expected
+    assert late.min() > -0.01, "a spike comes before that of the reference"
+    assert late.max() < 0.1 + 0.01
+    times = 0.5 * np.arange(len(reference["states"]["v"]))
+    calm = np.abs(times[:, None] - expected).min(axis=1) > 2.0
+    for variable, values in reference["states"].items():
+        scale = np.ptp(values)
+        samples = traces[variable].samples()[1][:, 0][: len(values)]
+        np.testing.assert_allclose(samples[calm] / scale, np.array(values)[calm] / scale, atol=2e-3)
 
 
 def test_a_loose_tolerance_does_not_follow_our_own_cells(monkeypatch: pytest.MonkeyPatch) -> None:
