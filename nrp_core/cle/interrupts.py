@@ -7,8 +7,11 @@ import threading
 from types import FrameType, TracebackType
 from typing import Any, Self
 
+from nrp_core._support import interruption
+
 INTERRUPTS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 """Signals that ask a process to end."""
+_RAISING = (signal.default_int_handler, interruption.interrupt)
 
 
 class DeferredInterrupt:
@@ -16,15 +19,20 @@ class DeferredInterrupt:
 
     So brain and world stop at the same time. A second one is not delayed, for code that never returns.
     Outside the main thread, and where a signal is not handled by a Python function, nothing changes.
+
+    Raises:
+        KeyboardInterrupt: the process was asked to end before the block, and the exception was lost.
     """
 
     def __enter__(self) -> Self:
         self._held: int | None = None
         self._handlers: dict[signal.Signals, Any] = {}
         if threading.current_thread() is threading.main_thread():
+            if interruption.asked:
+                raise KeyboardInterrupt
             for number in INTERRUPTS:
                 handler = signal.getsignal(number)
-                if handler is signal.default_int_handler or (number == signal.SIGINT and callable(handler)):
+                if handler in _RAISING or (number == signal.SIGINT and callable(handler)):
                     self._handlers[number] = handler
                     signal.signal(number, self._hold)
         return self

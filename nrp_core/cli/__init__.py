@@ -10,6 +10,8 @@ import io
 import signal
 import sys
 
+from nrp_core._support.interruption import interrupt
+
 _INTERRUPTED = 130
 
 
@@ -18,11 +20,13 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal may not support every character
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, interrupt)
     for number in (signal.SIGTERM, signal.SIGHUP):
         # Batch systems and terminals that close send them: they end a run like Ctrl-C, between two steps,
         # also in a shell's background, where Ctrl-C is ignored. Under nohup SIGHUP remains ignored.
         if signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, signal.default_int_handler)
+            signal.signal(number, interrupt)
     try:
         from nrp_core.cli.app import run_app
 

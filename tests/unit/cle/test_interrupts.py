@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import signal
 import threading
@@ -10,6 +11,7 @@ from collections.abc import Callable
 import pytest
 
 import nrp_core.dsl as nrp
+from nrp_core._support import interruption
 from nrp_core.cle import ClosedLoop
 from nrp_core.cle.interrupts import DeferredInterrupt
 from nrp_core.clock import NS_PER_MS
@@ -109,3 +111,21 @@ def test_in_another_thread_nothing_is_changed() -> None:
     thread.start()
     thread.join()
     assert seen == [handler]
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_an_interrupt_that_c_code_swallows_ends_the_run_at_its_next_step(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(interruption, "asked", False)
+    previous = signal.signal(signal.SIGTERM, interruption.interrupt)
+    brain, world = MockBrain({"cells": 1}), MockWorld(engine=MockEngine(step_ns=PERIOD))
+    try:
+        with ClosedLoop(brain, world, [], period_ns=PERIOD, concurrent=False) as loop:
+            loop.run_until(2 * PERIOD)
+            ctypes.CFUNCTYPE(None)(lambda: os.kill(os.getpid(), signal.SIGTERM))()  # as a compiler's callback
+            with pytest.raises(KeyboardInterrupt):
+                loop.run_until(10 * PERIOD)
+            assert loop.now_ns == brain.now_ns == 2 * PERIOD
+    finally:
+        signal.signal(signal.SIGTERM, previous)
