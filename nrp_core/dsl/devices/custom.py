@@ -27,6 +27,9 @@ class CustomDevice(Adapter):
                 return self._port.rate / 100
 
         @nrp.MapSpikeSink("envelope", nrp.brain.cells, Envelope(), tau=50.0)
+
+    A device that keeps values between steps returns them from ``save`` and takes them back in ``restore``;
+    devices of the brain save theirs themselves.
     """
 
     _brain: Brain

@@ -236,7 +236,7 @@ class TransferFunction:
 
     def save(self) -> Any:
         """Return its own state; brain and world save theirs."""
-        adapters = {name: (type(adapter), adapter.save()) for name, adapter in self._adapters.items()}
+        adapters = {name: (_kind(adapter), adapter.save()) for name, adapter in self._adapters.items()}
         return self._active, self.throttle.save(), adapters
 
     def restore(self, saved: Any) -> None:
@@ -247,8 +247,9 @@ class TransferFunction:
         self._active, throttle, adapters = saved
         self.throttle.restore(throttle)
         for name, (kind, state) in adapters.items():
-            if type(self._adapters.get(name)) is kind:
-                self._adapters[name].restore(state)
+            adapter = self._adapters.get(name)
+            if adapter is not None and _kind(adapter) == getattr(kind, "__qualname__", kind):  # once a class
+                adapter.restore(state)
 
     def inputs(self) -> dict[str, str]:
         """Return the values of its parameters as text, for reports."""
@@ -289,3 +290,8 @@ class TransferFunction:
 def _runs_when_called(function: Callable[..., Any]) -> bool:
     waiting = (inspect.isgeneratorfunction, inspect.iscoroutinefunction, inspect.isasyncgenfunction)
     return not any(waits(function) for waits in waiting)
+
+
+def _kind(adapter: Adapter) -> str:
+    """Return the name of an adapter's class; a class that a functions file defines cannot be pickled."""
+    return type(adapter).__qualname__

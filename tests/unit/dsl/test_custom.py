@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from typing import Any
 
 import pytest
@@ -95,3 +96,26 @@ def test_a_device_that_fails_leaves_nothing_behind() -> None:
     with pytest.raises(TransferFunctionError, match="the other half is missing"):
         bound(probed(device=Half()), brain)
     assert brain.devices == ()
+
+
+def test_a_device_that_a_functions_file_defines_can_be_saved_with_its_state() -> None:
+    class Counting(Probe):  # as in such a file, which cannot be imported
+        looks = 0
+
+        @property
+        def level(self) -> float:
+            self.looks += 1
+            return super().level
+
+        def save(self) -> int:
+            return self.looks
+
+        def restore(self, saved: int) -> None:
+            self.looks = saved
+
+    function = bound(probed(device=Counting()))
+    assert (function.probe.level, function.probe.looks) == (0.0, 1)
+    saved = pickle.dumps(function.save())
+    assert (function.probe.level, function.probe.looks) == (0.0, 2)
+    function.restore(pickle.loads(saved))
+    assert function.probe.looks == 1
