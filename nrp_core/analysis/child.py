@@ -77,7 +77,7 @@ def _made(make: Callable[[], Network]) -> tuple[Network, dict[str, str | None]]:
 
 def _described(network: Network, backend: Any, parts: Any) -> dict[str, Any]:
     from nrp_core.analysis.skeleton import described
-    from nrp_core.brain.network.plausible import implausible
+    from nrp_core.brain.network.implausible import implausible
 
     suspicious = Findings(implausible(network), general=Code.NRP297)
     remarks = Findings(network.remarks, general=Code.NRP308)

@@ -8,7 +8,7 @@ import pytest
 
 from nrp_core.analysis.validate import validate_file
 from nrp_core.findings import Level
-from nrp_core.world.drives.plausible import implausible_drives
+from nrp_core.world.drives.implausible import implausible_drives
 from nrp_core.world.scene.sdf import read_model
 
 BUMP = """<sensor name="bump" type="contact"><update_rate>10</update_rate>

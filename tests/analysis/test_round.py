@@ -10,7 +10,7 @@ from nrp_core.analysis.validate import validate_file
 from nrp_core.experiment.making.prepare import prepare
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.findings import Code, Level
-from nrp_core.world.drives.plausible import implausible_drives
+from nrp_core.world.drives.implausible import implausible_drives
 from nrp_core.world.scene.sdf import read_model
 
 HEAD = """\

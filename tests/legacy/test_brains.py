@@ -11,7 +11,7 @@ from nrp_legacy.brains import load_brain, remark
 from nrp_core._support.xml import Element, parse_xml
 from nrp_core.brain.files import read_network, save_network
 from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.plausible import implausible
+from nrp_core.brain.network.implausible import implausible
 from nrp_core.errors import CapabilityError, ExperimentError, NetworkError
 from nrp_core.findings import Findings
 

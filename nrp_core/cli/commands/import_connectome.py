@@ -37,7 +37,7 @@ def import_connectome(
     """Make a network file from a connectome, with the cell model of the whole fly brain."""
     from nrp_core.brain.files.connectome.network import read_connectome
     from nrp_core.brain.files.network_file import SUFFIX, save_network
-    from nrp_core.brain.network.plausible import implausible
+    from nrp_core.brain.network.implausible import implausible
 
     made = read_connectome(edges, neurons, groups=tuple(group or ()), unit_mv=unit_mv, delay_ms=delay_ms)
     target = output or Path(f"{edges.stem}{SUFFIX}")

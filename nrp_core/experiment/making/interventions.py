@@ -14,8 +14,8 @@ from nrp_core.brain.changes import WEIGHTS
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.implausible import HIGHEST_HZ, too_strong
 from nrp_core.brain.network.interventions import Intervention, Synapses
-from nrp_core.brain.network.plausible import HIGHEST_HZ, too_strong
 from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.clock import milliseconds
 from nrp_core.errors import CapabilityError, NetworkError, NeuronSelectionError

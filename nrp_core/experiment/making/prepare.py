@@ -11,7 +11,7 @@ from typing import Any, Generic, TypeVar
 from nrp_core.brain.backends import brains
 from nrp_core.brain.interface import BrainBackend
 from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.plausible import implausible
+from nrp_core.brain.network.implausible import implausible
 from nrp_core.cle.time_limit import TimeLimit, TimeLimitExceeded
 from nrp_core.cle.wiring import declare_topics
 from nrp_core.clock import StepPlan, seconds
@@ -33,13 +33,13 @@ from nrp_core.experiment.model.tree import Key
 from nrp_core.findings import Code, Finding, Findings, Level, has_errors
 from nrp_core.registry import Registry
 from nrp_core.world.backends import worlds
+from nrp_core.world.drives.implausible import implausible_drives
 from nrp_core.world.drives.planar import planar_drives
-from nrp_core.world.drives.plausible import implausible_drives
 from nrp_core.world.engine_kit.backend import PhysicsBackend
 from nrp_core.world.engine_kit.planar_servo import servo_of
 from nrp_core.world.interface import WorldBackend
 from nrp_core.world.raycast.footing import below_ground
-from nrp_core.world.scene import plausible as scene_plausibility
+from nrp_core.world.scene import implausible as scene_plausibility
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sensing import Noise

@@ -13,9 +13,9 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose, Vector
+from nrp_core.world.scene.implausible_joints import of_joints
+from nrp_core.world.scene.implausible_links import box_around, has_dense_link, of_links, solid_or_seen
 from nrp_core.world.scene.model import Geometry, Light, Link, Model, Plane, Scene
-from nrp_core.world.scene.plausible_joints import of_joints
-from nrp_core.world.scene.plausible_links import box_around, has_dense_link, of_links, solid_or_seen
 from nrp_core.world.scene.sensing import MountedSensor, View
 
 _DENSEST: Final = 22_590.0

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from nrp_core import read_model
+from nrp_core.world.scene.implausible import implausible
 from nrp_core.world.scene.model import Scene
-from nrp_core.world.scene.plausible import implausible
 
 _ARM = """<sdf version="1.9"><model name="arm">
   <link name="base"><inertial><mass>{mass}</mass></inertial>

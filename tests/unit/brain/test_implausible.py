@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from nrp_core.brain.files.script import load_network
-from nrp_core.brain.network.plausible import implausible
+from nrp_core.brain.network.implausible import implausible
 from nrp_core.brain.pynn import builder
 from nrp_core.experiment.making.prepare import prepare
 from nrp_core.experiment.reading.find import load_experiment, shipped

@@ -10,8 +10,8 @@ import pytest
 
 from nrp_core import Model, Pose, Scene, read_model, read_scene
 from nrp_core.findings import Code
-from nrp_core.world.drives.plausible import implausible_drives
-from nrp_core.world.scene.plausible import implausible
+from nrp_core.world.drives.implausible import implausible_drives
+from nrp_core.world.scene.implausible import implausible
 
 _SHIPPED = Path(nrp_experiments.braitenberg_husky.__path__[0])
 _AXIS = "<axis><xyz>0 1 0</xyz></axis>"
