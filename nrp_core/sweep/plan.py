@@ -230,9 +230,21 @@ def _remarks(sweep: SweepFile, own: Experiment) -> Iterator[str]:
         beyond = f"beyond the duration of the experiment, {seconds(own.duration):g} s"
         yield f"'until', {end}, is {beyond}; the runs continue after it"
     for key, axis in sweep.vary.items():
-        first = [f"{axis.low:g} {axis.unit}"] if isinstance(axis, Range) else _samples(key, axis)
-        if fnmatchcase(key, "events.*.at") and min(map(time_ns, first)) >= until_ns:
-            yield f"'{key}' has no effect: the runs end at {end}, before all its values"
+        if key in ("name", "description"):
+            yield f"'{key}' has no effect on a run"
+        if fnmatchcase(key, "events.*.at"):
+            times_ns = list(map(time_ns, _ends(key, axis)))
+            if min(times_ns) >= until_ns:
+                yield f"'{key}' has no effect: the runs end at {end}, before all its values"
+            elif max(times_ns) >= until_ns:
+                yield f"some values of '{key}' have no effect: the runs end at {end}"
+
+
+def _ends(key: str, axis: Axis) -> list[Value]:
+    """Return values of an axis, the smallest and largest among them."""
+    if isinstance(axis, Range):
+        return [f"{end:g} {axis.unit}" for end in (axis.low, axis.high)]
+    return list(_samples(key, axis))
 
 
 def _parts(metric: str, own: Experiment) -> list[str] | None:

@@ -59,6 +59,10 @@ def of_functions(husky: Path, body: str = "pass", **changes: str) -> list[str]:
     ("override", "words"),
     [
         ("criteria.reaches_left.within_of.time=15 ms", "a step of 20 ms apart, and the limit is 15 ms"),
+        ("criteria.reaches_left.within_of.time=15 min", "allows 900 s, and the run lasts 40 s [NRP248]"),
+        ("world.options.timestep=2 us", "10000 steps of 0.002 ms in each step of the loop"),
+        ("brain.interventions=[{scale: {sources: sensors, by: 50}}]", "by 50; is it in percent? [NRP297]"),
+        ("brain.controls=[{shuffle: weights}, {shuffle: weights}]", "stands twice: the second one changes"),
         ("criteria.x={near: {model: husky, point: [1000, 0], within: 1 m}}", "'point' is 993 m outside"),
         ("criteria.reaches_left.near.model=left_vr_screen", "'left_vr_screen' is always near itself"),
         ("brain.populations.more=[0, 0, 1]", "the population 'more' has 2 neurons, some of them twice"),

@@ -45,6 +45,21 @@ def events_come_in_time(study: Study) -> Iterator[Finding]:
         yield from _comes_too_late(name, experiment)
 
 
+@checks_experiment(Code.NRP248)
+def limits_of_criteria_end_in_time(study: Study) -> Iterator[Finding]:
+    """Look for criteria that allow more time than the run has."""
+    experiment = study.experiment
+    for name, criterion in experiment.criteria.items():
+        if criterion.within_of is not None and criterion.within_of.time > experiment.duration:
+            message = (
+                f"'{name}' allows {seconds(criterion.within_of.time):g} s, and the run lasts "
+                f"{seconds(experiment.duration):g} s"
+            )
+            yield experiment.place("criteria", name, "within_of", "time").finding(
+                Code.NRP248, message, Level.WARNING
+            )
+
+
 def _comes_too_late(name: str, experiment: Experiment) -> Iterator[Finding]:
     """Yield events that follow others so late that the run is over."""
     events, end_ns = experiment.events, experiment.duration

@@ -28,6 +28,8 @@ from nrp_core.findings import Code, Level
 from nrp_core.seeds import Seeds
 
 _KEYS: Final = ("brain", "interventions")
+_PERCENT: Final = 20.0
+"""A factor for weights that is more likely a percentage."""
 
 
 def with_variants(network: Network, experiment: Experiment, collector: Collector) -> Network:
@@ -35,15 +37,8 @@ def with_variants(network: Network, experiment: Experiment, collector: Collector
 
     Errors go to the collector, including those in later interventions.
     """
-    seeds = Seeds(experiment.seed).child("controls")
     has_synapses = any(projection.size for projection in network.projections)  # before a run it has none
-    for i, section in enumerate(experiment.brain.controls):
-        with collector.during(Code.NRP335, "brain", "controls", i, always=True):
-            before, network = network, section.control(network, seeds.child(str(i)))
-            if has_synapses and _are_equal(before, network):
-                message = f"'{section.name}' changes nothing: the synapses stay the same"
-                collector.add(Code.NRP336, message, "brain", "controls", i, level=Level.WARNING)
-    whole = network
+    whole = network = _with_controls(network, experiment, collector)
     for i, intervention in enumerate(experiment.brain.interventions):
         with collector.during(Code.NRP335, *_KEYS, i, always=True):
             change, idle = intervention.change, intervention.idle(experiment.duration)
@@ -55,6 +50,9 @@ def with_variants(network: Network, experiment: Experiment, collector: Collector
                 for message in _implausible(network, intervention.activate, intervention.name):
                     collector.add(Code.NRP297, message, *_KEYS, i, level=Level.WARNING)
                 continue
+            if change.factor >= _PERCENT:
+                message = f"'{intervention.name}' multiplies weights by {change.factor:g}; is it in percent?"
+                collector.add(Code.NRP297, message, *_KEYS, i, level=Level.WARNING)
             synapses = change.synapses(network)
             if not synapses and has_synapses and not idle:
                 message = f"'{intervention.name}' affects no synapse"
@@ -64,6 +62,22 @@ def with_variants(network: Network, experiment: Experiment, collector: Collector
             else:
                 _require_lasting(network, synapses, intervention.name)
     _report_cut(whole, network, experiment, collector)
+    return network
+
+
+def _with_controls(network: Network, experiment: Experiment, collector: Collector) -> Network:
+    """Return the network after an experiment's controls."""
+    seeds, controls = Seeds(experiment.seed).child("controls"), experiment.brain.controls
+    for i, section in enumerate(controls):
+        keys = ("brain", "controls", i)
+        with collector.during(Code.NRP335, *keys, always=True):
+            before, network = network, section.control(network, seeds.child(str(i)))
+            if any(projection.size for projection in before.projections) and _are_equal(before, network):
+                message = f"'{section.name}' changes nothing: the synapses stay the same"
+                collector.add(Code.NRP336, message, *keys, level=Level.WARNING)
+        if section in controls[:i]:
+            message = f"'{section.name}' stands twice: the second one changes the result of the first"
+            collector.add(Code.NRP336, message, *keys, level=Level.WARNING)
     return network
 
 

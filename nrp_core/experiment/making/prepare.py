@@ -14,7 +14,7 @@ from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.implausible import implausible
 from nrp_core.cle.time_limit import TimeLimit, TimeLimitExceeded
 from nrp_core.cle.wiring import declare_topics
-from nrp_core.clock import StepPlan, seconds
+from nrp_core.clock import StepPlan, milliseconds, seconds
 from nrp_core.dsl.functions.collector import require_new_name
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.testing.mocks import MockBrain, MockEngine, MockWorld
@@ -50,6 +50,9 @@ from nrp_core.world.world import World
 
 ProgressCallback = Callable[[str], None]
 """Called with the name of each task as it begins."""
+
+_MOST_STEPS = 1000
+"""Steps of a physics engine in one of the loop; the smallest robots need a hundred."""
 
 EXECUTING = "executing the brain script"
 """The beginning of the name of the task that executes a script of the experiment."""
@@ -286,6 +289,12 @@ class Examination:
         world_step_ns = self.world.capabilities.step_ns if self.world else None
         with self.collector.during(Code.NRP207, *self._step_written()):
             StepPlan(self._experiment.timestep, brain_step_ns, world_step_ns)
+        if world_step_ns and self._experiment.timestep > _MOST_STEPS * world_step_ns:
+            message = (
+                f"the world takes {self._experiment.timestep // world_step_ns} steps of "
+                f"{milliseconds(world_step_ns):g} ms in each step of the loop; is the unit of its step wrong?"
+            )
+            self.collector.add(Code.NRP298, message, *self._step_written(), level=Level.WARNING)
 
     def _step_written(self) -> tuple[Key, ...]:
         """Return the keys of a time step given for one side, else those of the loop's time step."""

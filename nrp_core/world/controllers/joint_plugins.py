@@ -11,6 +11,7 @@ from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
 from nrp_core.world.scene.acting import JointController, Pid
 from nrp_core.world.scene.checks import SECOND_AXIS
+from nrp_core.world.scene.model import Joint
 from nrp_core.world.scene.reading.actuators import Actuators
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import plugin_name
@@ -32,6 +33,9 @@ _PARAMETERS = frozenset(
     }
 )  # fmt: skip
 """The parameters of Gazebo's controllers, those that have no effect here included."""
+
+_DEFAULT_OUTPUT = 1000.0
+"""Limit of the output of a controller of gz-sim without one of its own, N or N m."""
 
 _SYSTEMS: dict[str, tuple[Kind, str]] = {
     "JointPositionController": ("position", "{index}/cmd_pos"),
@@ -83,6 +87,8 @@ def _system(plugin: Element, kind: Kind, topic: str, model: ModelParts, reading:
         gains = Pid(p, i, d, limit if limit >= 0 else inf)
     elif kind == "velocity":
         gains = Pid(plugin.number("p_gain", 1.0), plugin.number("i_gain", 0.0)) if _forces(plugin) else None
+    if kind != "effort" and gains is not None:
+        _warn_of_output(plugin, model.joint(named, joint), reading)
     name = plugin.word("topic", f"/model/{reading.robot}/joint/{named.text}/{topic.format(index=index)}")
     initial = plugin.find("initial_position") or plugin.find("initial_velocity")
     start = initial.numbers(1)[0] if initial else (0.0 if kind == "position" else None)
@@ -99,6 +105,19 @@ def _warn_of_parameters(plugin: Element, joint: str, reading: Reading) -> None:
         elif child.tag in _GAINS and plugin.number(child.tag, 0.0) < 0:
             message = f"the <{child.tag}> of '{joint}' is negative: it drives the joint away from its target"
             reading.notes.warn(child, Code.NRP265, message, subject=joint)
+
+
+def _warn_of_output(plugin: Element, joint: Joint, reading: Reading) -> None:
+    """Warn of limits of a controller's output; only the effort of its joint limits it."""
+    low, high = plugin.number("cmd_min", -inf), plugin.number("cmd_max", inf)
+    if low > high:
+        shown = f"the <cmd_min> of '{joint.name}', {low:g}, is above its <cmd_max>, {high:g}"
+    elif min(-low, high) < min(joint.effort, _DEFAULT_OUTPUT):
+        shown = f"the controller of '{joint.name}' is not limited to <cmd_min> {low:g} and <cmd_max> {high:g}"
+    else:
+        return
+    message = f"{shown}: only the effort of the joint, {joint.effort:g}, limits it"
+    reading.notes.warn(plugin, Code.NRP263, message, subject=joint.name)
 
 
 def _forces(plugin: Element) -> bool:

@@ -13,6 +13,9 @@ _TURNS_RAD: Final = 4 * pi
 """Two turns: joints of robots with limits turn less."""
 _DEGREES: Final = 720.0
 """More than two turns in degrees; larger limits mean "unlimited"."""
+_SLOWEST_RAD_S: Final = 0.02
+"""One degree a second: a fifth of the speed of the second hand of a clock, 0.1 rad/s."""
+_SLOWEST_M_S: Final = 1e-3
 _SMALLEST: Final = 1e-4
 """An error, rad or m, that no encoder of a robot resolves."""
 
@@ -46,6 +49,9 @@ def _of_controller(owner: str, joint: Joint, controller: JointController) -> Ite
     zero = [what for what, limit in (("effort", joint.effort), ("velocity", joint.velocity)) if limit == 0]
     if zero:
         yield f"{owner} has a controller, and its limit of {' and '.join(zero)} is 0: it never moves"
+    pace, unit = (_SLOWEST_M_S, "m/s") if joint.kind == "prismatic" else (_SLOWEST_RAD_S, "rad/s")
+    if 0 < joint.velocity < pace:
+        yield f"{owner} has a controller and moves at most {joint.velocity:g} {unit}: is that meant?"
     gains = controller.gains
     if controller.kind != "effort" and gains is not None and not any((gains.p, gains.i, gains.d)):
         yield f"the controller of {owner} has no gain: its commands move nothing"

@@ -123,9 +123,15 @@ def test_a_sweep_without_workers_is_refused() -> None:
     ("until", "times", "words"),
     [
         ("200 ms", ["1 s", "2 s"], "'events.left_red.at' has no effect: the runs end at 0.2 s, before all"),
-        ("1500 ms", ["1 s", "2 s"], ""),
+        (
+            "1500 ms",
+            ["1 s", "2 s"],
+            "some values of 'events.left_red.at' have no effect: the runs end at 1.5",
+        ),
+        ("2500 ms", ["1 s", "2 s"], ""),
         ("100 s", ["1 s", "2 s"], "'until', 100 s, is beyond the duration of the experiment, 40 s"),
-        (None, "38..45 s", ""),
+        (None, "38..45 s", "some values of 'events.left_red.at' have no effect"),
+        (None, "38..39 s", ""),
         (None, "40..45 s", "'events.left_red.at' has no effect: the runs end at 40 s"),
     ],
 )

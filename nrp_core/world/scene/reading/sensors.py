@@ -65,7 +65,9 @@ def link_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) -> 
         found = registered(SENSORS, sensor.attribute("type"), sensor)
         if found is None:
             _warn_of_type(sensor, reading)
-        elif not found.on_joint:
+        elif found.on_joint:
+            _warn_of_holder(sensor, "joint", reading)
+        else:
             read = found.read(sensor, mount, reading)
             yield read if read.offset is None else replace(read, frame_name=frame_named(sensor, reading))
 
@@ -101,10 +103,12 @@ def joint_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) ->
     """Read the sensors of a joint in the same way."""
     for sensor in sensors:
         found = registered(SENSORS, sensor.attribute("type"), sensor)
-        if found is not None and found.on_joint:
-            yield found.read(sensor, mount, reading)
-        else:
+        if found is None:
             _warn_of_type(sensor, reading)
+        elif not found.on_joint:
+            _warn_of_holder(sensor, "link", reading)
+        else:
+            yield found.read(sensor, mount, reading)
 
 
 def with_plugin_sensor(plugin: Element, model: ModelParts, reading: Reading) -> list[Link] | None:
@@ -118,6 +122,12 @@ def with_plugin_sensor(plugin: Element, model: ModelParts, reading: Reading) -> 
 def with_sensors(links: Sequence[Link], name: str, *sensors: MountedSensor) -> list[Link]:
     """Return links with further sensors on one of them."""
     return [replace(each, sensors=(*each.sensors, *sensors)) if each.name == name else each for each in links]
+
+
+def _warn_of_holder(sensor: Element, holder: str, reading: Reading) -> None:
+    kind, name = sensor.attribute("type"), sensor.attribute("name")
+    message = f"the sensor '{name}' is left out: a sensor of type '{kind}' belongs in a <{holder}>"
+    reading.notes.warn(sensor, Code.NRP262, message, subject=kind)
 
 
 def _warn_of_type(sensor: Element, reading: Reading) -> None:

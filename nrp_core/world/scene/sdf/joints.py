@@ -71,6 +71,8 @@ def read_joint(joint: Element, frames: Frames, version: tuple[int, int], reading
     name, kind = joint.attribute("name"), joint.attribute("type")
     if kind not in _KINDS:
         raise joint.error(f"unknown joint type '{kind}'{did_you_mean(kind, _KINDS)}")
+    for tag in ("axis", "axis2"):
+        _warn_of_push(joint.section(tag).section("dynamics"), name, reading)
     held = Joint(name, kind, *_ends(joint, frames), frames.pose(frames.name_of(joint), joint))
     if kind in COMPOUND:
         return COMPOUND[kind](held, joint, frames, version, reading)
@@ -141,3 +143,14 @@ def _link(element: Element, frames: Frames) -> str:
     if not element.text:
         raise element.error(f"<{element.tag}> must name a link")
     return WORLD if element.text == WORLD else frames.body(element.text, element)
+
+
+def _warn_of_push(dynamics: Element, joint: str, reading: Reading) -> None:
+    """Warn of values that would push a joint instead of slowing or holding it."""
+    for tag in ("friction", "spring_stiffness"):
+        value = dynamics.number(tag, 0.0)
+        if value < 0:
+            message = (
+                f"the <{tag}> of the joint '{joint}' is {value:g}, which would push it: the value used is 0"
+            )
+            reading.notes.warn(dynamics, Code.NRP264, message, subject=joint)

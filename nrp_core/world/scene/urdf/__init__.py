@@ -276,6 +276,15 @@ def _is_crossed(limit: Element, joint: Element, robot: _Robot) -> bool:
     return lower > upper
 
 
+def _warn_without_limits(limit: Element, joint: Element, robot: _Robot) -> None:
+    """Warn of limits that URDF requires and the file lacks."""
+    missing = [tag for tag in ("effort", "velocity") if tag not in limit.attributes]
+    if missing and joint.attribute("type") != "fixed":
+        name = joint.attribute("name")
+        message = f"the <limit> of the joint '{name}' has no {' and no '.join(missing)}: not limited"
+        robot.notes.warn(limit, Code.NRP264, message, subject=name)
+
+
 def _axis(joint: Element, robot: _Robot) -> Element:
     axis = joint.find("axis") or joint
     parts = [new("xyz", axis, text=numbers(axis, "xyz", "1 0 0"))]
@@ -291,6 +300,7 @@ def _axis(joint: Element, robot: _Robot) -> Element:
         if child.tag == "limit" and _is_crossed(child, joint, robot):
             values = [value for value in values if value.tag not in ("lower", "upper")]
         elif child.tag == "limit":  # in URDF a missing limit is 0
+            _warn_without_limits(child, joint, robot)
             values += [new(tag, child, text="0") for tag in ("lower", "upper") if tag not in child.attributes]
         parts.append(new(child.tag, child, *values))
     return new("axis", axis, *parts)

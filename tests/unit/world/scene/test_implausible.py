@@ -183,3 +183,48 @@ def test_an_ordinary_cart_gives_nothing(tmp_path: Path) -> None:
 def test_the_room_is_checked_as_well(tmp_path: Path, gravity: float, mass: float, words: str) -> None:
     said = _of_cart(tmp_path, [], gravity, mass=mass, moment=mass / 30, tip=mass)
     assert [words in sentence for sentence in said] == [True]
+
+
+_BODY = """<inertial><mass value="1"/>
+  <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>"""
+_SLOW = """<robot name="arm"><link name="base">{body}</link><link name="tip">{body}</link>
+  <joint name="elbow" type="{kind}"><parent link="base"/><child link="tip"/>
+    <limit lower="-1" upper="1"{effort} velocity="{velocity}"/></joint>
+  <gazebo><plugin name="gz::sim::systems::JointPositionController" filename="x">
+    <joint_name>elbow</joint_name>{more}</plugin></gazebo></robot>
+"""
+
+
+def _output(high: float, low: float) -> str:
+    return f"<cmd_max>{high}</cmd_max><cmd_min>{low}</cmd_min>"
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"velocity": "0.006"}, "has a controller and moves at most 0.006 rad/s: is that meant?"),
+        ({"velocity": "0.0006", "kind": "prismatic"}, "moves at most 0.0006 m/s: is that meant?"),
+        ({"effort": ""}, "the <limit> of the joint 'elbow' has no effort: not limited"),
+        ({"more": _output(-1, 1)}, "<cmd_min> of 'elbow', 1, is above its <cmd_max>, -1: only the effort of"),
+        ({"more": _output(3, -3)}, "'elbow' is not limited to <cmd_min> -3 and <cmd_max> 3: only the effort"),
+        ({}, ""),
+        ({"velocity": "0.05"}, ""),
+        ({"more": _output(1000, -1000)}, ""),
+    ],
+)
+def test_limits_of_a_commanded_joint_are_plausible(
+    tmp_path: Path, values: dict[str, str], words: str
+) -> None:
+    written = {
+        "velocity": "2",
+        "kind": "revolute",
+        "effort": ' effort="9"',
+        "more": "",
+        "body": _BODY,
+    } | values
+    path = tmp_path / "arm.urdf"
+    path.write_text(_SLOW.format(**written))
+    model = read_model(path)
+    found = [str(warning) for warning in model.warnings]
+    found += [sentence for _, sentence in implausible(Scene((model,)), ["arm"]) if "elbow" in sentence]
+    assert [one for one in found if words in one] if words else not found, found
