@@ -27,7 +27,7 @@ from nrp_legacy.elements import attribute, children, local, number
 from nrp_legacy.files import Library
 from nrp_legacy.h5_brain import read_h5_brain
 from nrp_legacy.injections import Injection, kept_injections
-from nrp_legacy.live.built import Built
+from nrp_legacy.live.built import BuiltBrain
 from nrp_legacy.live.contents import Contents
 from nrp_legacy.nest.api import nest_module
 from nrp_legacy.nest.kernel import Kernel
@@ -61,7 +61,7 @@ class NotedNetwork(Network):
 
     notes: tuple[Finding, ...] = ()
     injections: tuple[Injection, ...] = ()
-    built: Built = field(default_factory=Built)
+    built: BuiltBrain = field(default_factory=BuiltBrain)
 
 
 def load_brain(
@@ -122,7 +122,7 @@ def load_script(
     """
     if path.suffix != ".py":
         raise NetworkError(f"a brain must be a .py or .h5 file, not '{path.name}'", path=path)
-    built, currents = Built(), list[Injection]()
+    built, currents = BuiltBrain(), list[Injection]()
     kernel = RunningKernel(seed, built)
     built.nest = nest_module(kernel)
     built.on_begin.append(kernel.begin)
@@ -159,7 +159,9 @@ def load_script(
     return with_views(noted, populations or {})
 
 
-def _keep(built: Built, kernel: Kernel, network: Network, variables: dict[str, Any], sim: ModuleType) -> None:
+def _keep(
+    built: BuiltBrain, kernel: Kernel, network: Network, variables: dict[str, Any], sim: ModuleType
+) -> None:
     """Connect the variables of a brain file to the brain that will run."""
     made = Conversion(kernel)
     built.network = network
@@ -197,7 +199,7 @@ def with_unseen(network: Network, path: Path) -> Network:
     """
     if path.suffix != ".py" or isinstance(network, NotedNetwork):
         return network
-    built = Built()
+    built = BuiltBrain()
     names = defined(Source.of_file(path).tree(unnoted))
     built.variables = {name: Selector(partial(_unread, name), f"brain.{name}") for name in names}
     parts = network.populations, network.projections, network.views, network.timestep_ms

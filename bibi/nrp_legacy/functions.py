@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterator
 from dataclasses import replace
 
-from nrp_bibi.generation.part import Part
+from nrp_bibi.generation.part import CodePart
 from nrp_bibi.generation.transformation import transformed
 from nrp_bibi.reader import model_of
 
@@ -132,7 +132,7 @@ def _blocks(element: Element, root: Element, names: Namespace) -> Iterator[Trans
         )
 
 
-def _parts(element: Element, root: Element) -> list[Part]:
+def _parts(element: Element, root: Element) -> list[CodePart]:
     """Return the Python that building blocks stand for."""
     shared = children(root, "connectors", "synapseDynamics")
     alone = replace(root, children=[*shared, element], text="", raw_text="")

@@ -20,7 +20,7 @@ from nrp_legacy.brain_root import BrainRoot
 from nrp_legacy.code import compiled_file
 from nrp_legacy.files import Library
 from nrp_legacy.framework import framework, topic
-from nrp_legacy.live.built import Built
+from nrp_legacy.live.built import BuiltBrain
 from nrp_legacy.nest.api import nest_module
 from nrp_legacy.nest.kernel import Kernel
 from nrp_legacy.notes import Notes
@@ -82,7 +82,7 @@ class Namespace:
         vars(nrp).update(tf_lib=own.tf_lib, parameter=own.parameter)
         logger, messages = ClientLogger(self.graph), message_modules()
         vars(nrp).update(clientLogger=logger)
-        built: Built = getattr(network, "built", None) or Built()
+        built: BuiltBrain = getattr(network, "built", None) or BuiltBrain()
         self._libraries = libraries_of_old(
             library.environment(), partial(sleep, self.graph), seed, built.import_path, Paths(library)
         )

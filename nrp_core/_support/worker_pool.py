@@ -25,7 +25,7 @@ class WorkerDiedError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome(Generic[T, R]):
+class TaskOutcome(Generic[T, R]):
     """What came of a task.
 
     Args:
@@ -51,7 +51,7 @@ class WorkerPool:
         self._idle: list[_Worker] = []
         self._busy: dict[_Worker, Any] = {}
 
-    def perform(self, function: Callable[[T], R], tasks: Iterable[T]) -> Iterator[Outcome[T, R]]:
+    def perform(self, function: Callable[[T], R], tasks: Iterable[T]) -> Iterator[TaskOutcome[T, R]]:
         """Perform tasks and yield what came of each, in the order in which they end.
 
         Args:
@@ -78,13 +78,13 @@ class WorkerPool:
             worker.connection.send((function, task))
         self._busy[worker] = task
 
-    def _outcome(self, worker: _Worker, task: Any) -> Outcome[Any, Any]:
+    def _outcome(self, worker: _Worker, task: Any) -> TaskOutcome[Any, Any]:
         try:
             value, error = worker.connection.recv()
         except (EOFError, OSError):
-            return Outcome(task, None, WorkerDiedError(worker.end()))
+            return TaskOutcome(task, None, WorkerDiedError(worker.end()))
         self._idle.append(worker)
-        return Outcome(task, value, error)
+        return TaskOutcome(task, value, error)
 
     def pids(self) -> list[int]:
         """Return the operating system's numbers of the processes."""

@@ -91,7 +91,7 @@ class PairValues(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class JudgedPart:
     """A part of a metric: one robot, event, neuron, device.
 
     Args:
@@ -166,7 +166,7 @@ class Judgement:
     """
 
     metric: Metric
-    parts: tuple[Part, ...]
+    parts: tuple[JudgedPart, ...]
 
     @property
     def answer(self) -> Answer:
@@ -196,7 +196,7 @@ def corrected(judgements: Sequence[Judgement]) -> list[Judgement]:
         p_values[judged.metric.is_finding].append(one.p_different)
     left = {is_finding: iter(holm(values)) for is_finding, values in p_values.items()}
 
-    def with_p(judged: Judgement, part: Part) -> Part:
+    def with_p(judged: Judgement, part: JudgedPart) -> JudgedPart:
         rest = left[judged.metric.is_finding]
         return replace(part, contrasts=tuple(replace(one, p_different=next(rest)) for one in part.contrasts))
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.comparison.grid import GridCell, RunGrid
-from nrp_core.comparison.judgement import Contrast, Factor, Judgement, PairValues, Part, corrected
+from nrp_core.comparison.judgement import Contrast, Factor, JudgedPart, Judgement, PairValues, corrected
 from nrp_core.comparison.metrics.base import DistanceMetric, Margin, Margins, Metric, ScalarMetric
 from nrp_core.comparison.signals import RunSignals
 from nrp_core.comparison.statistics import (
@@ -46,7 +46,7 @@ def judge(grid: RunGrid, runs: Runs, metrics: Sequence[Metric], margins: Margins
     return corrected(judged)
 
 
-def _parts(grid: RunGrid, runs: Runs, metric: Metric, margins: Margins) -> list[Part]:
+def _parts(grid: RunGrid, runs: Runs, metric: Metric, margins: Margins) -> list[JudgedPart]:
     resolution = max((metric.resolution(run) for run in runs.values()), default=0.0)
     if isinstance(metric, ScalarMetric):
         return _of_numbers(grid, runs, metric, margins, resolution)
@@ -59,7 +59,7 @@ def _parts(grid: RunGrid, runs: Runs, metric: Metric, margins: Margins) -> list[
 
 def _of_numbers(
     grid: RunGrid, runs: Runs, metric: ScalarMetric, margins: Margins, resolution: float
-) -> list[Part]:
+) -> list[JudgedPart]:
     measured = {cell: metric.values(runs[cell]) for cell in grid.cells if cell in runs}
     return parts_of_numbers(grid, metric, measured, margins, resolution)
 
@@ -67,7 +67,7 @@ def _of_numbers(
 def parts_of_numbers(
     grid: RunGrid, metric: ScalarMetric, measured: Mapping[GridCell, Mapping[str, float | None]],
     margins: Margins, resolution: float,
-) -> list[Part]:  # fmt: skip
+) -> list[JudgedPart]:  # fmt: skip
     """Compare the values of a metric.
 
     Args:
@@ -101,7 +101,7 @@ def parts_of_numbers(
 def _of_table(
     grid: RunGrid, metric: ScalarMetric, name: str, table: FloatArray, margin: Margin, resolution: float,
     cells: tuple[PairValues, ...],
-) -> Part:  # fmt: skip
+) -> JudgedPart:  # fmt: skip
     sd = _spread(table, is_share=metric.is_share)
     estimated = Estimate.of_matched_shares if metric.is_share else Estimate.of
     differences = list(_differences(grid, table))
@@ -113,7 +113,7 @@ def _of_table(
             contrasts.append(Contrast(factor, one, other, estimate, effect, estimate.p_different))
     reach, n_seeds = max(margin.within(sd), resolution), min(len(values) for *_, values in differences)
     varies = _spread(table) > resolution
-    return Part(name, reach, margin.in_sd, resolution, sd, varies, n_seeds, tuple(contrasts), cells)
+    return JudgedPart(name, reach, margin.in_sd, resolution, sd, varies, n_seeds, tuple(contrasts), cells)
 
 
 def _number(value: float | None) -> float:
@@ -168,7 +168,7 @@ def _differences(grid: RunGrid, table: FloatArray) -> Iterator[tuple[Factor, str
 
 def _of_distances(
     grid: RunGrid, runs: Runs, metric: DistanceMetric, margins: Margins, resolution: float
-) -> list[Part]:
+) -> list[JudgedPart]:
     nothing: Mapping[str, Any] = {}
     features = {cell: metric.features(runs[cell]) if cell in runs else nothing for cell in grid.cells}
     names = list(dict.fromkeys(name for found in features.values() for name in found))
@@ -178,12 +178,12 @@ def _of_distances(
 def _of_distance(
     grid: RunGrid, metric: DistanceMetric, name: str, features: Mapping[GridCell, Mapping[str, Any]],
     margins: Margins, resolution: float,
-) -> Part:  # fmt: skip
+) -> JudgedPart:  # fmt: skip
     pairs = [(b, w) for b in grid.brains for w in grid.worlds]
     seeds = [s for s in grid.seeds if all(name in features[GridCell(b, w, s)] for b, w in pairs)]
     margin = margins.of(metric, name)
     if len(seeds) < _FEWEST_SEEDS:
-        return Part(name, resolution, margin.in_sd, resolution, 0.0, False, len(seeds), ())
+        return JudgedPart(name, resolution, margin.in_sd, resolution, 0.0, False, len(seeds), ())
     matrix = _Distances(metric, name, features, seeds)
     off = ~np.eye(len(seeds), dtype=bool)
     spread = float(np.mean([matrix.between(pair, pair)[off].mean() for pair in pairs]))
@@ -196,7 +196,7 @@ def _of_distance(
         for estimate in [Estimate.of(values)]
     )
     reach, varies = max(reach, resolution), spread > resolution
-    return Part(name, reach, margin.in_sd, resolution, spread, varies, len(seeds), contrasts)
+    return JudgedPart(name, reach, margin.in_sd, resolution, spread, varies, len(seeds), contrasts)
 
 
 class _Distances:

@@ -9,7 +9,7 @@ import pytest
 
 from nrp_core.comparison.divergence import Divergence, divergence_of
 from nrp_core.comparison.grid import GridCell, RunGrid
-from nrp_core.comparison.judgement import Answer, Factor, Part, Relation
+from nrp_core.comparison.judgement import Answer, Factor, JudgedPart, Relation
 from nrp_core.comparison.metrics.base import Margins, all_metrics
 from nrp_core.comparison.result import GridDiff, PairDiff
 from nrp_core.comparison.running import run_grid
@@ -103,13 +103,13 @@ def diff(copies: None, tmp_path_factory: pytest.TempPathFactory) -> GridDiff:
     return GridDiff.of(grid, runs, all_metrics(), Margins(), folder)
 
 
-def part_of(diff: GridDiff, metric: str, part: str) -> Part:
+def part_of(diff: GridDiff, metric: str, part: str) -> JudgedPart:
     (judged,) = [one for one in diff.judgements if one.metric.name == metric]
     (found,) = [one for one in judged.parts if one.name == part]
     return found
 
 
-def relations(part: Part, factor: Factor) -> dict[tuple[str, str], Relation]:
+def relations(part: JudgedPart, factor: Factor) -> dict[tuple[str, str], Relation]:
     return {(one.one, one.other): one.relation(part.margin) for one in part.contrasts if one.factor is factor}
 
 

@@ -16,7 +16,7 @@ from nrp_brain_event.handles import handle
 from nrp_brain_event.kernels import READABLE, emit, inject, read, run, set_currents, spread
 from nrp_brain_event.live import change_parameters, change_weights, weights_now
 from nrp_brain_event.options import EventOptions
-from nrp_brain_event.records import DIVERGED, FULL, Engine
+from nrp_brain_event.records import DIVERGED, FULL, EngineArrays
 from nrp_brain_event.traces import planned, run_reading
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
@@ -41,7 +41,7 @@ class EventBrain(Brain):
         self._initial = build_engine(network, options.tolerance)
         self._take(self._fresh())
 
-    def _take(self, engine: Engine) -> None:
+    def _take(self, engine: EngineArrays) -> None:
         """Continue with an engine."""
         self._engine, self._places = handle(engine)
 
@@ -123,5 +123,5 @@ class EventBrain(Brain):
     def _do_close(self) -> None:
         del self._engine, self._places, self._initial
 
-    def _fresh(self) -> Engine:
+    def _fresh(self) -> EngineArrays:
         return self._initial._replace(**changing(self._initial))

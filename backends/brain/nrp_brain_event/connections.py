@@ -22,7 +22,7 @@ _LEAST_DELAY_MS: Final = 1.0 / NS_PER_MS
 
 
 def load_connections(network: Network, cells: Array, row_of: IntArray) -> dict[str, Array]:
-    """Return the parts of the :class:`~nrp_brain_event.records.Engine` that hold synapses, by name.
+    """Return the parts of the :class:`~nrp_brain_event.records.EngineArrays` that hold synapses, by name.
 
     Raises:
         NetworkError: a plasticity parameter is missing or invalid.

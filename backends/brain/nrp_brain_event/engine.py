@@ -9,7 +9,7 @@ import numpy as np
 
 from nrp_brain_event.cells import load_cells
 from nrp_brain_event.connections import delay_range, load_connections
-from nrp_brain_event.records import CONSTANT, Array, Clock, Engine, Event, Link, Spike, Work
+from nrp_brain_event.records import CONSTANT, Array, Clock, EngineArrays, Event, Link, Spike, Work
 from nrp_core.brain.network.data import Network
 
 _ROOM: Final = 1024
@@ -21,7 +21,7 @@ _LISTS: Final = 64
 """Number of sorted lists, each of twice the length of the previous one: enough for all events."""
 
 
-def build_engine(network: Network, tolerance_mv: float) -> Engine:
+def build_engine(network: Network, tolerance_mv: float) -> EngineArrays:
     """Return the engine of a network at time 0, all neurons about to start.
 
     Raises:
@@ -37,7 +37,7 @@ def build_engine(network: Network, tolerance_mv: float) -> Engine:
     clock["arriving"] = -1
     links = np.zeros(len(cells), Link.dtype())
     chain_free(clock, events, 0)
-    return Engine(
+    return EngineArrays(
         cells=cells,
         row_of=row_of,
         **load_connections(network, cells, row_of),
@@ -52,7 +52,7 @@ def build_engine(network: Network, tolerance_mv: float) -> Engine:
     )
 
 
-def enlarged(engine: Engine) -> Engine:
+def enlarged(engine: EngineArrays) -> EngineArrays:
     """Return the engine with twice the capacity for spikes, if that is used up, else for events."""
     clock, n_events = engine.clock, len(engine.events)
     if clock["n_spikes"][0] == len(engine.spikes):
@@ -62,7 +62,7 @@ def enlarged(engine: Engine) -> Engine:
     return engine._replace(events=events)
 
 
-def changing(engine: Engine, initial: Engine | None = None) -> dict[str, Array]:
+def changing(engine: EngineArrays, initial: EngineArrays | None = None) -> dict[str, Array]:
     """Return copies of all arrays that change while running, by name.
 
     Args:

@@ -24,7 +24,7 @@ from nrp_brain_event.records import (
     WAKE,
     Array,
     Clock,
-    Engine,
+    EngineArrays,
     Event,
 )
 from nrp_brain_event.released_share import released_share
@@ -48,7 +48,7 @@ def run(places: Array, until: float, end: float) -> int:
         ``DONE``; ``FULL`` if events or spikes need more room (enlarge the arrays and call again);
         ``DIVERGED`` if a neuron cannot be integrated.
     """
-    engine = opened(Engine, places)
+    engine = opened(EngineArrays, places)
     clock, cells, events = engine.clock[0], engine.cells, engine.events
     event_slots, cell_slots, links = engine.event_slots, engine.cell_slots, engine.links
     last = len(event_slots) - 2
@@ -74,7 +74,7 @@ def run(places: Array, until: float, end: float) -> int:
 
 
 @inlined
-def _arrive(engine: Engine, clock: Clock, cells: Array, event: Event) -> int:
+def _arrive(engine: EngineArrays, clock: Clock, cells: Array, event: Event) -> int:
     """Deliver a spike to all targets that it has not reached yet; returns as :func:`run`."""
     targets, weights, slots, t = engine.target, engine.weight, engine.cell_slots, event.time
     first, last = event.target, event.target + event.n - 1
@@ -109,7 +109,7 @@ def _arrive(engine: Engine, clock: Clock, cells: Array, event: Event) -> int:
 
 
 @inlined
-def _wake(engine: Engine, clock: Clock, cells: Array, links: Array, slot: int, end: float) -> int:
+def _wake(engine: EngineArrays, clock: Clock, cells: Array, links: Array, slot: int, end: float) -> int:
     """Process the scheduled updates of the neurons in a window before ``end``; returns as :func:`run`."""
     row = engine.cell_slots[slot]
     while row >= 0:
@@ -126,7 +126,7 @@ def _wake(engine: Engine, clock: Clock, cells: Array, links: Array, slot: int, e
 
 
 @inlined
-def _pass(engine: Engine, row: int, end: float) -> int:
+def _pass(engine: EngineArrays, row: int, end: float) -> int:
     """Process all scheduled updates of a neuron before ``end``; returns as :func:`run`."""
     clock, work, spikes, first = engine.clock[0], engine.work[0], engine.spikes, engine.first
     plastic, first_plastic = engine.plastic, engine.first_plastic
@@ -162,7 +162,7 @@ def _fetch(cells: Array, row: int) -> None:
 
 
 @inlined
-def _send(engine: Engine, neuron: int, time: float) -> None:
+def _send(engine: EngineArrays, neuron: int, time: float) -> None:
     """Send a spike of a neuron to all its targets."""
     clock, slots, events = engine.clock[0], engine.event_slots, engine.events
     s, last = engine.first[neuron], engine.first[neuron + 1]
@@ -183,7 +183,7 @@ def emit(places: Array, neurons: Array, times: Array, begin: int) -> int:
     Returns:
         The number of spikes sent; fewer than all if events need more room.
     """
-    engine = opened(Engine, places)
+    engine = opened(EngineArrays, places)
     clock = engine.clock[0]
     for k in range(begin, len(neurons)):
         if clock.n_free < engine.first[neurons[k] + 1] - engine.first[neurons[k]]:
@@ -195,7 +195,7 @@ def emit(places: Array, neurons: Array, times: Array, begin: int) -> int:
 @jit
 def inject(places: Array, neurons: Array, times: Array, weights: Array, inhibitory: int, begin: int) -> int:
     """Schedule events at neurons (global ids), from number ``begin`` on; returns as :func:`emit`."""
-    engine = opened(Engine, places)
+    engine = opened(EngineArrays, places)
     clock, slots, events, row_of = engine.clock[0], engine.event_slots, engine.events, engine.row_of
     for k in range(begin, len(neurons)):
         if clock.n_free == 0:
@@ -207,7 +207,7 @@ def inject(places: Array, neurons: Array, times: Array, weights: Array, inhibito
 @jit
 def spread(places: Array) -> bool:
     """Fix the present weights of all spikes in transit; false if there is no room."""
-    engine = opened(Engine, places)
+    engine = opened(EngineArrays, places)
     clock, slots, events = engine.clock[0], engine.event_slots, engine.events
     for index in range(len(events)):
         event = events[index]
@@ -224,7 +224,7 @@ def spread(places: Array) -> bool:
 @jit
 def set_currents(places: Array, currents: Array) -> None:
     """Set constant currents (nA, by global id); neurons with the same current are not updated."""
-    engine = opened(Engine, places)
+    engine = opened(EngineArrays, places)
     cells = engine.cells
     for row in range(len(cells)):
         cell = cells[row]
@@ -234,7 +234,7 @@ def set_currents(places: Array, currents: Array) -> None:
 
 
 @jit
-def begin_anew(engine: Engine, rows: Array) -> None:
+def begin_anew(engine: EngineArrays, rows: Array) -> None:
     """Advance cells to the present time, so that their parameters can change."""
     for row in rows:
         _begin_anew(engine, row)
@@ -243,7 +243,7 @@ def begin_anew(engine: Engine, rows: Array) -> None:
 @jit
 def read(places: Array, neurons: Array, variable: int, out: Array) -> None:
     """Store a state variable of neurons (global ids): its number in ``READABLE``."""
-    engine = opened(Engine, places)
+    engine = opened(EngineArrays, places)
     now = engine.clock[0].now
     for k in range(len(neurons)):
         cell = engine.cells[engine.row_of[neurons[k]]]
@@ -256,7 +256,7 @@ def read(places: Array, neurons: Array, variable: int, out: Array) -> None:
 
 
 @jit
-def _begin_anew(engine: Engine, row: int) -> None:
+def _begin_anew(engine: EngineArrays, row: int) -> None:
     """Advance a cell to the present time and schedule a new prediction."""
     clock, cells = engine.clock[0], engine.cells
     cell = cells[row]

@@ -7,7 +7,7 @@ import numpy as np
 from nrp_brain_event.cell_types import TIME_CONSTANTS
 from nrp_brain_event.cells import with_parameters
 from nrp_brain_event.kernels import begin_anew
-from nrp_brain_event.records import FROZEN, JUMP, CellParameters, Engine
+from nrp_brain_event.records import FROZEN, JUMP, CellParameters, EngineArrays
 from nrp_brain_event.spike_timing import bring_up_to
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
@@ -15,7 +15,7 @@ from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.synapses.stdp import STDP
 
 
-def change_parameters(engine: Engine, network: Network, change: ParameterChange) -> None:
+def change_parameters(engine: EngineArrays, network: Network, change: ParameterChange) -> None:
     """Change parameters of cells.
 
     Raises:
@@ -34,7 +34,7 @@ def change_parameters(engine: Engine, network: Network, change: ParameterChange)
         _follow_time_constants(engine)
 
 
-def weights_now(engine: Engine, projection: Projection, rows: IntArray) -> FloatArray:
+def weights_now(engine: EngineArrays, projection: Projection, rows: IntArray) -> FloatArray:
     """Return the weights of a projection whose synapses are in these rows."""
     if projection.synapse_type != STDP:
         return engine.weight[rows]
@@ -42,7 +42,7 @@ def weights_now(engine: Engine, projection: Projection, rows: IntArray) -> Float
     return seen.plastic["weight"][rows] * _signs(seen, rows)
 
 
-def change_weights(engine: Engine, projection: Projection, rows: IntArray, weights: FloatArray) -> None:
+def change_weights(engine: EngineArrays, projection: Projection, rows: IntArray, weights: FloatArray) -> None:
     """Change the weights of synapses in these rows; spikes that have passed them keep the old ones."""
     if projection.synapse_type != STDP:
         engine.weight[rows] = weights
@@ -51,7 +51,7 @@ def change_weights(engine: Engine, projection: Projection, rows: IntArray, weigh
     engine.plastic["weight"][rows] = weights * _signs(engine, rows)
 
 
-def _up_to_date(engine: Engine) -> Engine:
+def _up_to_date(engine: EngineArrays) -> EngineArrays:
     """Update all plastic synapses to the present time."""
     events, plastic, now = engine.events, engine.plastic, float(engine.clock["now"][0])
     flying = np.flatnonzero(events["target"] < 0)
@@ -61,12 +61,12 @@ def _up_to_date(engine: Engine) -> Engine:
     return engine
 
 
-def _signs(engine: Engine, rows: IntArray) -> IntArray:
+def _signs(engine: EngineArrays, rows: IntArray) -> IntArray:
     signs: IntArray = engine.rules["sign"][engine.plastic["rule"][rows]]
     return signs
 
 
-def _follow_time_constants(engine: Engine) -> None:
+def _follow_time_constants(engine: EngineArrays) -> None:
     """Set the decay of the targets' synapses for short-term plasticity."""
     synapses = np.flatnonzero(engine.dynamics >= 0)
     targets = engine.target[synapses]

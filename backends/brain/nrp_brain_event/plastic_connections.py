@@ -25,7 +25,7 @@ class PlasticTables(NamedTuple):
 
     Args:
         targets: targets of the synapses of each projection; plastic ones point to their own table.
-        tables: parts of the :class:`~nrp_brain_event.records.Engine` by name.
+        tables: parts of the :class:`~nrp_brain_event.records.EngineArrays` by name.
     """
 
     targets: list[Array]

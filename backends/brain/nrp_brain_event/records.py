@@ -270,7 +270,7 @@ class Work(Record):
     """Coefficients and zeros in the search for a threshold crossing."""
 
 
-class Engine(NamedTuple):
+class EngineArrays(NamedTuple):
     """All arrays that the compiled code reads and writes.
 
     Args:

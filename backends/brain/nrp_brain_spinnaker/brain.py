@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from nrp_brain_spinnaker.device_input import DeviceInput
-from nrp_brain_spinnaker.engine import Engine
+from nrp_brain_spinnaker.engine import MachineEngine
 from nrp_brain_spinnaker.host.conversion import to_accum
 from nrp_brain_spinnaker.live import LiveNetwork
 from nrp_brain_spinnaker.loader import load
@@ -56,7 +56,7 @@ class SpinnakerBrain(Brain):
         super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
         loaded = load(network, options)
         self.warnings += loaded.warnings
-        self._engine = Engine(loaded.machine)
+        self._engine = MachineEngine(loaded.machine)
         self._live = LiveNetwork(network, loaded, options)
         self._cells, self._grid = loaded.machine.cells, loaded.grid
         simulated = [population for population in network.populations.values() if not population.is_source]

@@ -45,7 +45,7 @@ class Waiting:
         self._entries = entries
 
 
-class Engine:
+class MachineEngine:
     """A machine at a tick.
 
     Args:

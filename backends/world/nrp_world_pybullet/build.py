@@ -39,7 +39,7 @@ MASSLESS = Inertial(0.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class BodyHandle:
     """The handle of a body in PyBullet: its multi-body and its link, -1 for the base.
 
     ``axis`` is one of the three coordinates of a ball joint (0, 1, 2), else None.
@@ -63,10 +63,10 @@ class Built:
         warnings: elements for PyBullet that are not used.
     """
 
-    bodies: Mapping[str, list[tuple[Body, Place]]]
-    joints: Mapping[str, dict[str, Place]]
+    bodies: Mapping[str, list[tuple[Body, BodyHandle]]]
+    joints: Mapping[str, dict[str, BodyHandle]]
     drives: Mapping[tuple[str, str], PlanarServo]
-    visuals: Mapping[str, tuple[Place, int]]
+    visuals: Mapping[str, tuple[BodyHandle, int]]
     owners: Mapping[tuple[int, int], BodyPath]
     warnings: Findings
 
@@ -123,10 +123,10 @@ class _Builder:
     def __init__(self, scene: Scene, client: int, with_visuals: bool, physical: bool, step_s: float) -> None:
         self._scene, self._client, self._with_visuals = scene, client, with_visuals
         self._physical, self._step_s = physical, step_s
-        self._bodies: dict[str, list[tuple[Body, Place]]] = {}
-        self._joints: dict[str, dict[str, Place]] = {}
+        self._bodies: dict[str, list[tuple[Body, BodyHandle]]] = {}
+        self._joints: dict[str, dict[str, BodyHandle]] = {}
         self._drives: dict[tuple[str, str], PlanarServo] = {}
-        self._visuals: dict[str, tuple[Place, int]] = {}
+        self._visuals: dict[str, tuple[BodyHandle, int]] = {}
         self._owners: dict[tuple[int, int], BodyPath] = {}
         self._warnings = Findings()
 
@@ -138,7 +138,7 @@ class _Builder:
 
     def _add_model(self, model: Model) -> None:
         bodies = simulated_bodies(model, self._step_s, self._physical)
-        places: dict[int, Place] = {}
+        places: dict[int, BodyHandle] = {}
         for root, body in enumerate(bodies):
             if body.parent is None:
                 self._add_tree(model.name, root, bodies, places)
@@ -162,7 +162,7 @@ class _Builder:
                 model, drive, bodies, self._scene.gravity, self._physical
             )
 
-    def _add_tree(self, model: str, root: int, bodies: Sequence[Body], places: dict[int, Place]) -> None:
+    def _add_tree(self, model: str, root: int, bodies: Sequence[Body], places: dict[int, BodyHandle]) -> None:
         """Add a root and its descendants as one multi-body."""
         links: list[_Link] = []
         numbers: dict[int, int] = {}
@@ -176,10 +176,10 @@ class _Builder:
             links.extend(_Link(numbers[index], Pose(), shapes) for shapes in more)
             owners += [index] * (1 + len(more))
         multibody = self._create(links)
-        places.update({index: Place(multibody, number - 1) for index, number in numbers.items()})
+        places.update({index: BodyHandle(multibody, number - 1) for index, number in numbers.items()})
         self._owners.update({(multibody, n - 1): (model, index) for n, index in enumerate(owners)})
         for number, link in enumerate(links):
-            place = Place(multibody, number - 1)
+            place = BodyHandle(multibody, number - 1)
             self._set_dynamics(place, link)
             for shape, (path, _) in enumerate(link.shapes.visuals):
                 self._visuals[path] = place, shape
@@ -214,7 +214,7 @@ class _Builder:
         )
         return int(multibody)
 
-    def _set_dynamics(self, place: Place, link: _Link) -> None:
+    def _set_dynamics(self, place: BodyHandle, link: _Link) -> None:
         where, client = (place.multibody, place.link), self._client
         bullet.changeDynamics(*where, linearDamping=0, angularDamping=0, physicsClientId=client)
         bullet.changeDynamics(*where, maxJointVelocity=UNLIMITED_SPEED, physicsClientId=client)
@@ -227,7 +227,7 @@ class _Builder:
         if link.joint is not None and link.joint.kind != "fixed":
             self._set_joint(place, link.joint)
 
-    def _set_joint(self, place: Place, joint: Joint) -> None:
+    def _set_joint(self, place: BodyHandle, joint: Joint) -> None:
         where, client = (place.multibody, place.link), self._client
         bullet.changeDynamics(*where, jointDamping=joint.damping, physicsClientId=client)
         # a new joint has a motor that acts as friction
@@ -271,7 +271,7 @@ class _Builder:
                     physicsClientId=client,
                 )
 
-    def _feel(self, model: Model, bodies: Sequence[Body], places: Mapping[int, Place]) -> None:
+    def _feel(self, model: Model, bodies: Sequence[Body], places: Mapping[int, BodyHandle]) -> None:
         """Enable the force sensors of joints with a force-torque sensor."""
         felt = {joint for link in model.links for s in link.sensors for joint in s.measured_joints}
         for index, body in enumerate(bodies):
@@ -287,7 +287,7 @@ class _Builder:
                 bullet.setCollisionFilterPair(*pair, one, other, 0, physicsClientId=self._client)
 
 
-def _coordinates(joint: Joint, place: Place) -> Iterator[tuple[str, Place]]:
+def _coordinates(joint: Joint, place: BodyHandle) -> Iterator[tuple[str, BodyHandle]]:
     """Yield the coordinates of a joint with their handles."""
     names = joint.coordinates
     for axis, name in enumerate(names):

@@ -15,7 +15,7 @@ from nrp_core.world.rigid.motion import BodyPath, JointAim, JointStates, Touch, 
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Model, Scene
-from nrp_world_pybullet.build import Built, Place
+from nrp_world_pybullet.build import BodyHandle, Built
 from nrp_world_pybullet.firm import BulletFirmJoints
 from nrp_world_pybullet.inertia import Inertia
 from nrp_world_pybullet.library import bullet
@@ -41,7 +41,7 @@ class Tree:
 
     def __init__(
         self,
-        joints: Sequence[tuple[Joint, Place]],
+        joints: Sequence[tuple[Joint, BodyHandle]],
         model: str,
         inertia: Inertia,
         client: int,
@@ -138,7 +138,7 @@ class Control:
         self._applied: dict[JointPath, float] = {}
         self._lifts = list(self._lifts_of(scene.gravity))
 
-    def _lifts_of(self, gravity: Vector) -> Iterator[tuple[Body, Place, Wrench]]:
+    def _lifts_of(self, gravity: Vector) -> Iterator[tuple[Body, BodyHandle, Wrench]]:
         """Yield the bodies that gravity does not pull, or not in full, with the forces that hold them."""
         for body, place in (each for bodies in self._built.bodies.values() for each in bodies):
             if body.inertial is not None and body.weightless:
@@ -230,7 +230,7 @@ class Control:
         for lift in self._lifts:
             self._pull(*lift)
 
-    def _drive(self, place: Place, effort: float) -> None:
+    def _drive(self, place: BodyHandle, effort: float) -> None:
         where, mode, client = (place.multibody, place.link), bullet.TORQUE_CONTROL, self._client
         if place.axis is None:
             bullet.setJointMotorControl2(*where, mode, force=effort, physicsClientId=client)
@@ -238,7 +238,7 @@ class Control:
             torque = [effort * (axis == place.axis) for axis in range(3)]
             bullet.setJointMotorControlMultiDof(*where, mode, force=torque, physicsClientId=client)
 
-    def _pull(self, body: Body, place: Place, wrench: Wrench) -> None:
+    def _pull(self, body: Body, place: BodyHandle, wrench: Wrench) -> None:
         where, client = (place.multibody, place.link), self._client
         point, _ = Moving(place, Pose(), client).place()
         bullet.applyExternalForce(*where, wrench.force, point, bullet.WORLD_FRAME, physicsClientId=client)
@@ -281,7 +281,7 @@ class Control:
         for firm in self._firm:
             firm.forget(model)
 
-    def joint_wrench(self, body: Body, place: Place) -> Wrench:
+    def joint_wrench(self, body: Body, place: BodyHandle) -> Wrench:
         """Return the wrench of a body on its parent in the last step, at the body's origin.
 
         PyBullet reports the wrench of the joint on the body, at its centre of mass and along its inertial

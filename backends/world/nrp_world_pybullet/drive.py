@@ -8,7 +8,7 @@ from nrp_core.world.engine_kit.planar_servo import PlanarServo
 from nrp_core.world.rigid.motion import BodyVelocity
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.merged_bodies import Body
-from nrp_world_pybullet.build import BASE, Place
+from nrp_world_pybullet.build import BASE, BodyHandle
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import Moving
 
@@ -34,14 +34,14 @@ class Drive:
         servo: PlanarServo,
         body: Body,
         multibody: int,
-        wheels: Sequence[Place],
+        wheels: Sequence[BodyHandle],
         step_s: float,
         gravity: Vector,
     ) -> None:
         assert body.inertial is not None
         self._client, self._servo = client, servo
         in_engine = body.inertial.pose.inverse()  # PyBullet's base frame is the inertial frame
-        self._base = Moving(Place(multibody, BASE), in_engine, client)
+        self._base = Moving(BodyHandle(multibody, BASE), in_engine, client)
         self._multibody = multibody
         self._wheels = [wheel.link for wheel in wheels]
         self._forces = [min(wheel.limit, _STRONG) for wheel in servo.wheels]

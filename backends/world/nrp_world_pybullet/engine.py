@@ -19,7 +19,7 @@ from nrp_core.world.rigid.pose import Pose, Quaternion, Vector
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Model, Scene
-from nrp_world_pybullet.build import Built, Place, build
+from nrp_world_pybullet.build import BodyHandle, Built, build
 from nrp_world_pybullet.cameras import TinyCameras, frame_reader
 from nrp_world_pybullet.control import Control
 from nrp_world_pybullet.drive import Drive
@@ -75,10 +75,10 @@ class PybulletEngine(JointedEngine):
         self._survey(scene)
         self._bases = [motion for motion in self._motions.values() if isinstance(motion, Moving)]
 
-    def _do_motion_of(self, body: Body, place: Place, offset: Pose) -> MotionOf:
+    def _do_motion_of(self, body: Body, place: BodyHandle, offset: Pose) -> MotionOf:
         return moving(body, place, offset, self._client)
 
-    def _do_base(self, body: Body, place: Place) -> Moving:
+    def _do_base(self, body: Body, place: BodyHandle) -> Moving:
         return moving(body, place, Pose(), self._client)
 
     def _drive_of(self, path: tuple[str, str], step_s: float, gravity: Vector) -> Drive:
@@ -122,10 +122,10 @@ class PybulletEngine(JointedEngine):
     def _do_open_cameras(self, renderer: str) -> Cameras:
         return TinyCameras(self._built, self._client, self._optics)
 
-    def _do_put_joint(self, place: Place, position: float) -> None:
+    def _do_put_joint(self, place: BodyHandle, position: float) -> None:
         bullet.resetJointState(place.multibody, place.link, position, 0.0, self._client)
 
-    def _do_put_ball(self, place: Place, orientation: Quaternion) -> None:
+    def _do_put_ball(self, place: BodyHandle, orientation: Quaternion) -> None:
         still = [0.0, 0.0, 0.0]
         bullet.resetJointStateMultiDof(place.multibody, place.link, orientation, still, self._client)
 
@@ -153,7 +153,7 @@ class PybulletEngine(JointedEngine):
             bullet.resetJointStateMultiDof(place.multibody, place.link, position, velocity, client)
         self._moved(model)
 
-    def _jointed(self, model: str) -> list[Place]:
+    def _jointed(self, model: str) -> list[BodyHandle]:
         """Return the handles of the movable joints of a model."""
         return [place for place in self._built.joints[model].values() if not place.axis]
 

@@ -14,7 +14,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.world.engine_kit.firm_joints import FirmJoints, JointPath
 from nrp_core.world.engine_kit.firm_servo import FREE, POSITION, FirmJoint
-from nrp_world_pybullet.build import UNLIMITED_FORCE, Place
+from nrp_world_pybullet.build import UNLIMITED_FORCE, BodyHandle
 from nrp_world_pybullet.library import bullet
 
 LEARNT_S = 0.1
@@ -33,7 +33,7 @@ class BulletFirmJoints(FirmJoints):
     """
 
     def __init__(
-        self, joints: Mapping[JointPath, tuple[FirmJoint, Place]], client: int, step_s: float
+        self, joints: Mapping[JointPath, tuple[FirmJoint, BodyHandle]], client: int, step_s: float
     ) -> None:
         super().__init__({path: firm for path, (firm, _) in joints.items()}, step_s)
         self._client, self._multibody = client, next(place.multibody for _, place in joints.values())

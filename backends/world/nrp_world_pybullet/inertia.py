@@ -15,7 +15,7 @@ from nrp_core.world.rigid.matrices import rotation_matrix
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Inertial
-from nrp_world_pybullet.build import Place
+from nrp_world_pybullet.build import BodyHandle
 from nrp_world_pybullet.library import bullet
 from nrp_world_pybullet.motion import moving
 
@@ -31,7 +31,7 @@ class Inertia:
         client: the physics client.
     """
 
-    def __init__(self, bodies: Sequence[tuple[Body, Place]], multibody: int, client: int) -> None:
+    def __init__(self, bodies: Sequence[tuple[Body, BodyHandle]], multibody: int, client: int) -> None:
         self._multibody, self._client = multibody, client
         own = [(n, body, place) for n, (body, place) in enumerate(bodies) if place.multibody == multibody]
         own.sort(key=lambda each: each[2].link)
@@ -69,7 +69,10 @@ class _Moving:
     """
 
     def __init__(
-        self, bodies: Sequence[tuple[Body, Place]], own: Sequence[tuple[int, Body, Place]], client: int
+        self,
+        bodies: Sequence[tuple[Body, BodyHandle]],
+        own: Sequence[tuple[int, Body, BodyHandle]],
+        client: int,
     ) -> None:
         heavy = [(number, body, place) for number, body, place in own if not body.fixed]
         self._frames = [moving(body, place, Pose(), client).place for _, body, place in heavy]
@@ -113,7 +116,7 @@ def _ways(body: Body) -> list[tuple[tuple[float, ...], bool]]:
     return [(body.joint.axis, body.joint.kind == "prismatic") for _ in body.joint.coordinates]
 
 
-def _above(bodies: Sequence[tuple[Body, Place]], number: int) -> list[int]:
+def _above(bodies: Sequence[tuple[Body, BodyHandle]], number: int) -> list[int]:
     """Return the numbers of a body and of all its ancestors."""
     chain = [number]
     while (parent := bodies[chain[-1]][0].parent) is not None:

@@ -10,13 +10,13 @@ import numpy as np
 from nrp_core.world.rigid.motion import JointStates, ModelMotion
 from nrp_core.world.rigid.pose import Pose, Quaternion, Vector, rotation_vector
 from nrp_core.world.scene.merged_bodies import Body
-from nrp_world_pybullet.build import BASE, Place
+from nrp_world_pybullet.build import BASE, BodyHandle
 from nrp_world_pybullet.library import bullet
 
 PlaceOf = Callable[[], tuple[Vector, Quaternion]]
 
 
-def moving(body: Body, place: Place, held: Pose, client: int) -> Moving:
+def moving(body: Body, place: BodyHandle, held: Pose, client: int) -> Moving:
     """Return a frame fixed to a moving body.
 
     Args:
@@ -29,7 +29,7 @@ def moving(body: Body, place: Place, held: Pose, client: int) -> Moving:
     return Moving(place, body.inertial.pose.inverse() @ held, client)
 
 
-def place_of(body: Body, place: Place, held: Pose, client: int) -> PlaceOf:
+def place_of(body: Body, place: BodyHandle, held: Pose, client: int) -> PlaceOf:
     """Return the reader of the pose of a frame fixed to a body, moving or not; as :func:`moving`."""
     if not body.fixed:
         return moving(body, place, held, client).place
@@ -46,7 +46,7 @@ class Moving:
         client: the physics client.
     """
 
-    def __init__(self, place: Place, offset: Pose, client: int) -> None:
+    def __init__(self, place: BodyHandle, offset: Pose, client: int) -> None:
         self._place, self._offset, self._client = place, offset, client
         self._back = offset.inverse()
 
@@ -102,7 +102,7 @@ class JointReader:
         client: the physics client.
     """
 
-    def __init__(self, joints: Mapping[str, Place], driven: Collection[str], client: int) -> None:
+    def __init__(self, joints: Mapping[str, BodyHandle], driven: Collection[str], client: int) -> None:
         self._names, self._places, self._client = tuple(joints), tuple(joints.values()), client
         self._driven = np.array([float(name in driven) for name in joints])
 

@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Iterator, Sequence
 
 from nrp_bibi.diagram.rows import CODE_WIDTH, Device, Row, Topic
-from nrp_bibi.generation.part import Part
+from nrp_bibi.generation.part import CodePart
 from nrp_bibi.model.functions import PythonTransferFunction
 from nrp_core.analysis.declarations import Declarations
 from nrp_core.analysis.declared import Declared
@@ -22,7 +22,7 @@ _CODE_LINES = 12
 _POPULATION = re.compile(r"""\bbrain\.(?:group\[['"](.+?)['"]\]|(\w+))""")
 
 
-def rows_of_python(found: Sequence[tuple[PythonTransferFunction, Part]]) -> Iterator[Row]:
+def rows_of_python(found: Sequence[tuple[PythonTransferFunction, CodePart]]) -> Iterator[Row]:
     """Yield the rows of pieces of Python; for a piece that is not valid Python, only its text.
 
     Args:
@@ -40,7 +40,7 @@ def rows_of_python(found: Sequence[tuple[PythonTransferFunction, Part]]) -> Iter
         )
 
 
-def _source(part: Part) -> PythonSource | None:
+def _source(part: CodePart) -> PythonSource | None:
     try:
         return part.source()
     except TransferFunctionError:

@@ -11,7 +11,7 @@ from nrp_core.errors import TransferFunctionError
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class CodePart:
     """Generated or written code.
 
     Args:

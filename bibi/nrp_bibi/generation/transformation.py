@@ -10,7 +10,7 @@ from typing import Any
 from nrp_bibi.generation.checks import Checker
 from nrp_bibi.generation.expressions import as_python
 from nrp_bibi.generation.imports import imports
-from nrp_bibi.generation.part import Part
+from nrp_bibi.generation.part import CodePart
 from nrp_bibi.generation.selectors import selection
 from nrp_bibi.generation.settings import settings, timing
 from nrp_bibi.generation.walk import bodies, channels
@@ -46,7 +46,7 @@ def generate(model: Bibi, path: Path, *, with_imports: bool = True) -> str:
     return "\n\n\n".join(part.text for part in (parts if with_imports else parts[1:])) + "\n"
 
 
-def transformed(model: Bibi, path: Path) -> list[Part]:
+def transformed(model: Bibi, path: Path) -> list[CodePart]:
     """Return the imports of a model and the Python of each transfer function, in order.
 
     Raises:
@@ -68,10 +68,10 @@ class Transformation:
         self._checker = Checker(path)
         self._checker.check(model)
 
-    def parts(self) -> Iterator[Part]:
+    def parts(self) -> Iterator[CodePart]:
         """Yield the parts of the code, in the order of the model."""
         needed = imports(self._model)
-        yield Part("\n".join(needed), self._path, tuple(needed.values()))
+        yield CodePart("\n".join(needed), self._path, tuple(needed.values()))
         for function in self._model.transfer_function:
             if isinstance(function, BIBITransferFunction):
                 yield self._blocks(function)
@@ -80,7 +80,7 @@ class Transformation:
 
     # -- building blocks
 
-    def _blocks(self, function: BIBITransferFunction) -> Part:
+    def _blocks(self, function: BIBITransferFunction) -> CodePart:
         template = environment().get_template("transfer_function.py.j2")
         text = template.render(
             **self._channels(function),
@@ -114,7 +114,7 @@ class Transformation:
 
     # -- Python
 
-    def _python(self, function: PythonTransferFunction) -> Part:
+    def _python(self, function: PythonTransferFunction) -> CodePart:
         if function.src is None:
             path, code, first = self._path, function.code, function.code_line
         else:
@@ -122,7 +122,7 @@ class Transformation:
             code = self._read(function, path)
         lines = [*range(first, first + code.count("\n") + 1)]
         settled = _settled(function, _declared(code), function.priority)
-        return Part(code + settled, path, (*lines, *[first] * settled.count("\n")))
+        return CodePart(code + settled, path, (*lines, *[first] * settled.count("\n")))
 
     def _read(self, function: PythonTransferFunction, path: Path) -> str:
         text = decoded_python(path.read_bytes())
@@ -140,7 +140,7 @@ class Transformation:
         raise self._checker.refuse(function, f"no file '{name}' in {self._path.parent}{hint}")
 
 
-def _marked(text: str, path: Path, first: int) -> Part:
+def _marked(text: str, path: Path, first: int) -> CodePart:
     """Break the lines that are too long; keep the source line of each."""
     written: list[str] = []
     lines: list[int] = []
@@ -149,7 +149,7 @@ def _marked(text: str, path: Path, first: int) -> Part:
         broken = laid_out(code).split("\n")
         written += broken
         lines += [int(mark or first)] * len(broken)
-    return Part("\n".join(written), path, tuple(lines))
+    return CodePart("\n".join(written), path, tuple(lines))
 
 
 def _settled(function: TransferFunction, names: list[str], priority: int = 0) -> str:

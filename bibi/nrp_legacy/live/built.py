@@ -19,7 +19,7 @@ from nrp_core.errors import LifecycleError
 from nrp_core.experiment.running.run import Run
 
 
-class Built:
+class BuiltBrain:
     """The variables of a brain file, and the running counterparts of their contents.
 
     Attributes:
@@ -46,11 +46,11 @@ class Built:
         self._parameters: dict[str, FloatArray] = {}
         self._recorders: list[SpikeRecorderPort] = []
 
-    def __reduce__(self) -> tuple[type[Built], tuple[()]]:
+    def __reduce__(self) -> tuple[type[BuiltBrain], tuple[()]]:
         """Return the pickled form, which is empty because other processes have no code of it."""
-        return Built, ()
+        return BuiltBrain, ()
 
-    def __deepcopy__(self, memo: object) -> Built:
+    def __deepcopy__(self, memo: object) -> BuiltBrain:
         """Return the same object, because there is only one run."""
         return self
 
@@ -140,8 +140,8 @@ class Built:
         return Spikes(spikes.neurons[chosen], spikes.times_ms[chosen])
 
 
-def built_of(network: Network) -> Built:
+def built_of(network: Network) -> BuiltBrain:
     """Return the objects of a brain file for a network; without any if there is only the network."""
-    built = getattr(network, "built", None) or Built()
+    built = getattr(network, "built", None) or BuiltBrain()
     built.network = network
     return built

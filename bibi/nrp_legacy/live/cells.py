@@ -11,7 +11,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.dsl.selection.selection import Selection
 from nrp_core.dsl.selection.selectors import Selector
 from nrp_core.errors import NetworkError, did_you_mean
-from nrp_legacy.live.built import Built
+from nrp_legacy.live.built import BuiltBrain
 
 _OWN = frozenset({"_find", "_text", "_built", "_ids"})
 
@@ -27,7 +27,7 @@ class Cells(Selector):
 
     __slots__ = ("_built", "_ids")
 
-    def __init__(self, built: Built, text: str, ids: IntArray) -> None:
+    def __init__(self, built: BuiltBrain, text: str, ids: IntArray) -> None:
         super().__init__(lambda root: Selection(ids, text, root._network), text)
         self._built, self._ids = built, ids
 

@@ -13,7 +13,7 @@ from pyNN.common import Projection as AnyProjection
 
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.pynn.populations import ids_of
-from nrp_legacy.live.built import Built
+from nrp_legacy.live.built import BuiltBrain
 from nrp_legacy.live.cells import Cells
 from nrp_legacy.live.synapses import Synapses
 
@@ -36,7 +36,7 @@ class Contents:
         nodes: returns the nodes of NEST in a value.
     """
 
-    def __init__(self, built: Built, nodes: IdsOf) -> None:
+    def __init__(self, built: BuiltBrain, nodes: IdsOf) -> None:
         self._built, self._nodes = built, nodes
         self._seen: dict[int, Any] = {}
 

@@ -9,7 +9,7 @@ import numpy as np
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.data import Projection
 from nrp_core.errors import CapabilityError
-from nrp_legacy.live.built import Built
+from nrp_legacy.live.built import BuiltBrain
 
 
 class Synapses:
@@ -20,7 +20,7 @@ class Synapses:
         label: the label of the projection.
     """
 
-    def __init__(self, built: Built, label: str) -> None:
+    def __init__(self, built: BuiltBrain, label: str) -> None:
         self._built, self.label = built, label
 
     def __len__(self) -> int:

@@ -17,7 +17,7 @@ from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.errors import NetworkError
 from nrp_core.experiment.running.run import Run
-from nrp_legacy.live.built import Built
+from nrp_legacy.live.built import BuiltBrain
 from nrp_legacy.nest.kernel import Block, Group, Kernel
 from nrp_legacy.nest.models import CELLS, SPIKE_RECORDERS, SPIKES, SynapseModel
 from nrp_legacy.nest.network import Conversion
@@ -37,7 +37,7 @@ class RunningKernel(Kernel):
         built: the objects of the brain file.
     """
 
-    def __init__(self, seed: int, built: Built) -> None:
+    def __init__(self, seed: int, built: BuiltBrain) -> None:
         super().__init__(seed)
         self._built = built
         self._now: Conversion | None = None
@@ -145,7 +145,7 @@ class RunningKernel(Kernel):
         return {"n_events": len(spikes), "events": {"senders": senders, "times": spikes.times_ms}}
 
 
-def _describe(built: Built, kernel: Kernel) -> list[str]:
+def _describe(built: BuiltBrain, kernel: Kernel) -> list[str]:
     """Replace nodes and synapses by those of a brain; return the labels of the corresponding projections."""
     groups: dict[str, Group] = {}
     network = built.network
@@ -171,7 +171,7 @@ def _describe(built: Built, kernel: Kernel) -> list[str]:
     return labels
 
 
-def _columns(base: str, built: Built, ids: IntArray) -> dict[str, list[Any]]:
+def _columns(base: str, built: BuiltBrain, ids: IntArray) -> dict[str, list[Any]]:
     """Return the parameters of neurons in the names and units of NEST."""
     if base not in CELLS:
         return {}

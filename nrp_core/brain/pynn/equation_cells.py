@@ -12,7 +12,7 @@ import numpy as np
 
 from nrp_core.brain.network.cells.cell_type import CellType
 from nrp_core.brain.network.equations.cell import CellEquations
-from nrp_core.brain.network.equations.expressions import Place
+from nrp_core.brain.network.equations.expressions import TextOrigin
 from nrp_core.brain.network.equations.model import CELL_TYPE, INPUT
 from nrp_core.brain.network.equations.units import Unit, quantity
 from nrp_core.brain.network.parameters import Parameter
@@ -118,7 +118,7 @@ def _bound(kind: CellType, cell: CellEquations) -> type:
 
 def _quantity(where: str, name: str, value: Any) -> tuple[float, Unit]:
     """Return a number and its unit, from a text or a plain number."""
-    place = Place(where, f"{name}: {value}")
+    place = TextOrigin(where, f"{name}: {value}")
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (str, int, float, np.number)):
         place.refuse(
             "its default is a number with a unit, e.g. '20 ms'; values of each cell go to the cell type"
@@ -138,5 +138,5 @@ def _initial(cell: CellEquations, name: str, value: Any) -> Parameter:
     unit = cell.model.variables[name].unit
     number, given = _quantity("initial", name, value)
     if given.dimension != unit.dimension and number != 0.0:
-        Place("initial", f"{name}: {value}").refuse(f"'{name}' is in {unit.text}")
+        TextOrigin("initial", f"{name}: {value}").refuse(f"'{name}' is in {unit.text}")
     return Parameter(number * given.scale / unit.scale, unit.text)

@@ -6,7 +6,7 @@ from typing import Any
 
 from nrp_core.comparison.divergence import Divergence
 from nrp_core.comparison.engines.verdict import EngineVerdict
-from nrp_core.comparison.judgement import Contrast, Judgement, Part
+from nrp_core.comparison.judgement import Contrast, JudgedPart, Judgement
 from nrp_core.comparison.report import words
 from nrp_core.comparison.result import GridDiff, PairDiff
 from nrp_core.recording.reading.steps import Difference
@@ -95,7 +95,7 @@ def _judgement(judged: Judgement) -> dict[str, Any]:
     }
 
 
-def _part(part: Part) -> dict[str, Any]:
+def _part(part: JudgedPart) -> dict[str, Any]:
     return {
         "answer": part.answer,
         "margin": part.margin,

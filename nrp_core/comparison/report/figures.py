@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.comparison.grid import GridCell, RunGrid
-from nrp_core.comparison.judgement import Answer, Contrast, Factor, Judgement, Part, Relation
+from nrp_core.comparison.judgement import Answer, Contrast, Factor, JudgedPart, Judgement, Relation
 from nrp_core.comparison.result import GridDiff, PairDiff
 from nrp_core.comparison.signals import RunSignals
 from nrp_core.recording.figures.style import BAD, FAINT, GOOD, INK, colour, style
@@ -99,22 +99,22 @@ def strips(diff: GridDiff) -> Figure | None:
     return figure
 
 
-def _most_telling(parts: Sequence[Part], most: int) -> list[Part]:
+def _most_telling(parts: Sequence[JudgedPart], most: int) -> list[JudgedPart]:
     """Return the parts with the largest differences, in margins, in their own order."""
     found = sorted(parts, key=lambda part: -_size(part))[:most]
     return [part for part in parts if part in found]
 
 
-def _size(part: Part) -> float:
+def _size(part: JudgedPart) -> float:
     largest = part.largest
     return 0.0 if largest is None else abs(largest.estimate.mean) / (part.margin or 1.0)
 
 
-def _varied(part: Part) -> bool:
+def _varied(part: JudgedPart) -> bool:
     return len({value for cell in part.cells for value in cell.values}) > 1
 
 
-def _strip(axes: Axes, grid: RunGrid, judged: Judgement, part: Part) -> None:
+def _strip(axes: Axes, grid: RunGrid, judged: Judgement, part: JudgedPart) -> None:
     metric, everything = judged.metric, [value for cell in part.cells for value in cell.values]
     middle = float(np.mean(everything)) if everything else 0.0
     axes.axvspan(middle - part.margin, middle + part.margin, color="#ececec", linewidth=0)
@@ -179,7 +179,7 @@ def forest(judgements: Sequence[Judgement]) -> Figure | None:
     return figure
 
 
-def _shown(part: Part) -> list[Contrast]:
+def _shown(part: JudgedPart) -> list[Contrast]:
     """Return the largest contrast of each factor."""
     found = []
     for factor in (Factor.BRAIN, Factor.WORLD):
@@ -189,7 +189,7 @@ def _shown(part: Part) -> list[Contrast]:
     return found
 
 
-def _effect(axes: Axes, row: int, part: Part, one: Contrast) -> None:
+def _effect(axes: Axes, row: int, part: JudgedPart, one: Contrast) -> None:
     shade = _COLOURS[one.relation(part.margin)]
     low, high = (np.clip(end / part.margin, -_BEYOND, _BEYOND) for end in one.estimate.interval)
     middle = np.clip(one.estimate.mean / part.margin, -_BEYOND, _BEYOND)

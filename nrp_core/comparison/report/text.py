@@ -12,7 +12,7 @@ from rich.text import Text
 
 from nrp_core.comparison.divergence import Divergence
 from nrp_core.comparison.engines.verdict import EngineVerdict
-from nrp_core.comparison.judgement import Answer, Judgement, Part
+from nrp_core.comparison.judgement import Answer, JudgedPart, Judgement
 from nrp_core.comparison.report import words
 from nrp_core.comparison.result import GridDiff, Measured, PairDiff
 
@@ -113,7 +113,7 @@ def _apart(row: Measured) -> tuple[bool, float]:
     return is_neuron, -abs(row.one - row.other) / max(abs(row.one), abs(row.other))
 
 
-def _weight(part: Part) -> tuple[int, float]:
+def _weight(part: JudgedPart) -> tuple[int, float]:
     """Return the sort key of a part: dependent ones first, large effects first."""
     rank = 0 if part.answer.is_dependent else {Answer.OPEN: 1, Answer.NONE: 3}.get(part.answer, 2)
     found = part.largest

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from nrp_core.comparison.judgement import Answer, Contrast, Factor, Part
+from nrp_core.comparison.judgement import Answer, Contrast, Factor, JudgedPart
 from nrp_core.comparison.metrics.base import DistanceMetric, Metric
 from nrp_core.comparison.result import GridDiff
 
@@ -52,7 +52,7 @@ def advice(diff: GridDiff) -> str | None:
     )
 
 
-def _lacks_spread(part: Part) -> bool:
+def _lacks_spread(part: JudgedPart) -> bool:
     """Whether a part depends on a backend only because the seeds have no spread."""
     return part.answer.is_dependent and part.in_sd and part.is_flat
 
@@ -64,7 +64,7 @@ def number(value: float | None, unit: str = "") -> str:
     return f"{value:.3g} {unit}".strip()
 
 
-def _effect(contrast: Contrast, part: Part, metric: Metric) -> str:
+def _effect(contrast: Contrast, part: JudgedPart, metric: Metric) -> str:
     """Describe a contrast: the backends, the estimate, its 90 % interval, its size in seed spreads."""
     low, high = contrast.estimate.interval
     more = "farther apart than seeds are" if isinstance(metric, DistanceMetric) else ""
@@ -75,14 +75,14 @@ def _effect(contrast: Contrast, part: Part, metric: Metric) -> str:
     return f"{who}: {size}, {_in_sd(contrast, part)}"
 
 
-def _in_sd(contrast: Contrast, part: Part) -> str:
+def _in_sd(contrast: Contrast, part: JudgedPart) -> str:
     if part.is_flat and contrast.estimate.mean:
         return "seeds have no effect"
     amount = abs(contrast.effect_sd)
     return f"more than {_MANY} SD of the seeds" if amount > _MANY else f"{amount:.2g} SD of the seeds"
 
 
-def largest(part: Part, metric: Metric) -> str:
+def largest(part: JudgedPart, metric: Metric) -> str:
     """Describe the largest difference in a part."""
     found = part.largest
     return "too few seeds have a value on all backends" if found is None else _effect(found, part, metric)

@@ -211,7 +211,7 @@ class Grid(NamedTuple):
         targets: uint16, all synapses.
         weights: float32, weights of the synapses that have their own.
         short_term: ``ShortTerm``.
-        plastic, first_plastic, rules: as in :class:`~nrp_brain_event.records.Engine`.
+        plastic, first_plastic, rules: as in :class:`~nrp_brain_event.records.EngineArrays`.
         plastic_rows: row in ``plastic`` of each plastic synapse, in the order of ``targets``.
         memories: ``Memory``, one a row; none without plastic synapses.
         remembered: ``Event``, the stored spikes.

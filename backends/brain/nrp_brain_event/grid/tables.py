@@ -30,7 +30,7 @@ _SPAN: Final = 1 << 16
 
 
 @dataclass(frozen=True)
-class Part:
+class ProjectionPart:
     """The synapses of a projection onto one span of rows.
 
     Args:
@@ -99,7 +99,7 @@ def load_tables(
         NetworkError: a delay between neurons is too short, or a parameter of plasticity is missing.
     """
     delay_range(network)
-    groups: dict[tuple[object, ...], list[Part]] = {}
+    groups: dict[tuple[object, ...], list[ProjectionPart]] = {}
     plastic_rows = places_of_plastic(network, row_of)
     for projection in network.projections:
         if projection.size and projection.label not in without:
@@ -155,7 +155,7 @@ def places_of_plastic(network: Network, row_of: IntArray) -> dict[str, IntArray]
 def _parts(
     network: Network, projection: Projection, cells: Array, row_of: IntArray, grid: TimeGrid,
     plastic_rows: Mapping[str, IntArray],
-) -> Iterator[Part]:  # fmt: skip
+) -> Iterator[ProjectionPart]:  # fmt: skip
     post_first = int(row_of[network.offsets[projection.post]])
     targets = cells[post_first : post_first + network.populations[projection.post].size]
     line = line_of(targets[0], int(projection.receptor == "inhibitory"))
@@ -172,7 +172,7 @@ def _parts(
     pre_first = network.offsets[projection.pre]
     spans = range(post_first // _SPAN, (post_first + len(targets) - 1) // _SPAN + 1)
     for span in spans:
-        part = Part(projection, pre_first, post_first, line, span, weight, dynamic, dynamics)
+        part = ProjectionPart(projection, pre_first, post_first, line, span, weight, dynamic, dynamics)
         if dynamics is not None and len(spans) > 1:
             low, high = part.bounds
             inside = (projection.post_index >= low) & (projection.post_index < high)
@@ -194,7 +194,7 @@ def common(values: FloatArray) -> float | None:
     return float(kept[0]) if (kept == kept[0]).all() else None
 
 
-def _count(network: Network, parts: list[Part]) -> IntArray:
+def _count(network: Network, parts: list[ProjectionPart]) -> IntArray:
     """Return the number of synapses of a table from each neuron."""
     n = np.zeros(network.size, np.int64)
     for part in parts:
@@ -203,7 +203,9 @@ def _count(network: Network, parts: list[Part]) -> IntArray:
     return n
 
 
-def _fill(parts: list[Part], first: IntArray, targets: Array, weights: Array, grid: TimeGrid) -> Segments:
+def _fill(
+    parts: list[ProjectionPart], first: IntArray, targets: Array, weights: Array, grid: TimeGrid
+) -> Segments:
     """Write the synapses of a table; ``first`` is the index of each neuron's first synapse."""
     at = first[:-1].copy()
     for part in parts:
@@ -233,7 +235,7 @@ def _steps(delays_ms: FloatArray, grid: TimeGrid) -> Array:
     return grid.delays(np.array(distinct(delays_ms)))
 
 
-def _place_values(values: list[Array], parts: list[Part], first: IntArray, out: Array) -> None:
+def _place_values(values: list[Array], parts: list[ProjectionPart], first: IntArray, out: Array) -> None:
     at = first[:-1].copy()
     for part, given in zip(parts, values, strict=True):
         each, begin = distinct(given), 0

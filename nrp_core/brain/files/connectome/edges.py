@@ -23,7 +23,7 @@ TRANSMITTER: Final = ("nt_type", "nt", "neurotransmitter", "transmitter", "predi
 
 
 @dataclass(frozen=True)
-class Part:
+class EdgeChunk:
     """Some edges: ids of both cells and signed number of synapses, shape ``(n,)``."""
 
     pre: IntArray
@@ -31,7 +31,7 @@ class Part:
     weight: FloatArray
 
 
-def read_edges(path: Path) -> Iterator[Part]:
+def read_edges(path: Path) -> Iterator[EdgeChunk]:
     """Yield the edges of a table, some at a time.
 
     Raises:
@@ -47,7 +47,7 @@ def read_edges(path: Path) -> Iterator[Part]:
         values = _weights(path, weight, rows[weight])
         if transmitter:
             values = _unsigned(path, weight, values) * _signs(path, transmitter, rows[transmitter])
-        yield Part(whole_numbers(path, pre, rows[pre]), whole_numbers(path, post, rows[post]), values)
+        yield EdgeChunk(whole_numbers(path, pre, rows[pre]), whole_numbers(path, post, rows[post]), values)
 
 
 def _weights(path: Path, column: str, values: Any) -> FloatArray:

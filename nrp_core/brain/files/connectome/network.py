@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
-from nrp_core.brain.files.connectome.edges import Part, read_edges
+from nrp_core.brain.files.connectome.edges import EdgeChunk, read_edges
 from nrp_core.brain.files.connectome.neurons import Neurons, read_neurons
 from nrp_core.brain.files.connectome.tables import checksum
 from nrp_core.brain.network.cells.types import CELLS
@@ -103,7 +103,7 @@ def _ids_of(path: Path) -> IntArray:
     return ids
 
 
-def _placed(part: Part, ids: IntArray, order: IntArray) -> tuple[IntArray, IntArray, FloatArray]:
+def _placed(part: EdgeChunk, ids: IntArray, order: IntArray) -> tuple[IntArray, IntArray, FloatArray]:
     """Return places of the source and target, and weight, of the edges between known neurons."""
     ranked = ids[order]
     places = []

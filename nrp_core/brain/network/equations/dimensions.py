@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Final
 
-from nrp_core.brain.network.equations.expressions import Place
+from nrp_core.brain.network.equations.expressions import TextOrigin
 from nrp_core.brain.network.equations.units import NONE, Dimension, described, times
 
 TRUTH: Final[Dimension] = (Fraction(1),)
@@ -18,7 +18,7 @@ _SAME: Final = frozenset({"abs", "floor", "ceil", "clip", "min", "max"})
 """Functions whose value has the unit of their arguments."""
 
 
-def dimension_of(node: ast.expr, names: Mapping[str, Dimension], place: Place) -> Dimension:
+def dimension_of(node: ast.expr, names: Mapping[str, Dimension], place: TextOrigin) -> Dimension:
     """Return the dimension of an expression.
 
     Args:
@@ -54,7 +54,7 @@ def dimension_of(node: ast.expr, names: Mapping[str, Dimension], place: Place) -
 
 
 def require_dimension(
-    node: ast.expr, names: Mapping[str, Dimension], place: Place, expected: Dimension, what: str
+    node: ast.expr, names: Mapping[str, Dimension], place: TextOrigin, expected: Dimension, what: str
 ) -> None:
     """Refuse an expression that does not have a dimension.
 
@@ -79,18 +79,18 @@ def _is(of: Dimension) -> str:
     return "is a number without a unit" if of in (NONE, ANY) else f"is in {described(of)}"
 
 
-def _number(node: ast.expr, names: Mapping[str, Dimension], place: Place) -> Dimension:
+def _number(node: ast.expr, names: Mapping[str, Dimension], place: TextOrigin) -> Dimension:
     found = dimension_of(node, names, place)
     if found == TRUTH:
         place.refuse(f"'{ast.unparse(node)}' is a condition; as a number, 1 or 0, it is int(...)")
     return found
 
 
-def _require_truth(node: ast.expr, names: Mapping[str, Dimension], place: Place) -> None:
+def _require_truth(node: ast.expr, names: Mapping[str, Dimension], place: TextOrigin) -> None:
     require_dimension(node, names, place, TRUTH, "a part of a condition")
 
 
-def _alike(nodes: list[ast.expr], names: Mapping[str, Dimension], place: Place, verb: str) -> Dimension:
+def _alike(nodes: list[ast.expr], names: Mapping[str, Dimension], place: TextOrigin, verb: str) -> Dimension:
     """Return the dimension that expressions share."""
     found = [(node, _number(node, names, place)) for node in nodes]
     known = [(node, of) for node, of in found if of != ANY]
@@ -104,7 +104,7 @@ def _alike(nodes: list[ast.expr], names: Mapping[str, Dimension], place: Place, 
     return known[0][1] if known else ANY
 
 
-def _of_operation(node: ast.BinOp, names: Mapping[str, Dimension], place: Place) -> Dimension:
+def _of_operation(node: ast.BinOp, names: Mapping[str, Dimension], place: TextOrigin) -> Dimension:
     if isinstance(node.op, (ast.Add, ast.Sub, ast.Mod)):
         verb = {ast.Add: "adds", ast.Sub: "subtracts", ast.Mod: "divides"}[type(node.op)]
         return _alike([node.left, node.right], names, place, verb)
@@ -117,7 +117,7 @@ def _of_operation(node: ast.BinOp, names: Mapping[str, Dimension], place: Place)
     return times(base, second, 1 if isinstance(node.op, ast.Mult) else -1)
 
 
-def _power(base: Dimension, node: ast.BinOp, names: Mapping[str, Dimension], place: Place) -> Dimension:
+def _power(base: Dimension, node: ast.BinOp, names: Mapping[str, Dimension], place: TextOrigin) -> Dimension:
     require_dimension(node.right, names, place, NONE, "an exponent")
     if base in (NONE, ANY):
         return base
@@ -130,7 +130,7 @@ def _power(base: Dimension, node: ast.BinOp, names: Mapping[str, Dimension], pla
 
 
 def _of_function(
-    name: str, arguments: list[ast.expr], names: Mapping[str, Dimension], place: Place
+    name: str, arguments: list[ast.expr], names: Mapping[str, Dimension], place: TextOrigin
 ) -> Dimension:
     if name == "int":
         dimension_of(arguments[0], names, place)

@@ -33,7 +33,7 @@ _ALLOWED: Final = (
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class TextOrigin:
     """Where a text was written.
 
     Args:
@@ -56,14 +56,14 @@ class Place:
         raise NetworkError(f"EquationCell: {self.where}{line}, '{' '.join(self.text.split())}': {problem}")
 
 
-def require_ascii(place: Place) -> None:
+def require_ascii(place: TextOrigin) -> None:
     """Refuse letters of other alphabets, which look alike."""
     for letter in place.text:
         if not letter.isascii():
             place.refuse(f"{letter!r} is not an ASCII character; names are written as in tau or alpha_1")
 
 
-def parsed(text: str, place: Place) -> ast.expr:
+def parsed(text: str, place: TextOrigin) -> ast.expr:
     """Return an expression.
 
     Raises:
@@ -90,7 +90,7 @@ def names_in(node: ast.expr) -> Iterator[str]:
             yield part.id
 
 
-def require_known(node: ast.expr, known: Mapping[str, object], place: Place) -> None:
+def require_known(node: ast.expr, known: Mapping[str, object], place: TextOrigin) -> None:
     """Refuse an expression with an unknown name.
 
     Args:
@@ -144,7 +144,7 @@ def resolved(node: ast.expr, own: Container[str]) -> ast.expr:
     return found
 
 
-def _require_allowed(node: ast.AST, place: Place) -> None:
+def _require_allowed(node: ast.AST, place: TextOrigin) -> None:
     if isinstance(node, ast.BitXor):
         place.refuse("a power is written with **")
     if isinstance(node, ast.Attribute):
@@ -159,7 +159,7 @@ def _require_allowed(node: ast.AST, place: Place) -> None:
         place.refuse(f"'{type(node).__name__}' has no meaning in an equation")
 
 
-def _require_function(call: ast.Call, place: Place) -> None:
+def _require_function(call: ast.Call, place: TextOrigin) -> None:
     if not isinstance(call.func, ast.Name):
         place.refuse(f"'{ast.unparse(call.func)}' is not a function; there are {', '.join(FUNCTIONS)}")
     name = call.func.id

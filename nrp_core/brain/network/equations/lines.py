@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import Final
 
-from nrp_core.brain.network.equations.expressions import Place, require_ascii
+from nrp_core.brain.network.equations.expressions import TextOrigin, require_ascii
 from nrp_core.brain.network.equations.units import Unit, unit_of
 
 _DERIVATIVE: Final = re.compile(r"d\s*(\w+)\s*/\s*dt\s*=\s*(.*)", re.DOTALL)
@@ -33,7 +33,7 @@ class Line:
 
     name: str
     unit: Unit
-    place: Place
+    place: TextOrigin
     expression: str | None = None
     is_derivative: bool = False
     held: bool = False
@@ -52,23 +52,23 @@ def lines_of(text: str) -> list[Line]:
         if not row.strip():
             continue
         if pending and _BEGINS.match(row):
-            _refuse_without_unit(Place("equations", pending, begun))
+            _refuse_without_unit(TextOrigin("equations", pending, begun))
         begun = begun if pending else number
         pending = f"{pending} {row.strip()}".strip()
         if ":" in pending:
-            found.append(_line(pending, Place("equations", pending, begun)))
+            found.append(_line(pending, TextOrigin("equations", pending, begun)))
             pending = ""
     if pending:
-        _refuse_without_unit(Place("equations", pending, begun))
+        _refuse_without_unit(TextOrigin("equations", pending, begun))
     return found
 
 
-def _refuse_without_unit(place: Place) -> None:
+def _refuse_without_unit(place: TextOrigin) -> None:
     require_ascii(place)
     place.refuse("its unit is missing at the end, e.g. ': mV', or ': 1' for a number without a unit")
 
 
-def _line(text: str, place: Place) -> Line:
+def _line(text: str, place: TextOrigin) -> Line:
     require_ascii(place)
     left, _, right = text.partition(":")
     left = left.strip()
@@ -83,7 +83,7 @@ def _line(text: str, place: Place) -> Line:
     return Line(name, unit, place, expression, derivative is not None, _HELD in flags)
 
 
-def _unit(text: str, place: Place, *, is_derivative: bool) -> tuple[Unit, list[str]]:
+def _unit(text: str, place: TextOrigin, *, is_derivative: bool) -> tuple[Unit, list[str]]:
     match = _UNIT.fullmatch(text.strip())
     if match is None:
         place.refuse(f"'{text.strip()}' is not a unit, and flags in parentheses")

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
-from nrp_core.brain.network.equations.expressions import Place
+from nrp_core.brain.network.equations.expressions import TextOrigin
 from nrp_core.brain.network.equations.units import SIEMENS, Unit
 
 CELL_TYPE: Final = "EquationCell"
@@ -35,7 +35,7 @@ class Variable:
     unit: Unit
     rate: ast.expr
     held: bool
-    place: Place
+    place: TextOrigin
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from nrp_core.brain.network.equations.expressions import (
     RESERVED,
     TIME,
     WEIGHT,
-    Place,
+    TextOrigin,
     names_in,
     parsed,
     require_ascii,
@@ -78,11 +78,15 @@ def read(texts: Texts) -> Model:
         if line.is_derivative
     }
     if not variables:
-        Place("equations", texts.equations).refuse("there is no state variable, e.g. 'dv/dt = -v/tau : mV'")
+        TextOrigin("equations", texts.equations).refuse(
+            "there is no state variable, e.g. 'dv/dt = -v/tau : mV'"
+        )
     definitions = {name: resolved(node, own) for name, node in _definitions(lines, names).items()}
     if not texts.threshold.strip():
-        Place("threshold", "").refuse("a cell needs a threshold, e.g. threshold='v > v_thresh'")
-    threshold = _expression(texts.threshold, Place("threshold", texts.threshold), names, TRUTH, "a threshold")
+        TextOrigin("threshold", "").refuse("a cell needs a threshold, e.g. threshold='v > v_thresh'")
+    threshold = _expression(
+        texts.threshold, TextOrigin("threshold", texts.threshold), names, TRUTH, "a threshold"
+    )
     refractory, lasts = _refractory(texts.refractory, names)
     reset = tuple((name, resolved(value, own)) for name, value in _reset(texts.reset, variables, names))
     effects = _receptors(texts.receptors, variables, names)
@@ -98,7 +102,7 @@ def _parameters(texts: Texts, lines: list[Line]) -> dict[str, Unit]:
     """Return the units of all parameters, those of `parameters` and those declared among the equations."""
     found = {}
     for name, text in texts.units.items():
-        place = Place("parameters", f"{name}: {text}")
+        place = TextOrigin("parameters", f"{name}: {text}")
         require_ascii(place)
         try:
             found[name] = unit_of(text) if text != "1" else Unit("1", 1.0, NONE)
@@ -116,7 +120,7 @@ def _parameters(texts: Texts, lines: list[Line]) -> dict[str, Unit]:
                 f"`parameters` is in {described(found[line.name].dimension)}"
             )
     if INPUT in found and found[INPUT].dimension != AMPERE:
-        Place("parameters", f"{INPUT}: {found[INPUT].text}").refuse(
+        TextOrigin("parameters", f"{INPUT}: {found[INPUT].text}").refuse(
             f"'{INPUT}' is the injected current, in A; give another parameter another name"
         )
     return found
@@ -131,9 +135,9 @@ def _names(lines: list[Line], parameters: Mapping[str, Unit], texts: Texts) -> _
         TIME: SECOND,
     }
     for name, unit in parameters.items():
-        _require_free(name, Place("parameters", f"{name}: {texts.units[name]}"))
+        _require_free(name, TextOrigin("parameters", f"{name}: {texts.units[name]}"))
         dimensions[name] = unit.dimension
-    own: dict[str, Place] = {}
+    own: dict[str, TextOrigin] = {}
     for line in lines:
         if line.expression is None:
             continue
@@ -145,7 +149,7 @@ def _names(lines: list[Line], parameters: Mapping[str, Unit], texts: Texts) -> _
     return _Names(dimensions, frozenset(dimensions.keys() - own.keys() - {TIME}))
 
 
-def _require_free(name: str, place: Place) -> None:
+def _require_free(name: str, place: TextOrigin) -> None:
     if name in RESERVED:
         meaning = "a constant" if name in CONSTANTS else "the time" if name == TIME else "a name of equations"
         place.refuse(f"'{name}' is reserved, it is {meaning}; choose another name")
@@ -153,7 +157,7 @@ def _require_free(name: str, place: Place) -> None:
         place.refuse(f"'{name}' cannot be a name; names have letters, digits and _, as in tau_m")
 
 
-def _expression(text: str, place: Place, names: _Names, dimension: Dimension, what: str) -> ast.expr:
+def _expression(text: str, place: TextOrigin, names: _Names, dimension: Dimension, what: str) -> ast.expr:
     found = parsed(text, place)
     require_known(found, names.dimensions, place)
     require_dimension(found, names.dimensions, place, dimension, what)
@@ -185,7 +189,7 @@ def _definitions(lines: list[Line], names: _Names) -> dict[str, ast.expr]:
 
 def _refractory(text: str, names: _Names) -> tuple[ast.expr, bool]:
     """Return the refractory time or condition, and whether it is a time."""
-    place = Place("refractory", text)
+    place = TextOrigin("refractory", text)
     try:
         number, unit = quantity(text)
     except ValueError:
@@ -207,7 +211,7 @@ def _reset(text: str, variables: Mapping[str, Variable], names: _Names) -> list[
     for number, row in enumerate(re.split(r"[;\n]", text), 1):
         row = row.partition("#")[0].strip()
         if row:
-            place = Place("reset", row, number if "\n" in text.strip() else 0)
+            place = TextOrigin("reset", row, number if "\n" in text.strip() else 0)
             name, value = _assignment(row, place, variables, names)
             require_dimension(value, names.dimensions, place, variables[name].unit.dimension, f"'{name}'")
             found.append((name, value))
@@ -215,7 +219,7 @@ def _reset(text: str, variables: Mapping[str, Variable], names: _Names) -> list[
 
 
 def _assignment(
-    text: str, place: Place, variables: Mapping[str, Variable], names: _Names
+    text: str, place: TextOrigin, variables: Mapping[str, Variable], names: _Names
 ) -> tuple[str, ast.expr]:
     """Return the variable that an assignment changes, and its new value."""
     require_ascii(place)
@@ -230,7 +234,9 @@ def _assignment(
     return name, ast.BinOp(ast.Name(name), _OPERATORS[sign], value) if sign else value
 
 
-def _refuse_target(name: str, place: Place, variables: Mapping[str, Variable], names: _Names) -> NoReturn:
+def _refuse_target(
+    name: str, place: TextOrigin, variables: Mapping[str, Variable], names: _Names
+) -> NoReturn:
     if name in names.dimensions:
         place.refuse(
             f"'{name}' is not a state variable, so it does not change; one that only changes at spikes is "
@@ -244,7 +250,7 @@ def _receptors(
 ) -> dict[str, Effect]:
     found = {}
     for receptor, text in texts.items():
-        place = Place(f"receptor '{receptor}'", text)
+        place = TextOrigin(f"receptor '{receptor}'", text)
         if receptor not in RECEPTORS:
             place.refuse(f"there is no receptor '{receptor}'{did_you_mean(receptor, RECEPTORS)}")
         written = text if "=" in text else f"{text} += {WEIGHT}"
@@ -252,7 +258,7 @@ def _receptors(
     return found
 
 
-def _effect(text: str, place: Place, variables: Mapping[str, Variable], names: _Names) -> Effect:
+def _effect(text: str, place: TextOrigin, variables: Mapping[str, Variable], names: _Names) -> Effect:
     target = text.partition("+")[0].strip()
     known = {**names.dimensions, WEIGHT: NONE}
     name, value = _assignment(text, place, variables, _Names(known, names.constant))
@@ -272,7 +278,7 @@ def _effect(text: str, place: Place, variables: Mapping[str, Variable], names: _
 
 def _method(text: str, model: Model) -> str:
     if text not in ("", *METHODS):
-        Place("method", text).refuse(f"there is no method '{text}'{did_you_mean(text, METHODS)}")
+        TextOrigin("method", text).refuse(f"there is no method '{text}'{did_you_mean(text, METHODS)}")
     curved = linear.first_curved(model)
     if text == EXACT and curved is not None:
         curved.place.refuse(

@@ -25,7 +25,7 @@ NOWHERE = -1
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class BodyHandle:
     """The handle of a body in Gazebo.
 
     Args:
@@ -75,7 +75,7 @@ class Built:
     """
 
     gazebo: Gazebo
-    bodies: Mapping[str, list[tuple[Body, Place]]]
+    bodies: Mapping[str, list[tuple[Body, BodyHandle]]]
     joints: Mapping[str, dict[str, Coordinate]]
     drives: Mapping[tuple[str, str], PlanarServo]
     owners: Mapping[int, tuple[str, int]]
@@ -147,14 +147,14 @@ def _own_files(
         warnings.add(Code.NRP279, message, level=Level.NOTE)
 
 
-def _place(model: str, body: Body, gazebo: Gazebo, own: bool) -> Place:
+def _place(model: str, body: Body, gazebo: Gazebo, own: bool) -> BodyHandle:
     """Return the handle of a body, of one link that was written, or of the links of its own file."""
     if not own:
-        return Place(gazebo.link(model, link_name(body)), Pose())
+        return BodyHandle(gazebo.link(model, link_name(body)), Pose())
     numbers = [gazebo.link(model, link.name) for link in body.links]
     if not numbers:
-        return Place(NOWHERE, Pose())
-    return Place(numbers[0], body.links[0].pose.inverse(), tuple(numbers[1:]))
+        return BodyHandle(NOWHERE, Pose())
+    return BodyHandle(numbers[0], body.links[0].pose.inverse(), tuple(numbers[1:]))
 
 
 def _coordinates(model: Model, bodies: Sequence[Body], gazebo: Gazebo) -> Iterator[tuple[str, Coordinate]]:

@@ -13,7 +13,7 @@ from nrp_core.world.engine_kit.firm_servo import FREE, firm_joints
 from nrp_core.world.engine_kit.joint_servo import ExplicitServos, servoed_joints
 from nrp_core.world.scene.joint_inertia import joint_inertias
 from nrp_core.world.scene.merged_bodies import Body
-from nrp_world_gazebo.build import Built, Place
+from nrp_world_gazebo.build import BodyHandle, Built
 from nrp_world_gazebo.drive import STRONG
 from nrp_world_gazebo.motion import motion_of
 from nrp_world_gazebo.wire import contacts, operation
@@ -182,7 +182,7 @@ class Control:
             bodies = self._built.owners[one], self._built.owners[other]
             yield Touch(bodies, (x, y, z), (nx, ny, nz), depth, (fx, fy, fz))
 
-    def joint_wrench(self, body: Body, place: Place) -> Wrench:
+    def joint_wrench(self, body: Body, place: BodyHandle) -> Wrench:
         """Return the wrench of a body on its parent in the last step, at the body's origin."""
         assert body.joint is not None
         model, _ = self._built.owners[place.link]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from nrp_core.world import BodyVelocity
 from nrp_core.world.engine_kit.planar_servo import PlanarServo
-from nrp_world_gazebo.build import Coordinate, Place
+from nrp_world_gazebo.build import BodyHandle, Coordinate
 from nrp_world_gazebo.motion import Tree
 from nrp_world_gazebo.process import Gazebo
 from nrp_world_gazebo.wire import operation
@@ -33,7 +33,7 @@ class Drive:
         number: int,
         servo: PlanarServo,
         base: Tree,
-        place: Place,
+        place: BodyHandle,
         wheels: Sequence[Coordinate],
         step_s: float,
     ) -> None:

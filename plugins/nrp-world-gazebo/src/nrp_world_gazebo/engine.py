@@ -25,7 +25,7 @@ from nrp_core.world.engine_kit.jointed import MotionOf
 from nrp_core.world.rigid.matrices import rotation_matrix
 from nrp_core.world.rigid.motion import ReadFrames
 from nrp_core.world.scene.merged_bodies import Body, tree_of
-from nrp_world_gazebo.build import Built, Coordinate, Place, build
+from nrp_world_gazebo.build import BodyHandle, Built, Coordinate, build
 from nrp_world_gazebo.control import Control
 from nrp_world_gazebo.drive import Drive
 from nrp_world_gazebo.motion import Hinged, JointReader, Moving, Tree, motion_of, put, travel
@@ -78,7 +78,7 @@ class GazeboEngine(JointedEngine):
         step_s = seconds(self._options.timestep)
         return Drive(self._gazebo, number, servo, base, bodies[servo.body][1], wheels, step_s)
 
-    def _do_motion_of(self, body: Body, place: Place, offset: Pose) -> MotionOf:
+    def _do_motion_of(self, body: Body, place: BodyHandle, offset: Pose) -> MotionOf:
         moving = Moving(self._gazebo, place.link, place.held @ offset)
         model, _ = self._built.owners[place.link]
         coordinate = self._built.joints[model].get(body.joint.name) if body.joint else None
@@ -87,7 +87,7 @@ class GazeboEngine(JointedEngine):
         parent = self._motion_of_body(*self._built.bodies[model][body.parent])
         return Hinged(moving, parent, coordinate, body.pose, offset)
 
-    def _do_base(self, body: Body, place: Place) -> Tree:
+    def _do_base(self, body: Body, place: BodyHandle) -> Tree:
         model, index = self._built.owners[place.link]
         return Tree(self._gazebo, self._built.bodies[model], index)
 
@@ -129,13 +129,13 @@ class GazeboEngine(JointedEngine):
 
         return write
 
-    def _seen(self, body: Body, place: Place) -> MotionOf:
+    def _seen(self, body: Body, place: BodyHandle) -> MotionOf:
         """Return the reader of the motion of a body as ODE has it, which is fast and exact enough to see."""
         if body.fixed:
             return self._motion_of_body(body, place)
         return Moving(self._gazebo, place.link, place.held)
 
-    def _motion_of_body(self, body: Body, place: Place) -> MotionOf:
+    def _motion_of_body(self, body: Body, place: BodyHandle) -> MotionOf:
         if body.fixed:
             still = ModelMotion(body.pose)
             return lambda: still

@@ -10,7 +10,7 @@ from nrp_core.world import FloatArray, JointStates, ModelMotion, Pose
 from nrp_core.world.engine_kit.jointed import MotionOf
 from nrp_core.world.rigid.pose import rotation_by
 from nrp_core.world.scene.merged_bodies import Body, tree_of
-from nrp_world_gazebo.build import Coordinate, Place
+from nrp_world_gazebo.build import BodyHandle, Coordinate
 from nrp_world_gazebo.process import Gazebo
 from nrp_world_gazebo.wire import operation
 
@@ -69,7 +69,7 @@ class Tree:
         root: index of the root among them.
     """
 
-    def __init__(self, gazebo: Gazebo, bodies: Sequence[tuple[Body, Place]], root: int) -> None:
+    def __init__(self, gazebo: Gazebo, bodies: Sequence[tuple[Body, BodyHandle]], root: int) -> None:
         self._gazebo = gazebo
         parts = tree_of(root, [body for body, _ in bodies])
         self._links = [link for index in parts for link in bodies[index][1].links]

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from nrp_bibi.generation.part import Part
+from nrp_bibi.generation.part import CodePart
 from nrp_bibi.generation.transformation import transformed
 from nrp_bibi.model.functions import Bibi
 from nrp_bibi.writer import bibi_text
@@ -79,5 +79,5 @@ def _finding(error: ExperimentError, where: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _own_lines(part: Part, path: Path) -> list[int]:
+def _own_lines(part: CodePart, path: Path) -> list[int]:
     return list(part.lines) if part.path == path else [0] * len(part.lines)

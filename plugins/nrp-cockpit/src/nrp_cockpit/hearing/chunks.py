@@ -32,7 +32,7 @@ _LENGTH = struct.Struct("<Q")
 
 
 @dataclass(slots=True)
-class Place:
+class MessagePositions:
     """The positions of the messages of one topic.
 
     Args:
@@ -89,10 +89,10 @@ class Chunks:
 
     def _begin(self) -> None:
         self.topics: dict[str, RecordedTopic] = {}
-        self.places: dict[str, Place] = {}
+        self.places: dict[str, MessagePositions] = {}
         self._at, self._starts, self._ends = array("Q"), array("Q"), array("Q")
         self._schemas: dict[int, Schema] = {}
-        self._by_channel: dict[int, Place] = {}
+        self._by_channel: dict[int, MessagePositions] = {}
 
     def _summary(self) -> int | None:
         """Return the position of the summary; None if the file was not closed."""
@@ -176,7 +176,7 @@ class Chunks:
         if schema is not None and channel.id not in self._by_channel:
             text = schema.data.decode()
             self.topics[channel.topic] = RecordedTopic(channel.topic, schema.name, text, channel.metadata)
-            self.places[channel.topic] = self._by_channel[channel.id] = Place(channel.id)
+            self.places[channel.topic] = self._by_channel[channel.id] = MessagePositions(channel.id)
 
     def _unpacked(self, at: int) -> bytes:
         """Return the records in the chunk whose content begins at a position; nothing if it is damaged."""

@@ -14,13 +14,13 @@ from typing import BinaryIO
 from nrp_core.errors import BackendLoadError
 
 from nrp_world_ros.hosted.body import HostedBody
-from nrp_world_ros.hosted.hosts import Opened, Order, Place, await_other
+from nrp_world_ros.hosted.hosts import HostNamespace, Opened, Order, await_other
 from nrp_world_ros.hosted.notes import Answer, Notes, portable
 from nrp_world_ros.lockstep import DONE, GO, Turns
 from nrp_world_ros.ros2.node import Ros2Node
 from nrp_world_ros.simulator import Simulator
 
-Orders = SimpleQueue[tuple[Order, Place]]
+Orders = SimpleQueue[tuple[Order, HostNamespace]]
 
 
 def main() -> None:
@@ -54,7 +54,7 @@ def _listen(source: BinaryIO, orders: Orders) -> None:
         os._exit(0)
 
 
-def _simulate(order: Order, place: Place, node: Ros2Node, tell: Callable[[Answer], None]) -> None:
+def _simulate(order: Order, place: HostNamespace, node: Ros2Node, tell: Callable[[Answer], None]) -> None:
     try:
         world = Simulator.named(order.body, order.options).open(order.scene, order.seed)
     except Exception as error:  # noqa: BLE001  reported to the loop

@@ -47,7 +47,7 @@ class Order:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class HostNamespace:
     """The namespace of the two processes in ROS, and their secret key."""
 
     namespace: str
@@ -113,7 +113,9 @@ class Host(Closing):
         """
         self._simulates = order.body
         self._places += 1
-        place = Place(f"/nrp/host_{self._process.pid}/world_{self._places}", secrets.token_bytes(_KEY_BYTES))
+        place = HostNamespace(
+            f"/nrp/host_{self._process.pid}/world_{self._places}", secrets.token_bytes(_KEY_BYTES)
+        )
         self.notes = Notes(place.key)
         self.node.move(place.namespace)
         self.node.publisher(GO, Turn)
