@@ -150,7 +150,7 @@ def test_a_variable_may_get_its_value_first(husky: Path, body: str) -> None:
 def test_an_infinite_selector_is_abandoned(husky: Path) -> None:
     text = (
         "N = 10000000000\n"
-        "@nrp.MapSpikeSource('a', nrp.map_neurons(N, lambda i: nrp.brain.sensors[0]), nrp.poisson)\n"
+        "@nrp.MapSpikeSource('a', nrp.map_neurons(N, lambda i: nrp.brain.sensors[i % 5]), nrp.poisson)\n"
         "@nrp.Robot2Neuron()\ndef f(t, a):\n    a.rate = 1.0\n"
     )
     assert codes(found_in(husky, text)) == ["NRP239"]
