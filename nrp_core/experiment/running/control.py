@@ -120,7 +120,16 @@ class _Server(socketserver.ThreadingUnixStreamServer):
 
     def __init__(self, path: Path, commands: Commands) -> None:
         self.commands = commands
-        super().__init__(str(path), _Handler)
+        deaf = path.with_name(f"{path.name}~")  # it gets its name when it listens, so that nobody is refused
+        deaf.unlink(missing_ok=True)
+        super().__init__(str(deaf), _Handler)
+        try:
+            path.hardlink_to(deaf)
+        except OSError:
+            self.server_close()
+            raise
+        finally:
+            deaf.unlink(missing_ok=True)
 
     def server_bind(self) -> None:
         os.fchmod(self.socket.fileno(), 0o600)  # before other users could open it by its name

@@ -2,6 +2,7 @@
 
 import json
 import socket
+import socketserver
 import stat
 import threading
 from collections.abc import Iterator
@@ -147,3 +148,17 @@ def test_a_listener_that_never_answers_is_given_up_on(path: Path) -> None:
         other.listen()
         with pytest.raises(ExperimentError, match="no run listens here: timed out"):
             tell(path, "publish", topic="/a", value=1, timeout_s=0.05)
+
+
+def test_a_socket_that_exists_is_listened_to(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen, listen = [], socketserver.ThreadingUnixStreamServer.server_activate
+
+    def look(server: socketserver.ThreadingUnixStreamServer) -> None:
+        seen.append(path.exists())
+        listen(server)
+
+    monkeypatch.setattr(socketserver.ThreadingUnixStreamServer, "server_activate", look)
+    with ControlServer(path, {}, waits=True):
+        assert path.is_socket()
+    assert seen == [False]
+    assert list(path.parent.iterdir()) == []
