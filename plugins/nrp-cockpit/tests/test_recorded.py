@@ -25,7 +25,7 @@ from nrp_cockpit.session.recorded import CHECKING, RecordedSession
 from nrp_cockpit.wire.channels import Channel, Sent
 from nrp_cockpit.wire.hub import Hub
 
-from nrp_core.errors import CapabilityError, LifecycleError
+from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
@@ -401,7 +401,9 @@ def test_a_cut_recording_is_played_as_far_as_it_goes_and_says_that_it_is_cut(cut
         assert end_ns == max(t_ns for _, t_ns, _ in left)
         assert 0 < end_ns < LENGTH_S * 1e9
         desk.hears(CAMERA)
-        desk.call("seek", t_s=LENGTH_S)
+        with pytest.raises(ExperimentError, match="a time from 0 to"):
+            desk.call("seek", t_s=LENGTH_S)
+        desk.call("seek", t_s=end_ns / 1e9)
         assert desk.viewer.messages()[-1] == last(left, CAMERA, end_ns)
         assert desk.said("status")["t_s"] == end_ns / 1e9
         desk.wait_for(lambda: any(one["code"] != MISSED for one in desk.said("findings")))

@@ -152,6 +152,10 @@ def test_a_run_that_cannot_be_saved_any_more_says_so_and_goes_back_as_far_as_it_
     with pytest.raises(RefusedError, match="there is no snapshot to return from"):
         visitor.call("step_back")
     assert "a value that cannot be saved" in visitor.until(lambda: _lacks(visitor, "step_back"))["step_back"]
+    visitor.call("functions/revert")
+    visitor.until(lambda: visitor.last("experiment")["capabilities"]["snapshot"] is True)
+    visitor.call("step")
+    visitor.call("step_back")
 
 
 def _lacks(visitor: Visitor, capability: str) -> dict[str, Any] | None:

@@ -58,7 +58,7 @@ class Past:
 
     def __init__(self, run: Run, *, can_save: bool, halted: Callable[[], bool] = lambda: False) -> None:
         self._run, self._can_save, self._halted = run, can_save, halted
-        self._lost = ""  # why no more snapshots can be taken, if some could be before
+        self._lost = ""  # why it cannot be saved now
         self._moments: list[Moment] = []
         self._published: list[tuple[int, str, Any]] = []
         self._reach_ns, self._last_ns = run.loop.now_ns, -ALONE_NS
@@ -74,7 +74,7 @@ class Past:
 
     @property
     def refused(self) -> dict[str, str]:
-        """The capabilities that the run has lost since its beginning, with the reason for each."""
+        """The capabilities that the run has lost since its last change, with the reason for each."""
         if not self._lost:
             return {}
         goes_back = any(each.was for each in self._moments)
@@ -111,15 +111,15 @@ class Past:
         now_ns = self._run.loop.now_ns
         if now_ns > self._reach_ns:
             self._reach_ns = now_ns
-        if now_ns - self._last_ns >= every_ns * self._rarer and self._can_save and self._again is None:
+        if now_ns - self._last_ns >= every_ns * self._rarer and self._again is None:
             self._take_own()
 
     def mark(self) -> None:
         """Note that the run was changed in a way that a repetition would miss."""
         self.forget_after(self._run.loop.now_ns)
-        if self._can_save:
-            self._take_own()
-        if not self._can_save:
+        self._lost = ""
+        self._take_own()
+        if self._lost:
             self._leave()  # a repetition from an earlier snapshot would miss the change
 
     def named(self, name: str) -> Moment:
@@ -179,7 +179,7 @@ class Past:
     def begin_again(self) -> None:
         """Forget all but requested snapshots, because the run is at its beginning."""
         self._leave()
-        self._reach_ns = self._run.loop.now_ns
+        self._lost, self._reach_ns = "", self._run.loop.now_ns
         self.after_step()
 
     def close(self) -> None:
@@ -211,12 +211,15 @@ class Past:
             self._again = None
 
     def _take_own(self) -> None:
+        """Take an automatic snapshot, unless the run cannot be saved or could not since its last change."""
+        if self._lost or not self._can_save:
+            return
         now_ns = self._run.loop.now_ns
         self._moments = [each for each in self._moments if each.kept or each.t_ns != now_ns]
         try:
             self._take(kept=False)
         except CapabilityError as error:  # a variable of a function holds an object that cannot be saved
-            self._can_save, self._lost = False, str(error)
+            self._lost = str(error)
 
     def _take(self, *, kept: bool) -> Moment:
         self._number += 1
