@@ -154,4 +154,4 @@ def test_a_run_that_is_recorded_and_controlled_opens_no_network_address(tmp_path
     ]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300, env=os.environ)
     found = json.loads(done.stderr.splitlines()[-1])
-    assert found == {"code": 0, "bound": [str(path)], "listening": []}, done.stdout
+    assert found == {"code": 0, "bound": [f"{path}~"], "listening": []}, done.stdout  # named when it listens
