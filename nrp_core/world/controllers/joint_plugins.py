@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from difflib import get_close_matches
 from math import inf
-from typing import Literal
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
-from nrp_core.world.scene.acting import JointController, Pid
+from nrp_core.world.scene.acting import ControllerKind, JointController, Pid
 from nrp_core.world.scene.checks import SECOND_AXIS
 from nrp_core.world.scene.model import Joint
 from nrp_core.world.scene.reading.actuators import Actuators
@@ -19,9 +18,7 @@ from nrp_core.world.scene.reading.registered import ModelParts
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.topics import resolve_name
 
-Kind = Literal["position", "velocity", "effort"]
-
-TOPICS: dict[Kind, str] = {"position": "cmd_pos", "velocity": "cmd_vel", "effort": "cmd_effort"}
+TOPICS: dict[ControllerKind, str] = {"position": "cmd_pos", "velocity": "cmd_vel", "effort": "cmd_effort"}
 """Suffixes of ``/<model>/<joint>`` for the topics of controllers."""
 
 _GAINS = frozenset({"p_gain", "i_gain", "d_gain"})
@@ -37,7 +34,7 @@ _PARAMETERS = frozenset(
 _DEFAULT_OUTPUT = 1000.0
 """Limit of the output of a controller of gz-sim without one of its own, N or N m."""
 
-_SYSTEMS: dict[str, tuple[Kind, str]] = {
+_SYSTEMS: dict[str, tuple[ControllerKind, str]] = {
     "JointPositionController": ("position", "{index}/cmd_pos"),
     "JointController": ("velocity", "cmd_vel"),
     "ApplyJointForce": ("effort", "cmd_force"),
@@ -73,7 +70,9 @@ def _generic(plugin: Element, model: ModelParts, reading: Reading) -> Iterator[J
         yield JointController(joint, kind, resolve_name(topic, reading.robot), pid)
 
 
-def _system(plugin: Element, kind: Kind, topic: str, model: ModelParts, reading: Reading) -> JointController:
+def _system(
+    plugin: Element, kind: ControllerKind, topic: str, model: ModelParts, reading: Reading
+) -> JointController:
     named = plugin.require("joint_name")
     index = int(plugin.number("joint_index", 0))
     joint = model.joint(named, named.text + (SECOND_AXIS if index == 1 else "")).name
@@ -124,7 +123,7 @@ def _forces(plugin: Element) -> bool:
     return plugin.flag("use_force_commands", False)
 
 
-def _kind(element: Element, kind: str) -> Kind:
+def _kind(element: Element, kind: str) -> ControllerKind:
     for known in TOPICS:
         if kind.lower() == known:
             return known

@@ -9,13 +9,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from math import dist, inf
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, get_args
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
 from nrp_core.world.controllers.trajectory_plugins import led_joints
 from nrp_core.world.drives.wheels import WheelDrive
-from nrp_core.world.scene.acting import GroupController, JointController, Pid, TrajectoryController
+from nrp_core.world.scene.acting import (
+    ControllerKind,
+    GroupController,
+    JointController,
+    Pid,
+    TrajectoryController,
+)
 from nrp_core.world.scene.model import Joint
 from nrp_core.world.scene.reading.actuators import Actuators
 from nrp_core.world.scene.reading.context import Reading
@@ -27,22 +33,18 @@ from nrp_core.world.topics import resolve_name
 _LEVELS = ("ros__parameters", "controller_manager", "/**")
 """Levels of a file that do not belong to a controller's name."""
 _TELLING = ("JointStateController", "JointStateBroadcaster")
-_KINDS: dict[str, Literal["position", "velocity", "effort"]] = {
+_KINDS: dict[str, ControllerKind] = {
     "JointPositionController": "position",
     "JointVelocityController": "velocity",
     "JointEffortController": "effort",
 }
-_GROUPS: dict[str, Literal["position", "velocity", "effort"]] = {
+_GROUPS: dict[str, ControllerKind] = {
     "JointGroupPositionController": "position",
     "JointGroupVelocityController": "velocity",
     "JointGroupEffortController": "effort",
 }
 _FORWARD = "ForwardCommandController"
-_INTERFACES: dict[str, Literal["position", "velocity", "effort"]] = {
-    "position": "position",
-    "velocity": "velocity",
-    "effort": "effort",
-}
+_INTERFACES: dict[str, ControllerKind] = {kind: kind for kind in get_args(ControllerKind)}
 Entries = dict[tuple[str, ...], dict[str, Any]]
 """The parameters of a file by the names of their levels."""
 
@@ -125,16 +127,12 @@ class _File:
         topics = self._topic(name, command), self._topic(name, state)
         return TrajectoryController(name[-1], topics[0], joints, gains, (), topics[1], rate_hz or 50.0)
 
-    def controller(
-        self, name: tuple[str, ...], kind: Literal["position", "velocity", "effort"]
-    ) -> Iterator[JointController]:
+    def controller(self, name: tuple[str, ...], kind: ControllerKind) -> Iterator[JointController]:
         """Yield the controllers of the single joints of a controller with a name."""
         for joint in self._led([self.entries[name].get("joint")]):
             yield JointController(joint, kind, self._topic(name, "command"), self._gains((*name, "pid")))
 
-    def group(
-        self, name: tuple[str, ...], kind: Literal["position", "velocity", "effort"] | None
-    ) -> Iterator[GroupController]:
+    def group(self, name: tuple[str, ...], kind: ControllerKind | None) -> Iterator[GroupController]:
         """Yield the controller of a group of joints with a name, unless it is incomplete.
 
         Args:

@@ -12,6 +12,8 @@ from math import inf
 from typing import Literal, Self
 
 Rename = Callable[[str], str]
+ControllerKind = Literal["position", "velocity", "effort"]
+"""The quantity that a controller of joints commands."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +75,7 @@ class JointController:
     """
 
     joint: str
-    kind: Literal["position", "velocity", "effort"]
+    kind: ControllerKind
     topic: str
     gains: Pid | None = Pid()
     initial: float | None = None
@@ -143,7 +145,7 @@ class GroupController:
 
     name: str
     joints: tuple[str, ...]
-    kind: Literal["position", "velocity", "effort"]
+    kind: ControllerKind
     topic: str
     gains: tuple[tuple[str, Pid], ...] = ()
 
