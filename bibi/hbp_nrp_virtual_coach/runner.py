@@ -74,10 +74,16 @@ class Runner:
         return self._run.loop.between_steps(make)
 
     def poll(self) -> str:
-        """Return the state; another thread waits a moment, so that polling leaves the run time."""
-        if threading.current_thread() is not self._thread:
+        """Return the state, to another thread after a moment, so that polling leaves the run time.
+
+        A run that has stopped is released by then: scripts read its files as soon as they learn of it.
+        """
+        state = self.state
+        if state == STOPPED:
+            self.wait()
+        elif threading.current_thread() is not self._thread:
             time.sleep(_POLL_S)
-        return self.state
+        return state
 
     def start(self) -> None:
         """Let the run go on.

@@ -13,6 +13,7 @@ from hbp_nrp_virtual_coach.virtual_coach import VirtualCoach
 
 from nrp_core import Recording
 from nrp_core.errors import ExperimentError, LifecycleError
+from nrp_core.experiment.running.run import Run
 
 POSE = """@nrp.MapCSVRecorder("recorder", filename="pose.csv", headers=["time", "x"])
 @nrp.MapRobotSubscriber("states", Topic("/gazebo/model_states", gazebo_msgs.msg.ModelStates))
@@ -248,6 +249,23 @@ def test_requests_after_the_end_are_refused_and_records_stay(launched: Launched)
             action()
     with pytest.raises(ExperimentError, match=r"a file 'spike.csv'; did you mean 'spikes.csv'"):
         simulation.get_csv_data("spike.csv")
+
+
+def test_a_run_is_stopped_only_when_its_files_are_written(
+    launched: Launched, corpus: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_csv = Run.write_csv
+
+    def write_slowly(run: Run, folder: Path | None = None) -> list[Path]:
+        time.sleep(0.2)
+        return write_csv(run, folder)
+
+    monkeypatch.setattr(Run, "write_csv", write_slowly)
+    simulation = launched(settings="duration=0.1s")
+    simulation.start()
+    while simulation.get_state() != "stopped":
+        pass
+    assert (corpus / "p3dx_2018" / "csv" / "run_0" / "spikes.csv").read_text().startswith("id,time\n")
 
 
 def test_a_callback_that_fails_does_not_end_the_run(
