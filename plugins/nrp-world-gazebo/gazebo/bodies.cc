@@ -34,6 +34,7 @@ Bodies::Bodies(const gazebo::physics::WorldPtr &world)
   movable_ = links_.size();
   for (const auto &model : world->Models())
     Take(model, true);
+  turns_ = std::vector<Turns>(joints_.begin(), joints_.end());
   for (std::uint32_t number = 0; number < links_.size(); ++number)
     numbers_[links_[number].get()] = number;
 }

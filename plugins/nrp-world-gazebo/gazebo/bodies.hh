@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "turns.hh"
 #include "wire.hh"
 
 namespace nrp
@@ -38,6 +39,7 @@ public:
 
   const LinkPtr &Link(std::uint32_t number) const { return links_.at(number); }
   const JointPtr &Joint(std::uint32_t number) const { return joints_.at(number); }
+  const Turns &TurnsOf(std::uint32_t joint) const { return turns_.at(joint); }
   std::uint32_t NumberOf(const gazebo::physics::Link *link) const { return numbers_.at(link); }
 
   /// The names of all links and joints, as JSON.
@@ -62,6 +64,7 @@ public:
   void AddJointWrench(std::uint32_t joint, Writer &answer) const;
 
   std::size_t Movable() const { return movable_; }
+  std::size_t JointCount() const { return joints_.size(); }
 
 private:
   void Take(const gazebo::physics::ModelPtr &model, bool fixed);
@@ -69,6 +72,7 @@ private:
 
   std::vector<LinkPtr> links_;
   std::vector<JointPtr> joints_;
+  std::vector<Turns> turns_;
   std::map<const gazebo::physics::Link *, std::uint32_t> numbers_;
   std::size_t movable_ = 0;
   std::map<std::uint32_t, double> efforts_;

@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 
+#include "cameras.hh"
 #include "contacts.hh"
 #include "drive.hh"
 #include "state.hh"
@@ -22,6 +23,8 @@ public:
   {
     world_ = world;
     path_ = sdf->Get<std::string>("socket");
+    if (sdf->HasElement("images"))
+      cameras_ = std::make_unique<Cameras>(world, sdf->Get<std::string>("images"));
     begin_ = gazebo::event::Events::ConnectWorldUpdateBegin(std::bind(&Lockstep::OnBegin, this));
     end_ = gazebo::event::Events::ConnectWorldUpdateEnd(std::bind(&Lockstep::OnEnd, this));
   }
@@ -57,6 +60,7 @@ private:
     }
     bodies_ = std::make_unique<Bodies>(world_);
     world_->Physics()->GetContactManager()->SetNeverDropContacts(true);
+    SteadyContacts(world_);
     for (const auto &model : world_->Models())
       model->SetAutoDisable(false);
   }
@@ -118,10 +122,14 @@ private:
       case 'q': return bodies_->AddJointWrench(request_.Next<std::uint32_t>(), answer_);
       case 'd': drives_.emplace_back(*bodies_, request_); return;
       case 'a': return drives_.at(request_.Next<std::uint32_t>()).Aim(request_);
+      case 'C': return Eyes().Add(*bodies_, request_);
+      case 'i': return Eyes().Draw(*bodies_, request_.Next<std::uint32_t>());
+      case 'k': return Eyes().Paint(request_);
+      case 'l': return Eyes().Light(request_);
       case 'S': return AddSaved(*bodies_, answer_);
       case 'R': return nrp::Restore(*bodies_, request_);
       case 'r': return bodies_->Release();
-      case 'e': case 'w': case 'm': case 'p': return Load(operation, request_.Next<std::uint32_t>());
+      case 'e': case 'w': case 'm': case 'p': case 'j': return Load(operation, request_.Next<std::uint32_t>());
       default: throw std::runtime_error(std::string("there is no operation '") + operation + "'");
     }
   }
@@ -130,6 +138,8 @@ private:
   {
     if (operation == 'e')
       return bodies_->SetEffort(number, request_.Next<double>());
+    if (operation == 'j')
+      return bodies_->TurnsOf(number).Place(request_.Next<double>());
     const auto row = request_.Doubles(operation == 'p' ? 13 : operation == 'm' ? 3 : 9);
     if (operation == 'w')
       bodies_->SetWrench(number, Wrench{Vector3d(row[0], row[1], row[2]), Vector3d(row[3], row[4], row[5]),
@@ -138,6 +148,13 @@ private:
       bodies_->SetMotor(number, Motor{row[0], row[1], row[2]});
     else
       bodies_->Put(number, row);
+  }
+
+  Cameras &Eyes()
+  {
+    if (!cameras_)
+      throw std::runtime_error("Gazebo was started without a renderer");
+    return *cameras_;
   }
 
   void Greet(std::uint32_t version)
@@ -159,6 +176,7 @@ private:
   std::string path_;
   std::unique_ptr<Channel> channel_;
   std::unique_ptr<Bodies> bodies_;
+  std::unique_ptr<Cameras> cameras_;
   std::vector<Drive> drives_;
   Reader request_;
   Writer answer_;

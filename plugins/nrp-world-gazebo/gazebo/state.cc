@@ -34,6 +34,8 @@ void AddSaved(const Bodies &bodies, Writer &answer)
     answer.Add(dBodyGetLinearVel(body), 3);
     answer.Add(dBodyGetAngularVel(body), 3);
   }
+  for (std::uint32_t number = 0; number < bodies.JointCount(); ++number)
+    answer.Add(bodies.TurnsOf(number).Get());
 }
 
 void Restore(const Bodies &bodies, Reader &saved)
@@ -56,5 +58,7 @@ void Restore(const Bodies &bodies, Reader &saved)
     dBodySetTorque(body, 0, 0, 0);
     dBodyEnable(body);
   }
+  for (std::uint32_t number = 0; number < bodies.JointCount(); ++number)
+    bodies.TurnsOf(number).Set(saved.Next<double>());
 }
 }  // namespace nrp

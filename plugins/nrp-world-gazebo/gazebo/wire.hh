@@ -10,7 +10,7 @@
 namespace nrp
 {
 /// The version of the protocol; nrp_world_gazebo/wire.py has the same one.
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 
 /// The other side has ended.
 struct Ended : std::runtime_error
@@ -32,6 +32,13 @@ public:
     T value;
     std::memcpy(&value, Take(sizeof(T)), sizeof(T));
     return value;
+  }
+
+  /// The next text: its length, and its bytes.
+  std::string Text()
+  {
+    const auto size = Next<std::uint32_t>();
+    return std::string(Take(size), size);
   }
 
   std::vector<double> Doubles(std::size_t count)

@@ -64,7 +64,7 @@ def written(model, folder):
 
 
 @given(arms())
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 def test_bodies_keep_mass_shapes_and_joint(tmp_path_factory, model):
     again = bodies_of(written(model, tmp_path_factory.mktemp("sdf")))
     for before, after in zip(bodies_of(model), again, strict=True):

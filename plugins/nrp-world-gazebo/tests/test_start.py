@@ -3,16 +3,17 @@
 import pytest
 from nrp_world_gazebo import GazeboBackend
 
+from nrp_core.conformance.world.scenes import robot
 from nrp_core.errors import BackendLoadError
 from nrp_core.world import Inertial, Link, Model, Scene
 
 SCENE = Scene((Model("box", (Link("link", inertial=Inertial(1.0)),)),))
 
 
-def opened(**options):
+def opened(scene=SCENE, **options):
     backend = GazeboBackend()
     chosen = backend.options.model_validate({"root": None, **options})
-    return backend.open(SCENE, seed=1, options=chosen)
+    return backend.open(scene, seed=1, options=chosen)
 
 
 def test_a_missing_program_is_named_with_the_remedy():
@@ -23,6 +24,15 @@ def test_a_missing_program_is_named_with_the_remedy():
 def test_a_root_that_is_no_system_is_named(tmp_path):
     with pytest.raises(BackendLoadError, match=f"root of Gazebo {tmp_path} is not the folder of a system"):
         opened(root=tmp_path)
+
+
+def test_a_folder_with_too_long_a_name_for_a_socket_is_named(tmp_path, monkeypatch):
+    folder = tmp_path / ("x" * 90)
+    folder.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(folder))
+    with pytest.raises(BackendLoadError, match=rf"{folder}, has too long a name.*export TMPDIR=/tmp"):
+        opened(command="sh")
+    assert not list(folder.iterdir())
 
 
 def test_a_program_that_ends_is_quoted_with_its_last_line():
@@ -61,3 +71,10 @@ def test_a_port_that_was_taken_meanwhile_is_changed(tmp_path):
 def test_a_port_that_is_always_taken_is_one_error():
     with pytest.raises(BackendLoadError, match=r"a port that was taken, 3 times:\s+.*Address already in use"):
         opened(command=("sh", "-c", "echo 'bind: Address already in use' >&2; exec sleep 30"))
+
+
+def test_images_without_a_display_are_refused_with_the_remedy(tmp_path, monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(BackendLoadError, match=r"only for a display, and there is none.*install xvfb"):
+        opened(Scene((robot(),)), renderer="gazebo")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from nrp_world_gazebo.wire import VERSION, Channel, EndedError, RefusedError, contacts, frame, operation
 
@@ -28,6 +28,7 @@ def test_an_operation_holds_its_letter_and_numbers_in_order(numbers, values):
 
 
 @given(ROWS, st.binary(max_size=9))
+@settings(max_examples=30)
 def test_contacts_are_read_as_they_were_packed_and_the_rest_is_kept(rows, rest):
     packed = struct.pack("<I", len(rows)) + b"".join(struct.pack("<2I10d", *row) for row in rows)
     links, numbers, left = contacts(memoryview(packed + rest))

@@ -8,6 +8,7 @@ from shutil import which
 from typing import TYPE_CHECKING
 
 from nrp_core.world import Diagnosis, PhysicsBackend, WorldCapabilities, WorldOptions
+from nrp_world_gazebo.display import display_for
 from nrp_world_gazebo.options import GazeboOptions, default_root
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ class GazeboBackend(PhysicsBackend):
     releases_gil = True
 
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
-        return replace(super().capabilities(options), ball_joints=False, coupled_joints=False)
+        return replace(super().capabilities(options), ball_joints=False, coupled_joints=False, loops=False)
 
     def diagnose(self) -> list[Diagnosis]:
         root = default_root()
@@ -35,7 +36,7 @@ class GazeboBackend(PhysicsBackend):
         return [Diagnosis("gzserver", bool(found), meaning, REMEDY), *super().diagnose()]
 
     def _own_renderers(self) -> tuple[str, ...]:
-        return ()
+        return ("gazebo",) if display_for(default_root()) else ()
 
     def _engine_class(self) -> Callable[..., JointedEngine]:
         from nrp_world_gazebo.engine import GazeboEngine

@@ -11,6 +11,7 @@ from nrp_core.world import Code, Findings, Geometry, Joint, Level, Mesh, Model, 
 from nrp_core.world.drives.planar import planar_drives
 from nrp_core.world.engine_kit.planar_servo import PlanarServo, servo_of
 from nrp_core.world.engine_kit.simulated import simulated_bodies
+from nrp_core.world.render.optics import optics_of
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_gazebo.elements import Xml, link_name
 from nrp_world_gazebo.options import GazeboOptions
@@ -71,6 +72,7 @@ class Built:
         joints: handles of the coordinates of each model's joints, in the order of its file.
         drives: the servo of each drive, by model and drive.
         owners: model and body of each link.
+        own: the models that Gazebo reads from their own files.
         warnings: models that reach Gazebo in another form than their files have.
     """
 
@@ -79,6 +81,7 @@ class Built:
     joints: Mapping[str, dict[str, Coordinate]]
     drives: Mapping[tuple[str, str], PlanarServo]
     owners: Mapping[int, tuple[str, int]]
+    own: frozenset[str]
     warnings: Findings
 
 
@@ -103,6 +106,9 @@ def build(scene: Scene, options: GazeboOptions) -> Built:
     warnings = Findings()
     own = dict(_own_files(scene, bodies, warnings)) if options.models == "file" else {}
     run = Run()
+    if options.renderer == "gazebo" and (size := image_bytes(scene, options.image_scale)):
+        with run.images.open("wb") as images:
+            images.truncate(size)
     try:
         write_world(run, scene, options.timestep, bodies, own)
         folders = {folder for sdf in own.values() for folder in folders_of(sdf)}
@@ -125,8 +131,14 @@ def build(scene: Scene, options: GazeboOptions) -> Built:
             for index, (_, place) in enumerate(parts)
             for link in place.links
         },
+        frozenset(own),
         warnings,
     )
+
+
+def image_bytes(scene: Scene, scale: float) -> int:
+    """Return the size of one image of each camera."""
+    return sum(3 * each.width * each.height for each in optics_of(scene, scale).values())
 
 
 def _own_files(

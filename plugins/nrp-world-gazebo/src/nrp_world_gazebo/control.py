@@ -9,7 +9,8 @@ import numpy as np
 
 from nrp_core.world import BodyPath, FloatArray, JointAim, Model, Scene, Touch, Vector, Wrench
 from nrp_core.world.engine_kit.firm_joints import FirmJoints
-from nrp_core.world.engine_kit.firm_servo import FREE, firm_joints
+from nrp_core.world.engine_kit.firm_kinds import FREE
+from nrp_core.world.engine_kit.firm_servo import firm_joints
 from nrp_core.world.engine_kit.joint_servo import ExplicitServos, servoed_joints
 from nrp_core.world.scene.joint_inertia import joint_inertias
 from nrp_core.world.scene.merged_bodies import Body
@@ -114,6 +115,7 @@ class Control:
         self.firm = GazeboFirmJoints(built, scene, step_s)
         self._firm = set(self.firm.paths)
         self._trees = {model.name: Tree(built, model, step_s) for model in scene.models}
+        self._moving = [tree for name, tree in self._trees.items() if built.joints[name]]
         self._lifts = dict(self._lifts_of(scene.gravity))
         for path in self._lifts:
             self.set_wrench(path, Wrench())
@@ -129,12 +131,12 @@ class Control:
     @property
     def active(self) -> bool:
         """Whether efforts must be computed before each step."""
-        return self.firm.active or any(not tree.servos.idle for tree in self._trees.values())
+        return self.firm.active or any(not tree.servos.idle for tree in self._moving)
 
     def push(self) -> None:
         """Set the efforts of the next step."""
         self.firm.step()
-        for tree in self._trees.values():
+        for tree in self._moving:
             if not tree.servos.idle:
                 tree.push()
 

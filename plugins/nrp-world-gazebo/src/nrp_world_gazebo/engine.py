@@ -22,10 +22,12 @@ from nrp_core.world import (
     WorldCapabilities,
 )
 from nrp_core.world.engine_kit.jointed import MotionOf
+from nrp_core.world.render.cameras import Cameras
 from nrp_core.world.rigid.matrices import rotation_matrix
 from nrp_core.world.rigid.motion import ReadFrames
 from nrp_core.world.scene.merged_bodies import Body, tree_of
 from nrp_world_gazebo.build import BodyHandle, Built, Coordinate, build
+from nrp_world_gazebo.cameras import GazeboCameras
 from nrp_world_gazebo.control import Control
 from nrp_world_gazebo.drive import Drive
 from nrp_world_gazebo.motion import Hinged, JointReader, Moving, Tree, motion_of, put, travel
@@ -153,22 +155,29 @@ class GazeboEngine(JointedEngine):
             for link in own[index][1].links:
                 pose = moved @ motion_of(self._gazebo.links[link]).pose
                 put(self._gazebo, link, parent.at(parent.pose.inverse() @ pose))
+        self._gazebo.do(operation("j", place.number, values=(position,)))
 
     def _do_put_ball(self, place: Coordinate, orientation: Quaternion) -> None:
         raise self.lacks("has no ball joints")
 
     def _do_configuration(self, model: str) -> object:
         self._gazebo.refresh()
-        return self._gazebo.links[self._links_of(model)]
+        return self._gazebo.links[self._links_of(model)], self._gazebo.joints[self._joints_of(model), 0]
 
     def _do_configure(self, model: str, configuration: Any) -> None:
-        for link, row in zip(self._links_of(model), configuration, strict=True):
+        motions, positions = configuration
+        for link, row in zip(self._links_of(model), motions, strict=True):
             put(self._gazebo, link, motion_of(row))
+        for joint, position in zip(self._joints_of(model), positions, strict=True):
+            self._gazebo.do(operation("j", joint, values=(position,)))
         self._moved(model)
 
     def _links_of(self, model: str) -> list[int]:
         places = [place for body, place in self._built.bodies[model] if not body.fixed]
         return [link for place in places for link in place.links]
+
+    def _joints_of(self, model: str) -> list[int]:
+        return [coordinate.number for coordinate in self._built.joints[model].values()]
 
     def _moved(self, model: str) -> None:
         self._control.forget(model)
@@ -181,6 +190,9 @@ class GazeboEngine(JointedEngine):
         state, control = saved
         self._resume(state)
         self._control.restore(control)
+
+    def _do_open_cameras(self, renderer: str) -> Cameras:
+        return GazeboCameras(self._built, self.scene.models, self._optics)
 
     def _do_close(self) -> None:
         self._built.gazebo.close()

@@ -10,13 +10,17 @@ from pathlib import Path
 from shutil import which
 
 from nrp_core.errors import BackendLoadError
+from nrp_world_gazebo.display import display_for, on_display
 from nrp_world_gazebo.options import GazeboOptions
 
 REMEDY = "scripts/gazebo, which makes a system with Gazebo 11"
+DISPLAY = "apt-get install xvfb"
 _PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
 
 
-def command_line(options: GazeboOptions, world: Path, folders: Sequence[Path]) -> list[str]:
+def command_line(
+    options: GazeboOptions, world: Path, folders: Sequence[Path], *, draws: bool = False
+) -> list[str]:
     """Return the command that runs a world file.
 
     A root gets this system's ``/dev``, ``/proc`` and the folders that Gazebo reads, at the same paths. These
@@ -26,11 +30,14 @@ def command_line(options: GazeboOptions, world: Path, folders: Sequence[Path]) -
         options: the options of the backend.
         world: the world file.
         folders: the folders that it needs, with the one of the world file.
+        draws: whether it draws images; then it begins paused, until its renderer is ready.
 
     Raises:
-        BackendLoadError: there is no such program or root.
+        BackendLoadError: there is no such program or root, or no display to draw for.
     """
-    own = [*options.command, "--verbose", str(world)]
+    own = [*options.command, "--verbose", *(["-u"] if draws else []), str(world)]
+    if draws and not display_for(options.root):
+        raise BackendLoadError("Gazebo draws images only for a display, and there is none", remedy=DISPLAY)
     program = options.command[0] if options.command else ""
     if options.root is None:
         if not program or which(program) is None:
@@ -39,7 +46,8 @@ def command_line(options: GazeboOptions, world: Path, folders: Sequence[Path]) -
                 f"say where it is",
                 remedy=REMEDY,
             )
-        return own
+        return on_display(own, None, world.parent) if draws else own
+    own = on_display(own, options.root, world.parent) if draws else own
     root = options.root.absolute()
     if not (root / "usr").is_dir():
         raise BackendLoadError(f"the root of Gazebo {root} is not the folder of a system", remedy=REMEDY)

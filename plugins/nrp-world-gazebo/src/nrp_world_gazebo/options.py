@@ -24,8 +24,11 @@ class GazeboOptions(PhysicsOptions):
     """Options of the ``gazebo`` backend."""
 
     renderer: Annotated[
-        Literal["auto", "raster", "realistic"],
-        Field(description="of cameras: raster draws flat colours on the CPU, realistic light and shadows"),
+        Literal["auto", "raster", "realistic", "gazebo"],
+        Field(
+            description="of cameras: raster draws flat colours on the CPU, realistic light and shadows, "
+            "gazebo its own pictures"
+        ),
     ] = "auto"
     command: Annotated[
         tuple[str, ...],

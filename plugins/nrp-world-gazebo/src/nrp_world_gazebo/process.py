@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
+import mmap
 import socket
-import subprocess
 import time
 from collections.abc import Sequence
 from contextlib import suppress
@@ -17,6 +17,7 @@ import numpy as np
 
 from nrp_core.errors import BackendLoadError, SimulationError
 from nrp_core.world import FloatArray
+from nrp_world_gazebo.child import Child
 from nrp_world_gazebo.launch import REMEDY, command_line, environment
 from nrp_world_gazebo.options import GazeboOptions
 from nrp_world_gazebo.wire import JOINT_ROW, LINK_ROW, VERSION, Channel, EndedError, RefusedError, operation
@@ -33,6 +34,8 @@ _NO_PLUGIN = b"[Plugin.hh:"
 _PORT_TAKEN = b"Address already in use"
 """What it reports if a program took the port after it was found to be free."""
 _STARTS = 3
+_LONGEST = 107
+"""The longest name of a socket, bytes."""
 
 
 class _PortTakenError(Exception):
@@ -40,7 +43,11 @@ class _PortTakenError(Exception):
 
 
 class Run:
-    """The folder of one Gazebo: its world, models, socket and log."""
+    """The folder of one Gazebo: its world, models, socket and log.
+
+    Raises:
+        BackendLoadError: the name of its socket would be too long.
+    """
 
     def __init__(self) -> None:
         self.folder = Path(mkdtemp(prefix="nrp-gazebo-"))
@@ -48,6 +55,13 @@ class Run:
         self.models = self.folder / "models"
         self.socket = self.folder / "lockstep"
         self.log = self.folder / "log"
+        self.images = self.folder / "images"
+        if len(bytes(self.socket)) > _LONGEST:
+            self.remove()
+            raise BackendLoadError(
+                f"the folder for temporary files, {self.folder.parent}, has too long a name for a socket",
+                remedy="export TMPDIR=/tmp",
+            )
 
     def last_lines(self) -> str:
         """Return what Gazebo has reported as errors, else its last lines."""
@@ -73,6 +87,7 @@ class Gazebo:
         links: pose (position, orientation as x, y, z, w) and linear and angular velocity of each movable
             link, shape ``(n, 13)``.
         joints: position, velocity and effort of each joint, shape ``(m, 3)``.
+        images: the memory that Gazebo draws into; empty if it does not draw.
 
     Raises:
         BackendLoadError: Gazebo does not start, or its plugin has another version.
@@ -80,18 +95,23 @@ class Gazebo:
 
     def __init__(self, run: Run, options: GazeboOptions, needs: list[Path]) -> None:
         self._run, self._options = run, options
-        line = command_line(options, run.world, [run.folder, *needs])
+        line = command_line(options, run.world, [run.folder, *needs], draws=run.images.exists())
         with socket.socket(socket.AF_UNIX) as listener:
             listener.bind(str(run.socket))
             listener.listen(1)
             try:
                 self._channel = Channel(self._connect(line, listener))
-                self._greet()
             except BaseException:
                 self._end()
                 raise
+        try:
+            self._greet()
+        except BaseException:
+            self.close()
+            raise
         self.links: FloatArray = np.zeros((self._movable, LINK_ROW))
         self.joints: FloatArray = np.zeros((len(self._joint_numbers), JOINT_ROW))
+        self.images = _shared(run.images)
         self._pending: list[bytes] = []
         self._stale = True
 
@@ -144,18 +164,10 @@ class Gazebo:
         except RefusedError as error:
             raise SimulationError(f"Gazebo refuses: {error}") from None
         except EndedError:
-            raise SimulationError(f"Gazebo ended{self._how()}: {self._run.last_lines()}") from None
+            raise SimulationError(f"Gazebo ended{self._child.how(1.0)}: {self._run.last_lines()}") from None
         except TimeoutError:
             message = f"Gazebo did not answer for {self._options.step_timeout:g} s"
             raise SimulationError(f"{message} (option step_timeout): {self._run.last_lines()}") from None
-
-    def _how(self) -> str:
-        """Return how the process ended."""
-        try:
-            code = self._process.wait(timeout=1.0)
-        except subprocess.TimeoutExpired:
-            return ""
-        return f" by signal {-code}" if code < 0 else f" with exit code {code}"
 
     def _connect(self, line: Sequence[str], listener: socket.socket) -> socket.socket:
         """Start Gazebo and wait for its plugin; try again if another program took the port meanwhile."""
@@ -163,7 +175,7 @@ class Gazebo:
             self._start(line)
             with suppress(_PortTakenError):
                 return self._accept(listener)
-            self._kill()
+            self._child.kill()
         self._start(line)
         try:
             return self._accept(listener)
@@ -171,15 +183,7 @@ class Gazebo:
             self._fail(f"met a port that was taken, {_STARTS} times")
 
     def _start(self, line: Sequence[str]) -> None:
-        with self._run.log.open("wb") as log:
-            self._process = subprocess.Popen(
-                line,
-                stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=log,
-                env=environment(self._options, [self._run.models]),
-                start_new_session=True,
-            )
+        self._child = Child(line, environment(self._options, [self._run.models]), self._run.log)
 
     def _accept(self, listener: socket.socket) -> socket.socket:
         """Wait for the plugin in Gazebo.
@@ -193,11 +197,11 @@ class Gazebo:
             try:
                 connected, _ = listener.accept()
             except TimeoutError:
-                ended, log = self._process.poll() is not None, self._run.log.read_bytes()
+                ended, log = self._child.ended, self._run.log.read_bytes()
                 if _PORT_TAKEN in log:
                     raise _PortTakenError from None
                 if ended:
-                    self._fail(f"ended at its start with exit code {self._process.returncode}")
+                    self._fail(f"ended at its start{self._child.how()}")
                 if _NO_PLUGIN in log:
                     self._fail("cannot load the plugin libnrp_gazebo.so")
                 if time.monotonic() > until:
@@ -225,12 +229,16 @@ class Gazebo:
         self.link_names: list[str] = told["links"]
 
     def _end(self) -> None:
-        self._kill()
+        self._child.kill()  # unshare takes what runs in the root with it
         self._run.remove()
 
-    def _kill(self) -> None:
-        self._process.kill()  # unshare takes what runs in the root with it
-        self._process.wait()
+
+def _shared(file: Path) -> mmap.mmap | bytes:
+    """Return the memory of a file."""
+    if not file.exists():
+        return b""
+    with file.open("r+b") as opened:
+        return mmap.mmap(opened.fileno(), 0)
 
 
 def _plain(line: str) -> str:

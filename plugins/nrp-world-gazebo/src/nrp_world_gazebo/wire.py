@@ -15,7 +15,7 @@ import numpy as np
 
 from nrp_core.world import FloatArray
 
-VERSION = 1
+VERSION = 2
 """The version of the protocol; ``gazebo/wire.hh`` has the same one."""
 
 LINK_ROW, JOINT_ROW = 13, 3

@@ -11,6 +11,7 @@ from nrp_core.clock import seconds
 from nrp_core.world import Model, Scene
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_gazebo.elements import Xml, element, model_element, numbers, pose_element
+from nrp_world_gazebo.lights import light_element, waking_camera
 from nrp_world_gazebo.process import Run
 
 _VERSION = "1.6"
@@ -35,8 +36,12 @@ def write_world(
         given = own.get(model.name)
         sdf = _sdf(model_element(model, bodies[model.name])) if given is None else given
         world.append(_include(run.models / f"nrp_{number}", model, sdf))
-    socket = element("socket", text=str(run.socket))
-    world.append(element("plugin", socket, name="nrp_lockstep", filename=_PLUGIN))
+    told = [element("socket", text=str(run.socket))]
+    if run.images.exists():
+        told.append(element("images", text=str(run.images)))
+        world.extend(map(light_element, scene.lights))
+        world.append(waking_camera())
+    world.append(element("plugin", *told, name="nrp_lockstep", filename=_PLUGIN))
     run.world.write_bytes(etree.tostring(_sdf(world), pretty_print=True))
 
 
