@@ -1,0 +1,1 @@
+"""Neurons of NESTML as cells in equations."""

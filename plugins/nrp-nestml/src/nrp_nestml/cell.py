@@ -1,0 +1,161 @@
+"""A neuron of NESTML as the arguments of ``EquationCell``."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any, Final
+
+from nrp_nestml.declarations import Declarations
+from nrp_nestml.dynamics import Dynamics
+from nrp_nestml.errors import NestmlError, at
+from nrp_nestml.expressions import plain, substituted
+from nrp_nestml.reading import read
+from nrp_nestml.statements import Behaviour, Reader
+
+_INPUT: Final = "i_offset"
+_SPIKE: Final = "0.001"
+"""The magnitude of a spike: a pulse of 1/s, in 1/ms."""
+
+
+def cell_of(path: Path) -> dict[str, Any]:
+    """Return the arguments of ``EquationCell`` for the neuron in a file.
+
+    Every variable and parameter has its name and unit in the file. Injected currents go to the continuous
+    port.
+
+    Raises:
+        NestmlError: it is not a neuron, or has something that cells in equations do not have.
+    """
+    return _Cell(read(path)).arguments()
+
+
+class _Cell:
+    def __init__(self, model: Any) -> None:
+        self._name = model.get_name()
+        self._given = Declarations(model)
+        self._dynamics = Dynamics(model, self._given)
+        self._does = self._behaviour(model)
+        gone = {self._does.timer, *self._does.previous}
+        rates = {**self._dynamics.rates, **self._does.decays}
+        rates |= dict.fromkeys(self._given.initial.keys() - rates.keys(), "0.0")  # changes at spikes alone
+        self._rates = {name: rate for name, rate in rates.items() if name not in gone}
+        self._inlines = dict(self._dynamics.inlines)
+        for name in {one for one in self._does.previous.values() if f"{one}_falls" in self._does.threshold}:
+            self._inlines[f"{name}_falls"] = self._rates[name]
+        for name in filter(None, gone):
+            if re.search(
+                rf"\b{name}\b", " ".join((self._does.threshold, *self._does.reset, *self._rates.values()))
+            ):
+                raise NestmlError(f"'{name}' is used in a way that has no counterpart in a cell in equations")
+        self._continuous = [plain(one.get_name()) for one in self._given.ports if not one.is_spike()]
+        if len(self._continuous) > 1:
+            raise NestmlError(f"it has {len(self._continuous)} continuous ports; there may be one")
+
+    def _behaviour(self, model: Any) -> Behaviour:
+        given = self._given
+        spiking = {plain(port.get_name()) for port in given.ports if port.is_spike()}
+        reader = Reader(given.writer, set(given.initial), {**given.internals, **given.parameters}, spiking)
+        for block in model.get_update_blocks():
+            reader.update(block.get_stmts_body())
+        for block in model.get_on_receive_blocks():
+            reader.received(plain(block.get_port_name()), block.get_stmts_body())
+        for block in model.get_on_condition_blocks():
+            reader.condition(block)
+        if not reader.found.threshold:
+            raise NestmlError("it has no onCondition block that emits a spike, so it is not a neuron")
+        reader.found.effects.update(self._dynamics.pulses)
+        return reader.found
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments."""
+        does = self._does
+        result = {
+            "equations": "\n".join([*self._definitions(), *self._derivatives()]),
+            "threshold": self._final(does.threshold),
+            "reset": "\n".join(map(self._assignment, does.reset)),
+            "refractory": f"({self._final(does.period)})*ms" if does.period else "0 ms",
+            "receptors": self._receptors(), "name": self._name,
+        }  # fmt: skip
+        return {**result, "parameters": self._parameters(result), "initial": self._initial()}
+
+    def _definitions(self) -> list[str]:
+        return [f"{name} = {self._final(text)} : 1" for name, text in self._inlines.items()]
+
+    def _derivatives(self) -> list[str]:
+        found = []
+        for name, rate in self._rates.items():
+            held = " (unless refractory)" if name in self._does.held else ""
+            found.append(f"d{name}/dt = {self._scaled(name, rate)}/ms : {self._given.unit(name)}{held}")
+        return found
+
+    def _receptors(self) -> dict[str, str]:
+        receptors: dict[str, str] = {}
+        for port in (one for one in self._given.ports if one.is_spike()):
+            both = port.is_excitatory() and port.is_inhibitory()
+            receptor = "inhibitory" if port.is_inhibitory() and not both else "excitatory"
+            if receptor in receptors or port.has_size_parameter():
+                raise NestmlError(
+                    f"{at(port)}: it has more than one {receptor} port; cells in equations have an "
+                    "excitatory and an inhibitory receptor"
+                )
+            effect = self._effect(plain(port.get_name()))
+            if effect:
+                receptors[receptor] = effect
+        return receptors
+
+    def _effect(self, port: str) -> str:
+        """Return what a spike of a port does, or an empty text."""
+        if port in self._dynamics.kernels:
+            kernel = self._dynamics.kernels[port]
+            if len(kernel.jumps) != 1:
+                raise NestmlError(
+                    f"kernel '{kernel.name}': a spike changes {len(kernel.jumps)} of its variables"
+                )
+            ((variable, jump),) = kernel.jumps.items()
+            return f"{variable} += ({self._final(jump)})*weight"
+        if port not in self._does.effects:
+            return ""
+        variable, added = self._does.effects[port]
+        factor = re.sub(rf"\b{port}\b", _SPIKE, added)
+        return f"{variable} += ({self._final(factor)})*weight"
+
+    def _parameters(self, texts: dict[str, Any]) -> dict[str, str]:
+        """Return the defaults; a limit that is infinite and has no effect is left out."""
+        written = " ".join(map(str, texts.values()))
+        found = {}
+        for name in self._given.parameters:
+            number = self._given.number(name)
+            if math.isfinite(number) or re.search(rf"\b{name}\b", written):
+                found[name] = _quantity(number, self._given.unit(name))
+        return found | dict.fromkeys([_INPUT] if self._continuous else [], "0 pA")
+
+    def _initial(self) -> dict[str, str]:
+        kernels = {name for kernel in self._dynamics.kernels.values() for name in kernel.rates}
+        return {
+            name: _quantity(self._given.number(name), self._given.unit(name))
+            for name in self._rates
+            if name in self._given.initial and name not in kernels
+        }
+
+    def _assignment(self, text: str) -> str:
+        name, _, value = text.partition(" = ")
+        return f"{name} = {self._scaled(name, value)}"
+
+    def _scaled(self, name: str, magnitude: str) -> str:
+        """Return a magnitude as a quantity in the unit of a variable."""
+        unit = self._given.unit(name)
+        return f"({self._final(magnitude)})" + ("" if unit == "1" else f"*{unit}")
+
+    def _final(self, text: str) -> str:
+        """Return an expression of magnitudes as one of quantities, with internals written out."""
+        for _ in self._given.internals:  # one may be in the text of another
+            text = substituted(text, self._given.internals)
+        units = {name: self._given.unit(name) for name in (*self._given.parameters, *self._given.initial)}
+        values = {name: f"{name}/{unit}" for name, unit in units.items() if unit != "1"}
+        return substituted(text, values | dict.fromkeys(self._continuous, f"{_INPUT}/pA"))
+
+
+def _quantity(number: float, unit: str) -> str:
+    return f"{number!r}" if unit == "1" else f"{number!r} {unit}"

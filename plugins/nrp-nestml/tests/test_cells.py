@@ -1,0 +1,136 @@
+"""Neurons that NESTML ships are the cells that they describe: equal to PyNN's where PyNN has the same."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from nrp_core.errors import NetworkError
+from nrp_core.pynn import new_simulator
+
+from nrp_nestml.cell import cell_of
+from nrp_nestml.errors import NestmlError
+
+MODELS = Path(sys.prefix) / "models/neurons"
+STEP_MS = 0.1
+
+
+class Pair(NamedTuple):
+    """A model, PyNN's cell with the same equations, and weights that let it fire."""
+
+    model: str
+    cell: str
+    parameters: dict[str, float]
+    weights: tuple[float, float]
+    """Of the receptors, in pA, nS or mV."""
+    per_weight: float = 1e-3
+    """From the unit of these weights to PyNN's."""
+    most_mv: float = 1e-9
+    is_linear: bool = True
+
+
+CURRENTS = {
+    "cm": 0.25, "tau_m": 10.0, "v_rest": -70.0, "v_reset": -70.0, "v_thresh": -55.0, "tau_refrac": 2.0,
+    "tau_syn_E": 2.0, "tau_syn_I": 2.0,
+}  # fmt: skip
+CONDUCTANCES = {
+    "cm": 0.25, "tau_m": 250.0 / 16.6667, "v_rest": -70.0, "v_reset": -60.0, "v_thresh": -55.0,
+    "tau_refrac": 2.0, "e_rev_E": 0.0, "e_rev_I": -85.0, "tau_syn_E": 0.2, "tau_syn_I": 2.0,
+}  # fmt: skip
+PAIRS = (
+    Pair("iaf_psc_exp_neuron", "IF_curr_exp", CURRENTS, (900.0, 300.0)),
+    Pair("iaf_psc_alpha_neuron", "IF_curr_alpha", CURRENTS, (400.0, 100.0)),
+    Pair("iaf_cond_alpha_neuron", "IF_cond_alpha", CONDUCTANCES, (100.0, 5.0), most_mv=1e-4, is_linear=False),
+    Pair("iaf_cond_exp_neuron", "IF_cond_exp", CONDUCTANCES, (120.0, 5.0), most_mv=1e-4, is_linear=False),
+)
+CASES = [PAIRS[0], *(pytest.param(pair, marks=pytest.mark.heavy) for pair in PAIRS[1:])]
+
+
+def response(cell: str, given: Any, weights: tuple[float, float], variable: str) -> tuple[Any, Any]:
+    """Return the voltage (mV) and the steps of spikes of a cell that receives two trains."""
+    sim = new_simulator()
+    sim.setup(timestep=STEP_MS, options={"resolution": f"{STEP_MS} ms"})
+    kind = sim.nestml_cell(MODELS / f"{cell}.nestml") if variable == "V_m" else getattr(sim, cell)
+    cells = sim.Population(1, kind(**given))
+    cells.initialize(**{variable: -70.0})
+    rng = np.random.default_rng(4)
+    for receptor, weight, n in zip(("excitatory", "inhibitory"), weights, (80, 20), strict=True):
+        times = np.sort(rng.choice(np.arange(10, 2900), n, replace=False)) * STEP_MS
+        source = sim.Population(1, sim.SpikeSourceArray(spike_times=times.tolist()))
+        synapse = sim.StaticSynapse(weight=weight, delay=1.0)
+        sim.Projection(source, cells, sim.OneToOneConnector(), synapse, receptor_type=receptor)
+    cells.record(["spikes", variable])
+    sim.run(300.0)
+    data = cells.get_data().segments[0]
+    steps = np.rint(np.asarray(data.spiketrains[0]) / STEP_MS).astype(int)
+    return np.asarray(data.filter(name=variable)[0])[:, 0], steps
+
+
+@pytest.mark.parametrize("pair", CASES, ids=[pair.model for pair in PAIRS])
+def test_a_neuron_that_pynn_has_too_has_its_voltage_and_spikes(pair: Pair) -> None:
+    mine, spikes = response(pair.model, {}, pair.weights, "V_m")
+    excitatory, inhibitory = (weight * pair.per_weight for weight in pair.weights)
+    inhibitory *= -1 if "curr" in pair.cell else 1
+    theirs, expected = response(pair.cell, pair.parameters, (excitatory, inhibitory), "v")
+    assert len(expected) > 3
+    assert len(spikes) == len(expected)
+    same = slice(None)
+    if pair.is_linear:
+        assert spikes.tolist() == expected.tolist()
+    else:  # cells in equations find the threshold within the step, so later ones are earlier
+        same = slice(int(expected[0]))
+        assert abs(int(spikes[0]) - int(expected[0])) <= 1
+    assert np.abs(mine - theirs)[same].max() < pair.most_mv
+    longer = {**pair.parameters, "tau_syn_E": 1.01 * pair.parameters["tau_syn_E"]}
+    other, _ = response(pair.cell, longer, (excitatory, inhibitory), "v")
+    assert np.abs(mine - other)[same].max() > 10 * pair.most_mv
+
+
+def test_functions_peaks_and_pulses_become_equations() -> None:
+    barrel = cell_of(MODELS / "wb_cond_exp_neuron.nestml")
+    assert "alpha_m" not in barrel["equations"]
+    assert "(V_m_falls < 0)" in barrel["threshold"]
+    assert barrel["refractory"].replace("(", "").replace(")", "") == "refr_T/ms*ms"
+    pulses = cell_of(MODELS / "iaf_psc_delta_neuron.nestml")
+    assert list(pulses["receptors"]) == ["excitatory"]
+    assert pulses["parameters"]["V_th"] == "-55.0 mV"
+
+
+@pytest.mark.parametrize(
+    ("model", "message"),
+    [
+        ("iaf_psc_exp_htum_neuron", r"line \d+: steps\(...\) has no meaning in an equation"),
+        pytest.param(
+            "traub_cond_multisyn_neuron",
+            r"line \d+: it has more than one excitatory port",
+            marks=pytest.mark.heavy,
+        ),
+    ],
+)
+def test_what_a_cell_in_equations_does_not_have_is_refused_with_its_line(model: str, message: str) -> None:
+    with pytest.raises(NestmlError, match=message):
+        cell_of(MODELS / f"{model}.nestml")
+
+
+def test_a_mistake_in_a_file_is_one_error_of_the_network(tmp_path: Path) -> None:
+    wrong = tmp_path / "wrong.nestml"
+    wrong.write_text("model wrong:\n    state\n        V_m mV = 3 mV\n")
+    with pytest.raises(NetworkError, match=r"wrong.nestml: NESTML cannot read it"):
+        new_simulator().nestml_cell(wrong)
+
+
+@pytest.mark.heavy
+def test_most_neurons_that_nestml_ships_are_cells_here() -> None:
+    sim = new_simulator()
+    sim.setup(timestep=STEP_MS)
+    made, refused = [], []
+    for path in sorted(MODELS.glob("*.nestml")):
+        try:
+            sim.Population(2, sim.nestml_cell(path)())
+            made.append(path.stem)
+        except NetworkError:
+            refused.append(path.stem)
+    assert len(made) >= 22, refused
