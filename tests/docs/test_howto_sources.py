@@ -1,6 +1,8 @@
 """Pages that build a file block by block, and the file itself, do not part."""
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -23,3 +25,31 @@ def test_the_blocks_of_a_page_in_their_order_are_the_file_that_it_builds(page, f
     source = (ROOT / file).read_text()
     assert written("".join(BLOCK.findall((ROOT / "docs" / "howto" / page).read_text()))) == written(source)
     assert source.count("\n") <= most
+
+
+PATCH = re.compile(r"<<'EOF'\n(--- a/.*?)^EOF$", re.MULTILINE | re.DOTALL)
+PATCHED = "add-a-synapse-law.md"
+
+
+def test_the_patches_of_a_page_fit_the_tree_line_by_line(tmp_path):
+    """The page itself runs by hand, as it compiles; ``git`` ignores added lines that stand elsewhere."""
+    patches = PATCH.findall((ROOT / "docs" / "howto" / PATCHED).read_text())
+    assert len(patches) == 2
+    for patch in patches:
+        name = re.search(r"^--- a/(.+)$", patch, re.MULTILINE)[1]
+        copy = tmp_path / name
+        copy.parent.mkdir(parents=True)
+        copy.write_text((ROOT / name).read_text())
+        command = ["git", "apply", "--unidiff-zero", "-"]
+        subprocess.run(command, input=patch, text=True, cwd=tmp_path, check=True)
+        compile(copy.read_text(), name, "exec")
+        assert ruff(copy) == []
+
+
+def ruff(path):
+    """Return the complaints about syntax and names."""
+    select = ["--isolated", "--select", "E9,F", "--output-format", "concise"]
+    done = subprocess.run(
+        [sys.executable, "-m", "ruff", "check", *select, path], capture_output=True, text=True, check=False
+    )
+    return [line for line in done.stdout.splitlines() if path.name in line]

@@ -16,6 +16,7 @@ from nrp_brain_event.handles import handle
 from nrp_brain_event.kernels import READABLE, emit, inject, read, run, set_currents, spread
 from nrp_brain_event.live import change_parameters, change_weights, weights_now
 from nrp_brain_event.options import EventOptions
+from nrp_brain_event.random_numbers import begin_streams
 from nrp_brain_event.records import DIVERGED, FULL, EngineArrays
 from nrp_brain_event.traces import planned, run_reading
 from nrp_core._support.arrays import FloatArray, IntArray
@@ -124,4 +125,7 @@ class EventBrain(Brain):
         del self._engine, self._places, self._initial
 
     def _fresh(self) -> EngineArrays:
-        return self._initial._replace(**changing(self._initial))
+        engine = self._initial._replace(**changing(self._initial))
+        if len(engine.short_term):
+            begin_streams(engine.short_term, self._seeds.integer("synapses", 62))
+        return engine

@@ -69,7 +69,7 @@ def _load_equations(cells: Array, population: Population) -> None:
     cells["membrane"], cells["synapse"] = EQUATIONS, JUMP
     for name in ("tau_m", "cm", "tau_syn"):  # avoids division by zero
         cells[name] = 1.0
-    cells["first_fired"] = cells["last_fired"] = -1
+    cells["first_stored"] = cells["last_stored"] = -1
     current = population.parameters.get(INPUT)
     if current is not None:
         assert population.equations is not None
@@ -190,7 +190,7 @@ def _load_state(cells: Array, kind: CellType, given: Mapping[str, FloatArray]) -
     for variable, values in enumerate(state):
         cells["path"][:, variable, 0] = values
     cells["step"], cells["on_wake"] = inf, START
-    cells["first_fired"] = cells["last_fired"] = -1
+    cells["first_stored"] = cells["last_stored"] = -1
 
 
 def _gates(given: Mapping[str, FloatArray], voltages: FloatArray) -> list[FloatArray]:

@@ -14,9 +14,9 @@ from nrp_brain_event.synapse_laws import SHARES
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.synapses.laws import LAWS
-from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import NetworkError
+from nrp_core.seeds import Seeds
 
 _LEAST_DELAY_MS: Final = 1.0 / NS_PER_MS
 
@@ -85,7 +85,7 @@ def places_of(network: Network, row_of: IntArray) -> dict[str, IntArray]:
     rows[order] = np.arange(len(order))
     cuts = np.cumsum([projection.size for projection in projections])[:-1]
     places = {p.label: part for p, part in zip(projections, np.split(rows, cuts), strict=False)}
-    plastic = [projection for projection in projections if projection.synapse_type == STDP]
+    plastic = [projection for projection in projections if projection.is_plastic]
     targets = [_targets(projection, network, row_of) for projection in plastic]
     for projection, own in zip(plastic, rows_of_plastic(targets), strict=True):
         places[projection.label] = own
@@ -134,12 +134,18 @@ def _short_term(projections: Sequence[Projection], cells: Array, targets: list[A
     for projection, target, is_so in zip(projections, targets, dynamic, strict=True):
         rows.append(np.arange(n, n + projection.size) if is_so else np.full(projection.size, -1))
         if is_so:
-            fill_short_term(table[n : n + projection.size], projection, cells[target >> 1])
+            own = table[n : n + projection.size]
+            fill_short_term(own, projection, cells[target >> 1], numbers_of(projection))
             n += projection.size
     return _joined(rows, np.int32), table
 
 
-def fill_short_term(table: Array, projection: Projection, targets: Array) -> None:
+def numbers_of(projection: Projection) -> IntArray:
+    """Return numbers that set the synapses of a projection apart from those of any other."""
+    return Seeds(0).integer(projection.label, 62) + np.arange(projection.size)
+
+
+def fill_short_term(table: Array, projection: Projection, targets: Array, numbers: IntArray) -> None:
     """Store the parameters and initial state of synapses onto the cells ``targets``.
 
     Raises:
@@ -153,4 +159,5 @@ def fill_short_term(table: Array, projection: Projection, targets: Array) -> Non
     if "law" in (table.dtype.names or ()):
         table["law"] = list(SHARES).index(law.name)
     synapse = int(projection.receptor == "inhibitory")
+    table["stream"] = numbers
     table["tau_psc"] = np.where(targets["synapse"] == JUMP, 0.0, targets["tau_syn"][:, synapse])

@@ -9,9 +9,11 @@ from math import inf, nextafter
 from typing import Final
 
 from nrp_brain_event.agenda import gather, next_round, post, release, reschedule, schedule
+from nrp_brain_event.compiled_laws import released_share
 from nrp_brain_event.handles import opened
 from nrp_brain_event.linear import is_linear, search
 from nrp_brain_event.neuron import fire, move, plan, receive, voltage_at
+from nrp_brain_event.plasticity import store_spike, transmit
 from nrp_brain_event.records import (
     COLD,
     DIVERGED,
@@ -27,9 +29,7 @@ from nrp_brain_event.records import (
     EngineArrays,
     Event,
 )
-from nrp_brain_event.released_share import released_share
 from nrp_brain_event.runge_kutta import state_at
-from nrp_brain_event.spike_timing import remember, transmit
 from nrp_brain_event.synaptic_inputs import remaining_at
 from nrp_core._support.jit import CACHE_LINE, inlined, jit, prefetch
 
@@ -144,7 +144,7 @@ def _pass(engine: EngineArrays, row: int, end: float) -> int:
             _send(engine, cell.id, cell.wake)
             if len(first_plastic) > 0 and first_plastic[row] < first_plastic[row + 1]:
                 onto = plastic[first_plastic[row] : first_plastic[row + 1]]
-                remember(cell, onto, engine.rules, clock, engine.events)
+                store_spike(cell, onto, engine.rules, clock, engine.events)
             fire(cell)
         elif cell.wake > cell.t:  # a neuron that starts now is already there
             move(cell, cell.wake)

@@ -7,12 +7,11 @@ import numpy as np
 from nrp_brain_event.cell_types import TIME_CONSTANTS
 from nrp_brain_event.cells import with_parameters
 from nrp_brain_event.kernels import begin_anew
+from nrp_brain_event.plasticity import bring_up_to
 from nrp_brain_event.records import FROZEN, JUMP, CellParameters, EngineArrays
-from nrp_brain_event.spike_timing import bring_up_to
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.synapses.stdp import STDP
 
 
 def change_parameters(engine: EngineArrays, network: Network, change: ParameterChange) -> None:
@@ -36,7 +35,7 @@ def change_parameters(engine: EngineArrays, network: Network, change: ParameterC
 
 def weights_now(engine: EngineArrays, projection: Projection, rows: IntArray) -> FloatArray:
     """Return the weights of a projection whose synapses are in these rows."""
-    if projection.synapse_type != STDP:
+    if not projection.is_plastic:
         return engine.weight[rows]
     seen = _up_to_date(engine._replace(plastic=engine.plastic.copy(), events=engine.events.copy()))
     return seen.plastic["weight"][rows] * _signs(seen, rows)
@@ -44,7 +43,7 @@ def weights_now(engine: EngineArrays, projection: Projection, rows: IntArray) ->
 
 def change_weights(engine: EngineArrays, projection: Projection, rows: IntArray, weights: FloatArray) -> None:
     """Change the weights of synapses in these rows; spikes that have passed them keep the old ones."""
-    if projection.synapse_type != STDP:
+    if not projection.is_plastic:
         engine.weight[rows] = weights
         return
     _up_to_date(engine)

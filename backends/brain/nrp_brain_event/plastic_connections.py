@@ -8,15 +8,15 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from nrp_brain_event.records import Array, Plastic, Rule
+from nrp_brain_event.synapse_laws import RULES
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.data import Projection
-from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.law import SynapseLaw
+from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.errors import CapabilityError, NetworkError
 
-_TIMING: Final = "SpikePairRule"
-_MULTIPLICATIVE: Final = "MultiplicativeWeightDependence"
-_WEIGHT: Final = ("AdditiveWeightDependence", _MULTIPLICATIVE)
-_RULE: Final = ("A_plus", "A_minus", "tau_plus", "tau_minus", "w_min", "w_max")
+_LIMITS: Final = ("w_min", "w_max")
+_COLUMNS: Final = Rule.dtype().names or ()
 _LONG_AGO_MS: Final = -np.inf
 
 
@@ -44,19 +44,19 @@ def load_plastic(projections: Sequence[Projection], targets: Sequence[Array], n_
         NetworkError: a parameter is missing or impossible.
         CapabilityError: the rule is not supported.
     """
-    plastic = [k for k, projection in enumerate(projections) if projection.synapse_type == STDP]
+    plastic = [k for k, projection in enumerate(projections) if projection.is_plastic]
     rows = rows_of_plastic([targets[k] for k in plastic])
     table = np.zeros(sum(map(len, rows)), Plastic.dtype())
-    rules = np.empty((len(table), len(_RULE) + 2))
+    rules = np.empty((len(table), len(_COLUMNS)))
     redirected = list(targets)
     for k, own in zip(plastic, rows, strict=True):
         redirected[k] = ~own
         table["target"][own] = targets[k]
         rules[own] = _rules(projections[k])
-        table["weight"][own] = rules[own, -1] * projections[k].weight
+        table["weight"][own] = rules[own, _COLUMNS.index("sign")] * projections[k].weight
         table["dendritic_delay"][own] = projections[k].delay_ms * _dendritic_fraction(projections[k])
-    distinct, table["rule"] = np.unique(rules, axis=0, return_inverse=True)
-    table["heard"] = -1
+    distinct, table["rule"] = _distinct(rules)
+    table["last_seen"] = -1
     table["pre_t"] = table["post_t"] = _LONG_AGO_MS
     fan_in = np.bincount(table["target"] >> 1, minlength=n_cells)
     first = np.concatenate([[0], np.cumsum(fan_in)]) if len(table) else np.empty(0, np.int64)
@@ -86,22 +86,43 @@ def parameter(projection: Projection, name: str) -> FloatArray:
 
 def _rules(projection: Projection) -> FloatArray:
     """Return the columns of ``Rule`` for each synapse."""
-    names = set(projection.plasticity.values())
-    if _TIMING not in names or not names & set(_WEIGHT):
-        raise CapabilityError(
-            f"projection '{projection.label}': the rules of plasticity are {_TIMING} with "
-            f"{' or '.join(_WEIGHT)}, not {', '.join(sorted(names)) or 'an unnamed one'}"
-        )
+    law = LAWS[projection.synapse_type]
+    chosen = law.chosen_parts(list(projection.plasticity.values()))
+    if chosen is None:
+        raise CapabilityError(f"projection '{projection.label}': {_unknown_parts(projection, law)}")
+    parts = dict(chosen)
     negative = bool((projection.weight < 0).any())
     if negative and (projection.weight > 0).any():
         raise NetworkError(f"projection '{projection.label}': plastic weights have one sign, not both")
-    columns = [parameter(projection, name) for name in _RULE]
-    columns[-2:] = [np.abs(limit) for limit in columns[-2:]]
-    flags = [
-        np.full(projection.size, float(_MULTIPLICATIVE in names)),
-        np.full(projection.size, 1.0 - 2.0 * negative),
-    ]
-    return np.stack([*columns, *flags], axis=1)
+    columns: dict[str, float | FloatArray] = {}
+    for part in parts.values():
+        columns |= {name: parameter(projection, name) for name in part.parameters} | dict(part.implied)
+    if not parts:
+        columns |= {name: parameter(projection, name) for name in law.parameters}
+    columns |= {
+        name: np.abs(columns[name]) for name in _LIMITS if name in columns
+    }  # magnitudes, as the weight
+    columns["sign"] = 1.0 - 2.0 * negative
+    columns["law"] = next(number for number, name in enumerate(RULES) if name in (law.name, *parts))
+    rules = np.zeros((projection.size, len(_COLUMNS)))
+    for k, name in enumerate(_COLUMNS):
+        rules[:, k] = columns.get(name, 0.0)
+    return rules
+
+
+def _unknown_parts(projection: Projection, law: SynapseLaw) -> str:
+    valid = "; ".join(f"{part}: {', '.join(classes)}" for part, classes in law.parts.items())
+    given = ", ".join(sorted(projection.plasticity.values())) or "none"
+    return f"its plasticity is composed of {given}; it needs one of each part ({valid})"
+
+
+def _distinct(rules: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Return the distinct rows, and the index of each row among them; equal columns are not sorted."""
+    varying = (rules != rules[:1]).any(axis=0)
+    if not varying.any():
+        return rules[:1], np.zeros(len(rules), np.int64)
+    _, first, index = np.unique(rules[:, varying], axis=0, return_index=True, return_inverse=True)
+    return rules[first], index
 
 
 def _dendritic_fraction(projection: Projection) -> FloatArray:

@@ -10,9 +10,10 @@ from typing import Annotated, Any, Final, NamedTuple, cast, get_origin, get_type
 import numpy as np
 import numpy.typing as npt
 
-from nrp_brain_event.synapse_laws import SHARES, fields_of
+from nrp_brain_event.synapse_laws import SHARES, plastic_fields, rule_fields, share_fields
 
 Array = npt.NDArray[Any]
+Fields = list[tuple[str, str]]
 
 
 def constant(value: int) -> int:
@@ -69,7 +70,12 @@ class Record:
                 fields.append((name, "f8", hint.__metadata__[0]))
             else:
                 fields.append((name, "i8" if hint is int else "f8"))
-        return np.dtype((np.record, fields))
+        return np.dtype((np.record, [*fields, *cls.more_fields()]))
+
+    @classmethod
+    def more_fields(cls) -> Fields:
+        """Return the fields that a table decides, after those of the class."""
+        return []
 
 
 class CellParameters(Record):
@@ -150,9 +156,9 @@ class Cell(CellParameters):
     step: float
     next_step: float
     n_fired: int
-    first_fired: int
-    last_fired: int
-    n_remembered: int
+    first_stored: int
+    last_stored: int
+    n_stored: int
     """The list of its spikes, stored as events, that its plastic synapses may still have to process."""
 
 
@@ -200,12 +206,12 @@ class ShortTerm(Record):
     """A synapse that transmits a share of its weight; see :mod:`nrp_brain_event.synapse_laws`."""
 
     @classmethod
-    def dtype(cls) -> np.dtype[Any]:
-        return np.dtype((np.record, fields_of(SHARES)))
+    def more_fields(cls) -> Fields:
+        return share_fields(SHARES)
 
 
 class Plastic(Record):
-    """A synapse with spike-timing-dependent plasticity; see :mod:`nrp_brain_event.spike_timing`."""
+    """A plastic synapse, with the state of its law; see :mod:`nrp_brain_event.plasticity`."""
 
     rule: int
     target: int
@@ -213,27 +219,28 @@ class Plastic(Record):
     weight: float
     """The absolute value of the weight."""
     dendritic_delay: float
-    heard: int
+    last_seen: int
     """The last processed spike of the target, an event."""
     pre_t: float
-    pre_trace: float
     post_t: float
-    post_trace: float
-    """The times of the last processed spikes of both sides, and the traces of earlier ones then."""
+    """The times of the last processed spikes of both sides."""
+
+    @classmethod
+    def more_fields(cls) -> Fields:
+        return plastic_fields()
 
 
 class Rule(Record):
     """The common parameters of plastic synapses by PyNN's names; limits are absolute values."""
 
-    A_plus: float
-    A_minus: float
-    tau_plus: float
-    tau_minus: float
-    w_min: float
-    w_max: float
-    multiplicative: int
+    law: int
+    """The kernel, as its place in the table of rules."""
     sign: int
     """The sign of the weights."""
+
+    @classmethod
+    def more_fields(cls) -> Fields:
+        return rule_fields()
 
 
 class Clock(Record):

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.limits import check_values
+from nrp_core.brain.network.limits import OF_SYNAPSES, check_values
 from nrp_core.brain.network.synapses.tsodyks_markram import LAW
 from nrp_core.brain.network.synapses.tsodyks_markram_kernel import CONSTANTS, released_share
 from nrp_core.errors import did_you_mean
@@ -38,7 +38,7 @@ class ShortTermSynapses:
         for name in given.keys() - {"type", *CONSTANTS}:
             raise ValueError(f"synapse_type {_KIND} has no '{name}'{did_you_mean(name, CONSTANTS)}")
         values = {name: np.array([float(given[name])]) for name in CONSTANTS}
-        check_values(f"synapse_type {_KIND}", values)
+        check_values(f"synapse_type {_KIND}", values, limits=OF_SYNAPSES)
         fields = [(name, "f8") for name in (*CONSTANTS, "tau_psc", *_STATE)]
         self._table = np.zeros(len(tau_psc), np.dtype((np.record, fields)))
         for name, value in {**values, "tau_psc": tau_psc}.items():

@@ -11,19 +11,20 @@ import numpy.typing as npt
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.cells.izhikevich import PEAK_MV
 from nrp_core.brain.network.cells.types import CELLS
-from nrp_core.brain.network.parameters import FINITE, limits_of
+from nrp_core.brain.network.parameters import FINITE, Limit, limits_of
 from nrp_core.brain.network.synapses.law import EVERY_SYNAPSE
 from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.errors import NetworkError
 
-_LIMITS: Final = limits_of(
-    [
-        EVERY_SYNAPSE,
-        *(law.parameters for law in LAWS.values()),
-        *(cell.parameters for cell in CELLS.values()),
-        *(cell.state for cell in CELLS.values()),
-    ]
+OF_CELLS: Final = limits_of(
+    [*(cell.parameters for cell in CELLS.values()), *(cell.state for cell in CELLS.values())]
 )
+OF_SYNAPSES: Final = limits_of([EVERY_SYNAPSE, *(law.parameters for law in LAWS.values())])
+
+
+def limits_of_cells(equations: object | None) -> Mapping[str, Limit]:
+    """Return the limits of the values of cells; in equations names have other meanings than in PyNN."""
+    return OF_CELLS if equations is None else {}
 
 
 def check_values(
@@ -31,7 +32,7 @@ def check_values(
     values: Mapping[str, FloatArray],
     item: Callable[[int], str] = "cell {}".format,
     *,
-    named: bool = True,
+    limits: Mapping[str, Limit] = OF_CELLS,
 ) -> None:
     """Check that values are numbers, and physically valid in sign and size.
 
@@ -39,13 +40,13 @@ def check_values(
         owner: the object with these values, for the message, e.g. ``population 'exc'``.
         values: one-dimensional arrays by PyNN parameter name, in PyNN's units.
         item: returns the description of the item at an index.
-        named: whether the names have the meaning and the limits that they have in PyNN.
+        limits: the valid values by name; a name without one has finite values.
 
     Raises:
         NetworkError: a value is invalid; the message names owner, item, parameter and value.
     """
     for name, array in values.items():
-        limit = _LIMITS.get(name, FINITE) if named else FINITE
+        limit = limits.get(name, FINITE)
         _require(limit.allows(distinct(array)), owner, item, name, array, limit.rule)
 
 
@@ -111,7 +112,7 @@ def check_synapses(
         pre, post = ends(synapse)
         return f"synapse {synapse} ({pre} -> {post})"
 
-    check_values(owner, values, item)
+    check_values(owner, values, item, limits=OF_SYNAPSES)
     if {"w_min", "w_max"} <= values.keys():
         least, most = (np.abs(values[name]) for name in ("w_min", "w_max"))  # limits are magnitudes
         wrong = np.flatnonzero(least > most)

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from nrp_brain_event.released_share import one_of
-from nrp_brain_event.synapse_laws import fields_of
+from nrp_brain_event.compiled_laws import one_of
+from nrp_brain_event.synapse_laws import share_fields
 
 from nrp_core._support.jit import jit
 from nrp_core.brain.network.synapses.laws import LAWS
@@ -52,7 +52,7 @@ def test_a_kernel_alone_is_called_without_a_choice() -> None:
 
 @pytest.mark.parametrize(("laws", "numbered"), [((TSODYKS_MARKRAM,), False), ((TSODYKS_MARKRAM, STDP), True)])
 def test_the_record_holds_what_any_of_the_laws_can_use(laws: tuple[str, ...], numbered: bool) -> None:
-    fields = [name for name, _ in fields_of(dict.fromkeys(laws))]
+    fields = [name for name, _ in share_fields(dict.fromkeys(laws))]
     assert len(fields) == len(set(fields))
     assert {name for law in laws for name in (*LAWS[law].parameters, *LAWS[law].state)} <= set(fields)
     assert {"tau_psc", "t"} <= set(fields)

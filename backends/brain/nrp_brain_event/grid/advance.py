@@ -11,7 +11,7 @@ from typing import Final
 
 from nrp_brain_event.grid.curved import DIVERGED as CELL_DIVERGED
 from nrp_brain_event.grid.curved import FIRED, set_cell_current, update_cell
-from nrp_brain_event.grid.delivery import deliver, keep_in_mind, send, send_all, transmitted
+from nrp_brain_event.grid.delivery import deliver, send, send_all, store_spike_of, transmitted
 from nrp_brain_event.grid.equations.advance import update_blocks
 from nrp_brain_event.grid.noise import add_noise, hear_noise
 from nrp_brain_event.grid.probes import take_samples
@@ -161,7 +161,7 @@ def emit(clock: GridClock, grid: Grid, step: int, n_early: int) -> None:
     for k in range(clock.n_fired):
         row = grid.fired[k]
         if len(grid.memories) > 0:
-            keep_in_mind(grid, row, step * clock.h)
+            store_spike_of(grid, row, step * clock.h)
         grid.spikes[0, clock.n_spikes], grid.spikes[1, clock.n_spikes] = step, grid.ids[row]
         grid.outbox[0, clock.n_out], grid.outbox[1, clock.n_out] = 2 * step + (k >= n_early), row
         clock.n_spikes += 1

@@ -24,6 +24,7 @@ from nrp_brain_event.grid.runs import input_lines
 from nrp_brain_event.grid.tables import load_tables, places_of_plastic
 from nrp_brain_event.handles import handle
 from nrp_brain_event.options import EventOptions
+from nrp_brain_event.random_numbers import begin_streams
 from nrp_brain_event.records import DIVERGED, Array
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
@@ -32,7 +33,6 @@ from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.grid import Grid as TimeGrid
 from nrp_core.brain.network.limits import distinct
-from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.errors import CapabilityError
 from nrp_core.findings import Code
@@ -178,7 +178,7 @@ class GridBrain(Brain):
         self._do_set_current(self._currents)
 
     def _do_read_weights(self, projection: Projection) -> FloatArray:
-        if projection.synapse_type != STDP:
+        if not projection.is_plastic:
             return self._given.get(projection.label, projection.weight).copy()
         plastic = plastic_now(self._grid, self._arrivals)[self._plastic_places[projection.label]]
         weights: FloatArray = plastic["weight"] * self._grid.rules["sign"][plastic["rule"]]
@@ -187,7 +187,7 @@ class GridBrain(Brain):
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
         grid, self._arrivals = unfolded(self._grid, self._arrivals)
         self._take(handle(grid))
-        if projection.synapse_type == STDP:
+        if projection.is_plastic:
             hear_all(self._grid)
             rows = self._plastic_places[projection.label]
             signs = self._grid.rules["sign"][self._grid.plastic["rule"][rows]]
@@ -218,6 +218,8 @@ class GridBrain(Brain):
         self._cells, self._given = self._initial_cells, {}
         self._fired = np.empty((2, 0), np.int64)
         self._arrivals, self._sent = Arrivals.none(), []
+        if len(self._grid.short_term):
+            begin_streams(self._grid.short_term, self._seeds.integer("synapses", 62))
         for noise in self._grid.noise:
             label, _ = self.network.label_of(int(self._grid.noise_ids[noise["first"]]))
             noise["key"] = self._seeds.integer(f"population/{label}", 62)

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final
 
+from nrp_brain_event.compiled_laws import released_share
 from nrp_brain_event.grid.records import PLASTIC, Grid, GridClock
+from nrp_brain_event.plasticity import store_spike, transmit
 from nrp_brain_event.records import Array
-from nrp_brain_event.released_share import released_share
-from nrp_brain_event.spike_timing import remember, transmit
 from nrp_core._support.jit import inlined, jit, prefetch
 
 Arrive = Callable[[GridClock, Grid, Any, int, int], None]
@@ -98,17 +98,17 @@ def transmitted(grid: Grid, row: int, arrival: float) -> float:
     """Return the weight with which a spike arrives over the plastic synapse in a row."""
     synapse = grid.plastic[row]
     memory = grid.memories[synapse.target >> 1]
-    return transmit(synapse, grid.rules[synapse.rule], memory, grid.remembered, arrival)
+    return transmit(synapse, grid.rules[synapse.rule], memory, grid.stored, arrival)
 
 
 @jit
-def keep_in_mind(grid: Grid, row: int, t: float) -> None:
+def store_spike_of(grid: Grid, row: int, t: float) -> None:
     """Store the present spike of a neuron with plastic synapses; there must be a free place."""
     first, last = grid.first_plastic[row], grid.first_plastic[row + 1]
     if first < last:
         memory = grid.memories[row]
         memory.wake = t
-        remember(memory, grid.plastic[first:last], grid.rules, grid.pool[0], grid.remembered)
+        store_spike(memory, grid.plastic[first:last], grid.rules, grid.pool[0], grid.stored)
 
 
 @jit

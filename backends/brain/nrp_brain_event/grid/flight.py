@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from nrp_brain_event.compiled_laws import released_share
 from nrp_brain_event.grid.arrivals import Arrivals
 from nrp_brain_event.grid.delivery import send_all, transmitted
 from nrp_brain_event.grid.loader import changing, enlarged
 from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, Grid
+from nrp_brain_event.plasticity import bring_up_to
 from nrp_brain_event.records import Array
-from nrp_brain_event.released_share import released_share
-from nrp_brain_event.spike_timing import SIMULTANEOUS, bring_up_to
+from nrp_brain_event.rules.weights import SIMULTANEOUS
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
 
@@ -49,7 +50,7 @@ def plastic_now(grid: Grid, arrivals: Arrivals) -> Array:
 def hear_all(grid: Grid) -> None:
     """Process the spikes of targets up to now in plastic synapses."""
     none = np.empty(0, np.int64)
-    bring_up_to(_now(grid), grid.memories, grid.plastic, grid.rules, grid.remembered, none)
+    bring_up_to(_now(grid), grid.memories, grid.plastic, grid.rules, grid.stored, none)
 
 
 def _sent(grid: Grid) -> Grid:

@@ -92,10 +92,10 @@ def _load_plastic(network: Network, row_of: IntArray, times: TimeGrid, n_rows: i
     on_grid = [replace(p, delay_ms=times.time_ms(times.delays(p.delay_ms))) for p in plastic]
     tables = load_plastic(on_grid, targets, n_rows).tables
     memories = np.zeros(n_rows if len(tables["plastic"]) else 0, Memory.dtype())
-    memories["first_fired"] = memories["last_fired"] = -1
-    pool, remembered = np.zeros(1, Pool.dtype()), np.zeros(max(2 * len(memories), 1), Event.dtype())
-    chain_free(pool, remembered, 0)
-    return {**tables, "memories": memories, "remembered": remembered, "pool": pool}
+    memories["first_stored"] = memories["last_stored"] = -1
+    pool, stored = np.zeros(1, Pool.dtype()), np.zeros(max(2 * len(memories), 1), Event.dtype())
+    chain_free(pool, stored, 0)
+    return {**tables, "memories": memories, "stored": stored, "pool": pool}
 
 
 def enlarged(grid: Grid) -> Grid:
@@ -109,8 +109,8 @@ def enlarged(grid: Grid) -> Grid:
     clock["free"] = n
     clock["n_free"] += n_entries - n
     if grid.pool["n_free"][0] < len(grid.memories):
-        n_remembered, grid = len(grid.remembered), grid._replace(remembered=doubled(grid.remembered))
-        chain_free(grid.pool, grid.remembered, n_remembered)
+        n_stored, grid = len(grid.stored), grid._replace(stored=doubled(grid.stored))
+        chain_free(grid.pool, grid.stored, n_stored)
     spikes, outbox = _widened(grid.spikes, len(grid.drive)), _widened(grid.outbox, len(grid.drive))
     return grid._replace(spikes=spikes, outbox=outbox, entry_after=after, entry_segment=segments)
 

@@ -1,8 +1,9 @@
 """Poisson cells that the grid draws itself: a count for each cell and step, from the exact distribution.
 
-The numbers are a hash of a key, the step and the number of the cell (the mixer of SplitMix64, Steele et al.
-2014, OOPSLA), so nothing is stored and any step can be drawn again. Twelve bits determine most counts by a
-table; if two counts are possible, 52 more bits are drawn and compared with the distribution.
+The numbers are a hash of a key, the step and the number of the cell (see
+:mod:`nrp_brain_event.random_numbers`), so nothing is stored and any step can be drawn again. Twelve bits
+determine most counts by a table; if two counts are possible, 52 more bits are drawn and compared with the
+distribution.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import Final
 import numpy as np
 
 from nrp_brain_event.grid.records import Grid, GridClock, Noise
+from nrp_brain_event.random_numbers import GOLDEN, mixed
 from nrp_brain_event.records import Array
 from nrp_core._support.jit import jit
 
@@ -23,10 +25,6 @@ _PER_WORD: Final = 5
 _MASK: Final = np.uint64((1 << _BITS) - 1)
 _SHIFT: Final = np.uint64(_BITS)
 _REST: Final = np.uint64(64 - _BITS)
-_GOLDEN: Final = np.uint64(0x9E3779B97F4A7C15)
-_FIRST: Final = np.uint64(0xBF58476D1CE4E5B9)
-_SECOND: Final = np.uint64(0x94D049BB133111EB)
-_S30, _S27, _S31 = np.uint64(30), np.uint64(27), np.uint64(31)
 _OPEN: Final = -1
 """Entry of a guide table: the first bits do not determine the count."""
 
@@ -56,14 +54,6 @@ def n_words(n_cells: int) -> int:
 
 
 @jit
-def mixed(x: np.uint64) -> np.uint64:
-    """Return a pseudorandom bijection of 64 bits."""
-    x = (x ^ (x >> _S30)) * _FIRST
-    x = (x ^ (x >> _S27)) * _SECOND
-    return x ^ (x >> _S31)
-
-
-@jit
 def add_noise(noise: Noise, grid: Grid, lines: Array, step: int) -> None:
     """Deliver the spikes that the cells emitted one delay before."""
     emitted = step - noise.delay
@@ -82,13 +72,13 @@ def _add_counts(
     begun = min((_PER_WORD - place) % _PER_WORD, len(targets))
     if begun > 0:
         word = mixed(number)
-        number += _GOLDEN
+        number += GOLDEN
         for i in range(begun):
             lines[targets[i]] += weight * _count(counts, bounds, word, place + i)
     whole = len(targets) - (len(targets) - begun) % _PER_WORD
     for first in range(begun, whole, _PER_WORD):
         word = mixed(number)
-        number += _GOLDEN
+        number += GOLDEN
         for j in range(_PER_WORD):  # a constant, so that it is unrolled
             lines[targets[first + j]] += weight * _count(counts, bounds, word, j)
     word = mixed(number)
@@ -105,7 +95,7 @@ def hear_noise(clock: GridClock, noise: Noise, grid: Grid, step: int) -> bool:
     number, place = _first_word(noise, step), (noise.first - noise.origin) % _PER_WORD
     for first in range(noise.first - place, noise.last, _PER_WORD):
         word = mixed(number)
-        number += _GOLDEN
+        number += GOLDEN
         for i in range(max(first, noise.first), min(first + _PER_WORD, noise.last)):
             count = _count(counts, bounds, word, i - first)
             if clock.n_spikes + count > grid.spikes.shape[1]:
@@ -120,7 +110,7 @@ def hear_noise(clock: GridClock, noise: Noise, grid: Grid, step: int) -> bool:
 def _first_word(noise: Noise, step: int) -> np.uint64:
     """Return the number of the first word of a step; the words of all steps differ."""
     words = step * noise.n_words + (noise.first - noise.origin) // _PER_WORD
-    return np.uint64(noise.key) + np.uint64(words) * _GOLDEN
+    return np.uint64(noise.key) + np.uint64(words) * GOLDEN
 
 
 @jit
@@ -134,7 +124,7 @@ def _count(counts: Array, bounds: Array, word: np.uint64, j: int) -> int:
 @jit
 def _decide(bounds: Array, high: np.uint64, word: np.uint64, j: int) -> int:
     """Return the count if the first bits do not determine it."""
-    low = mixed(~word + np.uint64(j) * _GOLDEN)
+    low = mixed(~word + np.uint64(j) * GOLDEN)
     u = (high << _REST) | (low >> _SHIFT)
     count = 0
     while u >= bounds[count] and count < len(bounds) - 1:

@@ -117,9 +117,9 @@ class Memory(Record):
     wake: float
     """Time of its last spike, ms."""
     n_fired: int
-    first_fired: int
-    last_fired: int
-    n_remembered: int
+    first_stored: int
+    last_stored: int
+    n_stored: int
 
 
 class Pool(Record):
@@ -214,7 +214,7 @@ class Grid(NamedTuple):
         plastic, first_plastic, rules: as in :class:`~nrp_brain_event.records.EngineArrays`.
         plastic_rows: row in ``plastic`` of each plastic synapse, in the order of ``targets``.
         memories: ``Memory``, one a row; none without plastic synapses.
-        remembered: ``Event``, the stored spikes.
+        stored: ``Event``, the stored spikes.
         pool: ``Pool``, shape ``(1,)``.
         slots: head of the list of segments that arrive in a step, a ring.
         entry_segment, entry_after: the entries of the lists.
@@ -262,7 +262,7 @@ class Grid(NamedTuple):
     rules: Annotated[Array, Rule]
     plastic_rows: Annotated[Array, np.int32]
     memories: Annotated[Array, Memory]
-    remembered: Annotated[Array, Event]
+    stored: Annotated[Array, Event]
     pool: Annotated[Array, Pool]
     slots: Annotated[Array, np.int32]
     entry_segment: Annotated[Array, np.int32]
@@ -284,7 +284,7 @@ class Grid(NamedTuple):
 
 CHANGING: Final = (
     "clock", "runs", "state", "drive", "queue", "release", "cells", "values", "constants", "short_term",
-    "plastic", "memories", "remembered", "pool", "slots", "entry_segment", "entry_after", "outbox", "spikes",
+    "plastic", "memories", "stored", "pool", "slots", "entry_segment", "entry_after", "outbox", "spikes",
     "noise",
 )  # fmt: skip
 """The parts of the grid that change while running."""

@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from nrp_brain_event.connections import delay_range, fill_short_term
+from nrp_brain_event.connections import delay_range, fill_short_term, numbers_of
 from nrp_brain_event.grid import sorting
 from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, Table
 from nrp_brain_event.grid.runs import line_of
@@ -24,7 +24,6 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.grid import Grid as TimeGrid
 from nrp_core.brain.network.limits import distinct
-from nrp_core.brain.network.synapses.stdp import STDP
 
 _SPAN: Final = 1 << 16
 
@@ -139,7 +138,7 @@ def load_tables(
 
 def targets_of_plastic(network: Network, row_of: IntArray) -> tuple[list[Projection], list[Array]]:
     """Return the projections of plastic synapses, and their receptors."""
-    plastic = [projection for projection in network.projections if projection.synapse_type == STDP]
+    plastic = [projection for projection in network.projections if projection.is_plastic]
     return plastic, [
         2 * row_of[network.offsets[p.post] + p.post_index.astype(np.int64)] + (p.receptor == "inhibitory")
         for p in plastic
@@ -160,15 +159,16 @@ def _parts(
     targets = cells[post_first : post_first + network.populations[projection.post].size]
     line = line_of(targets[0], int(projection.receptor == "inhibitory"))
     weight, dynamic, dynamics = common(projection.weight), 0, None
-    if projection.synapse_type in (*SHARES, STDP):  # in the order of the table
+    if projection.synapse_type in SHARES or projection.is_plastic:  # in the order of the table
         steps = grid.delays(projection.delay_ms)
         order = np.lexsort((projection.post_index, steps, projection.pre_index))
+        numbers = numbers_of(projection)[order]
         weight, projection = None, _reordered(projection, order)
-        if projection.synapse_type == STDP:
+        if projection.is_plastic:
             dynamic, dynamics = PLASTIC, plastic_rows[projection.label][order].astype(np.int32)
         else:
             dynamic, dynamics = SHORT_TERM, np.zeros(projection.size, ShortTerm.dtype())
-            fill_short_term(dynamics, projection, targets[projection.post_index])
+            fill_short_term(dynamics, projection, targets[projection.post_index], numbers)
     pre_first = network.offsets[projection.pre]
     spans = range(post_first // _SPAN, (post_first + len(targets) - 1) // _SPAN + 1)
     for span in spans:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -23,6 +23,7 @@ class SynapseLaw:
         parameters: the parameters of all parts, besides those of :data:`EVERY_SYNAPSE`.
         state: state variables of each synapse, with their values at rest.
         parts: the parts that PyNN composes the law from: PyNN's argument, its classes and their parameters.
+        plastic: whether spikes change the weight itself, not only the share of it that one spike transmits.
         stands_for: unsupported PyNN classes whose nearest equivalent this is.
     """
 
@@ -32,6 +33,7 @@ class SynapseLaw:
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     state: Mapping[str, Parameter] = field(default_factory=dict)
     parts: Mapping[str, Mapping[str, RulePart]] = field(default_factory=dict)
+    plastic: bool = False
     stands_for: tuple[str, ...] = ()
 
     @property
@@ -40,9 +42,21 @@ class SynapseLaw:
         return {name: parameter.default for name, parameter in self.parameters.items()}
 
     @property
+    def in_units_of_weight(self) -> frozenset[str]:
+        """The parameters that scale with the weights."""
+        unit = EVERY_SYNAPSE["weight"].unit
+        return frozenset(name for name, parameter in self.parameters.items() if parameter.unit == unit)
+
+    @property
     def first_parts(self) -> dict[str, str]:
         """The first class of each part, in the form of :attr:`Projection.plasticity`."""
         return {part: next(iter(classes)) for part, classes in self.parts.items()}
+
+    def chosen_parts(self, names: Collection[str]) -> list[tuple[str, RulePart]] | None:
+        """Return the named class of each part, in the order of the parts; None unless each has just one."""
+        chosen = [[(name, part) for name, part in of.items() if name in names] for of in self.parts.values()]
+        complete = all(len(classes) == 1 for classes in chosen) and len(set(names)) == len(chosen)
+        return [classes[0] for classes in chosen] if complete else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,9 +66,13 @@ class RulePart:
     Args:
         summary: one sentence, for scripts and documentation.
         parameters: parameters by PyNN name.
+        implied: values of other parameters of the law that this part fixes.
+        requires: the only class of each other part with which this one is composed, if there is just one.
         stands_for: as in :class:`SynapseLaw`.
     """
 
     summary: str
     parameters: tuple[str, ...]
+    implied: Mapping[str, float] = field(default_factory=dict)
+    requires: Mapping[str, str] = field(default_factory=dict)
     stands_for: tuple[str, ...] = ()

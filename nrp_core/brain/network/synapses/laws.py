@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from nrp_core.brain.network.synapses import static, stdp, tsodyks_markram
+from nrp_core.brain.network.synapses import (
+    multiquantal,
+    simple_stochastic,
+    static,
+    stdp,
+    stochastic_tsodyks_markram,
+    tsodyks_markram,
+)
 from nrp_core.brain.network.synapses.law import SynapseLaw
 
 LAWS: Final[Mapping[str, SynapseLaw]] = {
@@ -13,6 +20,11 @@ LAWS: Final[Mapping[str, SynapseLaw]] = {
     for law in (
         static.LAW,
         tsodyks_markram.LAW,
+        simple_stochastic.LAW,
+        stochastic_tsodyks_markram.LAW,
+        multiquantal.LAW,
         stdp.LAW,
     )
 }
+PLASTIC: Final = frozenset(law.name for law in LAWS.values() if law.plastic)
+"""The laws whose weights change by themselves."""

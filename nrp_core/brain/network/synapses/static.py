@@ -12,5 +12,5 @@ LAW: Final = SynapseLaw(
     STATIC,
     pynn="StaticSynapse",
     summary="A constant weight and delay (ms).",
-    stands_for=("SimpleStochasticSynapse", "ElectricalSynapse"),
+    stands_for=("ElectricalSynapse",),
 )

@@ -25,5 +25,4 @@ LAW: Final = SynapseLaw(
         "tau_facil": Parameter(0.0, "ms", NOT_NEGATIVE_OR_INFINITE),
     },
     state={name: Parameter(0.0) for name in ("u", "y", "z")},
-    stands_for=("StochasticTsodyksMarkramSynapse", "MultiQuantalSynapse"),
 )

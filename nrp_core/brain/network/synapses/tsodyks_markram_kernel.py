@@ -15,6 +15,13 @@ driven = jit(filters.driven)
 
 
 @jit
+def facilitated(synapse: Any, dt: float) -> float:
+    """Return u for a spike dt (ms) after the last one; ``U`` without facilitation."""
+    left = synapse.u * exp(-dt / synapse.tau_facil) if synapse.tau_facil > 0.0 else 0.0
+    return float(left + synapse.U * (1.0 - left))
+
+
+@jit
 def released_share(synapse: Any, t: float) -> float:
     """Return the fraction of the weight that a spike emitted at t transmits, and update the synapse.
 
@@ -33,8 +40,7 @@ def released_share(synapse: Any, t: float) -> float:
     else:
         synapse.z = (synapse.z + synapse.y) * exp(-dt / synapse.tau_rec)
         synapse.y = 0.0
-    facilitated = synapse.u * exp(-dt / synapse.tau_facil) if synapse.tau_facil > 0.0 else 0.0
-    synapse.u = facilitated + synapse.U * (1.0 - facilitated)
+    synapse.u = facilitated(synapse, dt)
     released = float(synapse.u * (1.0 - synapse.y - synapse.z))
     synapse.y += released
     synapse.t = t

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import isfinite
 from typing import Final
 
+from nrp_brain_event.compiled_laws import released_share
 from nrp_brain_event.grid.advance import accept, emit
 from nrp_brain_event.grid.delivery import delivering, transmitted
 from nrp_brain_event.grid.lazy.neuron import bring, may_fire, receive
@@ -14,7 +15,6 @@ from nrp_brain_event.grid.probes import take_samples
 from nrp_brain_event.grid.records import PLASTIC, Grid, GridClock, Table
 from nrp_brain_event.handles import opened
 from nrp_brain_event.records import DIVERGED, DONE, FULL, Array
-from nrp_brain_event.released_share import released_share
 from nrp_core._support.jit import borrowed, inlined, jit, prefetch
 
 _AHEAD: Final = 12
