@@ -37,6 +37,19 @@ class Graph:
         return NetworkError(f"node '{name}' ({kind}): {message}", path=self.path)
 
 
+def library() -> Any:
+    """Return the module ``nir``.
+
+    Raises:
+        NetworkError: it is not installed.
+    """
+    try:
+        import nir
+    except ImportError as error:
+        raise NetworkError(f"files of NIR need the library nir ({error}); try: {INSTALL}") from error
+    return nir
+
+
 def read_graph(path: Path | str) -> Graph:
     """Read a file.
 
@@ -44,10 +57,7 @@ def read_graph(path: Path | str) -> Graph:
         NetworkError: it is missing, or is not such a file; or ``nir`` is not installed.
     """
     path = existing_file(path)
-    try:
-        import nir
-    except ImportError as error:
-        raise NetworkError(f"files of NIR need the library nir ({error}); try: {INSTALL}") from error
+    nir = library()
     try:
         found = nir.read(path, type_check=False)
     except Exception as error:  # the library raises whatever it meets

@@ -11,6 +11,7 @@ import numpy as np
 from nrp_core.brain.nir.graph import Graph, read_graph
 from nrp_core.brain.nir.linear import NEURONS, Signal, Signals, emitting
 from nrp_core.brain.nir.neurons import Cells, Method, Step, cells_of, relays
+from nrp_core.brain.nir.silent_nodes import never_fires
 from nrp_core.brain.nir.timing import lags_of, returning
 from nrp_core.errors import NetworkError, did_you_mean
 
@@ -27,9 +28,9 @@ def load_nir(
     path: Path | str,
     *,
     dt: float | None = None,
-    method: Method = "exact",
+    method: Method | None = None,
     inputs: Inputs = "sources",
-    refractory: int = 0,
+    refractory: int | None = None,
 ) -> dict[str, Any]:
     """Build the network of a file, at the time step of ``setup``.
 
@@ -38,8 +39,10 @@ def load_nir(
         path: the file.
         dt: s; the length of a step in the time of the file, by default the ``dt`` in its metadata, or 0.1 ms.
         method: ``euler`` if states decay by ``1 - dt/tau`` in a step and currents act in the step in which
-            they change, as in snnTorch; ``exact`` for the equations of NIR.
+            they change, as in snnTorch; ``exact`` for the equations of NIR. By default the ``method`` in the
+            metadata, or ``exact``.
         refractory: steps after a spike in which a voltage stays at its reset value; the equations have none.
+            By default the ``refractory`` in the metadata, or 0.
         inputs: ``sources`` for spike sources, or ``cells`` that fire when a device sends them a weight of 1.
 
     Returns:
@@ -49,16 +52,19 @@ def load_nir(
     Raises:
         NetworkError: the file cannot be read, or has a node that cannot be built.
     """
+    graph = read_graph(path)
+    method = graph.metadata.get("method", "exact") if method is None else method
+    refractory = graph.metadata.get("refractory", 0) if refractory is None else refractory
     for name, value, valid in (("method", method, get_args(Method)), ("inputs", inputs, get_args(Inputs))):
         if value not in valid:
             raise NetworkError(f"load_nir: {name} is '{value}'{did_you_mean(str(value), valid)}")
-    graph = read_graph(path)
     dt_s = float(graph.metadata.get("dt", DT_S) if dt is None else dt)
     if not 0.0 < dt_s < np.inf:
         raise NetworkError(f"load_nir: dt is {dt_s:g} s; it must be more than 0, and finite")
     if refractory not in range(_MOST_REFRACTORY):
         raise NetworkError(f"load_nir: refractory is {refractory}; it must be a number of steps, 0 or more")
-    return _Loader(sim, graph, Step(dt_s, float(sim.get_time_step()), method, refractory), inputs).load()
+    step = Step(dt_s, float(sim.get_time_step()), method, int(refractory))
+    return _Loader(sim, graph, step, inputs).load()
 
 
 class _Loader:
@@ -84,6 +90,9 @@ class _Loader:
         for end, signal in self._signals.items():
             for (start, delay_s), matrix in signal.parts.items():
                 self._connect(populations, start, end, delay_s, matrix, cells[end])
+            reason = never_fires(cells[end], signal.parts.values(), self._step)
+            if reason:
+                self._sim.state.remark(f"no cell of '{end}' can fire: {reason}")
         return populations
 
     def _refuse_graded(self) -> None:

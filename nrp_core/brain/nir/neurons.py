@@ -85,6 +85,12 @@ class Step:
         """Return the time constant of a state of which a share remains after a step."""
         return np.asarray(-self.h_ms / np.log(kept))
 
+    def tau_s(self, tau_ms: FloatArray) -> FloatArray:
+        """Return the time constant in the file of a state that has this one here."""
+        if self.method == "euler":
+            return np.asarray(self.dt_s / -np.expm1(-self.h_ms / tau_ms))
+        return np.asarray(tau_ms * (self.dt_s / self.h_ms))
+
 
 def cells_of(node: Any, shape: Shape, bias: FloatArray, step: Step, lag: int) -> Cells:
     """Return the cells of a node.
@@ -104,6 +110,12 @@ def cells_of(node: Any, shape: Shape, bias: FloatArray, step: Step, lag: int) ->
     if kind in {"CubaLIF", "CubaLI"}:
         return _current_based(given, bias, step, lag)
     return _delta(given, bias, step, lag)
+
+
+def driven_by(h_ms: float, tau_ms: FloatArray, tau_syn_ms: FloatArray) -> FloatArray:
+    """Return how a current of 1 nA that decays with ``tau_syn`` moves the voltage of 1 nF in a step, mV."""
+    kept, faded = np.exp(-h_ms / tau_ms), np.exp(-h_ms / tau_syn_ms)
+    return np.asarray(_driven(h_ms, kept, faded, 1.0 / tau_syn_ms - 1.0 / tau_ms, 1.0, 0.0))
 
 
 def relays(n: int, step: Step) -> Cells:
@@ -142,7 +154,7 @@ def _current_based(given: dict[str, FloatArray], bias: FloatArray, step: Step, l
     tau, tau_syn = step.tau_ms(kept), step.tau_ms(faded)
     threshold = given.get("v_threshold", np.full(n, np.inf))
     parameters = _membrane(kept, step, threshold, given["v_leak"], given.get("v_reset", np.zeros(n)))
-    area = _driven(step.h_ms, kept, faded, 1.0 / tau_syn - 1.0 / tau, 1.0, 0.0)
+    area = driven_by(step.h_ms, tau, tau_syn)
     rise = given["r"] * step.dt_s / given["tau_mem"]
     cm = area / rise if step.method == "euler" else tau / given["r"]
     settled = given["w_in"] * bias

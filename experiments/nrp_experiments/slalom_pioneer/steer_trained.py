@@ -1,0 +1,37 @@
+"""The scanner's sectors touch the inputs of the trained network; its last layer drives the wheels."""
+
+import hbp_nrp_client.tf_framework as nrp
+import numpy as np
+from geometry_msgs.msg import Twist, Vector3
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Float64
+
+from nrp_experiments.slalom_pioneer.sectors import SECTORS, sectors
+
+CELLS = 5  # of each wheel
+RATE = 600.0  # Hz of each feeler at contact, as in training
+SPEED = 7.25e-4  # m/s of a wheel for each Hz of its cells, which fire at 120 Hz without obstacles
+TRACK = 0.331  # m between the wheels
+
+
+@nrp.MapRobotSubscriber("scan", nrp.Topic("/pioneer/scan", LaserScan))
+@nrp.MapSpikeSource(
+    "feelers", nrp.map_neurons(SECTORS, lambda i: nrp.brain.feelers[i]), nrp.poisson, weight=1.0
+)
+@nrp.MapRobotPublisher("clearance", nrp.Topic("/pioneer/clearance", Float64))
+@nrp.Robot2Neuron(triggers=["scan"])
+def feel(t, scan, feelers, clearance):
+    """Drive the inputs by the nearness of obstacles."""
+    beams = scan.value
+    ranges = np.minimum(beams.ranges, beams.range_max)
+    angles = beams.angle_min + beams.angle_increment * np.arange(len(ranges))
+    feelers.rate = (RATE * sectors(ranges, angles)).tolist()
+    clearance.send_message(Float64(float(ranges.min())))
+
+
+@nrp.MapSpikeSink("left", nrp.brain.wheels[:CELLS], nrp.population_rate, tau_fall=50.0)
+@nrp.MapSpikeSink("right", nrp.brain.wheels[CELLS:], nrp.population_rate, tau_fall=50.0)
+@nrp.Neuron2Robot(nrp.Topic("/pioneer/cmd_vel", Twist))
+def drive(t, left, right):
+    forward, turn = SPEED * (left.rate + right.rate) / 2, SPEED * (right.rate - left.rate) / TRACK
+    return Twist(Vector3(forward), Vector3(0.0, 0.0, turn))

@@ -1,0 +1,52 @@
+"""Trained networks whose cells cannot fire are reported; those that fire by their last input are not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import nir
+import numpy as np
+import pytest
+
+from nrp_core import read_nir
+
+DT = 1e-4
+KEPT = 0.9  # of a voltage in a step: it rises to 10 times what comes in each step
+
+
+def _remarks(folder: Path, weight: float, current_based: bool, bias: float = 0.0) -> list[str]:
+    tau, each = np.full(2, DT / (1.0 - KEPT)), np.ones(2)
+    membrane = {"r": tau / DT, "v_leak": 0 * each, "v_threshold": each, "v_reset": 0 * each}
+    cells = (
+        nir.CubaLIF(tau_syn=tau, tau_mem=tau, w_in=tau / DT, **membrane)
+        if current_based
+        else nir.LIF(tau=tau, **membrane)
+    )
+    nodes = {
+        "eyes": nir.Input(np.array([3])),
+        "weights": nir.Affine(np.full((2, 3), weight), np.full(2, bias)),
+        "wheels": cells,
+        "output": nir.Output(np.array([2])),
+    }
+    edges = [("eyes", "weights"), ("weights", "wheels"), ("wheels", "output")]
+    nir.write(folder / "net.nir", nir.NIRGraph(nodes, edges))
+    return [one for one in read_nir(folder / "net.nir").remarks if "can fire" in one]
+
+
+@pytest.mark.parametrize(
+    ("weight", "current_based", "bias", "found"),
+    [
+        (0.034, False, 0.0, False),  # three inputs in every step: 10 * 3 * 0.034 is 1.02, above 1
+        (0.030, False, 0.0, True),
+        (-0.6, False, 0.0, True),
+        (-0.6, False, 0.2, False),
+        (0.0034, True, 0.0, False),
+        (0.0025, True, 0.0, True),
+    ],
+)
+def test_a_node_that_no_input_makes_fire_is_reported(
+    tmp_path: Path, weight: float, current_based: bool, bias: float, found: bool
+) -> None:
+    remarks = _remarks(tmp_path, weight, current_based, bias)
+    assert len(remarks) == found
+    assert all("no cell of 'wheels' can fire: all inputs together, in every step" in one for one in remarks)
