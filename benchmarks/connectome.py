@@ -39,14 +39,14 @@ PEER = Path(__file__).parent / "peers" / "connectome_brian2.py"
 Edges = tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], npt.NDArray[np.float64]]
 
 
-def edges(seed: int = 783) -> Edges:
+def edges(n_synapses: int = N_SYNAPSES, seed: int = 783) -> Edges:
     """Return source, target and weight (mV) of each synapse, by source; a third of the cells inhibit."""
     rng = np.random.default_rng(seed)
     shares = [rng.lognormal(0.0, 0.9, N) for _ in range(2)]
-    pre, post = (rng.choice(N, N_SYNAPSES, p=share / share.sum()).astype(np.int32) for share in shares)
+    pre, post = (rng.choice(N, n_synapses, p=share / share.sum()).astype(np.int32) for share in shares)
     pre.sort()
     sign = np.where(rng.random(N) < 0.35, -1.0, 1.0)
-    return pre, post, sign[pre] * UNIT_MV * rng.geometric(0.28, N_SYNAPSES)
+    return pre, post, sign[pre] * UNIT_MV * rng.geometric(0.28, n_synapses)
 
 
 def hubs(pre: npt.NDArray[np.int32], n: int) -> npt.NDArray[np.int64]:

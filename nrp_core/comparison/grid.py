@@ -1,4 +1,4 @@
-"""The grid of runs: an experiment with every brain, in every world, from every seed."""
+"""The grid of runs: an experiment with every brain, in every world, or with every wiring, from every seed."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
 from nrp_core.brain.backends import brains
+from nrp_core.brain.network.controls import CONTROLS
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.backends import code_of
 from nrp_core.experiment.model.experiment import Experiment
@@ -27,6 +28,12 @@ _DEFAULTED = ("options", "parameters", "function_parameters")
 """Mappings whose keys need not be written: they have defaults, and are checked where they are used."""
 
 
+ORIGINAL = "original"
+"""The name of the wiring without a control."""
+WIRINGS = tuple(": ".join(control) for control in CONTROLS)
+"""The names of the controls, as they are written in an experiment file."""
+
+
 @dataclass(frozen=True, slots=True)
 class GridCell:
     """One run of the grid.
@@ -34,14 +41,34 @@ class GridCell:
     Args:
         brain, world: names of the backends.
         seed: the seed of every random number.
+        wiring: the control of the brain's wiring.
     """
 
     brain: str
     world: str
     seed: int
+    wiring: str = ORIGINAL
 
     def __str__(self) -> str:
-        return f"{self.brain}-{self.world}-{self.seed}"
+        control = "" if self.wiring == ORIGINAL else f"-{self.wiring.replace(': ', '_')}"
+        return f"{self.brain}-{self.world}{control}-{self.seed}"
+
+
+class Condition(NamedTuple):
+    """What the runs of the grid that differ only in the seed have in common.
+
+    Args:
+        brain, world: names of the backends.
+        wiring: the control of the brain's wiring.
+    """
+
+    brain: str
+    world: str
+    wiring: str = ORIGINAL
+
+    def cell(self, seed: int) -> GridCell:
+        """Return its run from a seed."""
+        return GridCell(self.brain, self.world, seed, self.wiring)
 
 
 @dataclass(frozen=True)
@@ -54,10 +81,12 @@ class RunGrid:
         seeds: the same for every pair of backends.
         overrides: ``dotted.key=value``, applied to the experiment in every run.
         varied: settings that are drawn anew with each seed, by their dotted keys.
+        wirings: the brain's own wiring, and controls that are compared with it.
 
     Raises:
         BackendError: there is no such backend.
-        ExperimentError: a name or a seed is given twice, or there is none.
+        ExperimentError: a name or a seed is given twice, or there is none; or both backends and wirings
+            are compared.
     """
 
     experiment: str
@@ -66,10 +95,18 @@ class RunGrid:
     seeds: tuple[int, ...]
     overrides: tuple[str, ...] = ()
     varied: Mapping[str, Range] = field(default_factory=dict)
+    wirings: tuple[str, ...] = (ORIGINAL,)
 
     def __post_init__(self) -> None:
-        for what, names in (("brain", self.brains), ("world", self.worlds), ("seed", self.seeds)):
+        for what, names in (
+            ("brain", self.brains), ("world", self.worlds), ("seed", self.seeds), ("wiring", self.wirings),
+        ):  # fmt: skip
             _require_distinct(what, names)
+        if self.compares_wirings and len(self.brains) * len(self.worlds) > 1:
+            raise ExperimentError(
+                "controls are compared on one brain and one world, so that a difference has one cause; "
+                f"not on {', '.join(self.brains)} x {', '.join(self.worlds)}"
+            )
         for registry, names in self._sides():
             for name in names:
                 registry.provider(name)
@@ -78,15 +115,26 @@ class RunGrid:
     def of(
         cls, experiment: str, brains: Sequence[str], worlds: Sequence[str], seeds: int,
         overrides: Sequence[str] = (), varied: Mapping[str, Range] | None = None,
+        controls: Sequence[str] = (),
     ) -> RunGrid:  # fmt: skip
         """Return a grid of consecutive seeds, the experiment's own first; by default with its own backends.
 
         Settings that the experiment itself varies are varied as well, unless an override says otherwise.
+        Its own controls are compared if neither controls nor several backends are given.
 
         Raises:
-            ExperimentError: a varied setting belongs to something that does not exist, such as an event.
+            ExperimentError: a varied setting belongs to something that does not exist, such as an event;
+                or the brain's wiring is a control already.
         """
         own = load_experiment(experiment, overrides)
+        if len(brains) < 2 and len(worlds) < 2:
+            controls = controls or [control.name for control in own.comparison.controls]
+        if controls and own.brain.controls:
+            named = ", ".join(control.name for control in own.brain.controls)
+            raise ExperimentError(
+                f"the wiring of '{own.name}' is a control already ({named}); compare the experiment without "
+                "'brain.controls'"
+            )
         for key in varied or ():
             require_there(own, key)
         fixed = {text.partition("=")[0].strip() for text in overrides}
@@ -98,12 +146,27 @@ class RunGrid:
             tuple(range(own.seed, own.seed + seeds)),
             tuple(overrides),
             {**its_own, **(varied or {})},
+            (ORIGINAL, *controls),
         )
 
     @property
     def cells(self) -> list[GridCell]:
         """Every run, seed by seed, so that a part of the grid is already useful."""
-        return [GridCell(b, w, seed) for seed, b, w in product(self.seeds, self.brains, self.worlds)]
+        return [condition.cell(seed) for seed, condition in product(self.seeds, self.conditions)]
+
+    @property
+    def conditions(self) -> list[Condition]:
+        """Every brain in every world with every wiring."""
+        return [Condition(*names) for names in product(self.brains, self.worlds, self.wirings)]
+
+    @property
+    def compares_wirings(self) -> bool:
+        """Whether it compares wirings, not backends."""
+        return len(self.wirings) > 1
+
+    def label(self, condition: Condition) -> str:
+        """Return the name of a condition in a report."""
+        return condition.wiring if self.compares_wirings else f"{condition.brain} x {condition.world}"
 
     def settings(self, cell: GridCell) -> list[str]:
         """Return the overrides of one run."""
@@ -112,6 +175,7 @@ class RunGrid:
             *(values.override(key, cell.seed) for key, values in self.varied.items()),
             f"brain.backend={cell.brain}",
             f"world.backend={cell.world}",
+            *([] if cell.wiring == ORIGINAL else [f"brain.controls=[{{{cell.wiring}}}]"]),
             f"seed={cell.seed}",
             "pace=max",
         ]
@@ -134,6 +198,22 @@ class RunGrid:
 
     def _sides(self) -> list[tuple[Registry[object], tuple[str, ...]]]:
         return [(brains(), self.brains), (worlds(), self.worlds)]  # type: ignore[list-item]
+
+
+def wiring_named(text: str) -> str:
+    """Return the control with a name: ``rewire: degree_preserving``, or one of its two words.
+
+    Raises:
+        ValueError: none or several have it.
+    """
+    words = text.replace(":", " ").split()
+    found = [name for name in WIRINGS if words and set(words) <= set(name.split(": "))]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise ValueError(f"'{text}' is {' or '.join(found)}; give the second word")
+    known = (*WIRINGS, *(word for name in WIRINGS for word in name.split(": ")))
+    raise ValueError(f"there is no control '{text}'{did_you_mean(text, known)}")
 
 
 def digest_of_files(experiment: Experiment) -> str:

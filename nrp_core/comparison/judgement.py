@@ -1,4 +1,4 @@
-"""Judge the dependence of every metric: contrasts between backends against the spread of the seeds."""
+"""Judge the dependence of every metric: contrasts of backends or wirings against the spread of the seeds."""
 
 from __future__ import annotations
 
@@ -15,26 +15,28 @@ class Answer(StrEnum):
     """The factors that a value depends on."""
 
     AGREES = "agrees across backends"
+    KEPT = "agrees across wirings"
     SEED = "depends on the seed only"
     BRAIN = "depends on the brain"
     WORLD = "depends on the world"
     BOTH = "depends on the brain and the world"
+    WIRING = "depends on the wiring"
     OPEN = "not decided: take more seeds"
     NONE = "not measured"
 
     @property
     def is_independent(self) -> bool:
-        """Whether the value is independent of the simulator."""
-        return self in (Answer.AGREES, Answer.SEED)
+        """Whether the value is independent of the simulator, or of the wiring if wirings are compared."""
+        return self in (Answer.AGREES, Answer.KEPT, Answer.SEED)
 
     @property
     def is_dependent(self) -> bool:
-        """Whether the value depends on the simulator."""
-        return self in (Answer.BRAIN, Answer.WORLD, Answer.BOTH)
+        """Whether the value depends on the simulator, or on the wiring if wirings are compared."""
+        return self in (Answer.BRAIN, Answer.WORLD, Answer.BOTH, Answer.WIRING)
 
 
 class Relation(StrEnum):
-    """The relation of two backends."""
+    """The relation of two backends, or of a control and the original."""
 
     EQUIVALENT = "equivalent"
     """Any difference is below the margin (TOST)."""
@@ -51,11 +53,13 @@ class Factor(StrEnum):
     WORLD = "world"
     BOTH = "brain and world"
     """The interaction: half the difference of differences."""
+    WIRING = "wiring"
+    """A control in the place of the brain's own wiring."""
 
 
 @dataclass(frozen=True, slots=True)
 class Contrast:
-    """Two backends (of a difference of differences: two pairs) compared in one part of a metric.
+    """Two backends or wirings (of a difference of differences: two pairs) compared in a part of a metric.
 
     Args:
         factor: the factor that is exchanged.
@@ -82,11 +86,12 @@ class Contrast:
         return Relation.OPEN
 
 
-class PairValues(NamedTuple):
-    """The values of one pair of backends."""
+class ConditionValues(NamedTuple):
+    """The values of one pair of backends with one wiring."""
 
     brain: str
     world: str
+    wiring: str
     values: list[float]
 
 
@@ -115,7 +120,7 @@ class JudgedPart:
     varies: bool
     n_seeds: int
     contrasts: tuple[Contrast, ...]
-    cells: tuple[PairValues, ...] = ()
+    cells: tuple[ConditionValues, ...] = ()
 
     @property
     def answer(self) -> Answer:
@@ -132,7 +137,9 @@ class JudgedPart:
             return _answer_of(different)
         if not self.n_seeds or any(relation is Relation.OPEN for _, relation in relations):
             return Answer.OPEN
-        return Answer.SEED if self.varies else Answer.AGREES
+        if self.varies:
+            return Answer.SEED
+        return Answer.KEPT if any(one.factor is Factor.WIRING for one in self.contrasts) else Answer.AGREES
 
     @property
     def is_flat(self) -> bool:
@@ -151,9 +158,8 @@ class JudgedPart:
 
 
 def _answer_of(factors: set[Factor]) -> Answer:
-    if factors == {Factor.BRAIN}:
-        return Answer.BRAIN
-    return Answer.WORLD if factors == {Factor.WORLD} else Answer.BOTH
+    alone = {Factor.BRAIN: Answer.BRAIN, Factor.WORLD: Answer.WORLD, Factor.WIRING: Answer.WIRING}
+    return alone.get(next(iter(factors)), Answer.BOTH) if len(factors) == 1 else Answer.BOTH
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,10 +186,26 @@ def combined(answers: Iterable[Answer]) -> Answer:
     dependent = {answer for answer in found if answer.is_dependent}
     if dependent:
         return dependent.pop() if len(dependent) == 1 else Answer.BOTH
-    for answer in (Answer.OPEN, Answer.SEED, Answer.AGREES):
+    for answer in (Answer.OPEN, Answer.SEED, Answer.AGREES, Answer.KEPT):
         if answer in found:
             return answer
     return Answer.NONE
+
+
+def controls_of(judgements: Iterable[Judgement]) -> dict[str, Relation]:
+    """Return the relation of each control to the original wiring, over all parts of some metrics."""
+    found: dict[str, set[Relation]] = {}
+    for part in (part for judged in judgements for part in judged.parts):
+        for one in part.contrasts:
+            if one.factor is Factor.WIRING:
+                found.setdefault(one.other, set()).add(one.relation(part.margin))
+    return {name: _worst(relations) for name, relations in found.items()}
+
+
+def _worst(relations: set[Relation]) -> Relation:
+    if Relation.DIFFERENT in relations:
+        return Relation.DIFFERENT
+    return Relation.OPEN if Relation.OPEN in relations else Relation.EQUIVALENT
 
 
 def corrected(judgements: Sequence[Judgement]) -> list[Judgement]:

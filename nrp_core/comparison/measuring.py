@@ -1,4 +1,4 @@
-"""Apply metrics to all runs and compare the backends, seed by seed."""
+"""Apply metrics to all runs and compare the backends, or the wirings, seed by seed."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.comparison.grid import GridCell, RunGrid
-from nrp_core.comparison.judgement import Contrast, Factor, JudgedPart, Judgement, PairValues, corrected
+from nrp_core.comparison.grid import Condition, GridCell, RunGrid
+from nrp_core.comparison.judgement import ConditionValues, Contrast, Factor, JudgedPart, Judgement, corrected
 from nrp_core.comparison.metrics.base import DistanceMetric, Margin, Margins, Metric, ScalarMetric
 from nrp_core.comparison.signals import RunSignals
 from nrp_core.comparison.statistics import (
@@ -84,9 +84,10 @@ def parts_of_numbers(
     measured = {cell: measured.get(cell, nothing) for cell in grid.cells}
     tables = {
         name: np.array([
-            [[_number(measured[GridCell(b, w, s)].get(name)) for s in grid.seeds] for w in grid.worlds]
-            for b in grid.brains
-        ])
+            _number(measured[condition.cell(seed)].get(name))
+            for condition in grid.conditions
+            for seed in grid.seeds
+        ]).reshape(len(grid.brains), len(grid.worlds), len(grid.wirings), len(grid.seeds))
         for name in dict.fromkeys(name for values in measured.values() for name in values)
     }  # fmt: skip
     return [
@@ -100,7 +101,7 @@ def parts_of_numbers(
 
 def _of_table(
     grid: RunGrid, metric: ScalarMetric, name: str, table: FloatArray, margin: Margin, resolution: float,
-    cells: tuple[PairValues, ...],
+    cells: tuple[ConditionValues, ...],
 ) -> JudgedPart:  # fmt: skip
     sd = _spread(table, is_share=metric.is_share)
     estimated = Estimate.of_matched_shares if metric.is_share else Estimate.of
@@ -120,17 +121,20 @@ def _number(value: float | None) -> float:
     return np.nan if value is None else float(value)
 
 
-def _cells(grid: RunGrid, values: Mapping[GridCell, float | None]) -> tuple[PairValues, ...]:
-    """Return the values of each pair of backends in the order of the seeds, without missing ones."""
+def _cells(grid: RunGrid, values: Mapping[GridCell, float | None]) -> tuple[ConditionValues, ...]:
+    """Return the values of each condition in the order of the seeds, without missing ones."""
     return tuple(
-        PairValues(b, w, [float(v) for s in grid.seeds if (v := values[GridCell(b, w, s)]) is not None])
-        for b in grid.brains
-        for w in grid.worlds
+        ConditionValues(
+            *condition,
+            [float(value) for seed in grid.seeds if (value := values[condition.cell(seed)]) is not None],
+        )
+        for condition in grid.conditions
     )
 
 
 def _mean_of_seeds(values: FloatArray) -> FloatArray:
-    """Return the mean over the first axis for each seed, without missing values and seeds."""
+    """Return the mean for each seed, the last axis, without missing values and seeds."""
+    values = values.reshape(-1, values.shape[-1])
     present = np.isfinite(values)
     counts = present.sum(axis=0)
     means: FloatArray = np.where(present, values, 0.0).sum(axis=0)[counts > 0] / counts[counts > 0]
@@ -138,7 +142,7 @@ def _mean_of_seeds(values: FloatArray) -> FloatArray:
 
 
 def _spread(table: FloatArray, *, is_share: bool = False) -> float:
-    """Return the standard deviation from seed to seed, pooled over the pairs of backends.
+    """Return the standard deviation from seed to seed, pooled over the conditions.
 
     For yes and no it follows from their share, with two of each added (Agresti and Coull 1998, Am. Stat.
     52:119): the agreement of a few runs does not mean that every run would agree.
@@ -146,7 +150,7 @@ def _spread(table: FloatArray, *, is_share: bool = False) -> float:
     if is_share:
         share = (np.nansum(table) + 2) / (np.isfinite(table).sum() + 4)
         return float(sqrt(share * (1 - share)))
-    cells = [values[np.isfinite(values)] for pair in table for values in pair]
+    cells = [values[np.isfinite(values)] for values in table.reshape(-1, table.shape[-1])]
     return pooled_sd([float(values.std(ddof=1)) for values in cells if len(values) > 1])
 
 
@@ -160,7 +164,10 @@ def _differences(grid: RunGrid, table: FloatArray) -> Iterator[tuple[Factor, str
     for (i, one), (j, other) in combinations(brains, 2):
         for (k, here), (m, there) in combinations(worlds, 2):
             moved = (table[j, m] - table[i, m] - table[j, k] + table[i, k]) / 2
-            yield Factor.BOTH, f"{one} to {other} in {here}", f"in {there}", _mean_of_seeds(moved[None])
+            yield Factor.BOTH, f"{one} to {other} in {here}", f"in {there}", _mean_of_seeds(moved)
+    original, *controls = grid.wirings
+    for index, control in enumerate(controls, 1):
+        yield Factor.WIRING, original, control, _mean_of_seeds(table[:, :, index] - table[:, :, 0])
 
 
 # -- distances
@@ -179,14 +186,14 @@ def _of_distance(
     grid: RunGrid, metric: DistanceMetric, name: str, features: Mapping[GridCell, Mapping[str, Any]],
     margins: Margins, resolution: float,
 ) -> JudgedPart:  # fmt: skip
-    pairs = [(b, w) for b in grid.brains for w in grid.worlds]
-    seeds = [s for s in grid.seeds if all(name in features[GridCell(b, w, s)] for b, w in pairs)]
+    conditions = grid.conditions
+    seeds = [s for s in grid.seeds if all(name in features[condition.cell(s)] for condition in conditions)]
     margin = margins.of(metric, name)
     if len(seeds) < _FEWEST_SEEDS:
         return JudgedPart(name, resolution, margin.in_sd, resolution, 0.0, False, len(seeds), ())
     matrix = _Distances(metric, name, features, seeds)
     off = ~np.eye(len(seeds), dtype=bool)
-    spread = float(np.mean([matrix.between(pair, pair)[off].mean() for pair in pairs]))
+    spread = float(np.mean([matrix.between(one, one)[off].mean() for one in conditions]))
     reach = max(excess_of_shift(margin.amount) * spread if margin.in_sd else margin.amount, margin.at_least)
     contrasts = tuple(
         Contrast(
@@ -200,21 +207,19 @@ def _of_distance(
 
 
 class _Distances:
-    """Distances between the runs of two pairs of backends, each computed once."""
+    """Distances between the runs of two conditions, each computed once."""
 
     def __init__(
         self, metric: DistanceMetric, name: str, features: Mapping[GridCell, Mapping[str, Any]],
         seeds: Sequence[int],
     ) -> None:  # fmt: skip
         self._metric, self._name, self._features, self._seeds = metric, name, features, seeds
-        self._known: dict[tuple[tuple[str, str], tuple[str, str]], FloatArray] = {}
+        self._known: dict[tuple[Condition, Condition], FloatArray] = {}
 
-    def between(self, one: tuple[str, str], other: tuple[str, str]) -> FloatArray:
-        """Return the distances, shape ``(n_seeds, n_seeds)``, from the runs of one pair to the other's."""
+    def between(self, one: Condition, other: Condition) -> FloatArray:
+        """Return the distances, shape ``(n_seeds, n_seeds)``, from the runs of one to the other's."""
         if (one, other) not in self._known:
-            a, b = (
-                [self._features[GridCell(*pair, s)][self._name] for s in self._seeds] for pair in (one, other)
-            )
+            a, b = ([self._features[at.cell(s)][self._name] for s in self._seeds] for at in (one, other))
             if one == other:
                 found = np.zeros((len(a), len(a)))
                 for i, j in combinations(range(len(a)), 2):
@@ -224,19 +229,22 @@ class _Distances:
             self._known[one, other] = found
         return self._known[one, other]
 
-    def excess(self, one: tuple[str, str], other: tuple[str, str]) -> FloatArray:
-        """Return for each seed how much farther apart the two pairs are than the runs within each."""
+    def excess(self, one: Condition, other: Condition) -> FloatArray:
+        """Return for each seed how much farther apart the two are than the runs within each."""
         return excess_values(self.between(one, one), self.between(one, other), self.between(other, other))
 
 
 def _excesses(grid: RunGrid, matrix: _Distances) -> Iterator[tuple[Factor, str, str, FloatArray]]:
     """Return every contrast with its value for each seed, the mean over the backends of the other side."""
     for one, other in combinations(grid.brains, 2):
-        excess = [matrix.excess((one, world), (other, world)) for world in grid.worlds]
+        excess = [matrix.excess(Condition(one, world), Condition(other, world)) for world in grid.worlds]
         yield Factor.BRAIN, one, other, np.mean(excess, axis=0)
     for one, other in combinations(grid.worlds, 2):
-        excess = [matrix.excess((brain, one), (brain, other)) for brain in grid.brains]
+        excess = [matrix.excess(Condition(brain, one), Condition(brain, other)) for brain in grid.brains]
         yield Factor.WORLD, one, other, np.mean(excess, axis=0)
+    original, *controls = grid.conditions if grid.compares_wirings else grid.conditions[:1]
+    for control in controls:
+        yield Factor.WIRING, original.wiring, control.wiring, matrix.excess(original, control)
 
 
 def _ratio(value: float, spread: float) -> float:

@@ -13,7 +13,7 @@ from nrp_core.comparison.engines.measures import DEFAULT_MARGINS, EngineMargins,
 from nrp_core.comparison.engines.signals import Kind
 from nrp_core.comparison.engines.verdict import NOT_COMPARED, EngineDifference, EngineVerdict, ranked
 from nrp_core.comparison.grid import GridCell, RunGrid
-from nrp_core.comparison.judgement import Answer, Judgement, combined
+from nrp_core.comparison.judgement import Answer, Judgement, Relation, combined, controls_of
 from nrp_core.comparison.measuring import judge
 from nrp_core.comparison.metrics.base import DistanceMetric, Margins, Metric, ScalarMetric
 from nrp_core.comparison.signals import RunSignals
@@ -23,7 +23,7 @@ from nrp_core.recording.reading.recording import Recording
 
 @dataclass(frozen=True)
 class GridDiff:
-    """The result of running one experiment on several backends.
+    """The result of running one experiment on several backends, or with several wirings.
 
     Args:
         name: name of the experiment.
@@ -66,6 +66,11 @@ class GridDiff:
         return combined(one.answer for one in self.finding)
 
     @property
+    def controls(self) -> dict[str, Relation]:
+        """The relation of each control to the original, over all parts of the finding."""
+        return controls_of(self.finding)
+
+    @property
     def failures(self) -> dict[GridCell, str]:
         """The runs that failed, with the reasons."""
         missing = {cell: missing_from(run) for cell, run in self.runs.items()}
@@ -78,10 +83,13 @@ class GridDiff:
 
 
 def _divergences(grid: RunGrid, runs: Mapping[GridCell, RunSignals]) -> list[Divergence]:
-    """Compare every backend with the first one of its side, for the first seed."""
+    """Compare every backend with the first one of its side, and every control, for the first seed."""
     seed, (brain, *brains), (world, *worlds) = grid.seeds[0], grid.brains, grid.worlds
     pairs = [(GridCell(brain, w, seed), GridCell(b, w, seed)) for b in brains for w in grid.worlds]
     pairs += [(GridCell(b, world, seed), GridCell(b, w, seed)) for w in worlds for b in grid.brains]
+    pairs += [
+        (GridCell(brain, world, seed), GridCell(brain, world, seed, control)) for control in grid.wirings[1:]
+    ]
     return [divergence_of(runs[one], runs[other]) for one, other in pairs]
 
 

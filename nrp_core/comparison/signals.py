@@ -55,8 +55,10 @@ class RunSignals:
 
     @property
     def label(self) -> str:
-        """Backends and seed as a text."""
-        return f"{self.brain} x {self.world}, seed {self.run.get('seed', '?')}"
+        """Backends, controls of the wiring and seed as a text."""
+        controls = (self.settings.get("brain") or {}).get("controls") or ()
+        wirings = [f"{kind}: {what}" for control in controls for kind, what in control.items() if what]
+        return ", ".join([f"{self.brain} x {self.world}", *wirings, f"seed {self.run.get('seed', '?')}"])
 
     @property
     def brain(self) -> str:

@@ -9,6 +9,8 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from nrp_core.comparison.report import words
+from nrp_core.sweep.agreement import controls
 from nrp_core.sweep.summary import Group, SweepTable, short_key
 
 _MOST_ROWS = 40
@@ -25,11 +27,14 @@ def report(table: SweepTable, console: Console) -> None:
     for key in table.keys:
         shown.add_column(short_key(key, table.keys), overflow="fold")
     for name in ("runs", "passed", *measures):
-        shown.add_column(name, justify="right", overflow="fold")
+        metric, dot, part = name.partition(".")  # on two lines, so that neither is broken
+        shown.add_column(f"{metric}{dot}\n{part}" if dot else name, justify="right", overflow="fold")
     for group in groups[:_MOST_ROWS]:
         shown.add_row(*_cells(group, table.keys, measures))
     console.print(shown)
     rest = {"combinations": len(groups) - _MOST_ROWS, "measures": len(table.measures) - len(measures)}
+    for line in words.controls(controls(table)):
+        console.print(line, markup=False)
     if left_out := [f"{number} more {what}" for what, number in rest.items() if number > 0]:
         console.print(f"and {' and '.join(left_out)} in the table")
 
@@ -43,6 +48,7 @@ def report_data(table: SweepTable, folder: Path, figure: Path | None) -> dict[st
         "failed": sum(row["error"] is not None for row in table.rows),
         "incomplete": sum(not row["complete"] for row in table.rows),
         "keys": table.keys,
+        "controls": controls(table),
         "measures": table.measures,
         "groups": [
             {

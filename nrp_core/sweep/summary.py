@@ -56,17 +56,23 @@ class SweepTable:
         keys: the varying settings that the design combines.
         measures: names of the measured numbers.
         rows: the runs.
+        source: the experiment, by which it can be read again.
+        settings: the overrides of every run.
     """
 
     name: str
     keys: tuple[str, ...]
     measures: tuple[str, ...]
     rows: tuple[Row, ...]
+    source: str = ""
+    settings: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, plan: Plan, rows: Sequence[Row]) -> SweepTable:
         """Return the table of a plan."""
-        return cls(plan.name, tuple(plan.sweep.sampled), _measures(rows, plan.sweep.measure), tuple(rows))
+        settings = tuple(plan.identity["settings"].values())
+        measures = _measures(rows, plan.sweep.measure)
+        return cls(plan.name, tuple(plan.sweep.sampled), measures, tuple(rows), plan.experiment, settings)
 
     @property
     def groups(self) -> list[Group]:
@@ -119,8 +125,9 @@ def read_table(folder: Path) -> SweepTable:
         rows = [{key: _value(text) for key, text in row.items()} for row in csv.DictReader(file)]
     identity = about["identity"]
     return SweepTable(
-        identity["experiment"], tuple(about["keys"]), _measures(rows, identity["measure"]), tuple(rows)
-    )
+        identity["experiment"], tuple(about["keys"]), _measures(rows, identity["measure"]), tuple(rows),
+        about["source"], tuple(identity["settings"].values()),
+    )  # fmt: skip
 
 
 def _value(text: str) -> Any:

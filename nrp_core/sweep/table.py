@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from nrp_core._support.extras import require_extra
 from nrp_core._support.writing import writing
+from nrp_core.comparison.grid import ORIGINAL
 from nrp_core.sweep.axes import Value
 from nrp_core.sweep.model import SEED
 from nrp_core.sweep.plan import PlannedRun
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 CSV, PARQUET = "results.csv", "results.parquet"
+CONTROLS = "brain.controls"
+"""The setting, and column, of the controls of the wiring."""
 VARYING = ("wall_time_s", "elapsed_s", "attempts")
 """Columns that differ between executions of a sweep."""
 
@@ -33,7 +36,7 @@ def rows_of(runs: Iterable[PlannedRun], records: Mapping[str, Record]) -> list[R
 
 
 def _row(run: PlannedRun, record: Record, measured: Sequence[str]) -> Row:
-    varied = {key: _cell(value) for key, value in run.values.items()}
+    varied = {key: _cell(key, value) for key, value in run.values.items()}
     own = {SEED: record.seed, "brain.backend": record.brain, "world.backend": record.world}
     return {
         "run": run.task.index,
@@ -51,15 +54,19 @@ def _row(run: PlannedRun, record: Record, measured: Sequence[str]) -> Row:
     }
 
 
-def _cell(value: Value) -> Value:
-    """Return a value as a cell: a list of numbers is one cell, and a string loses its folder."""
-    return (
-        " ".join(map(str, value))
-        if isinstance(value, list)
-        else str(value)
-        if isinstance(value, str)
-        else value
-    )
+def _cell(key: str, value: Value) -> Value:
+    """Return a value as a cell: a list is one cell, and a string loses its folder."""
+    if isinstance(value, list):
+        items = (_item(one) for one in value)
+        return " ".join(items) if value else ORIGINAL if key == CONTROLS else "none"
+    return str(value) if isinstance(value, str) else value
+
+
+def _item(value: object) -> str:
+    """Return an item of a list, a mapping as it is written."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key}: {_item(one)}" for key, one in value.items())
+    return str(value)
 
 
 def write_tables(folder: Path, rows: Sequence[Row]) -> list[Path]:

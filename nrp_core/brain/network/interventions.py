@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core.brain.network.data import LISTED, Network, Projection
-from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.laws import LAWS
 
 Synapses = npt.NDArray[np.bool_]
 """For each synapse of a projection, whether it is selected."""
@@ -80,9 +80,9 @@ class Intervention:
         if self.factor == 0.0:
             return projection.only(~synapses)
         share = np.where(synapses, self.factor, 1.0)
-        limits = ("w_min", "w_max") if projection.synapse_type == STDP else ()
+        like_weights = LAWS[projection.synapse_type].in_units_of_weight
         parameters = {
-            name: values * share if name in limits else values
+            name: values * share if name in like_weights else values
             for name, values in projection.synapse_parameters.items()
         }
         return replace(

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from nrp_core.comparison.result import GridDiff, PairDiff
 
 RESULTS_SUFFIX = ".diff"
-_OF_RUNS = ("brains", "worlds", "seeds", "vary", "overrides", "models", "results", "jobs")
+_OF_RUNS = ("brains", "worlds", "controls", "seeds", "vary", "overrides", "models", "results", "jobs")
 """Parameters that affect runs."""
 
 
@@ -57,6 +57,14 @@ def diff(
     worlds: Annotated[
         str,
         typer.Option(metavar="X,Y", envvar="NRP_WORLDS", help="World backends; by default the experiment's."),
+    ] = "",
+    controls: Annotated[
+        str,
+        typer.Option(
+            metavar="A,B",
+            envvar="NRP_CONTROLS",
+            help="Controls of the wiring, compared with the original: rewire, signs, weights, or all.",
+        ),
     ] = "",
     seeds: Annotated[
         int,
@@ -114,7 +122,7 @@ def diff(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Report whether a result depends on the simulator and whether engines agree; fail if it does or may."""
+    """Report whether a result depends on the simulator, or on the wiring; fail if it does or may."""
     from nrp_core.comparison.engines.measures import EngineMargins, is_measure
     from nrp_core.comparison.metrics.base import Margins, all_metrics
 
@@ -141,7 +149,12 @@ def diff(
             0 if (pair.engines.agrees and not pair.flaws if engines else pair.is_identical) else NO
         )
     settings = overrides_of(overrides, brain=None, world=None, models=models)
-    grid = _grid(experiment, brains, worlds, seeds, settings, vary or [])
+    grid = _grid(experiment, brains, worlds, controls, seeds, settings, vary or [])
+    if grid.compares_wirings and (engines or baseline):
+        raise typer.BadParameter(
+            "wirings are compared on one brain and one world; omit this option",
+            param_hint="--engines" if engines else "--baseline",
+        )
     found = _compared(grid, metrics, margins, engine_margins, results or _folder(experiment), jobs)
     found = replace(found, engines=_with_baseline(found.engines, found.name, baseline))
     _report(found, html, as_json=json)
@@ -194,17 +207,20 @@ def _name_of(pair: PairDiff) -> str:
 
 
 def _grid(
-    experiment: str, brains: str, worlds: str, seeds: int, settings: list[str], vary: list[str]
+    experiment: str, brains: str, worlds: str, controls: str, seeds: int, settings: list[str], vary: list[str]
 ) -> RunGrid:
-    from nrp_core.comparison.grid import RunGrid
+    from nrp_core.comparison.grid import WIRINGS, RunGrid, wiring_named
     from nrp_core.experiment.model.ranges import keyed_range
 
     with usage_errors("--vary"):
         varied = dict(map(keyed_range, vary))
-    grid = RunGrid.of(experiment, _names(brains), _names(worlds), seeds, settings, varied)
-    if len(grid.brains) * len(grid.worlds) < 2:
+    with usage_errors("--controls"):
+        wirings = WIRINGS if controls.strip() == "all" else tuple(map(wiring_named, _names(controls)))
+    grid = RunGrid.of(experiment, _names(brains), _names(worlds), seeds, settings, varied, wirings)
+    if len(grid.conditions) < 2:
         raise typer.BadParameter(
-            "give two names to at least one of the two options", param_hint="--brains, --worlds"
+            "give two names to one of the first two options, or a control to the third",
+            param_hint="--brains, --worlds, --controls",
         )
     return grid
 
@@ -216,6 +232,7 @@ def _compared(
     from nrp_core._support.machine import cores
     from nrp_core.cli.progress import display
     from nrp_core.comparison.engines.open_loop import compare_engines
+    from nrp_core.comparison.engines.verdict import NOT_COMPARED
     from nrp_core.comparison.result import GridDiff
     from nrp_core.comparison.running import run_grid
 
@@ -223,10 +240,15 @@ def _compared(
         runs = run_grid(
             grid, results, jobs or cores(), lambda done, total, last: shown.count("runs", done, total, last)
         )
-        shown.begin_task("running each engine on the inputs of another")
-        engines = compare_engines(
-            grid, results, engine_margins, lambda done, total, last: shown.count("engines", done, total, last)
-        )
+        engines = NOT_COMPARED
+        if not grid.compares_wirings:
+            shown.begin_task("running each engine on the inputs of another")
+            engines = compare_engines(
+                grid,
+                results,
+                engine_margins,
+                lambda done, total, last: shown.count("engines", done, total, last),
+            )
         shown.begin_task("comparing the runs")
         return GridDiff.of(grid, runs, metrics, margins, results, engines)
 

@@ -35,6 +35,7 @@ def import_connectome(
     json: Json = False,
 ) -> None:
     """Make a network file from a connectome, with the cell model of the whole fly brain."""
+    from nrp_core.brain.files.connectome.doubts import doubts_about
     from nrp_core.brain.files.connectome.network import read_connectome
     from nrp_core.brain.files.network_file import SUFFIX, save_network
     from nrp_core.brain.network.implausible import implausible
@@ -42,7 +43,7 @@ def import_connectome(
     made = read_connectome(edges, neurons, groups=tuple(group or ()), unit_mv=unit_mv, delay_ms=delay_ms)
     target = output or Path(f"{edges.stem}{SUFFIX}")
     save_network(made.network, target)
-    suspicious = implausible(made.network)
+    suspicious = [*doubts_about(made.network, unit_mv), *implausible(made.network)]
     sizes = {projection.label: projection.size for projection in made.network.projections}
     if json:
         facts = {"neurons": made.network.size, "edges": sizes, "groups": len(made.network.views)}
@@ -52,6 +53,7 @@ def import_connectome(
                 **facts,
                 "left_out": made.left_out,
                 "unsigned": made.unsigned,
+                "electrical": made.electrical,
                 "sources": made.sources,
                 "implausible": suspicious,
             }
@@ -65,6 +67,11 @@ def import_connectome(
     if made.unsigned:
         complain(
             f"{made.unsigned} edges were taken as excitatory: the sign of their transmitter is unknown",
+            label="warning", color="yellow",
+        )  # fmt: skip
+    if made.electrical:
+        complain(
+            f"{made.electrical} gap junctions were left out: synapses of this network are chemical",
             label="warning", color="yellow",
         )  # fmt: skip
     for sentence in suspicious:

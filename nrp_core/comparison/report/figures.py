@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.comparison.grid import GridCell, RunGrid
+from nrp_core.comparison.grid import Condition, GridCell, RunGrid
 from nrp_core.comparison.judgement import Answer, Contrast, Factor, JudgedPart, Judgement, Relation
 from nrp_core.comparison.result import GridDiff, PairDiff
 from nrp_core.comparison.signals import RunSignals
@@ -28,6 +28,7 @@ _MOST_PARTS = 4
 _MOST_ROWS = 60
 _LONGEST = 38
 _COLOURS = {Relation.EQUIVALENT: GOOD, Relation.OPEN: "#b9770e", Relation.DIFFERENT: BAD}
+_SHAPES = {Factor.BRAIN: "o", Factor.WORLD: "s", Factor.WIRING: "D"}
 _BEYOND = 30.0
 """Effects are drawn up to this many margins, on a scale that is linear up to 2."""
 
@@ -46,7 +47,7 @@ def grid_figures(diff: GridDiff) -> Iterator[tuple[str, str, str]]:
     with style():
         for title, caption, figure in (
             ("Results", _ABOUT_STRIPS, strips(diff)),
-            ("Differences between backends", _ABOUT_FOREST, forest(diff.judgements)),
+            (f"Differences between {_compared(diff.grid)}", _ABOUT_FOREST, forest(diff.judgements)),
             ("Where the robots went", _ABOUT_TRAJECTORIES, trajectories(diff)),
             ("How runs diverge", _ABOUT_APART, apart(diff)),
         ):
@@ -55,18 +56,18 @@ def grid_figures(diff: GridDiff) -> Iterator[tuple[str, str, str]]:
 
 
 _ABOUT_STRIPS = (
-    "Every mark is a run, every line the mean of a pair of backends; the grey bar is the margin about the "
-    "mean of all. First the metrics of the finding, then those that depend on a backend."
+    "Every mark is a run, every line the mean of a row; the grey bar is the margin about the "
+    "mean of all. First the metrics of the finding, then those that depend on what is compared."
 )
 _ABOUT_FOREST = (
     "The largest difference in each part of the finding, and in the parts of each other metric that differ "
-    "most, in margins, with its 90 % interval. Dots: brains; squares: worlds. "
+    "most, in margins, with its 90 % interval. Dots: brains; squares: worlds; diamonds: wirings. "
     "Differences inside the band do not matter; green: shown to be inside, red: outside, yellow: undecided."
 )
 _ABOUT_TRAJECTORIES = "From above, a line for every seed. Dots: the ends."
 _ABOUT_APART = (
     "How far the robots of two runs are from each other at one time, the median over pairs of runs. Grey: "
-    "two seeds on the same backends, from the 10th to the 90th percentile; a line within the grey is a "
+    "two seeds under equal conditions, from the 10th to the 90th percentile; a line within the grey is a "
     "difference that another seed makes too."
 )
 
@@ -75,7 +76,7 @@ _ABOUT_APART = (
 
 
 def strips(diff: GridDiff) -> Figure | None:
-    """Draw the values of the finding, and of the metrics that depend on a backend."""
+    """Draw the values of the finding, and of the metrics that depend on what is compared."""
     finding = [one for one in diff.finding if one.metric.is_finding]
     wanted = [(one, part) for one in finding for part in one.parts if part.cells and _varied(part)]
     for judged in diff.judgements:
@@ -86,7 +87,7 @@ def strips(diff: GridDiff) -> Figure | None:
         return None
     wanted = wanted[:_MOST_STRIPS]
     rows = -(-len(wanted) // _COLUMNS)
-    height = 0.5 + rows * (0.65 + 0.24 * len(diff.grid.brains) * len(diff.grid.worlds))
+    height = 0.5 + rows * (0.65 + 0.24 * len(diff.grid.conditions))
     figure = Figure(figsize=(_WIDE, height), layout="constrained")
     axes = figure.subplots(rows, _COLUMNS, squeeze=False)
     for at, (judged, part) in zip(axes.flat, wanted, strict=False):
@@ -119,7 +120,7 @@ def _strip(axes: Axes, grid: RunGrid, judged: Judgement, part: JudgedPart) -> No
     middle = float(np.mean(everything)) if everything else 0.0
     axes.axvspan(middle - part.margin, middle + part.margin, color="#ececec", linewidth=0)
     for row, cell in enumerate(part.cells):
-        shade = colour(grid.brains.index(cell.brain))
+        shade = colour(_number(grid, cell.brain, cell.wiring))
         marker = _MARKERS[grid.worlds.index(cell.world) % len(_MARKERS)]
         spread = np.linspace(-0.22, 0.22, max(len(cell.values), 1))
         axes.plot(
@@ -128,13 +129,23 @@ def _strip(axes: Axes, grid: RunGrid, judged: Judgement, part: JudgedPart) -> No
         )  # fmt: skip
         if cell.values:
             axes.plot([np.mean(cell.values)] * 2, [row - 0.38, row + 0.38], color=shade, linewidth=1.8)
-    axes.set_yticks(range(len(part.cells)), [f"{cell.brain} x {cell.world}" for cell in part.cells])
+    names = [grid.label(Condition(cell.brain, cell.world, cell.wiring)) for cell in part.cells]
+    axes.set_yticks(range(len(part.cells)), names)
     axes.set_ylim(len(part.cells) - 0.5, -0.5)
     axes.tick_params(axis="y", length=0)
     axes.spines["left"].set_visible(False)
     axes.set_title(f"{metric.title}\n{_short(part.name)}")
     axes.xaxis.set_major_locator(MaxNLocator(5))
     axes.set_xlabel(f"{metric.unit or metric.title.lower()}   ({part.answer})", color=_shade_of(part.answer))
+
+
+def _compared(grid: RunGrid) -> str:
+    return "wirings" if grid.compares_wirings else "backends"
+
+
+def _number(grid: RunGrid, brain: str, wiring: str) -> int:
+    """Return the number of the colour of a brain; of a wiring where wirings are compared."""
+    return grid.wirings.index(wiring) if grid.compares_wirings else grid.brains.index(brain)
 
 
 def _short(name: str) -> str:
@@ -150,7 +161,7 @@ def _shade_of(answer: Answer) -> str:
 
 
 def forest(judgements: Sequence[Judgement]) -> Figure | None:
-    """Draw the effect of each backend on each part, in margins."""
+    """Draw the effect of each backend or wiring on each part, in margins."""
     rows = [
         (_short(f"{judged.metric.title}: {part.name}"), part, one)
         for judged in judgements
@@ -182,7 +193,7 @@ def forest(judgements: Sequence[Judgement]) -> Figure | None:
 def _shown(part: JudgedPart) -> list[Contrast]:
     """Return the largest contrast of each factor."""
     found = []
-    for factor in (Factor.BRAIN, Factor.WORLD):
+    for factor in _SHAPES:
         own = [one for one in part.contrasts if one.factor is factor]
         if own and part.margin:
             found.append(max(own, key=lambda one: abs(one.estimate.mean)))
@@ -194,28 +205,29 @@ def _effect(axes: Axes, row: int, part: JudgedPart, one: Contrast) -> None:
     low, high = (np.clip(end / part.margin, -_BEYOND, _BEYOND) for end in one.estimate.interval)
     middle = np.clip(one.estimate.mean / part.margin, -_BEYOND, _BEYOND)
     axes.plot([low, high], [row, row], color=shade, linewidth=1.6, solid_capstyle="butt")
-    axes.plot([middle], [row], "o" if one.factor is Factor.BRAIN else "s", color=shade, markersize=4.5)
+    axes.plot([middle], [row], _SHAPES[one.factor], color=shade, markersize=4.5)
 
 
 # -- trajectories
 
 
 def trajectories(diff: GridDiff) -> Figure | None:
-    """Draw the trajectories from above, a panel for each pair of backends."""
-    grid = diff.grid
-    pairs = [(brain, world) for brain in grid.brains for world in grid.worlds]
-    columns = min(len(pairs), 4)
-    rows = -(-len(pairs) // columns)
+    """Draw the trajectories from above, a panel for each condition."""
+    grid, conditions = diff.grid, diff.grid.conditions
+    columns = min(len(conditions), 4)
+    rows = -(-len(conditions) // columns)
     figure = Figure(figsize=(_WIDE, 3.6 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     drawn = False
-    for axes, (brain, world) in zip(panels.flat, pairs, strict=False):
-        axes.set(title=f"{brain} x {world}", xlabel="x (m)", ylabel="y (m)")
+    for axes, condition in zip(panels.flat, conditions, strict=False):
+        axes.set(title=grid.label(condition), xlabel="x (m)", ylabel="y (m)")
         axes.set_aspect("equal", adjustable="box")
+        axes.xaxis.set_major_locator(MaxNLocator(3))
         axes.label_outer()
         for seed in grid.seeds:
-            drawn |= _draw_ways(axes, diff.runs[GridCell(brain, world, seed)], grid.brains.index(brain))
-    for axes in panels.flat[len(pairs) :]:
+            number = _number(grid, condition.brain, condition.wiring)
+            drawn |= _draw_ways(axes, diff.runs[condition.cell(seed)], number)
+    for axes in panels.flat[len(conditions) :]:
         axes.set_axis_off()
     return figure if drawn else None
 
@@ -232,7 +244,7 @@ def _draw_ways(axes: Axes, run: RunSignals, number: int) -> bool:
 
 
 def apart(diff: GridDiff) -> Figure | None:
-    """Draw the distance of runs over time: of other seeds, brains, worlds."""
+    """Draw the distance of runs over time: of other seeds, brains, worlds, wirings."""
     grid, runs = diff.grid, diff.runs
     robots = next(iter(runs.values())).robots
     if not robots or len(diff.runs) < 2:
@@ -242,9 +254,10 @@ def apart(diff: GridDiff) -> Figure | None:
         axes = figure.add_subplot(len(robots), 1, number)
         times_s, places = _places(runs, robot)
         seeds = [
-            _gap(places, GridCell(b, w, s), GridCell(b, w, t))
-            for b in grid.brains for w in grid.worlds for s, t in combinations(grid.seeds, 2)
-        ]  # fmt: skip
+            _gap(places, condition.cell(one), condition.cell(other))
+            for condition in grid.conditions
+            for one, other in combinations(grid.seeds, 2)
+        ]
         if seeds:
             low, high = np.percentile(seeds, [10, 90], axis=0)
             axes.fill_between(times_s, low, high, color="#dddddd", linewidth=0)
@@ -272,13 +285,16 @@ def _gap(places: Mapping[GridCell, FloatArray], one: GridCell, other: GridCell) 
 
 
 def _gaps(grid: RunGrid, places: Mapping[GridCell, FloatArray]) -> Iterator[tuple[str, list[FloatArray]]]:
-    """Return the gaps between runs of one seed on two backends."""
+    """Return the gaps between runs of one seed on two backends, or with two wirings."""
     for a, b in combinations(grid.brains, 2):
         pairs = [(GridCell(a, w, s), GridCell(b, w, s)) for w in grid.worlds for s in grid.seeds]
         yield f"{a} / {b}", [_gap(places, *pair) for pair in pairs]
     for a, b in combinations(grid.worlds, 2):
         pairs = [(GridCell(x, a, s), GridCell(x, b, s)) for x in grid.brains for s in grid.seeds]
         yield f"{a} / {b}", [_gap(places, *pair) for pair in pairs]
+    original, *controls = grid.conditions if grid.compares_wirings else grid.conditions[:1]
+    for control in controls:
+        yield control.wiring, [_gap(places, original.cell(s), control.cell(s)) for s in grid.seeds]
 
 
 # -- two recordings

@@ -19,15 +19,18 @@ from nrp_core.comparison.result import GridDiff, Measured, PairDiff
 _MOST_PARTS = 4
 _MOST_SIGNALS = 12
 _MOST_ROWS = 6
-_STYLES = {Answer.AGREES: "green", Answer.SEED: "green", Answer.OPEN: "yellow", Answer.NONE: "dim"}
+_STYLES = {Answer.OPEN: "yellow", Answer.NONE: "dim"}
 
 
 def tell_grid(diff: GridDiff, console: Console) -> None:
     """Write both verdicts, then every metric with its largest difference, then where runs diverge."""
     _tell_incomplete(console, diff.incomplete)
     style = f"bold {_style(diff.answer)}"
-    console.print(Text.assemble((words.HEADLINES[diff.answer], style)))
-    _tell_engines(console, diff.engines)
+    console.print(Text.assemble((words.headline(diff), style)))
+    for line in words.controls(diff.controls):
+        console.print(Text(f"  {line}"))
+    if not diff.grid.compares_wirings:
+        _tell_engines(console, diff.engines)
     console.print(Text(f"{diff.name}, {words.subject(diff)}; {words.finding(diff)}", style="dim"))
     if (advice := words.advice(diff)) is not None:
         console.print(Text(advice, style="yellow"))
@@ -87,7 +90,9 @@ def _add(table: Table, judged: Judgement) -> None:
     worst = parts[0] if parts else None
     said = "" if worst is None else f"{worst.name}: {words.largest(worst, judged.metric)}"
     table.add_row(Text(judged.metric.title, style="bold"), Text(answer, style=style), Text(said))
-    telling = [part for part in parts[1:] if part.answer is not Answer.AGREES and answer.is_dependent]
+    telling = [
+        part for part in parts[1:] if part.answer not in (Answer.AGREES, Answer.KEPT) and answer.is_dependent
+    ]
     for part in telling[: _MOST_PARTS - 1]:
         detail = f"{part.name}: {words.largest(part, judged.metric)}"
         table.add_row("", Text(part.answer, style=_style(part.answer)), Text(detail))
@@ -134,7 +139,7 @@ def _print_divergence(console: Console, one: Divergence) -> None:
 
 
 def _style(answer: Answer) -> str:
-    return _STYLES.get(answer, "red")
+    return "green" if answer.is_independent else _STYLES.get(answer, "red")
 
 
 def _table(*titles: str) -> Table:

@@ -2,21 +2,51 @@
 
 from __future__ import annotations
 
-from nrp_core.comparison.judgement import Answer, Contrast, Factor, JudgedPart
+from collections.abc import Iterator, Mapping
+
+from nrp_core.comparison.judgement import Answer, Contrast, Factor, JudgedPart, Relation
 from nrp_core.comparison.metrics.base import DistanceMetric, Metric
 from nrp_core.comparison.result import GridDiff
 
 _MANY = 1000
 _MOST_NAMED = 4
-HEADLINES = {
-    Answer.AGREES: "The finding does not depend on the simulator",
-    Answer.SEED: "The finding does not depend on the simulator",
-    Answer.BRAIN: "The finding depends on the brain",
-    Answer.WORLD: "The finding depends on the world",
-    Answer.BOTH: "The finding depends on the brain and on the world",
-    Answer.OPEN: "Whether the finding depends on the simulator is not decided: take more seeds",
-    Answer.NONE: "There is nothing to compare",
+_DEPENDS_ON = {
+    Answer.BRAIN: "the brain",
+    Answer.WORLD: "the world",
+    Answer.BOTH: "the brain and on the world",
+    Answer.WIRING: "the wiring",
 }
+_CONTROLLED = {
+    Relation.DIFFERENT: "changes the finding",
+    Relation.EQUIVALENT: "keeps the finding",
+    Relation.OPEN: "may change the finding: take more seeds",
+}
+
+
+def question(diff: GridDiff) -> str:
+    """Return what the grid asks."""
+    return f"does it depend on the {_compared(diff)}?"
+
+
+def headline(diff: GridDiff) -> str:
+    """Return the verdict on the finding."""
+    if on := _DEPENDS_ON.get(diff.answer):
+        return f"The finding depends on {on}"
+    if diff.answer is Answer.OPEN:
+        return f"Whether the finding depends on the {_compared(diff)} is not decided: take more seeds"
+    if diff.answer is Answer.NONE:
+        return "There is nothing to compare"
+    return f"The finding does not depend on the {_compared(diff)}"
+
+
+def controls(relations: Mapping[str, Relation]) -> Iterator[str]:
+    """Yield what each control of the wiring does to the finding."""
+    for name, relation in relations.items():
+        yield f"{name} {_CONTROLLED[relation]}"
+
+
+def _compared(diff: GridDiff) -> str:
+    return "wiring" if diff.grid.compares_wirings else "simulator"
 
 
 def subject(diff: GridDiff) -> str:
@@ -27,6 +57,7 @@ def subject(diff: GridDiff) -> str:
     return (
         f"{len(diff.runs)} runs{failed}: {', '.join(grid.brains)} x {', '.join(grid.worlds)}, "
         + (f"seed {first}" if first == last else f"{len(grid.seeds)} seeds ({first} to {last})")
+        + (f", {len(grid.wirings)} wirings" if grid.compares_wirings else "")
         + "".join(f", {key}={values}" for key, values in grid.varied.items())
     )
 
@@ -85,4 +116,4 @@ def _in_sd(contrast: Contrast, part: JudgedPart) -> str:
 def largest(part: JudgedPart, metric: Metric) -> str:
     """Describe the largest difference in a part."""
     found = part.largest
-    return "too few seeds have a value on all backends" if found is None else _effect(found, part, metric)
+    return "too few seeds have a value in all of them" if found is None else _effect(found, part, metric)

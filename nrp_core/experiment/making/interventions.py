@@ -16,7 +16,6 @@ from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.implausible import HIGHEST_HZ, too_strong
 from nrp_core.brain.network.interventions import Intervention, Synapses
-from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.clock import milliseconds
 from nrp_core.errors import CapabilityError, NetworkError, NeuronSelectionError
 from nrp_core.experiment.events.conditions import Times
@@ -206,7 +205,7 @@ def _is_due(at_ns: int, now_ns: int, _times: Times) -> bool:
 
 def _require_lasting(network: Network, affected: Container[str], name: str) -> None:
     for projection in network.projections:
-        if projection.synapse_type == STDP and projection.label in affected:
+        if projection.is_plastic and projection.label in affected:
             raise NetworkError(
                 f"'{name}' changes weights during the run, but projection "
                 f"'{projection.label}' is plastic and would recover; leave out 'at'"

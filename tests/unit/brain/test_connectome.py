@@ -84,6 +84,34 @@ def test_other_names_of_the_column_of_transmitters_say_the_signs_as_well(tmp_pat
     assert edges_of(read_connectome(path).network) == {(0, 1, -0.55), (1, 0, 1.1)}
 
 
+def test_cells_with_names_are_wired_by_them_and_gap_junctions_are_left_out(tmp_path: Path) -> None:
+    """In the columns of the worm's table (Cook et al. 2019), with blanks around the names."""
+    edges = write(
+        tmp_path / "edges.csv",
+        Source=["DD01 ", "AVAL ", "AVAL ", "AVAL"], Target=["AVAL", "DD01", "PVCL", "muscle"],
+        Weight=[2, 3, 5, 7], Type=["chemical", "chemical", "electrical", "chemical"],
+    )  # fmt: skip
+    alone = read_connectome(edges, unit_mv=1.0)
+    assert {name: ids.tolist() for name, ids in alone.network.views.items()} == {
+        "AVAL": [0], "DD01": [1], "muscle": [2],
+    }  # fmt: skip
+    assert edges_of(alone.network) == {(1, 0, 2.0), (0, 1, 3.0), (0, 2, 7.0)}
+    assert (alone.electrical, alone.left_out) == (1, 0)
+    neurons = write(
+        tmp_path / "neurons.feather", name=["PVCL", "DD01", "AVAL"], transmitter=[None, "GABA", None]
+    )
+    made = read_connectome(edges, neurons, unit_mv=1.0)
+    assert edges_of(made.network) == {(1, 2, -2.0), (2, 1, 3.0)}
+    assert (made.electrical, made.left_out) == (1, 1)
+    assert made.network.views["AVAL"].tolist() == [2]
+    twice = write(tmp_path / "twice.feather", name=["DD01", "AVAL", "DD01"])
+    with pytest.raises(NetworkError, match="the neuron DD01 is in the column 'name' twice"):
+        read_connectome(edges, twice)
+    empty = write(tmp_path / "empty.csv", Source=["DD01", " "], Target=["AVAL", "DD01"], Weight=[1, 1])
+    with pytest.raises(NetworkError, match="the column 'Source' lacks 1 names"):
+        read_connectome(empty)
+
+
 def test_flywires_tables_have_signs_of_their_own(tmp_path: Path) -> None:
     codex = {"pre_root_id": [ROOT, ROOT + 1], "post_root_id": [ROOT + 1, ROOT]}
     path = write(

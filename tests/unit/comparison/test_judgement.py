@@ -1,19 +1,21 @@
 """What a value depends on, decided from numbers that were made to depend on it."""
 
 from collections.abc import Callable
+from itertools import product
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from nrp_core.comparison.grid import GridCell
-from nrp_core.comparison.judgement import Answer, Judgement
+from nrp_core.comparison.grid import ORIGINAL, Condition, GridCell
+from nrp_core.comparison.judgement import Answer, Judgement, controls_of
 from nrp_core.comparison.measuring import judge
 from nrp_core.comparison.metrics.base import DistanceMetric, Margin, Margins, Metric, ScalarMetric
 from nrp_core.errors import ExperimentError
 
-BRAINS, WORLDS = ("exact", "coarse"), ("here", "there")
+BACKENDS = ("exact", "coarse"), ("here", "there"), (ORIGINAL,)
+WIRINGS = ("exact",), ("here",), (ORIGINAL, "signs", "weights")
 
 
 class Value(ScalarMetric):
@@ -47,10 +49,15 @@ def judged(
     seeds: int = 20,
     margins: Margins | None = None,
     failed: Callable[[GridCell], bool] = lambda cell: False,
+    compared: tuple[tuple[str, ...], ...] = BACKENDS,
 ) -> Judgement:
     """Judge runs that gave ``value(cell, noise)``, the noise being that of each run."""
-    cells = [GridCell(b, w, s) for s in range(seeds) for b in BRAINS for w in WORLDS]
-    grid = SimpleNamespace(brains=BRAINS, worlds=WORLDS, seeds=tuple(range(seeds)), cells=cells)
+    conditions = [Condition(*names) for names in product(*compared)]
+    cells = [condition.cell(seed) for seed in range(seeds) for condition in conditions]
+    grid = SimpleNamespace(
+        brains=compared[0], worlds=compared[1], wirings=compared[2], compares_wirings=len(compared[2]) > 1,
+        seeds=tuple(range(seeds)), cells=cells, conditions=conditions,
+    )  # fmt: skip
     drawn = np.random.Generator(np.random.Philox(5)).normal(size=len(cells))
     runs = {
         cell: SimpleNamespace(value=value(cell, float(x)), failed=failed(cell))
@@ -89,6 +96,19 @@ def test_the_effect_of_a_distance_is_reported_as_the_shift_that_makes_it() -> No
 def test_an_effect_that_cancels_on_average_is_found_in_the_interaction() -> None:
     crossed = judged(Value, lambda cell, x: x + 3.0 * ((cell.brain == "coarse") == (cell.world == "there")))
     assert crossed.answer is Answer.BOTH
+
+
+@pytest.mark.parametrize("metric", [Value, Apart, Met])
+def test_each_control_is_compared_with_the_original_and_not_with_another(metric: type[Metric]) -> None:
+    shift = {ORIGINAL: 0.0, "signs": 3.0, "weights": 0.0}
+    if metric is Met:
+        found = judged(metric, lambda cell, x: float(cell.wiring != "signs"), compared=WIRINGS)
+    else:
+        found = judged(metric, lambda cell, x: x + shift[cell.wiring], seeds=40, compared=WIRINGS)
+    assert found.answer is Answer.WIRING
+    assert controls_of([found]) == {"signs": "different", "weights": "equivalent"}
+    same = judged(Value, lambda cell, x: 3.0, compared=WIRINGS)
+    assert same.answer is Answer.KEPT
 
 
 def test_too_few_seeds_decide_nothing_instead_of_no_difference() -> None:

@@ -1,34 +1,46 @@
-"""Tables of edges: source, target, number of synapses, sign."""
+"""Tables of edges: source, target, number of synapses, sign. Cells have numbers or names."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.files.connectome.neurons import whole_numbers
+from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
+from nrp_core.brain.files.connectome.ids import ids_of
 from nrp_core.brain.files.connectome.signs import sign_of
 from nrp_core.brain.files.connectome.tables import chosen_column, column_names, read_rows
 from nrp_core.errors import NetworkError
 
-PRE: Final = ("pre", "Presynaptic_ID", "pre_root_id", "pre_pt_root_id", "body_pre", "source")
-POST: Final = ("post", "Postsynaptic_ID", "post_root_id", "post_pt_root_id", "body_post", "target")
-WEIGHT: Final = ("Excitatory x Connectivity", "weight", "syn_count", "synapses", "Connectivity")
+PRE: Final = ("pre", "Presynaptic_ID", "pre_root_id", "pre_pt_root_id", "body_pre", "source", "Source")
+POST: Final = ("post", "Postsynaptic_ID", "post_root_id", "post_pt_root_id", "body_post", "target", "Target")
+WEIGHT: Final = ("Excitatory x Connectivity", "weight", "syn_count", "synapses", "Connectivity", "Weight")
 TRANSMITTER: Final = ("nt_type", "nt", "neurotransmitter", "transmitter", "predicted_nt", "top_nt")
 """Columns in the order of preference: plain, of Shiu's tables of FlyWire, FlyWire's own, MaleCNS's."""
+KIND: Final = ("type", "Type", "synapse_type")
+ELECTRICAL: Final = frozenset({"electrical", "gap junction", "gap_junction", "gap"})
+"""Kinds of edges that are not synapses of a network."""
 
 
 @dataclass(frozen=True)
 class EdgeChunk:
-    """Some edges: ids of both cells and signed number of synapses, shape ``(n,)``."""
+    """Some edges.
+
+    Args:
+        pre, post: ids of both cells, shape ``(n,)``.
+        weight: signed number of synapses, shape ``(n,)``.
+        names: the names of cells by id, if the table has names.
+        electrical: number of gap junctions, which are left out.
+    """
 
     pre: IntArray
     post: IntArray
     weight: FloatArray
+    names: Mapping[int, str] = field(default_factory=dict)
+    electrical: int = 0
 
 
 def read_edges(path: Path) -> Iterator[EdgeChunk]:
@@ -42,12 +54,23 @@ def read_edges(path: Path) -> Iterator[EdgeChunk]:
     post = chosen_column(path, "the target of an edge", POST, names)
     weight = chosen_column(path, "the number of synapses", WEIGHT, names)
     transmitter = next((name for name in TRANSMITTER if name in names), None)
-    used = [pre, post, weight, *([transmitter] if transmitter else [])]
+    kind = next((name for name in KIND if name in names), None)
+    used = [pre, post, weight, *filter(None, (transmitter, kind))]
     for rows in read_rows(path, used):
         values = _weights(path, weight, rows[weight])
         if transmitter:
             values = _unsigned(path, weight, values) * _signs(path, transmitter, rows[transmitter])
-        yield EdgeChunk(whole_numbers(path, pre, rows[pre]), whole_numbers(path, post, rows[post]), values)
+        chemical = _chemical(rows[kind]) if kind else np.ones(len(values), bool)
+        (sources, ours), (targets, theirs) = (ids_of(path, end, rows[end]) for end in (pre, post))
+        electrical = int((~chemical).sum())
+        yield EdgeChunk(
+            sources[chemical], targets[chemical], values[chemical], {**ours, **theirs}, electrical
+        )
+
+
+def _chemical(values: Any) -> BoolArray:
+    kinds = [str(text).strip().lower() for text in values.to_pylist()]
+    return np.array([kind not in ELECTRICAL for kind in kinds], bool)
 
 
 def _weights(path: Path, column: str, values: Any) -> FloatArray:

@@ -42,12 +42,14 @@ class Connectome:
         sources: SHA-256 of each table, and the name of published ones.
         left_out: edges whose ends are not both in the table of neurons.
         unsigned: edges that are excitatory because nothing tells their sign.
+        electrical: gap junctions, which are left out.
     """
 
     network: Network
     sources: dict[str, str] = field(default_factory=dict)
     left_out: int = 0
     unsigned: int = 0
+    electrical: int = 0
 
 
 def read_connectome(
@@ -69,16 +71,19 @@ def read_connectome(
     for name, value in (("unit_mv", unit_mv), ("delay_ms", delay_ms)):
         if not 0.0 < value < inf:
             raise NetworkError(f"{name} is {value:g}; it must be above 0")
-    known = read_neurons(neurons) if neurons else Neurons(_ids_of(edges), {})
+    known = read_neurons(neurons) if neurons else _neurons_of(edges)
     order = np.argsort(known.ids, kind="stable")
-    kept, left_out, unsigned = [_NONE], 0, 0
+    kept, left_out, unsigned, electrical = [_NONE], 0, 0, 0
     for part in read_edges(edges):
         pre, post, weight = _placed(part, known.ids, order)
         left_out += len(part.pre) - len(pre)
+        electrical += part.electrical
         kept.append((pre.astype(np.int32), post.astype(np.int32), (weight * unit_mv).astype(np.float32)))
     pre, post, weight = (np.concatenate(column) for column in zip(*kept, strict=True))
     if not len(pre):
         raise NetworkError(f"no edge of {left_out} joins two of the {len(known.ids)} neurons", path=edges)
+    if not weight.any():
+        raise NetworkError(f"all {len(pre)} edges have 0 synapses", path=edges)
     del kept
     signs = known.signs
     if signs.any() and not (weight < 0.0).any():  # the edges themselves have no signs
@@ -93,14 +98,19 @@ def read_connectome(
         ),
         _groups(known, groups, neurons or edges),
     )
-    return Connectome(network, _sources(edges, neurons), left_out, unsigned)
+    return Connectome(network, _sources(edges, neurons), left_out, unsigned, electrical)
 
 
-def _ids_of(path: Path) -> IntArray:
-    ids = np.empty(0, np.int64)
+def _neurons_of(path: Path) -> Neurons:
+    """Return the neurons with edges, in the order of their names or ids."""
+    ids, names = np.empty(0, np.int64), dict[int, str]()
     for part in read_edges(path):
         ids = np.unique(np.concatenate([ids, part.pre, part.post]))
-    return ids
+        names.update(part.names)
+    if not names:
+        return Neurons(ids, {})
+    order = sorted(ids.tolist(), key=lambda number: names[number])
+    return Neurons(np.array(order, np.int64), {"name": [names[number] for number in order]})
 
 
 def _placed(part: EdgeChunk, ids: IntArray, order: IntArray) -> tuple[IntArray, IntArray, FloatArray]:

@@ -9,17 +9,26 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.files.connectome.ids import ids_of
 from nrp_core.brain.files.connectome.signs import sign_of
 from nrp_core.brain.files.connectome.tables import chosen_column, column_names, read_rows
 from nrp_core.errors import NetworkError
 
-IDS: Final = ("id", "root_id", "bodyId", "body", "Unnamed: 0", "")
-"""Names of the column of ids: plain, FlyWire's, MaleCNS's, and that of a table with an index."""
+IDS: Final = ("id", "root_id", "bodyId", "body", "Unnamed: 0", "", "neuron", "name")
+"""Names of the column of ids: plain, FlyWire's, MaleCNS's, that of a table with an index, and of names."""
 _TEXTS: Final = {
     "name": ("name", "instance", "label"),
     "type": ("type", "primary_type", "cell_type"),
     "side": ("side", "somaSide", "soma_side"),
-    "transmitter": ("nt_type", "consensus_nt", "predicted_nt", "top_nt", "neurotransmitter"),
+    "transmitter": (
+        "nt_type",
+        "consensus_nt",
+        "predicted_nt",
+        "top_nt",
+        "neurotransmitter",
+        "transmitter",
+        "nt",
+    ),
     "class": ("super_class", "superclass", "class"),
 }
 _POSITION: Final = ("x", "y", "z")
@@ -61,10 +70,13 @@ def read_neurons(path: Path) -> Neurons:
     place = [name for name in _POSITION if name in names]
     places = place if len(place) == len(_POSITION) else []
     ids: list[IntArray] = []
+    named: dict[int, str] = {}
     texts: dict[str, list[str]] = {what: [] for what in columns}
     positions: list[FloatArray] = []
     for rows in read_rows(path, [*dict.fromkeys([id_column, *columns.values(), *places])]):
-        ids.append(whole_numbers(path, id_column, rows[id_column]))
+        found, ours = ids_of(path, id_column, rows[id_column])
+        ids.append(found)
+        named |= ours
         for what, column in columns.items():
             texts[what] += ["" if text is None else str(text) for text in rows[column].to_pylist()]
         if places:
@@ -73,30 +85,13 @@ def read_neurons(path: Path) -> Neurons:
     order = np.sort(every)
     twice = order[1:][order[1:] == order[:-1]]
     if twice.size:
-        raise NetworkError(f"the neuron {twice[0]} is in the column '{id_column}' twice", path=path)
+        who = named.get(int(twice[0]), twice[0])
+        raise NetworkError(f"the neuron {who} is in the column '{id_column}' twice", path=path)
+    if named:
+        texts.setdefault("name", [named[number] for number in every.tolist()])
     if "side" in texts:
         texts["side"] = [_SIDES.get(side.lower(), side) for side in texts["side"]]
     return Neurons(every, texts, np.concatenate(positions) if positions else None)
-
-
-def whole_numbers(path: Path, column: str, values: Any) -> IntArray:
-    """Return a column of ids.
-
-    Raises:
-        NetworkError: a value is missing, or not a whole number (a float has lost digits of a long id).
-    """
-    import pyarrow.types as kinds
-
-    if not kinds.is_integer(values.type):
-        raise NetworkError(
-            f"the column '{column}' holds {values.type} values; ids are whole numbers, since a float loses "
-            "their last digits",
-            path=path,
-        )
-    if values.null_count:
-        raise NetworkError(f"the column '{column}' lacks {values.null_count} ids", path=path)
-    numbers: IntArray = values.to_numpy(zero_copy_only=False).astype(np.int64)
-    return numbers
 
 
 def _numbers(values: Any) -> FloatArray:
