@@ -53,6 +53,7 @@ class ClosedLoop(Closing):
     Attributes:
         steps: number of steps taken.
         is_stepping: whether a step is in progress.
+        time_limit: interrupts functions that do not return; loops that are stepped together share one.
 
     Raises:
         TimestepError: the period is not a multiple of the steps of both sides.
@@ -82,7 +83,7 @@ class ClosedLoop(Closing):
         self._wiring.change(functions)
         self._requests = Requests()
         self.tf_time, self.on_error = tf_time, on_error
-        self._time_limit = TimeLimit(function_time_limit_s)
+        self.time_limit = TimeLimit(function_time_limit_s)
         self.pacing = AsFastAsPossible() if pacing is None else pacing
         self.hooks: Hooks[ClosedLoop] = Hooks()
         self.account = TimeAccount()
@@ -125,7 +126,7 @@ class ClosedLoop(Closing):
             )
         self._stopping = False
         self.pacing.start(self.now_ns)
-        with self._requests.running(), self._time_limit.watching():
+        with self._requests.running(), self.time_limit.watching():
             while self.now_ns < t_ns and not self._stopping:
                 with DeferredInterrupt():
                     self._requests.serve()
@@ -140,30 +141,44 @@ class ClosedLoop(Closing):
 
     def _step(self) -> None:
         began = work.now_ns()
-        self.is_stepping = True
         try:
-            failure = self._step_through()
+            self.begin_step()
+            self._sides.advance(self.now_ns + self.plan.period_ns, self.account)
+            failure = self.end_step()
         finally:
             self.is_stepping = False
             self.account.total_ns += work.now_ns() - began
         if failure is not None:
             raise failure.to_error() from failure.error
 
-    def _step_through(self) -> Failure | None:
-        """Take one step and return the failure that ends the run, if any."""
-        start_ns = self.now_ns
-        self._deliver_published()
+    # -- the parts of a step, which many loops take together; see SideBySide
+
+    def begin_step(self) -> None:
+        """Deliver messages from outside, and call the hooks before a step."""
+        self.is_stepping = True
+        if self._published:
+            self._deliver_published()
         self._call(self.hooks.before_step)
-        self._sides.advance(start_ns + self.plan.period_ns, self.account)
+
+    def advance_in_turn(self) -> None:
+        """Bring first the brain, then the world to the end of the step, on the calling thread."""
+        self._sides.advance_in_turn(self.now_ns + self.plan.period_ns, self.account)
+
+    def end_step(self) -> Failure | None:
+        """Run the functions and hooks after a step, and return the failure that ends the run, if any."""
         self.steps += 1
         self._call(self.hooks.before_functions)
-        failure = self._run_functions(start_ns)
+        failure = self._run_functions()
         self._call(self.hooks.after_step)
+        self.is_stepping = False
         return failure
 
-    def _run_functions(self, start_ns: int) -> Failure | None:
+    # -- within a step
+
+    def _run_functions(self) -> Failure | None:
         """Run the functions that are due and return the failure that ends the run, if any."""
         now_ns = self.now_ns
+        start_ns = now_ns - self.plan.period_ns
         t = seconds(now_ns if self.tf_time == "end" else start_ns)
         for function in self.functions:
             if not (function.is_bound and function.is_due(start_ns)):
@@ -180,7 +195,7 @@ class ClosedLoop(Closing):
 
     def _run(self, function: TransferFunction, now_ns: int, t: float) -> Failure | None:
         try:
-            self._time_limit.call(function.run, now_ns, t)
+            self.time_limit.call(function.run, now_ns, t)
         except (SimulationError, LifecycleError):
             raise  # an engine failed while the function used it
         except (Exception, SystemExit, TimeLimitExceeded) as error:  # noqa: BLE001 - whatever users write may raise anything

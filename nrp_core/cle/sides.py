@@ -48,6 +48,13 @@ class Sides:
         account.world_ns += world_ns
         account.both_ns += work.now_ns() - began
 
+    def advance_in_turn(self, t_ns: int, account: TimeAccount) -> None:
+        """Bring both to ``t_ns`` on the calling thread."""
+        brain_ns, world_ns = self._in_turn(t_ns)
+        account.brain_ns += brain_ns
+        account.world_ns += world_ns
+        account.both_ns += brain_ns + world_ns
+
     def close(self) -> None:
         """End the thread."""
         self._thread.shutdown()

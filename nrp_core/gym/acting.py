@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import isfinite, nan
 from typing import Any
 
 import numpy as np
 from gymnasium.spaces import Box
 
-from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.devices.trains import PoissonSource
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.running.run import Run
@@ -36,7 +35,7 @@ class Acted(ABC):
     space: Box
 
     @abstractmethod
-    def apply(self, values: FloatArray) -> None:
+    def apply(self, values: Sequence[float]) -> None:
         """Apply the action; it takes effect in the next step."""
 
 
@@ -72,9 +71,9 @@ class ActedTopic(Acted):
         low, high = np.array([_pair(f"'{field}' of '{name}'", chosen[field]) for field in chosen]).T
         self.space = Box(low, high, dtype=np.float64)
 
-    def apply(self, values: FloatArray) -> None:
+    def apply(self, values: Sequence[float]) -> None:
         row = [0.0] * self._size
-        for place, value in zip(self._places, values.tolist(), strict=True):
+        for place, value in zip(self._places, values, strict=True):
             row[place] = value
         self._publication.publish(self._make(iter(row)))
 
@@ -88,8 +87,8 @@ class ActedSource(Acted):
         self._port = run.brain.add_source(source, neurons_of(run, group), name=f"gym/{group}")
         self.space = Box(*bounds, (1,), np.float64)
 
-    def apply(self, values: FloatArray) -> None:
-        self._port.rate = float(values[0])  # type: ignore[attr-defined]
+    def apply(self, values: Sequence[float]) -> None:
+        self._port.rate = values[0]  # type: ignore[attr-defined]
 
 
 def _pair(owner: str, bounds: Any) -> tuple[float, float]:

@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from math import isfinite
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import gymnasium
 import numpy as np
-from gymnasium import spaces
 
 from nrp_core.clock import seconds
-from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
-from nrp_core.gym.acting import act_on
-from nrp_core.gym.observing import observe, values_of
-
-Reward: TypeAlias = Callable[[Run, dict[str, Any]], float]
-"""Returns the reward of the last step, from the run and the observation by name."""
-Terminate: TypeAlias = Callable[[Run, dict[str, Any]], bool]
-"""Returns whether the episode is over."""
+from nrp_core.gym.agent_run import Agent, AgentRun, Reward, Terminate
+from nrp_core.gym.observing import values_of
 
 
 class NrpEnv(gymnasium.Env[Any, Any]):
@@ -37,7 +29,10 @@ class NrpEnv(gymnasium.Env[Any, Any]):
     Args:
         experiment: as for :func:`nrp_core.run`.
         overrides: ``dotted.key=value``.
-        observe: topics, and ``rate:GROUP`` for the mean rate of neurons, Hz. No other topic is subscribed.
+        observe: topics, ``rate:GROUP`` for the mean rate of neurons, Hz, ``motion:MODEL`` for position (m),
+            orientation (quaternion x y z w), linear (m/s) and angular velocity (rad/s) of a model, and
+            ``joints:MODEL`` for the positions, then the velocities of its joints. No other topic is
+            subscribed.
         act: topics, or ``source:GROUP`` for the rate of a Poisson source. A mapping gives the bounds: of a
             topic ``{"linear.x": (0, 1)}``, of a source ``(lowest, highest, weight)``.
         reward: by default the number of criteria met in the step, minus those missed in it.
@@ -71,67 +66,38 @@ class NrpEnv(gymnasium.Env[Any, Any]):
     ) -> None:
         if render_mode not in (None, "rgb_array"):
             raise ExperimentError(f"render_mode is None or 'rgb_array', not {render_mode!r}")
-        if not isinstance(steps, int) or steps < 1:
-            raise ExperimentError(f"a step of an environment is at least 1 step of the loop, not {steps}")
+        acted = act if isinstance(act, Mapping) else dict.fromkeys(act)
+        agent = Agent(list(observe), acted, reward, terminate, steps, same_noise)
         self.render_mode = render_mode
         self.run = Run(load_experiment(experiment, overrides))
         try:
-            self._open(list(observe), act if isinstance(act, Mapping) else dict.fromkeys(act))
+            self._camera = _open_camera(self.run) if render_mode else None
+            self._agent_run = AgentRun(self.run, agent)
         except BaseException:
             self.run.close()
             raise
-        self._reward, self._terminate = reward, terminate
+        self.observation_space = self._agent_run.observation_space
+        self.action_space = self._agent_run.action_space
         self._period_ns = steps * self.run.experiment.timestep
         self.metadata = {**self.metadata, "render_fps": round(1e9 / self._period_ns)}
-        self._start = self.run.snapshot() if same_noise else None
-        self._decided: dict[str, bool | None] = {}
-
-    def _open(self, observed: list[str], acted: Mapping[str, Any]) -> None:
-        if not observed:
-            raise ExperimentError("an environment needs at least one observation: a topic, or 'rate:GROUP'")
-        own = [function.name for function in self.run.loop.functions if _publishes(function, acted)]
-        self.run.loop.change((), own)
-        self._acted = act_on(self.run, acted)
-        self._camera = self._open_camera() if self.render_mode else None
-        self._observed = _observe(self.run, observed)
-        self.observation_space = spaces.Dict({name: one.space for name, one in self._observed.items()})
-        self.action_space = spaces.Dict({name: one.space for name, one in self._acted.items()})
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Begin an episode; its noise follows from ``seed``, or from the last given seed."""
         super().reset(seed=seed)
-        if self._start is not None:
-            self.run.restore(self._start)
-        else:
-            self.run.loop.reset(seed=int(self.np_random.integers(2**31)))
-        self._decided = dict.fromkeys(self.run.outcomes())
+        self._agent_run.begin(lambda: int(self.np_random.integers(2**31)))
         return self._observation(), {"t_s": 0.0}
 
     def step(self, action: Mapping[str, Any]) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """Act, take the steps, and observe; the episode is truncated at the end of the experiment."""
-        for name, acted in self._acted.items():
-            acted.apply(np.asarray(action[name], np.float64))
+        for name, acted in self._agent_run.acted.items():
+            acted.apply(np.asarray(action[name], np.float64).tolist())
         self.run.run_until(seconds(self.run.loop.now_ns + self._period_ns))
         observation = self._observation()
-        newly = self._newly_decided()
-        reward = float(sum(newly) - sum(not met for met in newly))
-        terminated = bool(self._decided) and None not in self._decided.values()
-        if self._reward is not None:
-            reward = float(self._reward(self.run, observation))
-            if not isfinite(reward):
-                raise ExperimentError(f"the reward at {self.run.now_s:g} s is {reward}, not a finite number")
-        if self._terminate is not None:
-            terminated = bool(self._terminate(self.run, observation))
-        truncated = self.run.loop.now_ns >= self.run.experiment.duration
-        return (
-            observation,
-            reward,
-            terminated,
-            truncated,
-            {"t_s": self.run.now_s, "criteria": dict(self._decided)},
-        )
+        reward, terminated, truncated = self._agent_run.judge(observation)
+        info = {"t_s": self.run.now_s, "criteria": dict(self._agent_run.decided)}
+        return observation, reward, terminated, truncated, info
 
     def render(self) -> Any:
         """Return the last image of a camera, shape ``(height, width, 3)``; black before the first."""
@@ -145,26 +111,14 @@ class NrpEnv(gymnasium.Env[Any, Any]):
         self.run.close()
 
     def _observation(self) -> dict[str, Any]:
-        return {name: one.read() for name, one in self._observed.items()}
-
-    def _newly_decided(self) -> list[bool]:
-        outcomes = {name: verdict.passed for name, verdict in self.run.outcomes().items()}
-        newly = [met for name, met in outcomes.items() if met is not None and self._decided.get(name) is None]
-        self._decided = outcomes
-        return newly
-
-    def _open_camera(self) -> Any:
-        cameras = [name for name, info in self.run.world.topics.items() if info.type.__name__ == "Image"]
-        if not cameras:
-            raise ExperimentError("render_mode 'rgb_array' shows the image of a camera, but no robot has one")
-        return self.run.world.subscribe(cameras[0])
+        return {name: one.read() for name, one in self._agent_run.observed.items()}
 
 
-_observe = observe  # an argument has its name
-
-
-def _publishes(function: TransferFunction, acted: Mapping[str, Any]) -> bool:
-    return any(published.name in acted for published in function.published)
+def _open_camera(run: Run) -> Any:
+    cameras = [name for name, info in run.world.topics.items() if info.type.__name__ == "Image"]
+    if not cameras:
+        raise ExperimentError("render_mode 'rgb_array' shows the image of a camera, but no robot has one")
+    return run.world.subscribe(cameras[0])
 
 
 def make_env(experiment: str | Path, overrides: Sequence[str] = (), **settings: Any) -> NrpEnv:

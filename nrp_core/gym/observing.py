@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,11 @@ from gymnasium.spaces import Box
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.devices.sinks import PopulationRate
 from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.experiment.events.ground_positions import require_poses
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.reading.columns import numbers_in
 from nrp_core.world.topics import Direction, TopicInfo
 
-RATE = "rate:"
 _IMAGE = "sensor_msgs/msg/Image"
 _LONGEST_WAIT_STEPS = 500
 
@@ -30,8 +31,14 @@ class Observed(ABC):
     space: Box
 
     @abstractmethod
+    def read_into(self, out: Any) -> None:
+        """Write the current value into an array with the shape and type of the space."""
+
     def read(self) -> Any:
         """Return the current value, a new array in the space."""
+        out = np.empty(self.space.shape, self.space.dtype)
+        self.read_into(out)
+        return out
 
 
 class ObservedRate(Observed):
@@ -43,8 +50,36 @@ class ObservedRate(Observed):
         self._size = len(neurons)
         self.space = Box(0.0, np.inf, (1,), np.float64)
 
-    def read(self) -> FloatArray:
-        return np.array([self._port.rate / self._size])  # type: ignore[attr-defined]
+    def read_into(self, out: FloatArray) -> None:
+        out[0] = self._port.rate / self._size  # type: ignore[attr-defined]
+
+
+class ObservedMotion(Observed):
+    """Pose and velocity of a model in the frame of the world, shape ``(13,)``."""
+
+    def __init__(self, run: Run, model: str) -> None:
+        require_poses(run.world)
+        self._engine, self._model = run.world.engine, run.world.scene.model(model).name
+        self.space = Box(-np.inf, np.inf, (13,), np.float64)
+
+    def read_into(self, out: FloatArray) -> None:
+        self._engine.read_motion(self._model, out)
+
+
+class ObservedJoints(Observed):
+    """The positions, then the velocities of the joints of a model, shape ``(2 * joints,)``."""
+
+    def __init__(self, run: Run, model: str) -> None:
+        self._engine, self._model = run.world.engine, run.world.scene.model(model).name
+        names = run.world.joint_states(self._model).names
+        if not names:
+            raise ExperimentError(f"the model '{model}' has no joints to observe")
+        self._states = np.empty((3, len(names)))
+        self.space = Box(-np.inf, np.inf, (2 * len(names),), np.float64)
+
+    def read_into(self, out: FloatArray) -> None:
+        self._engine.read_joints(self._model, self._states)
+        out[:] = self._states[:2].ravel()
 
 
 class ObservedTopic(Observed):
@@ -75,26 +110,47 @@ class ObservedTopic(Observed):
         low, high = bounds_of(self._subscription.topic, latest.message)
         self.space = Box(low, high, values.shape, values.dtype.type)
 
-    def read(self) -> Any:
+    def read_into(self, out: Any) -> None:
         latest = self._subscription.latest
-        if latest is None:
-            return np.zeros(self.space.shape, self.space.dtype)
-        values = values_of(latest.message)
-        return np.clip(values, self.space.low, self.space.high) if values.dtype != np.uint8 else values
+        out[...] = 0 if latest is None else values_of(latest.message)
+        if latest is not None and out.dtype != np.uint8:
+            np.clip(out, self.space.low, self.space.high, out=out)
 
 
-def observe(run: Run, names: list[str]) -> dict[str, Observed]:
+KINDS: dict[str, Callable[[Run, str], Observed]] = {
+    "rate:": ObservedRate,
+    "motion:": ObservedMotion,
+    "joints:": ObservedJoints,
+}
+"""Observations that are not topics, by the beginning of their names."""
+
+
+def _observed(run: Run, name: str) -> Observed:
+    for prefix, kind in KINDS.items():
+        if name.startswith(prefix):
+            return kind(run, name.removeprefix(prefix))
+    prefix, colon, _ = name.partition(":")
+    if colon and name not in run.world.topics:
+        raise ExperimentError(f"'{name}' cannot be observed{did_you_mean(prefix + colon, KINDS)}")
+    return ObservedTopic(run, name)
+
+
+def observe(run: Run, names: list[str], known: Mapping[str, Observed] | None = None) -> dict[str, Observed]:
     """Subscribe to the observed topics only; the run is at time 0 before and after.
 
+    Args:
+        run: the run.
+        names: names of the observations.
+        known: the same observations of another run, whose messages have shown their shapes.
+
     Raises:
-        ExperimentError: a topic or group does not exist, or no message arrives within 500 steps.
+        ExperimentError: a topic, group or model does not exist, or no message arrives within 500 steps.
     """
-    found: dict[str, Observed] = {
-        name: ObservedRate(run, name.removeprefix(RATE))
-        if name.startswith(RATE)
-        else ObservedTopic(run, name)
-        for name in names
-    }
+    found = {name: _observed(run, name) for name in names}
+    if known is not None:
+        for name, one in found.items():
+            one.space = known[name].space
+        return found
     topics = [one for one in found.values() if isinstance(one, ObservedTopic)]
     for _ in range(_LONGEST_WAIT_STEPS):
         silent = [one.name for one in topics if not one.has_message()]

@@ -1,4 +1,8 @@
-"""The shipped experiments as registered environments: the agent commands the robot instead of the brain."""
+"""The shipped experiments as registered environments.
+
+The agent commands the robot in place of the brain; of the fly it drives the descending cells, and the brain
+is small.
+"""
 
 from __future__ import annotations
 
@@ -36,6 +40,17 @@ SHIPPED: dict[str, dict[str, Any]] = {
             for joint in ("alpha", "beta", "gamma", "delta")
         },
     },
+    "nrp/ReachingArm-v0": {
+        "experiment": "reaching_arm",
+        "observe": ("/arm/joint_states", "/arm/miss"),
+        "act": {f"/arm/{joint}/cmd_pos": {"data": (-2.0, 2.0)} for joint in ("shoulder", "elbow")},
+    },
+    "nrp/Fly-v0": {
+        "experiment": "fly",
+        "overrides": ("brain.parameters.cells=2500",),
+        "observe": ("motion:fly", "/fly/drive"),
+        "act": {f"source:{cell}": (0.0, 300.0, 15.0) for cell in ("DNp09_left", "DNp09_right", "MDN")},
+    },
 }
 """Arguments of :class:`~nrp_core.gym.env.NrpEnv` by the id of the environment."""
 
@@ -44,4 +59,9 @@ def register_shipped() -> None:
     """Register the environments with Gymnasium, once."""
     for name, settings in SHIPPED.items():
         if name not in gymnasium.registry:
-            gymnasium.register(name, "nrp_core.gym.env:NrpEnv", kwargs=settings)
+            gymnasium.register(
+                name,
+                "nrp_core.gym.env:NrpEnv",
+                vector_entry_point="nrp_core.gym.vector:NrpVectorEnv",
+                kwargs=settings,
+            )

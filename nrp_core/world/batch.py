@@ -43,7 +43,7 @@ class WorldBatch(Closing):
         self.worlds = tuple(worlds)
         self.failures: dict[int, NrpError] = {}
         self._now_ns = 0
-        self._threads = min(threads or _threads_for(self.worlds), len(self.worlds))
+        self._threads = min(threads or threads_for(self.worlds), len(self.worlds))
         self._pool = ThreadPoolExecutor(self._threads) if self._threads > 1 else None
 
     @classmethod
@@ -212,7 +212,7 @@ def layout_of(example: Any) -> Layout | None:
     return Layout(sum(part.numbers for part in known), lambda row: kind(*[make(row) for make in makers]))
 
 
-def _threads_for(worlds: Sequence[World]) -> int:
+def threads_for(worlds: Sequence[World]) -> int:
     """Return the number of processors, or 1 if the engine or its renderer is bound to one thread."""
     for world in worlds:
         has = world.capabilities

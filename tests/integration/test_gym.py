@@ -118,6 +118,7 @@ def test_a_source_drives_neurons() -> None:
     [
         (["/pioneer/scna"], {}, "no topic '/pioneer/scna' to observe; did you mean '/pioneer/scan'?"),
         (["rate:wheel"], {}, "no group of neurons 'wheel'; did you mean 'wheels'?"),
+        (["joint:pioneer"], {}, "'joint:pioneer' cannot be observed; did you mean 'joints:'?"),
         ([], {}, "an environment needs at least one observation"),
         (["rate:wheels"], {"/pioneer/cmd_vl": None}, "did you mean '/pioneer/cmd_vel'?"),
         (["rate:wheels"], {"/pioneer/cmd_vel": {"linear.w": (0, 1)}}, "has no number 'linear.w'"),
@@ -146,11 +147,12 @@ def test_a_mistake_is_named(observe: list[str], act: dict[str, Any], message: st
     assert message in str(raised.value)
 
 
-def test_a_reward_that_is_no_number_and_half_a_step_are_refused(env: NrpEnv) -> None:
-    env.reset()
-    env._reward = lambda run, seen: float("nan")
-    with pytest.raises(nrp_core.NrpError, match=r"the reward at 0\.02 s is nan, not a finite number"):
-        env.step({"source:feelers": np.array([100.0])})
+def test_a_reward_that_is_no_number_and_half_a_step_are_refused() -> None:
+    nowhere: dict[str, Any] = {"reward": lambda run, seen: float("nan")}
+    with closing(make_env("slalom_pioneer", observe=["rate:wheels"], **nowhere)) as made:
+        made.reset()
+        with pytest.raises(nrp_core.NrpError, match=r"the reward at 0\.02 s is nan, not a finite number"):
+            made.step({})
     with pytest.raises(nrp_core.NrpError, match=r"at least 1 step of the loop, not 1\.5"):
         make_env("slalom_pioneer", observe=["rate:wheels"], steps=1.5)  # type: ignore[arg-type]
 

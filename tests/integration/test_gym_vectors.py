@@ -1,7 +1,8 @@
-"""Many copies of an environment: each is, bit for bit, what it is alone with its seed."""
+"""Many copies as one environment: bit for bit what Gymnasium makes of single ones, whatever ends them."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -9,74 +10,167 @@ import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import nrp_core.gym
-from nrp_core.gym import NrpEnv, make_env
+from nrp_core.errors import NrpError
+from nrp_core.gym import NrpVectorEnv, make_env, make_vec
+from nrp_core.world.rigid.motion import ModelMotion
+from nrp_core.world.rigid.pose import Pose
 
 assert nrp_core.gym, "importing it registers the shipped experiments"
-NOISE = {"source:feelers": (0.0, 300.0, 6.0)}
-SEEDS, ENDS_MS = (3, 4), (60, 100)
-ACTIONS = np.random.default_rng(1).uniform(100.0, 300.0, (9, 2, 1))
+COPIES = 2
+LIVELY_HZ = 140
+FUNCTION = """
+steps = 0
 
-Row = tuple[float, bool]
-
-
-def maker(end_ms: int) -> Callable[[], NrpEnv]:
-    """Return a function that makes the slalom robot with noisy feelers, for a short time."""
-    short = [f"duration={end_ms} ms", "criteria=null", "transfer_functions=[]"]
-    return lambda: make_env("slalom_pioneer", short, observe=["rate:feelers"], act=NOISE)
-
-
-def alone(copy: int, first: int = 0) -> Iterator[Row]:
-    """Yield observations and ends of a copy by itself, from an action on; it is reset after each end."""
-    with closing(maker(ENDS_MS[copy])()) as env:
-        env.reset(seed=SEEDS[copy])
-        over = False
-        for action in ACTIONS[first:, copy]:
-            if over:
-                (seen, _), over = env.reset(), False
-            else:
-                seen, _, _, over, _ = env.step({"source:feelers": action})
-            yield float(seen["rate:feelers"][0]), over
+@nrp.MapSpikeSink("feelers", nrp.brain.feelers, nrp.population_rate)
+@nrp.Neuron2Robot(Topic("/pioneer/cmd_vel", geometry_msgs.msg.Twist))
+def drive(t, feelers):
+    global steps
+    steps += 1
+    turn = geometry_msgs.msg.Vector3(0, 0, 0.02 * feelers.rate)
+    return geometry_msgs.msg.Twist(geometry_msgs.msg.Vector3(0.02 * steps), turn)
+"""
+AGENT: dict[str, Any] = {
+    "observe": ["rate:feelers", "/pioneer/scan", "motion:pioneer", "joints:pioneer"],
+    "act": {"source:feelers": (0.0, 300.0, 6.0)},
+    "reward": lambda run, seen: float(seen["/pioneer/scan"].min()) + run.now_s,
+    "terminate": lambda run, seen: seen["rate:feelers"][0] > LIVELY_HZ,
+}
 
 
-def together(mode: AutoresetMode, again: int | None = None) -> list[list[Row]]:
-    """Return the rows of each copy; before step ``again`` the first one alone is reset with its seed."""
-    with closing(SyncVectorEnv([maker(end_ms) for end_ms in ENDS_MS], autoreset_mode=mode)) as env:
-        assert env.metadata["autoreset_mode"] is mode
-        env.reset(seed=list(SEEDS))
-        rows: list[list[Row]] = [[], []]
-        for n, action in enumerate(ACTIONS):
-            if n == again:
-                env.reset(seed=list(SEEDS), options={"reset_mask": np.array([True, False])})
-            seen, _, _, over, _ = env.step({"source:feelers": action})
-            for copy, of_copy in enumerate(rows):
-                of_copy.append((float(seen["rate:feelers"][copy, 0]), bool(over[copy])))
-            if mode is AutoresetMode.DISABLED and over.any():
-                break
-        return rows
+@pytest.fixture(scope="module")
+def overrides(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """Short runs whose transfer function keeps a value in a variable of its file."""
+    file = tmp_path_factory.mktemp("functions") / "drive.py"
+    file.write_text(FUNCTION)
+    return ["duration=100 ms", f"transfer_functions=[{file}]"]
 
 
-def test_each_copy_is_what_it_is_alone_also_after_its_end() -> None:
-    rows = together(AutoresetMode.NEXT_STEP)
-    assert rows == [list(alone(copy)) for copy in range(2)]
-    assert [[n for n, row in enumerate(of_copy) if row[1]] for of_copy in rows] == [[2, 6], [4]]
-    assert rows[0] != rows[1], "their noise differs"
+@pytest.fixture(scope="module")
+def single(overrides: list[str]) -> Iterator[SyncVectorEnv]:
+    """Single environments, stepped one after the other by Gymnasium."""
+    with closing(SyncVectorEnv([lambda: make_env("slalom_pioneer", overrides, **AGENT)] * COPIES)) as envs:
+        yield envs
 
 
-def test_one_copy_can_be_reset_while_the_other_continues() -> None:
-    rows = together(AutoresetMode.DISABLED, again=2)
-    assert rows[0][2:] == list(alone(0, first=2))[:3], "it begins again, with its seed"
-    assert rows[1] == list(alone(1))[:5], "the other one goes on"
+@pytest.fixture(scope="module")
+def copies(overrides: list[str]) -> Iterator[NrpVectorEnv]:
+    with closing(make_vec("slalom_pioneer", overrides, num_envs=COPIES, threads=2, **AGENT)) as envs:
+        yield envs
+
+
+def episodes(envs: Any, mode: AutoresetMode) -> Iterator[tuple[Any, ...]]:
+    """Yield the returned values of resets and steps; the action of each copy is different."""
+    envs.autoreset_mode = mode
+    draw = np.random.default_rng(0)
+    yield envs.reset(seed=5)
+    for _ in range(12):
+        stepped = envs.step({"source:feelers": draw.uniform(100, 300, (COPIES, 1))})
+        yield stepped
+        if mode is AutoresetMode.DISABLED and (over := stepped[2] | stepped[3]).any():
+            yield envs.reset(options={"reset_mask": over})
+    yield envs.reset(seed=[7, 8], options={"reset_mask": np.array([False, True])})
+
+
+def assert_equal(found: Any, expected: Any) -> None:
+    """Check that nested values are equal in every bit."""
+    if isinstance(expected, dict):
+        assert found.keys() == expected.keys()
+        for key in expected:
+            assert_equal(found[key], expected[key])
+    elif isinstance(expected, tuple) or getattr(expected, "dtype", None) == np.dtype(object):
+        assert len(found) == len(expected)
+        for one, other in zip(found, expected, strict=True):
+            assert_equal(one, other)
+    else:
+        assert np.array_equal(found, expected)
+
+
+@pytest.mark.parametrize("mode", AutoresetMode)
+def test_copies_are_what_gymnasium_makes_of_single_environments(
+    single: SyncVectorEnv, copies: NrpVectorEnv, mode: AutoresetMode
+) -> None:
+    assert copies.observation_space == single.observation_space
+    assert copies.action_space == single.action_space
+    found, expected = [*episodes(copies, mode)], [*episodes(single, mode)]
+    assert_equal(tuple(found), tuple(expected))
+    steps = [one for one in found if len(one) == 5]
+    assert sum(one[2].sum() for one in steps), "some were terminated"
+    assert sum(one[3].sum() for one in steps), "some reached the end of the experiment"
+    assert len({float(one[0]["motion:pioneer"][copy, 0]) for one in steps for copy in range(COPIES)}) > 12
+
+
+def test_a_copy_that_fails_is_named_and_can_be_reset_while_the_others_continue(
+    single: SyncVectorEnv, copies: NrpVectorEnv
+) -> None:
+    action = {"source:feelers": np.full((COPIES, 1), 200.0)}
+    for envs in (single, copies):
+        envs.autoreset_mode = AutoresetMode.DISABLED
+        envs.reset(seed=5)
+    copies.runs[1].world.place("pioneer", ModelMotion(Pose((0.0, 0.0, 1.0)), linear=(1e200, 0.0, 0.0)))
+    with pytest.raises(NrpError, match=r"copy 1: .*not finite"):
+        copies.step(action)
+    with pytest.raises(NrpError, match=r"copy 1: .*has failed; only reset"):
+        copies.step(action)
+    again = {"reset_mask": np.array([False, True])}
+    copies.reset(seed=[0, 9], options=dict(again))
+    for _ in range(2):
+        single.step(action)
+    single.reset(seed=[0, 9], options=dict(again))
+    found, expected = copies.step(action)[0], single.step(action)[0]
+    assert_equal(found["rate:feelers"], expected["rate:feelers"])  # the function of copy 1 has run less often
+    assert_equal(*({name: rows[0] for name, rows in seen.items()} for seen in (found, expected)))
+
+
+@pytest.mark.parametrize("wrong", ["one seed for all", "shared functions"])
+def test_wrong_copies_are_noticed(
+    single: SyncVectorEnv, overrides: list[str], wrong: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if wrong == "one seed for all":
+        monkeypatch.setattr(NrpVectorEnv, "_draw", lambda self, number: 3)
+    else:
+        monkeypatch.setattr("nrp_core.experiment.running.run.renewed", lambda plan: plan)
+    mode = AutoresetMode.NEXT_STEP
+    with (
+        pytest.raises((AssertionError, NrpError)),
+        closing(make_vec("slalom_pioneer", overrides, num_envs=COPIES, **AGENT)) as copies,
+    ):
+        assert_equal(tuple(episodes(copies, mode)), tuple(episodes(single, mode)))
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"num_envs": 0}, "num_envs is a whole number from 1 on, not 0"),
+        ({"threads": -1}, "threads is a whole number from 0 on, not -1"),
+        ({"autoreset_mode": "SameSteps"}, "not 'SameSteps'; did you mean 'SameStep'?"),
+        ({"render_mode": "rgb_array"}, "copies have no render_mode"),
+        ({"observe": ["motion:pionier"]}, "no model 'pionier'; did you mean 'pioneer'?"),
+    ],
+)
+def test_a_mistake_is_named(settings: dict[str, Any], message: str) -> None:
+    with pytest.raises(NrpError) as raised:
+        make_vec("slalom_pioneer", **({"num_envs": 2, "observe": ["rate:wheels"]} | settings))
+    assert message in str(raised.value)
+
+
+def test_wrong_seeds_masks_and_actions_are_refused(copies: NrpVectorEnv) -> None:
+    for given in (
+        {"seed": [1]},
+        {"options": {"reset_mask": [True, False]}},
+        {"options": {"reset_mask": np.zeros(2, bool)}},
+    ):
+        with pytest.raises(NrpError, match=r"1 seeds for 2 copies|an array of 2 truth values"):
+            copies.reset(**given)
+    copies.reset(seed=1)
+    with pytest.raises(NrpError, match=r"'source:feelers' has the shape \(2, 1\), not \(1,\)"):
+        copies.step({"source:feelers": np.array([1.0])})
+    with pytest.raises(NrpError, match="there is no action for 'source:feelers'"):
+        copies.step({"source:feeler": np.zeros((2, 1))})
 
 
 def test_shipped_experiments_are_made_by_the_number() -> None:
-    with closing(gymnasium.make_vec("nrp/SlalomPioneer-v0", num_envs=2)) as env:
-        assert env.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
-        seen, _ = env.reset(seed=1)
-        assert seen["/pioneer/scan"].shape[0] == 2
-
-
-def test_copies_that_share_a_seed_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The comparison finds wrong copies: both have the seed of the first."""
-    expected = list(alone(1))
-    monkeypatch.setitem(globals(), "SEEDS", (SEEDS[0],) * 2)
-    assert together(AutoresetMode.NEXT_STEP)[1] != expected
+    with closing(gymnasium.make_vec("nrp/SlalomPioneer-v0", num_envs=2, autoreset_mode="SameStep")) as envs:
+        assert isinstance(envs.unwrapped, NrpVectorEnv)
+        assert envs.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+        seen, _ = envs.reset(seed=1)
+        assert seen["/pioneer/scan"].shape == (2, *envs.single_observation_space["/pioneer/scan"].shape)

@@ -13,6 +13,7 @@ from threading import Event, Thread
 import pytest
 
 import nrp_core
+from nrp_core.sweep.emit import emit
 from nrp_core.sweep.executors.interface import executor
 from nrp_core.sweep.executors.local import LocalExecutor
 from nrp_core.sweep.kept import KeptRun
@@ -54,7 +55,7 @@ SWEEP = """
 experiment: noisy.yaml
 vary:
   brain.parameters.current: [0.8, 1.2]
-  seed: {from: 1, to: SEEDS}
+  seed: SEEDS
 measure: [criteria, MEASURES]
 """
 
@@ -68,7 +69,8 @@ def plan(tmp_path: Path) -> Plan:
 
 
 def planned(folder: Path, seeds: int, measures: str = "time_to_event") -> Plan:
-    (folder / "sweep.yaml").write_text(SWEEP.replace("SEEDS", str(seeds)).replace("MEASURES", measures))
+    text = SWEEP.replace("SEEDS", str([*range(1, seeds + 1)])).replace("MEASURES", measures)
+    (folder / "sweep.yaml").write_text(text)
     return Plan.of(*read_sweep(folder / "sweep.yaml"))
 
 
@@ -251,7 +253,14 @@ def started(folder: Path) -> list[subprocess.Popen[bytes]]:
 
 
 def test_a_sweep_on_slurm_gives_the_same_table(slurm: None, plan: Plan, tmp_path: Path) -> None:
-    four = planned(tmp_path, seeds=2)
-    on_slurm = swept(four, tmp_path / "slurm", "slurm", 1)
-    assert on_slurm == swept(four, tmp_path / "here", "local", 1)
-    assert len(list((tmp_path / "slurm").glob("journal.*.jsonl"))) > 1
+    two = planned(tmp_path, seeds=1)
+    here = swept(two, tmp_path / "here", "local", 1)
+    assert swept(two, tmp_path / "slurm", "slurm", 1) == here
+    assert len(list((tmp_path / "slurm").glob("journal.*.jsonl"))) == 2, "both runs were jobs"
+
+    folder = tmp_path / "emitted"
+    script, command = emit("slurm", folder, SweepRun(two, folder).pending, 1)
+    assert command == f"sbatch {script}"
+    subprocess.run(["sbatch", "--wait", script], check=True)
+    assert not SweepRun(two, folder).pending, "the submitted job made them all"
+    assert swept(two, folder, "local", 1) == here

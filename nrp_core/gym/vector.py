@@ -1,0 +1,233 @@
+"""Many copies of an experiment as one vector environment of Gymnasium."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from gymnasium.utils.seeding import np_random
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from nrp_core._support.arrays import BoolArray, FloatArray
+from nrp_core.cle.side_by_side import SideBySide
+from nrp_core.errors import ExperimentError, LifecycleError, SimulationError
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.running.run import Run
+from nrp_core.gym.agent_run import Agent, AgentRun, Reward, Terminate
+from nrp_core.gym.vector_arguments import masked, mode_of, require_number, seeds_of
+from nrp_core.gym.vector_infos import final_infos, infos_of, times_of
+from nrp_core.world.batch import threads_for
+
+
+class NrpVectorEnv(VectorEnv[Any, Any, Any]):
+    """Copies of an experiment in one process, stepped together.
+
+    Each copy is, bit for bit, the :class:`~nrp_core.gym.env.NrpEnv` with its seed. Their brains and worlds
+    advance on threads, and share what never changes: the network, the scene and the compiled model. Each
+    observation of all copies is one array. Values, resets and ``infos`` are those of Gymnasium's
+    ``SyncVectorEnv``. The experiment's pace is ignored.
+
+    If a copy fails, as when its physics diverges, the others have taken the step nevertheless; the error
+    names the copy, which can be reset with ``options={"reset_mask": ...}``.
+
+    Args:
+        experiment, overrides, observe, act, reward, terminate, steps, same_noise: as for a single
+            environment; ``reward`` and ``terminate`` are called for each copy.
+        num_envs: number of copies.
+        autoreset_mode: ``NextStep``, ``SameStep`` or ``Disabled``, as Gymnasium defines them.
+        threads: number of threads that advance the copies; 0: one for each processor, if the engine
+            allows it.
+        render_mode: must be None; render a single environment instead.
+
+    Attributes:
+        runs: the runs of the copies; they stay open until :meth:`close`.
+
+    Raises:
+        ExperimentError: the experiment, an observation, an action or a number is not valid.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012  as declared there
+
+    def __init__(
+        self,
+        experiment: str | Path,
+        overrides: Sequence[str] = (),
+        *,
+        num_envs: int,
+        observe: Sequence[str],
+        act: Sequence[str] | Mapping[str, Any] = (),
+        reward: Reward | None = None,
+        terminate: Terminate | None = None,
+        steps: int = 1,
+        same_noise: bool = False,
+        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
+        threads: int = 0,
+        render_mode: str | None = None,
+    ) -> None:
+        require_number("num_envs", num_envs, 1)
+        require_number("threads", threads, 0)
+        if render_mode is not None:
+            raise ExperimentError(
+                f"copies have no render_mode ({render_mode!r}); render a single environment"
+            )
+        acted = act if isinstance(act, Mapping) else dict.fromkeys(act)
+        agent = Agent(list(observe), acted, reward, terminate, steps, same_noise)
+        self.autoreset_mode = mode_of(autoreset_mode)
+        self._opened = ExitStack()
+        try:
+            self._open(load_experiment(experiment, overrides), agent, num_envs, threads)
+        except BaseException:
+            self._opened.close()
+            raise
+        self.num_envs, self._steps = num_envs, steps
+        first = self._copies[0]
+        self.single_observation_space, self.single_action_space = first.observation_space, first.action_space
+        self.observation_space: Any = batch_space(first.observation_space, num_envs)
+        self.action_space: Any = batch_space(first.action_space, num_envs)
+        period_ns = steps * self.runs[0].experiment.timestep
+        self.metadata = {"render_fps": round(1e9 / period_ns), "autoreset_mode": self.autoreset_mode,
+                         **type(self).metadata}  # fmt: skip
+        self._random: list[Any] = [None] * num_envs
+        self._rewards = np.zeros(num_envs)
+        self._terminated, self._truncated = np.zeros(num_envs, np.bool_), np.zeros(num_envs, np.bool_)
+
+    def _open(self, experiment: Any, agent: Agent, num_envs: int, threads: int) -> None:
+        first = self._opened.enter_context(Run(experiment))
+        others = [self._opened.enter_context(Run(experiment, beside=first)) for _ in range(num_envs - 1)]
+        self.runs = (first, *others)
+        like = AgentRun(first, agent)
+        self._copies = (like, *(AgentRun(run, agent, like) for run in others))
+        chosen = threads or threads_for([run.world for run in self.runs])
+        self._together = self._opened.enter_context(SideBySide(min(chosen, num_envs)))
+
+    # -- as Gymnasium calls it
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Begin an episode of every copy, or of those in a mask.
+
+        Args:
+            seed: of the first copy, to which the others add their numbers; or one for each copy.
+            options: ``{"reset_mask": array}`` with a truth value for each copy.
+        """
+        seeds, chosen = seeds_of(seed, self.num_envs), masked(options, self.num_envs)
+        for number in chosen:
+            if seeds[number] is not None:
+                self._random[number], _ = np_random(seeds[number])
+        self._begin(chosen)
+        return self._observation(), times_of(self._copies, chosen)
+
+    def step(
+        self, actions: Mapping[str, Any]
+    ) -> tuple[dict[str, Any], FloatArray, BoolArray, BoolArray, dict[str, Any]]:
+        """Act, take the steps and observe; copies at their end are reset as the autoreset mode says."""
+        over = self._terminated | self._truncated
+        if self.autoreset_mode is AutoresetMode.DISABLED and over.any():
+            numbers = ", ".join(map(str, np.flatnonzero(over)))
+            mask = 'options={"reset_mask": ...}'
+            raise LifecycleError(f"the episodes of these copies are over: {numbers}; reset them with {mask}")
+        beginning, stepped = np.flatnonzero(over).tolist(), np.flatnonzero(~over).tolist()
+        self._act(actions, stepped)
+        self._advance(stepped)
+        self._begin(beginning)
+        seen = self._observation()
+        self._judge(stepped, seen)
+        rewards = self._rewards.copy()
+        terminated, truncated = self._terminated.copy(), self._truncated.copy()
+        ended: list[int] = []
+        if self.autoreset_mode is AutoresetMode.SAME_STEP:
+            ended = np.flatnonzero(terminated | truncated).tolist()
+        infos = infos_of(self._copies, [number for number in stepped if number not in ended])
+        if ended:
+            infos |= final_infos(self._copies, ended, seen)
+            self._begin(ended)
+            seen = self._observation()
+        infos = times_of(self._copies, [*beginning, *ended], infos)
+        return seen, rewards, terminated, truncated, infos
+
+    def close_extras(self, **_: Any) -> None:
+        """Release the engines of all copies."""
+        self._opened.close()
+
+    # -- the parts of a step
+
+    def _act(self, actions: Mapping[str, Any], stepped: Iterable[int]) -> None:
+        for name, space in self.action_space.spaces.items():
+            if name not in actions:
+                raise ExperimentError(f"there is no action for '{name}'; it is {space}")
+            rows = np.asarray(actions[name], np.float64)
+            if rows.shape != space.shape:
+                raise ExperimentError(f"the action '{name}' has the shape {space.shape}, not {rows.shape}")
+            values = rows.tolist()
+            for number in stepped:
+                self._copies[number].acted[name].apply(values[number])
+
+    def _advance(self, stepped: Sequence[int]) -> None:
+        """Take the steps of some copies.
+
+        Raises:
+            SimulationError: a copy failed; the others have taken the steps.
+        """
+        failed: dict[int, Exception] = {}
+        for _ in range(self._steps):
+            going = [number for number in stepped if number not in failed]
+            errors = self._together.step([self.runs[number].loop for number in going])
+            failed |= {going[place]: error for place, error in errors.items()}
+        for number, error in failed.items():
+            self.runs[number].error = error
+        for number, error in failed.items():
+            rest = f" (and {len(failed) - 1} more)" if len(failed) > 1 else ""
+            t_ns = self.runs[number].loop.now_ns
+            raise SimulationError(f"copy {number}{rest}: {error}", t_ns=t_ns) from error
+
+    def _begin(self, chosen: Iterable[int]) -> None:
+        """Begin an episode of some copies."""
+        for number in chosen:
+            self._copies[number].begin(partial(self._draw, number))
+            self._rewards[number], self._terminated[number], self._truncated[number] = 0.0, False, False
+
+    def _draw(self, number: int) -> int:
+        """Return the seed of the next episode of a copy, from its own sequence as in a single environment."""
+        if self._random[number] is None:
+            self._random[number], _ = np_random()
+        return int(self._random[number].integers(2**31))
+
+    def _observation(self) -> dict[str, Any]:
+        """Return new arrays with the observations of all copies, a row for each."""
+        seen: dict[str, Any] = {}
+        for name, space in self.observation_space.spaces.items():
+            seen[name] = rows = np.empty(space.shape, space.dtype)
+            for row, copy in zip(rows, self._copies, strict=True):
+                copy.observed[name].read_into(row)
+        return seen
+
+    def _judge(self, stepped: Iterable[int], seen: dict[str, Any]) -> None:
+        """Set the rewards and ends of copies that were stepped."""
+        for number in stepped:
+            own = {name: rows[number] for name, rows in seen.items()}
+            reward, terminated, truncated = self._copies[number].judge(own)
+            self._rewards[number], self._terminated[number], self._truncated[number] = (
+                reward, terminated, truncated,
+            )  # fmt: skip
+
+
+def make_vec(experiment: str | Path, overrides: Sequence[str] = (), **settings: Any) -> NrpVectorEnv:
+    """Return a vector environment; the arguments are those of :class:`NrpVectorEnv`.
+
+    Example::
+
+        envs = make_vec(
+            "slalom_pioneer",
+            ["transfer_functions=[]", "criteria=null"],
+            num_envs=64,
+            observe=["motion:pioneer", "rate:feelers"],
+            act={"/pioneer/cmd_vel": {"linear.x": (0, 1), "angular.z": (-2, 2)}},
+        )
+    """
+    return NrpVectorEnv(experiment, overrides, **settings)
