@@ -85,6 +85,29 @@ def test_a_topic_is_sent_only_while_somebody_hears_it(opened: Cockpit, visitor: 
     assert not opened.session.hearing._open
 
 
+def test_who_returns_while_nothing_goes_on_sees_the_last_image_and_none_that_is_past(
+    opened: Cockpit, visitor: Visitor
+) -> None:
+    camera = "/husky/camera"
+    images = visitor.heard[camera]
+    visitor.subscribe(camera)
+    visitor.call("step", n=4)
+    visitor.until(lambda: images)
+    last = images[-1]
+    visitor.unsubscribe(camera)
+    visitor.until(lambda: camera not in opened.session.hub.heard)
+    images.clear()
+    visitor.subscribe(camera)
+    assert visitor.until(lambda: images)[0] == last
+    visitor.unsubscribe(camera)
+    visitor.until(lambda: camera not in opened.session.hub.heard)
+    visitor.call("step", n=4)
+    images.clear()
+    visitor.subscribe(camera)
+    visitor.call("step", n=4)
+    assert all(image.t_ns > last.t_ns for image in visitor.until(lambda: images))
+
+
 def test_who_leaves_is_not_heard_of_again(opened: Cockpit) -> None:
     with opened.visit() as leaving:
         leaving.subscribe("/gazebo/model_states")

@@ -98,7 +98,7 @@ class Visitor:
             self.tell("subscribe", subscriptions=[{"id": self._ids, "channelId": self.channels[topic]["id"]}])
 
     def unsubscribe(self, topic: str) -> None:
-        number = next(number for number, known in self._topics.items() if known == topic)
+        number = max(number for number, known in self._topics.items() if known == topic)
         self.tell("unsubscribe", subscriptionIds=[number])
 
     def tell(self, operation: str, **fields: Any) -> None:

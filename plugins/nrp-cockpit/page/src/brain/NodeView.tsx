@@ -34,8 +34,6 @@ export function NodeView({ node, selected }: { node: Placed; selected: Selection
   );
 }
 
-const BOX_LETTERS = 16;
-
 const shortened = (text: string, letters: number) =>
   text.length > letters ? `${text.slice(0, letters - 1)}…` : text;
 
@@ -80,13 +78,13 @@ function Words({ node: { x, y, rx, side, letters, tight }, name }: { node: Place
   );
 }
 
-function Box({ node: { part, x, y, rx, ry } }: { node: Placed }) {
+function Box({ node: { part, x, y, rx, ry, letters } }: { node: Placed }) {
   const [left, top] = [x - rx, y - ry];
   return (
     <>
       <rect className="brain-shape" x={left} y={top} width={2 * rx} height={2 * ry} rx="6" />
       <text className="brain-name" x={left + 8} y={top + 14}>
-        {shortened(part.name, BOX_LETTERS)}
+        {shortened(part.name, letters)}
       </text>
       <text className="brain-rate" x={left + 8} y={top + 27} />
       <text className="brain-rate-size" x={x + rx - 8} y={top + 27} textAnchor="end">

@@ -149,6 +149,21 @@ describe("the layout", () => {
     for (const [a, b] of pairs) expect(Math.hypot(a.x - b.x, a.y - b.y)).toBeGreaterThan(a.rx + b.rx);
   });
 
+  test.each([
+    [398, 128],
+    [440, 175],
+    [900, 500],
+  ])("keeps a large population beside the neurons apart from them in %i by %i", (width, height) => {
+    const parts = partsOf([...circuit, population("noise", 1000, 8, "sensor")], devices);
+    const { nodes } = layGraph(parts, linksOf([synapses], parts), width, height);
+    const box = nodes.find(({ part }) => part.index === null);
+    if (!box) throw new Error("the population is missing");
+    for (const { x, rx, part } of nodes) {
+      expect(Math.min(x - rx, width - x - rx)).toBeGreaterThan(0);
+      if (part !== box.part) expect(Math.abs(x - box.x)).toBeGreaterThan(rx + box.rx);
+    }
+  });
+
   test("sets a column that is too high side by side", () => {
     const parts = partsOf(
       Array.from({ length: 3 }, (_, at) => population(`p${at}`, 16, 16 * at)),

@@ -1,5 +1,6 @@
 import { columnsOf } from "./columns";
 import type { Link, Part } from "./nodes";
+import { type Column, isBox, placed, type Side } from "./places";
 
 /** A part with its place, in pixels. */
 export interface Placed {
@@ -10,7 +11,7 @@ export interface Placed {
   rx: number;
   ry: number;
   /** Where its name stands, and how many letters have room there. */
-  side: "left" | "right" | "above";
+  side: Side;
   letters: number;
   /** Whether its rate stands behind its name, for want of height. */
   tight: boolean;
@@ -32,22 +33,15 @@ const LETTER_PX = 6.5;
 const LETTERS = 20;
 /** A neuron without a name may have its number instead. */
 const DIGITS = 5;
-const NAME_GAP = 10;
 /** The room of a rate behind a name, and the height that a name needs to have its rate below it. */
-const RATE_PX = 44;
+const RATE_PX = 40;
 const TWO_LINES_PX = 28;
 const TOP = 14;
-const BOX = { rx: 60, ry: 20 };
+const BOX_RY = 20;
+/** The room beside the name in a box. */
+const BOX_INSET = 16;
 /** How far apart the parts of a column are at least. */
 const LEAST_PX = { neuron: 14, box: 36 };
-
-/** What depends on the room that there is. */
-interface Fit {
-  radius: number;
-  margin: number;
-  letters: number;
-  tight: boolean;
-}
 
 /** Lays the graph out in a rectangle. */
 export function layGraph(
@@ -57,40 +51,57 @@ export function layGraph(
   height: number,
 ): Graph {
   const room = height - 2 * TOP;
-  const columns = columnsOf(parts, links).flatMap((column) => wrapped(column, room));
-  const fit = fitOf(parts, width, room / Math.max(1, ...columns.map(({ length }) => length)));
-  const step = (width - 2 * fit.margin) / Math.max(1, columns.length - 1);
-  const nodes = columns.flatMap((column, at) => {
-    const x = columns.length === 1 ? width / 2 : fit.margin + at * step;
-    const side = at === 0 ? "left" : at === columns.length - 1 ? "right" : "above";
-    const pitch = room / column.length;
+  const columns = columnsOf(parts, links).flatMap((column, at, { length }) =>
+    split(column, room, at === 0 ? "left" : at === length - 1 ? "right" : "above"),
+  );
+  const pitch = room / Math.max(1, ...columns.map((column) => column.parts.length));
+  const radius = Math.max(6, Math.min(14, pitch / 2 - 4));
+  const { box, xs, words } = placed(columns, width, radius);
+  const nodes = columns.flatMap(({ parts: column, side }, at) => {
+    const [x, own, tight] = [xs[at] ?? 0, room / column.length, isTight(column, room)];
+    const beside = (words[at] ?? 0) - (tight && side !== "above" ? RATE_PX : 0);
     return column.map((part, row): Placed => {
-      const box = { rx: BOX.rx, ry: Math.min(BOX.ry, pitch / 2 - 2) };
-      const size = part.index === null ? box : { rx: fit.radius, ry: fit.radius };
-      return { part, x, y: TOP + (row + 0.5) * pitch, ...size, side, letters: fit.letters, tight: fit.tight };
+      const size = isBox(part) ? { rx: box, ry: Math.min(BOX_RY, own / 2 - 2) } : { rx: radius, ry: radius };
+      const letters = Math.max(0, Math.floor((isBox(part) ? 2 * box - BOX_INSET : beside) / LETTER_PX));
+      return { part, x, y: TOP + (row + 0.5) * own, ...size, side, letters, tight };
     });
   });
   return { nodes, lines: linesOf(links, nodes) };
 }
 
-/** A column that is too high for its room as several, side by side. */
-function wrapped(column: readonly Part[], room: number): Part[][] {
-  const least = column.some(({ index }) => index === null) ? LEAST_PX.box : LEAST_PX.neuron;
+const isTight = (column: readonly Part[], room: number) => room / column.length < TWO_LINES_PX;
+
+/** The room that the names of a column of neurons would like, with their rates where there is no line for these. */
+function wantedBy(column: readonly Part[], room: number): number {
+  const letters = column.map(({ name }) => Math.max(name.length, DIGITS));
+  return Math.min(Math.max(...letters), LETTERS) * LETTER_PX + (isTight(column, room) ? RATE_PX : 0);
+}
+
+/**
+ * A column as some side by side: neurons and boxes apart, because they need different room, and as many as it takes
+ * to fit the height. Names stand beside the outermost, or beside the neurons next to the boxes.
+ */
+function split(column: readonly Part[], room: number, side: Side): Column[] {
+  const neurons = wrapped(
+    column.filter((part) => !isBox(part)),
+    room,
+    LEAST_PX.neuron,
+  );
+  const boxes = wrapped(column.filter(isBox), room, LEAST_PX.box);
+  const outer = side === "left" ? 0 : neurons.length - 1;
+  const named = neurons.map((parts, at): Column => {
+    const wanted = wantedBy(parts, room);
+    return { parts, side: at === outer ? side : "above", wanted };
+  });
+  const boxed = boxes.map((parts): Column => ({ parts, side, wanted: 0 }));
+  return side === "left" ? [...boxed, ...named] : [...named, ...boxed];
+}
+
+function wrapped(column: readonly Part[], room: number, least: number): Part[][] {
   const rows = Math.max(1, Math.floor(room / least));
   const count = Math.ceil(column.length / rows);
   const each = Math.ceil(column.length / count);
   return Array.from({ length: count }, (_, at) => column.slice(at * each, (at + 1) * each));
-}
-
-function fitOf(parts: readonly Part[], width: number, pitch: number): Fit {
-  const boxed = parts.some(({ index }) => index === null);
-  const names = parts.map(({ index, name }) => (index === null ? 0 : Math.max(name.length, DIGITS)));
-  const tight = pitch < TWO_LINES_PX;
-  const rate = tight ? RATE_PX : 0;
-  const words = Math.min(Math.min(Math.max(0, ...names), LETTERS) * LETTER_PX + rate, 0.28 * width);
-  const radius = Math.max(6, Math.min(14, pitch / 2 - 4));
-  const margin = Math.max(radius + NAME_GAP + words, boxed ? BOX.rx + 16 : 0);
-  return { radius, margin, letters: Math.floor((words - rate) / LETTER_PX), tight };
 }
 
 function linesOf(links: readonly Link[], nodes: readonly Placed[]): Drawn[] {
@@ -121,8 +132,7 @@ const END_PX = 3;
 function borderOf({ part, x, y, rx, ry }: Placed, toX: number, toY: number, gap: number): [number, number] {
   const [dx, dy] = [toX - x, toY - y];
   const length = Math.hypot(dx, dy) || 1;
-  const out =
-    part.index === null ? Math.min(rx / Math.abs(dx || 1e-9), ry / Math.abs(dy || 1e-9)) * length : rx;
+  const out = isBox(part) ? Math.min(rx / Math.abs(dx || 1e-9), ry / Math.abs(dy || 1e-9)) * length : rx;
   return [x + (dx / length) * (out + gap), y + (dy / length) * (out + gap)];
 }
 

@@ -40,6 +40,9 @@ const BEGIN_SIZES = 10;
 const USUAL_ROOM_M = 6;
 const SMALLEST_ROOM_M = 0.001;
 
+/** Without a graphics card, poses that change all the time are drawn at most this often (ms): plots need it more. */
+const SLOW_MS = 60;
+
 /** Draws the world on a canvas, whenever something in it or the view of it changed. */
 export class Viewer {
   readonly camera = new PerspectiveCamera((FOV_RAD * 180) / Math.PI, 1, 0.05, 1000);
@@ -60,6 +63,10 @@ export class Viewer {
   private orbit = useChoices.getState().view ?? START;
   private placed = useChoices.getState().view !== null;
   private frame = 0;
+  private timer = 0;
+  private drawn_ms = 0;
+  /** How long a picture stays at least while bodies move (ms). */
+  private readonly pause_ms: number;
   /** Whether the scene has come; before, there is nothing to draw. */
   private known = false;
   private disposed = false;
@@ -73,6 +80,7 @@ export class Viewer {
     this.renderer.shadowMap.enabled = fine;
     this.renderer.shadowMap.type = PCFShadowMap;
     this.renderer.shadowMap.autoUpdate = false;
+    this.pause_ms = fine ? 0 : SLOW_MS;
     this.renderer.setPixelRatio(fine ? Math.min(2, window.devicePixelRatio) : 1);
     this.surroundings = new Surroundings(fine);
     this.camera.up.set(0, 0, 1);
@@ -107,6 +115,17 @@ export class Viewer {
       this.frame = 0;
       this.draw();
     });
+  }
+
+  /** Draws as soon as the last picture has stood long enough; the last poses are always drawn. */
+  private invalidateInTime(): void {
+    const left_ms = this.drawn_ms + this.pause_ms - performance.now();
+    if (left_ms <= 0) this.invalidate();
+    else
+      this.timer ||= window.setTimeout(() => {
+        this.timer = 0;
+        this.invalidate();
+      }, left_ms);
   }
 
   /** Shows the whole room, from the direction of now. */
@@ -202,6 +221,7 @@ export class Viewer {
     this.unfollow();
     this.resizing.disconnect();
     cancelAnimationFrame(this.frame);
+    window.clearTimeout(this.timer);
     this.outline.dispose();
     this.trails.dispose();
     this.sights.dispose();
@@ -220,7 +240,8 @@ export class Viewer {
     this.sights.move((frame) => world.frame(frame));
     this.trails.show(world.trails);
     this.renderer.shadowMap.needsUpdate = true;
-    this.invalidate();
+    if (change === "scene") this.invalidate();
+    else this.invalidateInTime();
   }
 
   private viewOfRoom(): Orbit | null {
@@ -280,6 +301,7 @@ export class Viewer {
 
   private draw(): void {
     if (!this.known) return;
+    this.drawn_ms = performance.now();
     this.applyStyle();
     this.camera.position.set(...eyeOf(this.orbit));
     this.camera.lookAt(...this.orbit.target);

@@ -58,6 +58,7 @@ class Hearing:
         self._joined = 0
         self._steps = self._spent_ns = 0
         self._now_ns = -1
+        self._left: set[str] = set()  # topics without subscribers whose last message is that of now
         self.offer_all()
 
     @property
@@ -67,12 +68,15 @@ class Hearing:
 
     @property
     def listens(self) -> bool:
-        """Whether it observes something."""
-        return bool(self._open)
+        """Whether it observes something, or keeps what becomes invalid with the next step."""
+        return bool(self._open or self._left)
 
     def take(self) -> None:
         """Send the new messages since the last call."""
         hub = self._hub
+        if self._left and self._run.loop.now_ns != self._now_ns:
+            hub.forget(self._left)
+            self._left.clear()
         if hub.heard is not self._heard or hub.joined[SCENE] != self._joined:
             self._follow()
         if self._open:
@@ -88,6 +92,7 @@ class Hearing:
         """Forget what was sent, because the time of the run went back or its scene changed."""
         self._close_all()
         self._hub.forget(self._sources)
+        self._left.clear()
         self._heard = frozenset()
 
     def take_poses_again(self) -> None:
@@ -110,11 +115,13 @@ class Hearing:
         wanted = {self._sources[topic] for topic in self._heard if topic in self._sources}
         for name in self._open.keys() - wanted:
             self._open.pop(name).close()
-            hub.forget(topic for topic, source in self._sources.items() if source == name)
+            # whoever returns before the next step gets the last ones: a sensor has none in between
+            self._left.update(topic for topic, source in self._sources.items() if source == name)
         if joined != self._joined and SCENE in self._open:
             self._open.pop(SCENE).close()  # new subscribers get the complete state, not the last change
         for name in sorted(wanted - self._open.keys()):
             self._open[name] = self._openers[name]()
+        self._left = {topic for topic in self._left if self._sources[topic] not in self._open}
 
     def _close_all(self) -> None:
         while self._open:

@@ -50,11 +50,12 @@ class Functions:
 
     def after_step(self, loop: ClosedLoop) -> None:
         """Note which functions ran in this step, and their time."""
+        before = self._spent_ns
         for name, spent_ns in loop.account.function_ns.items():
-            before = self._spent_ns.get(name, 0)
-            if spent_ns != before:
-                self._spent_ns[name] = spent_ns
-                self._costs[name].add((spent_ns - before) / 1e6)
+            added_ns = spent_ns - before.get(name, 0)
+            if added_ns:
+                before[name] = spent_ns
+                self._costs[name].add(added_ns / 1e6)
 
     @property
     def texts(self) -> dict[str, str]:

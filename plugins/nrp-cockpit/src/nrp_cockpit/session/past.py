@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import zlib
 from bisect import bisect_left
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
+
+import lz4.block  # type: ignore[import-untyped]
 
 from nrp_core.clock import NS_PER_S, seconds
 from nrp_core.errors import CapabilityError
@@ -135,7 +136,7 @@ class Past:
 
     def restore(self, moment: Moment) -> None:
         """Return to a snapshot; one of an abandoned past makes that the past."""
-        self._run.restore(zlib.decompress(moment.data))
+        self._run.restore(lz4.block.decompress(moment.data))
         self._run.error = None
         if not moment.was:
             self._leave()
@@ -225,8 +226,8 @@ class Past:
         self._number += 1
         state = self._run.snapshot()
         self._rarer = max(1.0, len(state) / BYTES_A_SECOND)
-        # a tenth of the size, in half the time that the snapshot itself takes
-        moment = Moment(f"s{self._number}", self._run.loop.now_ns, zlib.compress(state, level=1), kept)
+        # a tenth of the size, in a fifth of the time that the snapshot itself takes
+        moment = Moment(f"s{self._number}", self._run.loop.now_ns, lz4.block.compress(state), kept)
         self._moments.append(moment)
         self._moments.sort(key=lambda each: each.t_ns)
         self._last_ns = max(self._last_ns, moment.t_ns)
