@@ -216,9 +216,25 @@ def remark(path: Path, populations: Mapping[str, Element], network: Network, not
         Source.of_file(path).compiled(notes)
     for note in getattr(network, "notes", ()):
         notes(note.code, f"{path.name}: {note.message}", subject=note.subject)
-    for name in populations:
+    circuit = network.views.get(CIRCUIT, ())
+    for name, element in populations.items():
+        last = _last(element)
         if name not in (*network.views, *network.populations):
             notes(Code.NRP271, f"population '{name}' has no neurons in {path.name}", subject=name)
+        elif len(circuit) and last is not None and last >= len(circuit):
+            message = (
+                f"population '{name}' goes to neuron {last}, and {path.name} has {len(circuit)}: the others "
+                "are left out"
+            )
+            notes(Code.NRP211, message, subject=name)
+
+
+def _last(element: Element) -> int | None:
+    """Return the last neuron that an element names; None if it names none."""
+    named = [int(one.text) for one in children(element, "element") if one.text.isdecimal()]
+    named += [int(index)] if (index := number(element, "index")) is not None else []
+    named += [int(end) - 1] if (end := number(element, "to")) is not None else []
+    return max(named, default=None)
 
 
 def _chosen(element: Element, name: str, views: Mapping[str, IntArray]) -> IntArray | None:

@@ -63,6 +63,21 @@ def flag(element: Element, name: str, default: bool) -> bool:
     return known.get((attribute(element, name) or "").lower(), default)
 
 
+def milliseconds_of(element: Element) -> float:
+    """Return the number of milliseconds that an element holds.
+
+    Raises:
+        ExperimentError: it is not a positive number.
+    """
+    try:
+        found = float(element.text)
+    except ValueError:
+        found = nan
+    if found and not _SHORTEST <= found <= _LONGEST:
+        raise element.error(f"<{element.tag}> must be a number of milliseconds, not '{element.text}'")
+    return found
+
+
 def seconds_of(element: Element) -> float:
     """Return the duration that an element holds: ``840``, ``840.0`` or, as XML Schema writes it, ``PT14M``.
 

@@ -19,8 +19,10 @@ from nrp_core.experiment.reading.reader import experiment_of, overridden
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 from nrp_core.paths import MissingFileError, existing_folder
 from nrp_legacy import documents
-from nrp_legacy.elements import local, seconds_of
+from nrp_legacy.doubts import doubts_about
+from nrp_legacy.elements import local, milliseconds_of, seconds_of
 from nrp_legacy.files import EMPTY_ROOM, NO_BRAIN, Library, models_of_installation
+from nrp_legacy.machine_slips import slips_of
 from nrp_legacy.maker import LegacyMaker
 from nrp_legacy.poses import pose_of
 
@@ -99,7 +101,8 @@ class _Reading:
         exc, bibi = self._exc, self._bibi
         for element in (*exc.ignored, *bibi.ignored):
             self._note(element, Code.NRP287, f"<{local(element.tag)}> is not supported: ignored")
-        timestep_ns = round(self._time(bibi.timestep, TIMESTEP_MS) * NS_PER_MS)
+        self._notes += doubts_about(exc, bibi)
+        timestep_ns = round(self._time(bibi.timestep, TIMESTEP_MS, milliseconds_of) * NS_PER_MS)
         duration_ns = ceil(self._time(exc.timeout, DURATION_S) * NS_PER_S / timestep_ns) * timestep_ns
         tree = self._tree({
             "name": exc.name, "description": exc.description, "seed": exc.seed or 0,
@@ -176,9 +179,11 @@ class _Reading:
         place = {} if numbers is None else {"pose": self._tree([*map(self._tree, numbers)], pose)}
         return self._tree({"model": str(model), **place}, body.element)
 
-    def _time(self, element: Element | None, default: float) -> float:
+    def _time(
+        self, element: Element | None, default: float, read: Callable[[Element], float] = seconds_of
+    ) -> float:
         """Return the time in an element, or the default."""
-        said = None if element is None else self._read(partial(seconds_of, element))
+        said = None if element is None else self._read(partial(read, element))
         return said or default
 
     def _read(self, read: Callable[[], Read]) -> Read | None:
@@ -197,6 +202,8 @@ class _Reading:
         if path is None:
             message = f"state machine '{named.name}' not found: left out"
             self._note(named.element, Code.NRP273, message, subject=named.name)
+        else:
+            self._notes += slips_of(path)
         return path
 
     def _note(self, element: Element, code: Code, message: str, *, subject: str | None = None) -> None:

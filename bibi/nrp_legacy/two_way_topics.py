@@ -52,12 +52,17 @@ class _Redirection:
 
     def published(self, topic: Topic) -> Topic:
         """Return a topic for messages to a topic that only the robot publishes."""
-        return self._mistyped(topic) or self._beside(topic, UNHEARD, Direction.IN)[0]
+        sent = "messages of the other type reach nothing"
+        mistyped = self._mistyped(topic, sent)
+        if mistyped is not None:
+            self._world.subscribe(mistyped.name)  # the finding says what happens to them
+            return mistyped
+        return self._beside(topic, UNHEARD, Direction.IN)[0]
 
     def read(self, topic: Topic) -> Topic:
         """Return a topic that repeats the messages to a topic that only the robot reads."""
         topic = self._known(topic)
-        mistyped = self._mistyped(topic)
+        mistyped = self._mistyped(topic, "a subscriber with the other type gets no messages")
         if mistyped is not None:
             return mistyped
         beside, is_new = self._beside(topic, HEARD, Direction.OUT)
@@ -72,7 +77,7 @@ class _Redirection:
         same = info is not None and is_open and kind.__name__ == info.type.__name__
         return replace(topic, topic_type=info.type) if info is not None and same else topic
 
-    def _mistyped(self, topic: Topic) -> Topic | None:
+    def _mistyped(self, topic: Topic, effect: str) -> Topic | None:
         """Return a silent topic for one with other messages, as such connections fail in ROS."""
         name, kind = plain_name(topic), topic.topic_type
         info = self._world.topics.get(name)
@@ -82,8 +87,7 @@ class _Redirection:
         if beside.name not in self._world.topics:
             self._world.declare(beside.name, message_type(kind))
             carried = f"'{name}' carries {type_name(info.type)}, not {type_name(message_type(kind))}"
-            message = f"{carried}: a subscriber with the other type gets no messages"
-            self._world.warnings.add(Code.NRP282, message, subject=name)
+            self._world.warnings.add(Code.NRP282, f"{carried}: {effect}", subject=name)
         return beside
 
     def _beside(self, topic: Topic, lead: str, wanted: Direction) -> tuple[Topic, bool]:

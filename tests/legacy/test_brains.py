@@ -74,7 +74,6 @@ def test_the_simulator_of_the_platform_is_one_of_pynn(tmp_path: Path, line: str)
     ("element", "ids"),
     [
         ('<populations population="p" xsi:type="Range" from="1" to="5" step="2"/>', [1, 3]),
-        ('<populations population="p" from="4" to="9"/>', [4, 5]),
         ('<neuronGroup population="p"><element>0</element><element>3</element></neuronGroup>', [0, 3]),
         ('<populations population="p" xsi:type="Index" index="2"/>', [2]),
         ('<populations population="p" xsi:type="Population" count="6"/>', [0, 1, 2, 3, 4, 5]),
@@ -84,6 +83,13 @@ def test_populations_are_chosen_in_every_form(tmp_path: Path, element: str, ids:
     network, notes = loaded(tmp_path, CELLS, element)
     assert np.asarray(network.views["p"]).tolist() == ids
     assert notes == []
+
+
+def test_a_population_beyond_the_brain_has_the_neurons_that_are_there_and_is_reported(tmp_path: Path) -> None:
+    network, notes = loaded(tmp_path, CELLS, '<populations population="p" from="4" to="9"/>')
+    assert np.asarray(network.views["p"]).tolist() == [4, 5]
+    expected = "population 'p' goes to neuron 8, and brain.py has 6: the others are left out"
+    assert notes.messages == [expected]
 
 
 def test_a_population_of_a_name_that_the_file_has_is_the_file_s(tmp_path: Path) -> None:

@@ -187,7 +187,7 @@ NO_TIME = "must be a time in seconds or a duration such as PT14M, not"
     [
         ("<timeout>soon</timeout>", "", f"<timeout> {NO_TIME} 'soon': not used"),
         ("", "<timestep>1</timestep>", ""),
-        ("", "<timestep>fast</timestep>", f"<timestep> {NO_TIME} 'fast'"),
+        ("", "<timestep>fast</timestep>", "<timestep> must be a number of milliseconds, not 'fast'"),
         ('<environmentModel src="broken.sdf"/>', "", "the room is left out and replaced by a plain floor"),
         ("", "<bodyModel>broken.sdf</bodyModel>",
          "broken.sdf:1: the robot 'robot' is left out: this is not well-formed XML"),

@@ -139,3 +139,16 @@ def test_functions_read_tuples_and_leave_what_others_read() -> None:
     assert as_in_ros1(image).data == b"\x00\x00\x00"
     assert image.data.shape == (1, 1, 3)
     assert as_in_ros1(message := Twist()) is message
+
+
+def test_messages_of_another_type_than_that_of_a_topic_are_reported_by_their_types(
+    opened: Opened, corpus: Path
+) -> None:
+    bibi = corpus / "husky_wheels_2016" / "wheels.bibi"
+    text = bibi.read_text("utf-8").replace("gazebo_msgs.msg.WheelSpeeds", "std_msgs.msg.Float64")
+    text = text.replace("import gazebo_msgs.msg", "import std_msgs.msg")
+    bibi.write_text(text.replace("(left, right, left, right)", "(left)"), "utf-8")
+    run = opened("husky_wheels_2016/wheels.exc", "duration=100 ms")
+    run.run()
+    (message,) = [one.message for one in run.problems if "wheel_speeds" in one.message]
+    assert message.endswith("wheel_speeds' takes gazebo_msgs/msg/WheelSpeeds, not std_msgs/msg/Float64")

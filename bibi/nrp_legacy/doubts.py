@@ -1,0 +1,131 @@
+"""Values of the two documents that mean nothing, and elements that contradict an earlier one.
+
+The platform read what it knew and passed over the rest. So does this package, and says what it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+from nrp_core._support.xml import Element
+from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.findings import Code, Finding, Level
+from nrp_legacy.documents import ROBOT, Bibi, Experiment
+from nrp_legacy.elements import attribute, children, local, number, text
+
+_ENGINES: Final = ("ode", "bullet", "simbody", "dart", "opensim")
+_TRUTH: Final = ("true", "false", "1", "0")
+_SELECTORS: Final = ("Range", "List", "Population", "Index")
+_ONCE_IN_EXC: Final = ("bibiConf", "environmentModel", "timeout", "rngSeed", "physicsEngine")
+_ONCE_IN_BIBI: Final = ("brainModel", "timestep", "mode")
+_LEAST_MS: Final = 0.1
+"""A tenth of the smallest time step that the platform accepts."""
+_LARGEST_PART: Final = 1.1
+"""Of a quaternion; files round."""
+
+
+def doubts_about(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
+    """Yield a finding for each value that is passed over."""
+    yield from _repeated(exc.element, _ONCE_IN_EXC)
+    yield from _repeated(bibi.element, _ONCE_IN_BIBI)
+    yield from _settings(exc)
+    yield from _places(exc, bibi)
+    yield from _selectors(bibi.populations)
+    yield from _functions(bibi)
+    if bibi.timestep is not None and bibi.timestep.text.strip().replace(".", "", 1).isdigit():
+        step_ms = float(bibi.timestep.text)
+        if 0 < step_ms < _LEAST_MS:
+            yield _doubt(bibi.timestep, f"the <timestep> is {step_ms:g} ms; is it meant in s?")
+
+
+def _doubt(element: Element, message: str) -> Finding:
+    return Finding(Code.NRP287, message, Level.WARNING, element.path, element.line)
+
+
+def _repeated(root: Element, tags: tuple[str, ...]) -> Iterator[Finding]:
+    for tag in tags:
+        first, *others = children(root, tag) or [root]
+        for other in others:
+            if (other.text, other.attributes) != (first.text, first.attributes):
+                yield _doubt(other, f"a second <{tag}> is ignored: the one of line {first.line} is used")
+
+
+def _settings(exc: Experiment) -> Iterator[Finding]:
+    for engine in children(exc.element, "physicsEngine"):
+        name = engine.text.strip().lower()
+        if name and name not in _ENGINES:
+            yield _doubt(
+                engine, f"there is no physics engine '{name}'{did_you_mean(name, _ENGINES)}: ignored"
+            )
+    for seed in children(exc.element, "rngSeed"):
+        if not text(exc.element, "rngSeed").isdecimal():
+            yield _doubt(seed, f"the <rngSeed> must be a whole number, not '{seed.text}': the seed is 0")
+
+
+def _places(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
+    """Yield the start poses of robots that do not exist, and those of robots that have two."""
+    given = [
+        one for place in (exc.element, *children(exc.element, "environmentModel")) for one in place.children
+    ]
+    poses = [one for one in given if local(one.tag) == "robotPose"]
+    last = {attribute(pose, "robotId") or ROBOT: pose for pose in poses}
+    for pose in poses:
+        name = attribute(pose, "robotId") or ROBOT
+        if last[name] is not pose:
+            yield _doubt(pose, f"'{name}' has two start poses: that of line {last[name].line} is used")
+        elif name not in bibi.bodies and attribute(pose, "robotId") and bibi.bodies:
+            hint = did_you_mean(name, bibi.bodies)
+            yield _doubt(pose, f"there is no robot '{name}', whose start pose this is{hint}")
+        yield from _orientation(pose)
+
+
+def _orientation(pose: Element) -> Iterator[Finding]:
+    """Yield that a quaternion has no direction, or parts that none has."""
+    said = [attribute(pose, name) for name in ("ux", "uy", "uz", "theta")]
+    try:
+        parts = [float(part) for part in said if part is not None]
+    except ValueError:
+        return  # reported where it is read
+    if len(parts) < len(said) or any(attribute(pose, name) for name in ("roll", "pitch", "yaw")):
+        return
+    if not any(parts):
+        yield _doubt(pose, "the quaternion of a start pose is 0 0 0 0, which is no orientation: none is used")
+    elif max(map(abs, parts)) > _LARGEST_PART:
+        shown = " ".join(f"{part:g}" for part in parts)
+        yield _doubt(
+            pose,
+            f"the quaternion of a start pose is {shown} (ux uy uz theta); none exceeds 1: are they angles?",
+        )
+
+
+def _selectors(populations: Mapping[str, Element]) -> Iterator[Finding]:
+    for name, selector in populations.items():
+        kind = local(attribute(selector, "type") or "")
+        if kind and kind not in _SELECTORS:
+            hint = did_you_mean(kind, _SELECTORS)
+            yield _doubt(selector, f"the population '{name}' is of an unknown type '{kind}'{hint}")
+        for setting in ("from", "to", "step"):
+            try:
+                value = number(selector, setting)
+            except ExperimentError:
+                continue  # reported where it is read
+            least = 1 if setting == "step" else 0
+            if value is not None and (value != int(value) or value < least):
+                yield _doubt(
+                    selector,
+                    f"'{setting}' of the population '{name}' must be a whole number of {least} or more, "
+                    f"not {value:g}",
+                )
+
+
+def _functions(bibi: Bibi) -> Iterator[Finding]:
+    for function in bibi.functions:
+        active, priority = attribute(function, "active"), attribute(function, "priority")
+        if active and active.lower() not in _TRUTH:
+            hint = did_you_mean(active, _TRUTH)
+            yield _doubt(function, f"active of a transfer function is '{active}'{hint}: it runs")
+        if priority and not priority.lstrip("+-").isdecimal():
+            yield _doubt(
+                function, f"priority of a transfer function is '{priority}', not a whole number: it is 0"
+            )

@@ -1,0 +1,73 @@
+"""Values of an old experiment that mean nothing, and elements that contradict others, are reported."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from nrp_legacy.documents import read_bibi, read_experiment
+from nrp_legacy.doubts import doubts_about
+
+from nrp_core.findings import Code
+
+_EXC = """<ExD>
+  <timeout>840</timeout><rngSeed>7</rngSeed><physicsEngine>ode</physicsEngine>
+  <environmentModel src="room.sdf"><robotPose robotId="husky" x="0" ux="0" uy="0" uz="0.7" theta="0.7"/>
+  </environmentModel><bibiConf src="old.bibi"/></ExD>"""
+_BIBI = """<bibi xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"><timestep>20</timestep>
+  <brainModel><file>brain.py</file>
+    <populations population="all" xsi:type="Range" from="0" to="5" step="1"/></brainModel>
+  <bodyModel robotId="husky">husky.sdf</bodyModel>
+  <transferFunction xsi:type="PythonTransferFunction" active="true" priority="1">pass</transferFunction>
+</bibi>"""
+
+
+def _doubts(folder: Path, old: str = "", new: str = "") -> list[str]:
+    assert old in _EXC + _BIBI
+    for name, text in (("old.exc", _EXC), ("old.bibi", _BIBI)):
+        (folder / name).write_text(text.replace(old, new, 1) if old else text)
+    found = list(doubts_about(read_experiment(folder / "old.exc"), read_bibi(folder / "old.bibi")))
+    assert all(one.code is Code.NRP287 and one.line for one in found)
+    return [one.message for one in found]
+
+
+def test_an_experiment_without_slips_is_not_doubted(tmp_path: Path) -> None:
+    assert _doubts(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("<rngSeed>7", "<rngSeed>seven", "the <rngSeed> must be a whole number, not 'seven': the seed is 0"),
+        (">ode<", ">bullit<", "there is no physics engine 'bullit'; did you mean 'bullet'?: ignored"),
+        ("</timeout>", "</timeout><timeout>9</timeout>", "a second <timeout> is ignored: the one of line 2"),
+        ('<robotPose robotId="husky"', '<robotPose robotId="huskyy"', "no robot 'huskyy', whose start pose"),
+        ('uz="0.7" theta="0.7"', 'uz="0" theta="0"', "0 0 0 0, which is no orientation: none is used"),
+        ('uz="0.7"', 'uz="90"', "0 0 90 0.7 (ux uy uz theta); none exceeds 1"),
+        ("<timestep>20", "<timestep>0.02", "the <timestep> is 0.02 ms; is it meant in s?"),
+        ('"Range"', '"Rnage"', "the population 'all' is of an unknown type 'Rnage'; did you mean 'Range'?"),
+        ('step="1"', 'step="0"', "'step' of the population 'all' must be a whole number of 1 or more, not 0"),
+        ('from="0"', 'from="0.5"', "'from' of the population 'all' must be a whole number of 0 or more"),
+        (
+            'active="true"',
+            'active="flase"',
+            "active of a transfer function is 'flase'; did you mean 'false'?",
+        ),
+        ('priority="1"', 'priority="high"', "priority of a transfer function is 'high', not a whole number"),
+    ],
+)
+def test_a_value_that_is_passed_over_is_reported(tmp_path: Path, old: str, new: str, words: str) -> None:
+    (message,) = _doubts(tmp_path, old, new)
+    assert words in message
+
+
+def test_experiments_of_the_platform_are_doubted_only_where_they_are_wrong(corpus: Path) -> None:
+    doubted = [
+        one.message
+        for path in corpus.glob("*/*.exc")
+        for bibi in path.parent.glob("*.bibi")
+        for one in doubts_about(read_experiment(path), read_bibi(bibi))
+    ]
+    assert doubted == [
+        "priority of a transfer function is 'high', not a whole number: it is 0"
+    ]  # of students_2018
