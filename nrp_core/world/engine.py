@@ -12,13 +12,14 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import CapabilityError, DivergedError
 from nrp_core.findings import Findings
 from nrp_core.findings.refusals import JOINT_CONTROL, MODEL_MOVES, SCENE_CHANGES, SNAPSHOTS, refusal
-from nrp_core.world.capabilities import WorldCapabilities
+from nrp_core.world.capabilities import WorldCapabilities, warn_of_loops
 from nrp_core.world.part import Part
 from nrp_core.world.pulls import Pulls
 from nrp_core.world.raycast.beams import Beams
 from nrp_core.world.render.cameras import SHARED, Cameras, DepthArray, ImageArray
 from nrp_core.world.render.eyes import Eyes
 from nrp_core.world.render.optics import CameraPath, Optics, optics_of
+from nrp_core.world.render.segments import SegmentArray
 from nrp_core.world.render.shared import open_shared
 from nrp_core.world.rigid.matrices import rotation_matrix
 from nrp_core.world.rigid.motion import (
@@ -163,12 +164,7 @@ class Engine(ABC):
         return self._eyes.colors
 
     def read_motion(self, model: str, row: FloatArray) -> None:
-        """Write pose and velocity of a model; an engine may do so without :class:`ModelMotion`.
-
-        Args:
-            model: the model.
-            row: the result: position, orientation (x, y, z, w), linear and angular velocity, shape ``(13,)``.
-        """
+        """Write position, orientation (x, y, z, w), linear and angular velocity, shape ``(13,)``."""
         motion = self._do_model_motion(model)
         row[:] = (*motion.pose.position, *motion.pose.orientation, *motion.linear, *motion.angular)
 
@@ -196,6 +192,11 @@ class Engine(ABC):
         image = self._do_depth(model, link, camera)
         image.flags.writeable = False
         return image
+
+    @final
+    def segments(self, model: str, link: str, camera: str) -> SegmentArray:
+        """Return label and instance of the visual at each pixel, shape ``(height, width, 2)``."""
+        return self._eyes.depths.segments((model, link, camera))
 
     @final
     def scan(self, model: str, link: str, beams: Beams) -> FloatArray:
@@ -338,6 +339,7 @@ class Engine(ABC):
     def _require_movable(self, scene: Scene) -> None:
         if lacking := self.capabilities.lacking_for(scene):
             raise self.lacks(lacking)
+        warn_of_loops(scene, self.capabilities, self.warnings)
 
     # -- derived from the scene alone
 

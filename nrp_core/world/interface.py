@@ -72,6 +72,11 @@ class WorldBackend(ABC):
         return _around(self.engine(scene, seed=seed, options=options))
 
     @final
+    def open_another(self, first: World, *, seed: int, options: WorldOptions) -> World:
+        """Return another world with the scene of a first one, at time 0; they may share constant parts."""
+        return _around(self.another(first.engine, seed=seed, options=options))
+
+    @final
     def open_batch(
         self, scene: Scene, *, seeds: Sequence[int], options: WorldOptions, threads: int = 0
     ) -> WorldBatch:
@@ -92,7 +97,7 @@ class WorldBackend(ABC):
         def copies() -> Iterator[World]:
             yield (first := self.open(scene, seed=seeds[0], options=options))
             for seed in seeds[1:]:
-                yield _around(self.another(first.engine, seed=seed, options=options))
+                yield self.open_another(first, seed=seed, options=options)
 
         return WorldBatch.open(copies(), threads)
 

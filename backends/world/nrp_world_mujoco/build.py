@@ -19,6 +19,7 @@ from nrp_core.world.engine_kit.simulated import simulated_bodies
 from nrp_core.world.render.optics import CameraPath, Optics, looking
 from nrp_core.world.rigid.motion import BodyPath
 from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Link, Model, Scene
 from nrp_world_mujoco.gl import GlRenderer
@@ -174,6 +175,7 @@ class _Builder:
         for name, firm in firm_joints(model, bodies).items():
             joints[name].solimp_friction = FIRMEST
             self._firm[model.name, name] = firm
+        self._close(model)
         self._native.apply(BuiltParts(model, self._links, joints, self._collisions))
 
     def _owners_of(self, compiled: Any) -> Sequence[BodyPath]:
@@ -231,12 +233,10 @@ class _Builder:
             self._collisions.setdefault(link.name, []).append(geom)
             self._owners.append((owner, geom))
         for sensor in link.sensors:
-            if sensor.view is not None:
-                camera = (model, link.name, sensor.name)
+            for name, view in sensor.views.items():
+                camera = (model, link.name, name)
                 fovy = degrees(self._optics[camera].vertical_fov)
-                self._cameras[camera] = element.add_camera(
-                    fovy=fovy, **placed(looking(place @ sensor.view.pose))
-                )
+                self._cameras[camera] = element.add_camera(fovy=fovy, **placed(looking(place @ view.pose)))
 
     def _add_servo(self, path: str, servo: PlanarServo, body: Any, joints: Mapping[str, Any]) -> list[Any]:
         kinds = mujoco.mjtTrn
@@ -270,6 +270,23 @@ class _Builder:
                     name1=joints[joint.name].name,
                     name2=joints[joint.mimic.leader].name,
                     data=[*polynomial, *[0.0] * (mujoco.mjNEQDATA - len(polynomial))],
+                    solref=self._stiff,
+                    solimp=HARD,
+                )
+
+    def _close(self, model: Model) -> None:
+        """Close the loops of a model: its links stay together at points, as where all joints are at 0."""
+        for loop in model.loops:
+            element, place = self._links[loop.child]
+            holder = "world" if loop.parent == WORLD else self._links[loop.parent][0].name
+            for point in loop.points if holder != element.name else ():  # or they are one body already
+                there = place @ model.link(loop.child).pose.inverse() @ Pose(point)
+                self._spec.add_equality(
+                    type=mujoco.mjtEq.mjEQ_CONNECT,
+                    objtype=mujoco.mjtObj.mjOBJ_BODY,
+                    name1=element.name,
+                    name2=holder,
+                    data=[*there.position, *[0.0] * (mujoco.mjNEQDATA - 3)],
                     solref=self._stiff,
                     solimp=HARD,
                 )

@@ -14,7 +14,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.world.engine_kit.firm_joints import FirmJoints
-from nrp_core.world.engine_kit.firm_servo import FREE
+from nrp_core.world.engine_kit.firm_kinds import FREE
 from nrp_world_mujoco.build import FAR_AWAY, SMALLEST, Built
 from nrp_world_mujoco.library import mujoco
 
@@ -34,6 +34,7 @@ class MujocoFirmJoints(FirmJoints):
     def __init__(self, built: Built, data: Any, step_s: float) -> None:
         super().__init__(built.firm, step_s)
         self._model, self._data = built.model, data
+        self._qpos, self._qvel = data.qpos, data.qvel
         self._dofs = np.array([built.joints[model][joint] for model, joint in self.paths], dtype=int)
         self._places = built.model.jnt_qposadr[built.model.dof_jntid[self._dofs]]
         self._frictions = np.array([firm.joint.friction for firm in built.firm.values()])
@@ -43,13 +44,14 @@ class MujocoFirmJoints(FirmJoints):
         self._rows: IntArray = self.on  # of their constraints, after those of couplings
 
     def _do_step(self) -> None:
-        model, data, servos, on = self._model, self._data, self.servos, self.on
+        model, data, servos = self._model, self._data, self.servos
         mujoco.mj_step1(model, data)
-        positions = data.qpos[self._places]
+        positions = self._qpos.take(self._places)
         if servos.moving:
-            servos.step(positions, data.qvel[self._dofs])
+            servos.step(positions, self._qvel.take(self._dofs))
         rows = self._rows + data.ne
-        data.efc_aref[rows] += data.efc_KBIP[rows, _DAMPING] * servos.velocities(positions)[on]
+        damping = data.efc_KBIP[rows, _DAMPING]
+        data.efc_aref[rows] += damping * servos.velocities(positions).take(self.on)
         mujoco.mj_step2(model, data)
 
     def restore(self, saved: Any) -> None:

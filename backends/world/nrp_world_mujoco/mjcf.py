@@ -24,10 +24,12 @@ from nrp_core.world.render.optics import looking
 from nrp_core.world.rigid.pose import Pose, Quaternion, Vector
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import Inertial
+from nrp_core.world.scene.reading.xml import read_xml
 from nrp_core.world.scene.sdf.compound import CARRIER
 from nrp_world_mujoco.actuators import actuators_of
 from nrp_world_mujoco.library import mujoco
 from nrp_world_mujoco.mjcf_native import Names, NativeElements
+from nrp_world_mujoco.mjcf_slips import warn_of_slips
 
 _WORLD = 0
 _MESH = "mesh.stl"
@@ -56,6 +58,7 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
     if limited := int((balls & (model.jnt_limited != 0)).sum()):
         left_out.append(f"the limits of {limited} ball joints")
     warnings = Findings()
+    warn_of_slips(read_xml(path), warnings)
     for part in left_out:
         warnings.add(Code.NRP260, f"left out of this MJCF file: {part}", path=path)
     return "\n".join(_Writer(model, path.stem).lines()), warnings

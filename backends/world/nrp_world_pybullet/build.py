@@ -20,6 +20,7 @@ from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import Body, tree_of
 from nrp_core.world.scene.model import Inertial, Joint, Model, Scene
 from nrp_world_pybullet.library import bullet
+from nrp_world_pybullet.loops import close_loops
 from nrp_world_pybullet.native import set_contacts
 from nrp_world_pybullet.shapes import (
     NO_SHAPE,
@@ -157,6 +158,7 @@ class _Builder:
             for name, place in _coordinates(joint, joints[joint.name])
         }
         self._couple(model)
+        close_loops(model, [(body, where[index]) for index, body in enumerate(bodies)], self._client)
         for drive in planar_drives(model):
             self._drives[model.name, drive.name] = servo_of(
                 model, drive, bodies, self._scene.gravity, self._physical

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -219,9 +219,10 @@ class Control:
                 braking |= brakes
                 for path, effort in efforts.items():
                     self._applied[path] = self._efforts.get(path, 0.0) + effort
-        for path, effort in self._applied.items():
-            model, joint = path
-            self._drive(joints[model][joint], effort + braking.get(path, 0.0))
+        self._drive(
+            (joints[path[0]][path[1]], effort + braking.get(path, 0.0))
+            for path, effort in self._applied.items()
+        )
         for firm in self._firm:
             if firm.active:
                 firm.step()
@@ -230,13 +231,21 @@ class Control:
         for lift in self._lifts:
             self._pull(*lift)
 
-    def _drive(self, place: BodyHandle, effort: float) -> None:
-        where, mode, client = (place.multibody, place.link), bullet.TORQUE_CONTROL, self._client
-        if place.axis is None:
-            bullet.setJointMotorControl2(*where, mode, force=effort, physicsClientId=client)
-        else:
-            torque = [effort * (axis == place.axis) for axis in range(3)]
-            bullet.setJointMotorControlMultiDof(*where, mode, force=torque, physicsClientId=client)
+    def _drive(self, efforts: Iterable[tuple[BodyHandle, float]]) -> None:
+        """Apply efforts to joints, those of a multi-body in one call."""
+        mode, client = bullet.TORQUE_CONTROL, self._client
+        trees: dict[int, tuple[list[int], list[float]]] = {}
+        for place, effort in efforts:
+            if place.axis is None:
+                links, forces = trees.setdefault(place.multibody, ([], []))
+                links.append(place.link)
+                forces.append(effort)
+            else:
+                where, torque = (place.multibody, place.link), [0.0, 0.0, 0.0]
+                torque[place.axis] = effort
+                bullet.setJointMotorControlMultiDof(*where, mode, force=torque, physicsClientId=client)
+        for multibody, (links, forces) in trees.items():
+            bullet.setJointMotorControlArray(multibody, links, mode, forces=forces, physicsClientId=client)
 
     def _pull(self, body: Body, place: BodyHandle, wrench: Wrench) -> None:
         where, client = (place.multibody, place.link), self._client

@@ -13,7 +13,8 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.world.engine_kit.firm_joints import FirmJoints, JointPath
-from nrp_core.world.engine_kit.firm_servo import FREE, POSITION, FirmJoint
+from nrp_core.world.engine_kit.firm_kinds import FREE, POSITION
+from nrp_core.world.engine_kit.firm_servo import FirmJoint
 from nrp_world_pybullet.build import UNLIMITED_FORCE, BodyHandle
 from nrp_world_pybullet.library import bullet
 

@@ -105,6 +105,9 @@ class JointReader:
     def __init__(self, joints: Mapping[str, BodyHandle], driven: Collection[str], client: int) -> None:
         self._names, self._places, self._client = tuple(joints), tuple(joints.values()), client
         self._driven = np.array([float(name in driven) for name in joints])
+        self._links = [place.link for place in self._places]
+        trees = {place.multibody if place.axis is None else None for place in self._places}
+        self._tree = trees.pop() if len(trees) == 1 else None  # the only one, without ball joints
 
     def finite(self) -> bool:
         """Return whether all positions are finite numbers."""
@@ -117,6 +120,10 @@ class JointReader:
 
     def _rows(self) -> Iterator[tuple[float, float, float]]:
         """Yield position, velocity and effort of each coordinate."""
+        if self._tree is not None:
+            for position, velocity, _, effort in bullet.getJointStates(self._tree, self._links, self._client):
+                yield position, velocity, effort
+            return
         for place in self._places:
             where = place.multibody, place.link
             if place.axis is None:

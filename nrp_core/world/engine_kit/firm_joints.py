@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.world.engine_kit.firm_servo import FREE, FirmJoint, FirmServos
+from nrp_core.world.engine_kit.firm_kinds import FREE
+from nrp_core.world.engine_kit.firm_servo import FirmJoint, FirmServos
 from nrp_core.world.rigid.motion import JointAim, JointStates
 
 JointPath = tuple[str, str]

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import dist, exp, inf
+from math import dist, inf
 from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import BoolArray, FloatArray
+from nrp_core._support.arrays import FloatArray
+from nrp_core.world.engine_kit.firm_kinds import FREE, POSITION, VELOCITY
 from nrp_core.world.rigid.motion import JointAim
 from nrp_core.world.scene.joint_inertia import STIFF_TIME_CONSTANT_S, joint_inertias
 from nrp_core.world.scene.merged_bodies import Body
@@ -28,9 +29,6 @@ STRENGTH = 10.0
 BRAKING = 0.5
 """The share of a joint's effort with which it can brake; gravity and the other joints may take the rest."""
 GRAVITY = 9.81
-_ARRIVED = 1e-9
-"""Distance (rad, m) and speed at which a path ends."""
-FREE, VELOCITY, POSITION = 0, 1, 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +87,10 @@ class FirmServos:
     """
 
     def __init__(self, firm: Sequence[FirmJoint], step_s: float) -> None:
+        if firm:  # compiled code takes time to load
+            from nrp_core.world.engine_kit.firm_paths import advance, velocities_to
+
+            self._advance, self._velocities_to = advance, velocities_to
         joints = [each.joint for each in firm]
         count = len(joints)
         self._step_s = step_s
@@ -100,6 +102,7 @@ class FirmServos:
         self._targets, self._rates, self._smooth = np.zeros(count), np.zeros(count), np.zeros(count, bool)
         self._fresh = np.zeros(count, bool)
         self.positions, self.speeds = np.zeros(count), np.zeros(count)
+        self._wanted = np.zeros(count)
         self.moving = False
 
     def aim(self, number: int, aim: JointAim) -> None:
@@ -125,35 +128,10 @@ class FirmServos:
             positions: positions of the joints now, where new paths begin, shape ``(n,)``.
             velocities: their velocities, shape ``(n,)``.
         """
-        dt, decay = self._step_s, exp(-self._step_s / STIFF_TIME_CONSTANT_S)
-        x = np.where(self._fresh, positions, self.positions)
-        v = np.where(self._fresh, velocities, self.speeds)
-        self._fresh[:] = False
-        leads = self.kinds == POSITION
-        # a critically damped path (exact), or one given by points, or a velocity
-        gap = x - self._targets
-        slope = v + gap / STIFF_TIME_CONSTANT_S
-        ahead = self._targets + (gap + slope * dt) * decay
-        rate = (v - slope * dt / STIFF_TIME_CONSTANT_S) * decay
-        ahead = np.where(self._smooth, ahead, self._targets)
-        rate = np.where(self._smooth, rate, self._rates)
-        turning = self._targets + (v - self._targets) * decay
-        fastest = self._limits * dt
-        away = (ahead - x).clip(-fastest, fastest)
-        slowed = leads & (away != ahead - x)
-        self.positions = np.where(leads, np.where(slowed, x + away, ahead), positions)
-        rate = np.where(slowed, away / dt, rate)
-        self.speeds = np.where(leads, rate, turning).clip(-self._limits, self._limits)
-        self._arrive(leads)
-
-    def _arrive(self, leads: BoolArray) -> None:
-        """End the paths that have reached their targets."""
-        rests = abs(self.speeds - np.where(leads, self._rates, self._targets)) < _ARRIVED
-        near = abs(self.positions - self._targets) < _ARRIVED
-        there = rests & (~leads | (near & (self._rates == 0)))
-        self.positions = np.where(there & leads, self._targets, self.positions)
-        self.speeds = np.where(there, np.where(leads, 0.0, self._targets), self.speeds)
-        self.moving = bool((~there & (self.kinds != FREE)).any())
+        self.moving = self._advance(
+            self._step_s, STIFF_TIME_CONSTANT_S, positions, velocities, self._limits, self.kinds,
+            self._targets, self._rates, self._smooth, self._fresh, self.positions, self.speeds,
+        )  # fmt: skip
 
     def velocities(self, positions: FloatArray) -> FloatArray:
         """Return the velocities at the end of the next step, from the positions at its start.
@@ -162,13 +140,11 @@ class FirmServos:
         that the joint could not brake before the path. It takes no joint over an end of its range, because
         the force behind it can exceed that of the end.
         """
-        gap = self.positions - positions - self._step_s * self.speeds
-        fastest = np.sqrt(2.0 * self._braking * np.maximum(abs(gap), _ARRIVED))
-        back = self.speeds + (gap / (RETURN_S + self._step_s)).clip(-fastest, fastest)
-        wanted: FloatArray = np.where(self.kinds == POSITION, back, self.speeds)
-        down = np.minimum((self._lowest - positions) / self._step_s, 0.0)
-        up = np.maximum((self._highest - positions) / self._step_s, 0.0)
-        return wanted.clip(np.maximum(-self._limits, down), np.minimum(self._limits, up))
+        self._velocities_to(
+            self._step_s, RETURN_S, positions, self._braking, self._lowest, self._highest, self._limits,
+            self.kinds, self.positions, self.speeds, self._wanted,
+        )  # fmt: skip
+        return self._wanted
 
     def save(self) -> object:
         """Return the state that is kept between steps."""

@@ -28,6 +28,7 @@ from math import copysign, hypot, sqrt
 from nrp_core.errors import SceneError
 from nrp_core.world.drives.ackermann import Ackermann
 from nrp_core.world.drives.driven import driven_root, masses_in
+from nrp_core.world.drives.mecanum import MecanumDrive
 from nrp_core.world.drives.planar import PlanarDrive, planar_drives
 from nrp_core.world.drives.planar_move import PlanarMove
 from nrp_core.world.engine_kit.wheels import ServoedWheel, servoed_wheel
@@ -136,8 +137,13 @@ class PlanarServo:
 
     def spins(self, velocity: BodyVelocity) -> tuple[float, ...]:
         """Return the velocities of the wheel joints, rad/s."""
-        forward, turn = velocity.forward, velocity.turn
-        return tuple([wheel.per_forward * forward + wheel.per_turn * turn for wheel in self.wheels])
+        forward, left, turn = velocity.forward, velocity.left, velocity.turn
+        return tuple(
+            [
+                wheel.per_forward * forward + wheel.per_turn * turn + wheel.per_left * left
+                for wheel in self.wheels
+            ]
+        )
 
     def explicit_gain(self, step_s: float) -> float:
         """Return the gain with which a force held for a step has the effect of an implicit integrator."""
@@ -170,7 +176,7 @@ def servo_of(
         drive: the drive.
         bodies: the bodies of the model.
         gravity: the gravity of the scene, m/s^2.
-        physical: whether the wheels, if any, move the robot by friction, and not the servo.
+        physical: whether wheels with tyres, if any, move the robot by friction, and not the servo.
 
     Raises:
         SceneError: a wheel cannot turn, or the wheels are not held by one freely floating body.
@@ -183,7 +189,7 @@ def servo_of(
     lever = sqrt(float(turned(whole)[2, 2]) / whole.mass / 2)
     x, y, _ = whole.pose.position
     middle = _middle(drive, [wheel for _, wheel in wheels])
-    physical = physical and bool(wheels)
+    physical = physical and _has_tyres(drive)
     carried = whole.mass / len(wheels) if physical else 0.0
     return PlanarServo(
         base,
@@ -207,7 +213,7 @@ def without_wheel_friction(model: Model, bodies: Sequence[Body], physical: bool 
     wheels = {
         name
         for drive in planar_drives(model)
-        if not isinstance(drive, PlanarMove) and not physical
+        if not (isinstance(drive, PlanarMove) or (physical and _has_tyres(drive)))
         for name in (*drive.left, *drive.right)
     }
     slides = any(isinstance(drive, PlanarMove) for drive in planar_drives(model))
@@ -215,6 +221,11 @@ def without_wheel_friction(model: Model, bodies: Sequence[Body], physical: bool 
         _slippery(body) if (body.joint.name in wheels if body.joint else slides and body.floats) else body
         for body in bodies
     )
+
+
+def _has_tyres(drive: PlanarDrive) -> bool:
+    """Return whether friction can move a drive: the rollers of mecanum wheels are not simulated."""
+    return not isinstance(drive, PlanarMove | MecanumDrive)
 
 
 def _slippery(body: Body) -> Body:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nrp_core.world.drives.ackermann import Ackermann
+from nrp_core.world.drives.mecanum import MecanumDrive
 from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.mass import turned
@@ -25,6 +26,7 @@ class ServoedWheel:
     Args:
         joint: its name.
         per_forward, per_turn: speed of the joint (rad/s) for each m/s forward and each rad/s of turn.
+        per_left: the same for each m/s to the left; 0 for wheels without rollers.
         gain: gain of the servo, N m s/rad.
         limit: torque limit, N m.
         time_constant_s: time constant of its spin below the limit, s.
@@ -36,13 +38,16 @@ class ServoedWheel:
     gain: float
     limit: float
     time_constant_s: float = ROLLING_TIME_CONSTANT_S
+    per_left: float = 0.0
 
     def share_in(self, step_s: float) -> float:
         """Return the share of a wheel's speed error that one physics step removes."""
         return step_s / (step_s + self.time_constant_s)
 
 
-def servoed_wheel(drive: WheelDrive | Ackermann, wheel: Body, side: float, carried: float) -> ServoedWheel:
+def servoed_wheel(
+    drive: WheelDrive | Ackermann | MecanumDrive, wheel: Body, side: float, carried: float
+) -> ServoedWheel:
     """Return a wheel's servo; if the joint's axis points right, its sign is reversed.
 
     Args:
@@ -66,4 +71,13 @@ def servoed_wheel(drive: WheelDrive | Ackermann, wheel: Body, side: float, carri
         gain=inertia / time_constant_s,
         limit=min(drive.torque, wheel.joint.effort),
         time_constant_s=time_constant_s,
+        per_left=sign * _rolled(drive, wheel.joint.name, side) / radius,
     )
+
+
+def _rolled(drive: WheelDrive | Ackermann | MecanumDrive, joint: str, side: float) -> float:
+    """Return the share of a motion to the left that turns a wheel: that of rollers at 45 degrees."""
+    if not isinstance(drive, MecanumDrive):
+        return 0.0
+    is_front = joint in (drive.left[-1], drive.right[-1])
+    return side if is_front else -side

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -24,9 +24,11 @@ WORLD = """<sdf version="1.9"><world name="room">
 </world></sdf>"""
 
 
-@pytest.fixture(autouse=True)
-def _own_cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+@pytest.fixture(autouse=True, scope="module")
+def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        yield
 
 
 def box(size: float, at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
@@ -35,12 +37,13 @@ def box(size: float, at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.nda
     return corners[[face for a, b, c, d in quads for face in ((a, b, c), (a, c, d))]] * size + at
 
 
-@pytest.fixture
-def cube(tmp_path: Path) -> Scene:
+@pytest.fixture(scope="module")
+def cube(tmp_path_factory: pytest.TempPathFactory, _own_cache: None) -> Scene:
     """A cube in millimetres, as CAD programs write them, 2 cm above where it comes to rest."""
-    write_stl(tmp_path / "cube.stl", box(1000 * SIDE))
+    folder = tmp_path_factory.mktemp("cube")
+    write_stl(folder / "cube.stl", box(1000 * SIDE))
     mesh = "<mesh><uri>cube.stl</uri><scale>0.001 0.001 0.001</scale></mesh>"
-    room = tmp_path / "room.sdf"
+    room = folder / "room.sdf"
     room.write_text(WORLD.format(mesh=mesh, height=0.05 + SIDE / 2 + 0.02))
     return read_scene(room)
 

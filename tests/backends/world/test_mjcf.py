@@ -168,3 +168,29 @@ def test_limits_of_ball_joints_are_left_out_with_a_warning(tmp_path):
     (tmp_path / "arm.xml").write_text(f"<mujoco><worldbody><body>{ball}</body></worldbody></mujoco>")
     (warning,) = read_scene(tmp_path / "arm.xml").warnings
     assert "left out of this MJCF file: the limits of 1 ball joints" in str(warning)
+
+
+_ARM = """<mujoco model="arm">{compiler}<worldbody><body name="base" {turned}>
+  <geom type="box" size="0.1 0.1 0.1" mass="5"/><body name="upper" pos="0 0 0.1">
+  <joint name="shoulder" type="hinge" axis="0 1 0" range="{range}"/>
+  <geom type="sphere" size="0.1" mass="1"/></body></body></worldbody></mujoco>"""
+_RADIANS = '<compiler angle="radian"/>'
+
+
+@pytest.mark.parametrize(
+    ("compiler", "turned", "span", "words"),
+    [
+        ("", 'euler="0 0 90"', "-90 90", ""),
+        (_RADIANS, 'euler="0 0 1.5708"', "-1.57 1.57", ""),
+        (_RADIANS, 'euler="0 0 90"', "-1.57 1.57", "90 rad, more than two turns; is it meant in degrees?"),
+        ("", 'euler="0 0 1.5708"', "-90 90", "1.5708 degrees; is it meant in radians?"),
+        ("", "", "-1.57 1.57", "a range of -1.57 to 1.57 degrees, and no joint of the file one of more than"),
+    ],
+)
+def test_angles_in_the_other_unit_than_that_of_the_file_are_reported(
+    tmp_path: Path, compiler: str, turned: str, span: str, words: str
+) -> None:
+    (tmp_path / "arm.xml").write_text(_ARM.format(compiler=compiler, turned=turned, range=span))
+    found = [str(one) for one in read_model(tmp_path / "arm.xml").warnings if "NRP298" in str(one)]
+    assert len(found) == bool(words)
+    assert all(words in one for one in found)

@@ -1,0 +1,90 @@
+"""Joints that close loops, on both engines, against the motion of a parallelogram."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import cos, pi, sqrt
+
+import numpy as np
+import pytest
+
+from nrp_core.findings import Findings
+from nrp_core.world.capabilities import WorldCapabilities, warn_of_loops
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.model import Model, Scene
+
+LENGTH, APART, CRANK_KG, COUPLER_KG, GRAVITY = 0.5, 0.3, 0.4, 1.0, 9.8
+SWING = 0.1
+
+
+def part(name: str, place: str, mass: float, centre: str, inertia: float) -> str:
+    moments = "".join(f"<i{axis}>{inertia}</i{axis}>" for axis in ("xx", "yy", "zz"))
+    inertial = f"<pose>{centre} 0 0 0.3</pose><mass>{mass}</mass><inertia>{moments}</inertia>"
+    return f'<link name="{name}"><pose>{place} 0 0 0</pose><inertial>{inertial}</inertial></link>'
+
+
+def turns(name: str, parent: str, child: str, place: str, kind: str = "revolute") -> str:
+    """Return a joint about y at a place in the frame of the model."""
+    axis = "" if kind == "ball" else "<axis><xyz>0 1 0</xyz></axis>"
+    ends = f"<parent>{parent}</parent><child>{child}</child>"
+    pose = f'<pose relative_to="__model__">{place} 0 0 0</pose>'
+    return f'<joint name="{name}" type="{kind}">{pose}{ends}{axis}</joint>'
+
+
+def linkage(read, kind: str = "revolute") -> Model:
+    """Return two cranks that hang from the world, and a rod that connects their ends."""
+    low, crank = -LENGTH, CRANK_KG * LENGTH**2 / 12
+    model = read(
+        part("left", "0 0 0", CRANK_KG, f"0 0 {low / 2}", crank)
+        + part("right", f"{APART} 0 0", CRANK_KG, f"0 0 {low / 2}", crank)
+        + part("rod", f"0 0 {low}", COUPLER_KG, f"{APART / 2} 0 0", 0.01)
+        + turns("a", "world", "left", "0 0 0")
+        + turns("b", "world", "right", f"{APART} 0 0")
+        + turns("c", "left", "rod", f"0 0 {low}")
+        + turns("d", "right", "rod", f"{APART} 0 {low}", kind)
+    )
+    starts = {"a": SWING, "b": SWING, "c": -SWING}
+    return replace(model, pose=Pose((1.0, 2.0, 3.0), (0.0, 0.0, 0.6, 0.8)), starts=tuple(starts.items()))
+
+
+@pytest.mark.parametrize("kind", ["revolute", "ball"])
+def test_a_parallelogram_swings_as_one_pendulum(open_world, advance, read, kind: str) -> None:
+    model = linkage(read, kind)
+    assert [loop.name for loop in model.loops] == ["d"]
+    assert "it is a constraint without a position" in str(model.warnings[0])
+    world = open_world(Scene((model,), gravity=(0.0, 0.0, -GRAVITY)))
+    # the rod moves along a circle without turning: all of its mass is at the ends of the cranks
+    inertia = 2 * CRANK_KG * LENGTH**2 / 3 + COUPLER_KG * LENGTH**2
+    stiffness = (2 * CRANK_KG / 2 + COUPLER_KG) * GRAVITY * LENGTH
+    period = 2 * pi * sqrt(inertia / stiffness) * (1 + SWING**2 / 16)
+    for share in (0.25, 0.5, 1.0):
+        advance(world, share * period)
+        joints = world.joint_states(model.name)
+        at = dict(zip(joints.names, joints.positions.tolist(), strict=True))
+        expected = SWING * cos(2 * pi * world.now_ns / 1e9 / period)
+        assert at["a"] == pytest.approx(expected, abs=0.03 * SWING)
+        assert at["b"] == pytest.approx(at["a"], abs=2e-3)
+        assert at["c"] == pytest.approx(-at["a"], abs=2e-3)
+        ends = [world.engine.link_motion(model.name, name).pose for name in ("right", "rod")]
+        here, there = (
+            np.array((pose @ Pose(way)).position)
+            for pose, way in zip(ends, ((0.0, 0.0, -LENGTH), (APART, 0.0, 0.0)), strict=True)
+        )
+        assert np.linalg.norm(here - there) < 1e-3
+
+
+def test_a_loop_within_one_body_changes_nothing(open_world, advance, read) -> None:
+    """Two fixed joints between the same links are one, as files have them."""
+    held = '<joint name="{}" type="fixed"><parent>a</parent><child>b</child></joint>'
+    model = read(part("a", "0 0 0", 1.0, "0 0 0", 0.1) + part("b", "1 0 0", 1.0, "0 0 0", 0.1)
+                 + held.format("one") + held.format("two"))  # fmt: skip
+    world = open_world(Scene((model,), gravity=(0.0, 0.0, -GRAVITY)))
+    advance(world, 0.5)
+    assert world.model_motion("robot").linear[2] == pytest.approx(-GRAVITY / 2, rel=1e-3)
+
+
+def test_an_engine_that_leaves_loops_open_says_so(read) -> None:
+    warnings = Findings(())
+    warn_of_loops(Scene((linkage(read),)), WorldCapabilities(1_000_000), warnings)
+    (warning,) = warnings
+    assert "the joint 'd' of 'robot' closes a loop, which this engine leaves open" in str(warning)
