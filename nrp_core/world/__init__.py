@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from nrp_core.world.drives.ackermann import Ackermann as Ackermann
     from nrp_core.world.drives.drive import Drive as Drive
     from nrp_core.world.drives.flight import Flight as Flight
+    from nrp_core.world.drives.mecanum import MecanumDrive as MecanumDrive
     from nrp_core.world.drives.planar_move import PlanarMove as PlanarMove
     from nrp_core.world.drives.wheels import WheelDrive as WheelDrive
     from nrp_core.world.engine import Engine as Engine
@@ -117,6 +118,7 @@ else:
             "nrp_core.world.drives.ackermann": "Ackermann",
             "nrp_core.world.drives.drive": "Drive",
             "nrp_core.world.drives.flight": "Flight",
+            "nrp_core.world.drives.mecanum": "MecanumDrive",
             "nrp_core.world.drives.planar_move": "PlanarMove",
             "nrp_core.world.drives.wheels": "WheelDrive",
             "nrp_core.world.engine": "Engine",

@@ -22,7 +22,7 @@ from nrp_core.world.scene.reading.sensors import SENSORS, Mount, joint_sensors, 
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.vocabulary import check_vocabulary
 
-_WITH_LENSES = ("depth", "dvs", "retina", "rgbd")
+_WITH_LENSES = ("depth", "dvs", "retina", "rgbd", "segmentation")
 """Sensors that need a ``<camera>``, besides cameras; without one it has the default optics."""
 
 

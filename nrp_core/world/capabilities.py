@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from nrp_core.findings import Code, Findings
 from nrp_core.findings.refusals import no_joint, unmoved
 from nrp_core.simulation import Determinism
 from nrp_core.world.scene.model import Joint, Scene
@@ -29,6 +30,7 @@ class WorldCapabilities:
         ball_joints: it has ball joints. Otherwise a scene with one is refused.
         coupled_joints: joints can follow others, as in gearboxes and screws. Otherwise a scene with one is
             refused.
+        loops: joints can close loops. Otherwise those that do are left out, with a warning.
         own_actuators: it has the actuators that elements for it in a model's file describe.
         changes: models can be moved, added and deleted while it runs.
         real_time: time passes by itself, as on a robot, so the loop must keep up.
@@ -51,6 +53,7 @@ class WorldCapabilities:
     joint_wrenches: bool = False
     ball_joints: bool = False
     coupled_joints: bool = False
+    loops: bool = False
     own_actuators: bool = False
     changes: bool = False
     real_time: bool = False
@@ -68,6 +71,18 @@ class WorldCapabilities:
                     if not getattr(self, need):
                         return no_joint(model.name, joint.name, need)
         return ""
+
+
+def warn_of_loops(scene: Scene, capabilities: WorldCapabilities, warnings: Findings) -> None:
+    """Warn of joints that close loops, which an engine leaves out."""
+    if capabilities.loops or capabilities.own_scene or not capabilities.dynamics:
+        return
+    for model in scene.models:
+        for loop in model.loops:
+            message = (
+                f"the joint '{loop.name}' of '{model.name}' closes a loop, which this engine leaves open"
+            )
+            warnings.add(Code.NRP260, message, subject=loop.name)
 
 
 def needs_of(joint: Joint) -> tuple[str, ...]:

@@ -75,7 +75,8 @@ def fitted(model: Model, fitting: Fitting) -> Model:
     if model.static:
         raise SceneError(f"the robot '{model.name}' never moves (<static>), so nothing can be fitted to it")
     model = _held(model, fitting.fixed)
-    model = replace(model, starts=tuple(_start(model, *start) for start in fitting.starts))
+    starts = {**dict(model.starts), **dict(_start(model, *start) for start in fitting.starts)}
+    model = replace(model, starts=tuple(starts.items()))
     told: dict[tuple[str, str], JointControl] = {}
     for pattern, control in fitting.control:
         for joint in _chosen(model, pattern):

@@ -13,7 +13,7 @@ from nrp_core.world.scene.checks import SECOND_AXIS
 from nrp_core.world.scene.model import Joint
 from nrp_core.world.scene.reading.actuators import Actuators
 from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.plugins import plugin_name
+from nrp_core.world.scene.reading.plugins import name_of_file, plugin_name
 from nrp_core.world.scene.reading.registered import ModelParts
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.topics import resolve_name
@@ -74,6 +74,10 @@ def _system(
     plugin: Element, kind: ControllerKind, topic: str, model: ModelParts, reading: Reading
 ) -> JointController:
     named = plugin.require("joint_name")
+    other = name_of_file(plugin)
+    if other in _SYSTEMS and _SYSTEMS[other][0] != kind:
+        message = f"a plugin of the file of {other} has the name of {plugin_name(plugin)}, which is used"
+        reading.notes.warn(plugin, Code.NRP265, message, subject=named.text)
     index = int(plugin.number("joint_index", 0))
     joint = model.joint(named, named.text + (SECOND_AXIS if index == 1 else "")).name
     _warn_of_parameters(plugin, joint, reading)

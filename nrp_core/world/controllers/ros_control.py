@@ -14,6 +14,8 @@ from typing import Any, get_args
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
 from nrp_core.world.controllers.trajectory_plugins import led_joints
+from nrp_core.world.drives.drive import Drive
+from nrp_core.world.drives.mecanum import MecanumDrive
 from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.scene.acting import (
     ControllerKind,
@@ -59,7 +61,7 @@ def read_ros_control(plugin: Element, model: ModelParts, reading: Reading) -> Ac
         SceneError: the file is not YAML, or names joints that the model does not have.
     """
     place = plugin.find("parameters")
-    if place is None:
+    if place is None or not place.text:
         return None
     path = reading.resources.find(place)
     if path is None:
@@ -71,7 +73,7 @@ def read_ros_control(plugin: Element, model: ModelParts, reading: Reading) -> Ac
         )
         return Actuators()
     file = _File(place, path, model.joints, ros_namespace(plugin).strip("/"), reading)
-    drives: list[WheelDrive] = []
+    drives: list[Drive] = []
     single: list[JointController] = []
     several: list[TrajectoryController] = []
     groups: list[GroupController] = []
@@ -81,6 +83,8 @@ def read_ros_control(plugin: Element, model: ModelParts, reading: Reading) -> Ac
             several.append(file.follower(name))
         elif kind == "DiffDriveController":
             drives.append(file.drive(name))
+        elif kind == "MecanumDriveController":
+            drives.append(file.mecanum(name))
         elif kind in _KINDS:
             single += file.controller(name, _KINDS[kind])
         elif kind == _FORWARD or kind in _GROUPS:
@@ -188,6 +192,35 @@ class _File:
             name[-1], command, left, right, separation, size,
             timeout=timeout or inf, rate_hz=rate_hz or 50.0, odometry_topic=self._topic(name, "odom"),
         )  # fmt: skip
+
+    def mecanum(self, name: tuple[str, ...]) -> MecanumDrive:
+        """Return the drive on mecanum wheels with a name."""
+        entry = self.entries[name]
+        corners = [
+            self._led([entry.get(f"{end}_{side}_wheel_command_joint_name")])
+            for side in ("left", "right")
+            for end in ("rear", "front")
+        ]
+        sizes = (*name, "kinematics")
+        if sizes not in self.entries or not all(corners):
+            raise self._place.error(f"the drive '{'/'.join(name)}' needs four wheels and its kinematics")
+        radius, reach = self._numbers(
+            sizes, wheels_radius=0.0, sum_of_robot_center_projection_on_X_Y_axis=0.0
+        )
+        if not radius or not reach:
+            raise self._place.error(f"the kinematics of '{'/'.join(name)}' need sizes above 0")
+        (timeout,) = self._numbers(name, reference_timeout=0.0)
+        rear_left, front_left, rear_right, front_right = (corner[0] for corner in corners)
+        return MecanumDrive(
+            name[-1],
+            self._topic(name, "reference_unstamped"),
+            (rear_left, front_left),
+            (rear_right, front_right),
+            2 * reach,
+            2 * radius,
+            timeout=timeout or inf,
+            odometry_topic=self._topic(name, "odometry"),
+        )
 
     def _apart(self, left: str, right: str) -> float:
         places = {joint.name: joint.pose.position for joint in self._joints}

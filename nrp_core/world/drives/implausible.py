@@ -22,6 +22,8 @@ _UPRIGHT: Final = 0.7
 """The cosine of 45 degrees."""
 _ALONG: Final = 0.9
 """The cosine of 25 degrees; wheels may be turned a little to each other."""
+_ACROSS: Final = 0.5
+"""The cosine of 60 degrees."""
 
 
 @runtime_checkable
@@ -79,6 +81,8 @@ def _of_wheels(owner: str, drive: _Wheeled, model: Model) -> Iterator[str]:
         elif joint.upper - joint.lower < tau:
             limits = f"limits of {joint.lower:g} to {joint.upper:g} rad"
             yield f"{owner} has a wheel that cannot roll: the joint '{joint.name}' has {limits}"
+        else:
+            yield from _of_lying(owner, joint, model)
     yield from _of_track(owner, drive, joints)
 
 
@@ -95,6 +99,18 @@ def _of_shapes(owner: str, drive: _Wheeled, wheels: list[Joint], model: Model) -
                 f"'{wheel}' is {size_m:.3g} m across"
             )
             return
+
+
+def _of_lying(owner: str, joint: Joint, model: Model) -> Iterator[str]:
+    """Yield that the cylinder of a wheel lies across the axis about which it turns."""
+    link = model.link(joint.child)
+    if len(link.collisions) == 1 and isinstance(link.collisions[0].geometry, Cylinder):
+        along = matrix_of(link.pose @ link.collisions[0].pose)[:, 2]
+        if abs(float(along @ _axis(joint))) < _ACROSS:
+            yield (
+                f"{owner} has a wheel that cannot roll: the cylinder of '{joint.child}' lies across the axis "
+                f"of the joint '{joint.name}'; should it be turned by 90 degrees (1.5708 rad)?"
+            )
 
 
 def _of_track(owner: str, drive: _Wheeled, joints: dict[str, Joint]) -> Iterator[str]:

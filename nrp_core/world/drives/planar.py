@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from nrp_core.world.drives.ackermann import Ackermann
+from nrp_core.world.drives.mecanum import MecanumDrive
 from nrp_core.world.drives.planar_move import PlanarMove
 from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.scene.model import Model
 
-PlanarDrive = WheelDrive | PlanarMove | Ackermann
+PlanarDrive = WheelDrive | PlanarMove | Ackermann | MecanumDrive
 
 
 def planar_drives(model: Model) -> tuple[PlanarDrive, ...]:

@@ -25,6 +25,8 @@ _OTHERWISE = {
     "cle_ros_msgs/msg/SpikeRate": {"simulationTime": "simulation_time", "monitorName": "monitor_name"},
 }  # fmt: skip
 """Names of fields in our classes that differ in ROS 1."""
+_LATER = {"sensor_msgs/msg/Range": ("variance",)}
+"""The last fields of our classes that ROS 1 does not have; they are not sent."""
 
 
 class Ros1Codec(Codec):
@@ -65,7 +67,7 @@ class Ros1Codec(Codec):
     def _defined(self, name: str) -> list[str]:
         otherwise = _OTHERWISE.get(name, {})
         names = [otherwise.get(field, field) for field in super()._defined(name)]
-        return [field for field in names if (name, field) != (_HEADER, "seq")]
+        return [*(field for field in names if (name, field) != (_HEADER, "seq")), *_LATER.get(name, ())]
 
     def _spelt(self, name: str, field: str) -> str:
         spelling = {ours: theirs for theirs, ours in _OTHERWISE.get(name, {}).items()}

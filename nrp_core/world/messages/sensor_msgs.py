@@ -90,6 +90,23 @@ class LaserScan:
     intensities: npt.NDArray[np.float32] = field(default_factory=_no_singles)
 
 
+@message("sensor_msgs/msg/Range")
+@dataclass(slots=True)
+class Range:
+    """The distance (m) to the nearest thing in a cone; ``inf`` if there is none."""
+
+    ULTRASOUND: ClassVar[int] = 0
+    INFRARED: ClassVar[int] = 1
+
+    header: Header = field(default_factory=Header)
+    radiation_type: int = 0
+    field_of_view: float = 0.0
+    min_range: float = 0.0
+    max_range: float = 0.0
+    range: float = 0.0
+    variance: float = 0.0
+
+
 @message("sensor_msgs/msg/PointField")
 @dataclass(slots=True)
 class PointField:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from nrp_core.errors import CapabilityError
 from nrp_core.world.render.optics import CameraPath
+from nrp_core.world.render.segments import SegmentArray
 from nrp_core.world.scene.model import Light, Rgba
 
 ImageArray = npt.NDArray[np.uint8]
@@ -24,7 +25,7 @@ class Cameras(ABC):
     """All cameras of a scene, drawn by one renderer.
 
     Attributes:
-        draws_depth: whether it has :meth:`depth`.
+        draws_depth: whether it has :meth:`depth` and :meth:`segments`.
     """
 
     draws_depth: ClassVar[bool] = False
@@ -36,6 +37,10 @@ class Cameras(ABC):
     def depth(self, path: CameraPath) -> DepthArray:
         """Return the depth along a camera's line of sight, m, ``inf`` where it sees nothing."""
         raise CapabilityError("this renderer does not draw depth images; use 'raster'")
+
+    def segments(self, path: CameraPath) -> SegmentArray:
+        """Return label and instance of the visual at each pixel of a camera, a new array."""
+        raise CapabilityError("this renderer does not draw segments; use 'raster'")
 
     @abstractmethod
     def set_color(self, visual: str, rgba: Rgba) -> None:

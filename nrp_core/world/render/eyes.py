@@ -38,7 +38,7 @@ class Eyes:
 
     @property
     def depths(self) -> Cameras:
-        """The renderer of depth; it is the same for all, because depth does not depend on light or colour."""
+        """The renderer of depth and segments, the same for all: they do not depend on light or colour."""
         if self._depths is None:
             images = self.images
             self._depths = images if images.draws_depth else self._painted(RASTER)

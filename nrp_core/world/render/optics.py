@@ -7,7 +7,7 @@ from outside only (not by a camera inside it); it is opaque or, with alpha 0, in
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import atan, tan
 
 from nrp_core.world.rigid.pose import Pose
@@ -19,7 +19,7 @@ SKY: Rgba = (178 / 255, 178 / 255, 178 / 255, 1.0)
 """Colour of the background: SDF's default grey."""
 
 CameraPath = tuple[str, str, str]
-"""Names of a camera's model, link and sensor."""
+"""Names of a camera's model, link and view, which is named after its sensor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +30,9 @@ class Optics:
         width, height: size of the image, pixels.
         vertical_fov: vertical field of view, rad.
         near, far: clip distances along the line of sight, m.
+
+    Attributes:
+        focal: focal length, in pixels.
     """
 
     width: int
@@ -37,11 +40,10 @@ class Optics:
     vertical_fov: float
     near: float
     far: float
+    focal: float = field(init=False)
 
-    @property
-    def focal(self) -> float:
-        """Focal length, in pixels."""
-        return self.height / 2 / tan(self.vertical_fov / 2)
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "focal", self.height / 2 / tan(self.vertical_fov / 2))
 
     @classmethod
     def of(cls, view: View, scale: float) -> Optics:
@@ -60,20 +62,19 @@ class Optics:
 def optics_of(scene: Scene, scale: float) -> Mapping[CameraPath, Optics]:
     """Return the optics of every camera of a scene."""
     return {
-        (model.name, link.name, sensor.name): Optics.of(sensor.view, scale)
+        (model.name, link.name, name): Optics.of(view, scale)
         for model, link in scene.links()
         for sensor in link.sensors
-        if sensor.view is not None
+        for name, view in sensor.views.items()
     }
 
 
 def eye_of(bodies: Sequence[Body], path: CameraPath) -> tuple[int, Pose]:
     """Return the index of the body that holds a camera, and the pose of the camera's graphics frame in it."""
-    _, link_name, sensor_name = path
+    _, link_name, view_name = path
     index = body_of(bodies, link_name)
     link = next(link for link in bodies[index].links if link.name == link_name)
-    view = next(sensor.view for sensor in link.sensors if sensor.name == sensor_name)
-    assert view is not None  # it is the path of a camera
+    view = next(sensor.views[view_name] for sensor in link.sensors if view_name in sensor.views)
     return index, looking(link.pose @ view.pose)
 
 

@@ -16,6 +16,7 @@ from nrp_core.world.render.faces import FaceView
 from nrp_core.world.render.optics import CameraPath, Optics, eye_of
 from nrp_core.world.render.pixels import NOTHING, draw, paint, to_camera
 from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
+from nrp_core.world.render.segments import SegmentArray, segments_of
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.motion import BodyPath, ReadFrames
 from nrp_core.world.scene.merged_bodies import WORLD_FRAME, Body, place_in_frame
@@ -46,6 +47,7 @@ class RasterCameras(Cameras):
         self._frames = np.tile(np.eye(3, 4), (1 + len(numbers), 1, 1))  # the first one is the world
         self._read = reader(list(numbers))
         self._mesh = SceneMesh(bodies, numbers)
+        self._segments = segments_of(bodies)
         self._view, self._surfaces_of = (
             FaceView(self._mesh),
             np.append(self._mesh.surfaces, np.int32(NOTHING)),
@@ -89,6 +91,9 @@ class RasterCameras(Cameras):
     def depth(self, path: CameraPath) -> DepthArray:
         surfaces = self._draw(path)
         return np.where(surfaces == NOTHING, np.inf, 1.0 / self._work[path]).astype(np.float32)
+
+    def segments(self, path: CameraPath) -> SegmentArray:
+        return self._segments[self._draw(path)]
 
     def _draw(self, path: CameraPath) -> npt.NDArray[np.int32]:
         """Return the visual at each pixel and store the reciprocal depths; valid until the next call."""

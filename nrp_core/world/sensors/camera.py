@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import tan
+from math import atan, tan
 from posixpath import basename, dirname, join
 from typing import Any, ClassVar, NamedTuple
 
@@ -12,6 +12,7 @@ import numpy as np
 from nrp_core.findings import Code
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.sensor_msgs import CameraInfo, Image, PointCloud2
+from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.render.cameras import DepthArray, ImageArray
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.digest import LATER
@@ -26,12 +27,15 @@ from nrp_core.world.sensors.depth_points import cloud_of
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
 from nrp_core.world.topics import resolve_name
 
+_SLACK = 0.01
+"""How much pixels may differ from squares without a warning."""
 _COLOR_FORMATS = ("", "R8G8B8", "RGB_INT8", "B8G8R8", "BGR_INT8")
 _MOST_PIXELS = 2**28
 """An image of more takes over 1 GB as depth, and several times that in a renderer."""
 _CAMERA_PLUGIN, _STEREO_PLUGIN = "gazebo_ros_camera", "gazebo_ros_multicamera"
 _OPTICAL = Pose(orientation=(-0.5, 0.5, -0.5, 0.5))
 """The frame of images in that of a camera: z ahead, x right, y down (REP 103 of ROS)."""
+_BENT = ("k1", "k2", "k3", "p1", "p2")
 _DEPTH = ("depth", "depth_camera", "rgbd", "rgbd_camera")
 _DEPTH_PLUGINS = ("gazebo_ros_openni_kinect", "gazebo_ros_depth_camera")
 
@@ -78,13 +82,18 @@ class Camera(Sensor):
         """The images that it consists of."""
         return View(self.pose, self.horizontal_fov, self.width, self.height, self.near, self.far)
 
+    def focal(self, width: int) -> float:
+        """Return the focal length in pixels of images of a width."""
+        return width / 2 / tan(self.horizontal_fov / 2)
+
     @classmethod
-    def read(cls, sensor: Element, mount: Mount, reading: Reading) -> Camera:
+    def read(cls, sensor: Element, mount: Mount, reading: Reading, fov: float | None = None) -> Camera:
+        """Read a ``<sensor>`` with a ``<camera>``; ``fov`` (rad) replaces the field of view in the file."""
         camera = sensor.require("camera")
-        fov = field_of_view(camera, 1.047)
         width, height = _size(sensor.attribute("name"), camera.section("image"), reading)
+        fov = _field_of(camera, width, height, reading) if fov is None else fov
         near, far = _clip(camera.section("clip"))
-        if camera.find("distortion"):
+        if any(coefficient.text.strip("+-0. ") for coefficient in camera.section("distortion").all(*_BENT)):
             reading.notes.warn(camera, Code.NRP262, "the <distortion> of cameras is not simulated")
         topics = _topics(sensor, mount, reading)
         return cls(
@@ -127,19 +136,19 @@ class CameraPart(SensorPart):
         self.topics = tuple(topics)
 
     def read(self, topic: str, now_ns: int) -> Any:
-        if topic == self._camera.info_topic:
-            return self._info(now_ns)
         header = self._header(now_ns)
+        if topic == self._camera.info_topic:
+            return self._optics(header)
         if topic == self._camera.depth_topic:
             depth = self._depth(now_ns)
             height, width = depth.shape
             return Image(header, height, width, "32FC1", 0, 4 * width, depth)  # type: ignore[arg-type]
-        image = self._engine.render(*self._path)
+        image = self._image()
         if self._is_noisy:
             image = self._with_noise(image, now_ns)
         height, width, channels = image.shape
         if topic == self._camera.points_topic:
-            return cloud_of(header, self._depth(now_ns), image, self._focal(width))
+            return cloud_of(header, self._depth(now_ns), image, self._camera.focal(width))
         return Image(header, height, width, "rgb8", 0, width * channels, image)
 
     def _depth(self, now_ns: int) -> DepthArray:
@@ -156,17 +165,37 @@ class CameraPart(SensorPart):
         result.flags.writeable = False
         return result
 
-    def _info(self, now_ns: int) -> CameraInfo:
-        height, width = self._engine.image_size(*self._path)
-        focal = self._focal(width)
-        k = np.array([[focal, 0.0, width / 2], [0.0, focal, height / 2], [0.0, 0.0, 1.0]])
-        p = np.column_stack([k, [-focal * self._camera.baseline, 0.0, 0.0]])
-        size = self._header(now_ns), height, width
-        return CameraInfo(*size, d=np.zeros(5), k=k.ravel(), r=np.eye(3).ravel(), p=p.ravel())
+    def _image(self) -> ImageArray:
+        return self._engine.render(*self._path)
 
-    def _focal(self, width: int) -> float:
-        """Return the focal length in pixels of images of a width."""
-        return width / 2 / tan(self._camera.horizontal_fov / 2)
+    def _optics(self, header: Header) -> CameraInfo:
+        return info_of(self._camera, header, self._engine.image_size(*self._path))
+
+
+def _field_of(camera: Element, width: int, height: int, reading: Reading) -> float:
+    """Return the horizontal field of view, rad: that of the ``<intrinsics>`` if there are any."""
+    fov = field_of_view(camera, 1.047)
+    given = camera.section("lens").find("intrinsics")
+    if given is None:
+        return fov
+    fx = given.positive("fx", 277.0)
+    fy, cx, cy = given.positive("fy", fx), given.number("cx", width / 2), given.number("cy", height / 2)
+    if abs(fy / fx - 1) > _SLACK or abs(cx - width / 2) > 1 or abs(cy - height / 2) > 1:
+        message = (
+            f"<intrinsics> with fx {fx:g}, fy {fy:g}, cx {cx:g} and cy {cy:g}: pixels are square and the "
+            f"image of {width} x {height} is centred, with the focal length fx"
+        )
+        reading.notes.warn(given, Code.NRP262, message)
+    return 2 * atan(width / 2 / fx)
+
+
+def info_of(camera: Camera, header: Header, size: tuple[int, int]) -> CameraInfo:
+    """Return the optics of a camera whose images have this height and width."""
+    height, width = size
+    focal = camera.focal(width)
+    k = np.array([[focal, 0.0, width / 2], [0.0, focal, height / 2], [0.0, 0.0, 1.0]])
+    p = np.column_stack([k, [-focal * camera.baseline, 0.0, 0.0]])
+    return CameraInfo(header, height, width, d=np.zeros(5), k=k.ravel(), r=np.eye(3).ravel(), p=p.ravel())
 
 
 def _size(name: str, image: Element, reading: Reading) -> tuple[int, int]:

@@ -30,8 +30,8 @@ class Eye(Sensor):
     optics: Camera
 
     @property
-    def view(self) -> View:
-        """The images that it consists of."""
+    def view(self) -> View | None:
+        """The images that it consists of; None: several views."""
         return self.optics.view
 
     @property

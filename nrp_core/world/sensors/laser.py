@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from math import pi
 from typing import ClassVar
@@ -13,15 +13,17 @@ import numpy.typing as npt
 from nrp_core.findings import Code
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.point_cloud2 import create_cloud
-from nrp_core.world.messages.sensor_msgs import LaserScan, PointCloud2
+from nrp_core.world.messages.sensor_msgs import LaserScan, PointCloud2, Range
 from nrp_core.world.raycast.beams import Beams, directions
 from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.digest import LATER
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import plugin_name, warn_of_plugin
 from nrp_core.world.scene.reading.sensor_elements import noise_of, plugin_topic, rate_of
 from nrp_core.world.scene.reading.sensors import Mount
 from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.sensors.range_plugin import RANGE, RANGE_PLUGIN, range_plugin
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
 from nrp_core.world.topics import resolve_name
 
@@ -33,6 +35,7 @@ _OUTPUTS = {
     "gazebo_ros_velodyne_laser": _POINTS,
     "gazebo_ros_velodyne_gpu_laser": _POINTS,
     "gazebo_ros_ray_sensor": _POINTS,  # default
+    RANGE_PLUGIN: RANGE,
 }
 POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"), ("ring", "<u2")])
 """A point of a cloud in the frame of its sensor; its ring is its layer, from the lowest."""
@@ -50,6 +53,8 @@ class Laser(Sensor):
         layers: number of layers, from the lowest; a single one is in the plane z = 0.
         elevation_min, elevation_max: elevations of the first and last layer above the plane, rad.
         points_topic: absolute topic of the points of all layers, None for none.
+        range_topic: absolute topic of the shortest distance of all rays, None for none.
+        infrared, cone: what the messages on it say: the radiation, if not ultrasound, and the angle (rad).
     """
 
     tag: ClassVar[str] = "laser"
@@ -66,6 +71,9 @@ class Laser(Sensor):
     elevation_min: float = 0.0
     elevation_max: float = 0.0
     points_topic: str | None = None
+    range_topic: str | None = field(default=None, metadata=LATER)
+    infrared: bool = field(default=False, metadata=LATER)
+    cone: float = field(default=0.0, metadata=LATER)
 
     @property
     def beams(self) -> Beams:
@@ -92,6 +100,7 @@ class Laser(Sensor):
         for scan in (horizontal, vertical):
             _require_sensible(scan, reading)
         scans, points = _topics(sensor, mount, layers, reading)
+        single = range_plugin(sensor, reading)
         return cls(
             sensor.attribute("name"),
             scans,
@@ -106,7 +115,10 @@ class Laser(Sensor):
             vertical.number("min_angle", 0.0) if layers > 1 else 0.0,
             vertical.number("max_angle", 0.0) if layers > 1 else 0.0,
             points,
-            noise=noise_of(laser, reading),
+            single.topic,
+            single.infrared,
+            single.cone,
+            noise=noise_of(laser, reading) or single.noise,
         )
 
     @property
@@ -128,9 +140,13 @@ class LaserPart(SensorPart):
         if laser.points_topic is not None:
             layers = f"{rays} in {laser.layers} layer{'s' if laser.layers > 1 else ''}"
             self.topics += (self._served(laser.points_topic, PointCloud2, layers),)
+        if laser.range_topic is not None:
+            self.topics += (self._served(laser.range_topic, Range, f"shortest distance of {rays}"),)
 
-    def read(self, topic: str, now_ns: int) -> LaserScan | PointCloud2:
+    def read(self, topic: str, now_ns: int) -> LaserScan | PointCloud2 | Range:
         ranges = self._ranges(now_ns)
+        if topic == self._laser.range_topic:
+            return self._range(float(ranges.min()), now_ns)
         return (
             self._points(ranges, now_ns) if topic == self._laser.points_topic else self._scan(ranges, now_ns)
         )
@@ -149,6 +165,14 @@ class LaserPart(SensorPart):
         right, left, step, nearest, farthest = _constants(self._laser)
         middle = ranges[self._laser.layers // 2].astype(np.float32)
         return LaserScan(self._header(now_ns), right, left, step, 0.0, 0.0, nearest, farthest, middle)
+
+    def _range(self, nearest: float, now_ns: int) -> Range:
+        laser = self._laser
+        kind = Range.INFRARED if laser.infrared else Range.ULTRASOUND
+        cone, low, high = (
+            float(np.float32(number)) for number in (laser.cone, laser.range_min, laser.range_max)
+        )
+        return Range(self._header(now_ns), kind, cone, low, high, float(np.float32(nearest)))
 
     def _points(self, ranges: npt.NDArray[np.float64], now_ns: int) -> PointCloud2:
         """Return a row of points for each layer in the frame of the sensor; NaN for rays that hit nothing."""
@@ -174,7 +198,10 @@ def _require_sensible(scan: Element, reading: Reading) -> None:
 
 def _count(angles: Element, default: int) -> int:
     """Return the number of rays from one angle to the other."""
-    return max(1, round(angles.positive("samples", default) * angles.positive("resolution", 1.0)))
+    samples = angles.positive("samples", default)
+    if samples != int(samples):
+        raise angles.require("samples").error(f"<samples> must hold a whole number, not '{samples:g}'")
+    return max(1, round(samples * angles.positive("resolution", 1.0)))
 
 
 def _topics(sensor: Element, mount: Mount, layers: int, reading: Reading) -> tuple[str, str | None]:
@@ -184,6 +211,8 @@ def _topics(sensor: Element, mount: Mount, layers: int, reading: Reading) -> tup
     for plugin in sensor.all("plugin"):
         usual = _OUTPUTS.get(plugin_name(plugin))
         output = plugin.word("output_type", usual or "")
+        if output == RANGE:
+            continue
         if usual is None:
             warn_of_plugin(plugin, reading)
         elif output == _SCANS:

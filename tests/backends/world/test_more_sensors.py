@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from math import pi, sqrt, tan
+from math import atan, cos, inf, pi, sin, sqrt, tan
 
 import numpy as np
 import pytest
 
 from nrp_core.errors import SceneError
+from nrp_core.world.messages.sensor_msgs import Range
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.model import Box, Inertial, Link, Model, Scene, Sphere
+from nrp_core.world.scene.model import Box, Collision, Inertial, Link, Model, Scene, Sphere
 from nrp_core.world.scene.sensing import Noise
 from nrp_core.world.sensors.altimeter import Altimeter
 from nrp_core.world.sensors.logical_camera import LogicalCamera
@@ -124,3 +125,47 @@ def test_a_pair_of_cameras_finds_the_distance_of_an_edge_by_its_disparity(open_w
 def test_several_cameras_that_are_none_are_refused(read):
     with pytest.raises(SceneError, match="<sensor> needs a <camera>"):
         read(STEREO.format(cameras=""))
+
+
+SONAR = "<sonar><min>0.1</min><max>2</max><radius>0.4</radius></sonar>"
+ROS_RANGE = """<ray><scan><horizontal><samples>5</samples><min_angle>-0.2</min_angle>
+<max_angle>0.2</max_angle></horizontal></scan><range><min>0.1</min><max>2</max></range></ray>
+<plugin filename="libgazebo_ros_range.so"
+name="p"><topicName>near</topicName><radiation>infrared</radiation><fov>0.4</fov></plugin>"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "inner", "topic", "radiation", "cone"),
+    [
+        ("sonar", SONAR, "body/s/sonar", Range.ULTRASOUND, 2 * atan(0.2)),
+        ("ray", ROS_RANGE, "near", Range.INFRARED, 0.4),
+    ],
+)
+def test_a_range_is_the_shortest_distance_in_a_cone(
+    open_world, advance, read, kind, inner, topic, radiation, cone
+):
+    """A plate is seen by the outer ray alone, a wall behind it by the others; a third thing is too far."""
+    model = read(
+        f'<static>1</static><link name="body"><sensor name="s" type="{kind}"><update_rate>50</update_rate>'
+        f"{inner}</sensor></link>"
+    )
+    angle = cone / 2
+    plate = Pose.from_rpy((cos(angle), sin(angle), 0.0), 0.0, 0.0, angle)
+    things = {
+        "plate": Model("plate", (solid(Box((0.02, 0.02, 1.0))),), pose=plate, static=True),
+        "wall": Model("wall", (solid(Box((0.2, 4.0, 4.0))),), pose=Pose((1.6, 0.0, 0.0)), static=True),
+        "far": Model("far", (solid(Box((0.2, 4.0, 4.0))),), pose=Pose((2.2, 0.0, 0.0)), static=True),
+    }
+    found = {}
+    for names in (("plate", "wall"), ("wall",), ("far",)):
+        world = open_world(Scene((model, *(things[name] for name in names))))
+        found[names[0]] = sensed(world, f"/robot/{topic}", advance)
+    assert found["plate"].range == pytest.approx(0.99, abs=1e-3)
+    assert found["wall"].range == pytest.approx(1.5, abs=1e-3)
+    assert found["far"].range == inf
+    assert (found["wall"].min_range, found["wall"].max_range) == pytest.approx((0.1, 2.0))
+    assert (found["wall"].radiation_type, found["wall"].field_of_view) == (radiation, pytest.approx(cone))
+
+
+def solid(shape: Box) -> Link:
+    return Link("l", collisions=(Collision("c", shape),))

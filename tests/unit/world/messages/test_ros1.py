@@ -26,6 +26,7 @@ MD5 = [
     (std_msgs.Header, "2176decaecbce78abc3b96ef049fabed"),
     (sensor_msgs.Image, "060021388200f6f0f447d0fcd9c64743"),
     (sensor_msgs.CameraInfo, "c9a58c1b0b154e0e6da7578cb991d214"),
+    (sensor_msgs.Range, "c005c34273dc426c67a020a87bc24148"),
     (sensor_msgs.JointState, "3066dcd76a6cfaef579bd0f34173e9fd"),
     (nav_msgs.Odometry, "cd5e73d190d741a2f92e81eda573aca7"),
     (std_msgs.Empty, "d41d8cd98f00b204e9800998ecf8427e"),
@@ -81,6 +82,13 @@ def test_the_optics_of_a_camera_keep_their_values_under_the_names_of_ros_1() -> 
     decoded = codec.decode(codec.encode(info), type_name(type(info)))
     assert isinstance(decoded, sensor_msgs.CameraInfo)
     assert decoded.k.tolist() == list(range(9))
+
+
+def test_a_range_has_no_variance_in_ros_1() -> None:
+    codec = Ros1Codec()
+    sent = sensor_msgs.Range(HEADER, 1, 0.5, 0.125, 2.0, 0.75, variance=3.0)
+    received = codec.decode(codec.encode(sent), type_name(sensor_msgs.Range))
+    assert received == sensor_msgs.Range(HEADER, 1, 0.5, 0.125, 2.0, 0.75)
 
 
 def test_a_type_that_ros_1_has_otherwise_is_refused() -> None:

@@ -1,0 +1,87 @@
+"""Bases on four mecanum wheels, whose rollers let them go in any direction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf
+from typing import ClassVar
+
+from nrp_core.world.drives.drive import Drive
+from nrp_core.world.drives.planar_move import PlanarMovePart
+from nrp_core.world.drives.wheels import wheels_in
+from nrp_core.world.engine import Engine
+from nrp_core.world.scene.acting import Rename
+from nrp_core.world.scene.model import Model
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.plugins import ros_topic, warn_of_misspelt
+from nrp_core.world.scene.reading.registered import ModelParts
+from nrp_core.world.scene.reading.xml import Element
+
+_CORNERS = ("back_left_joint", "front_left_joint", "back_right_joint", "front_right_joint")
+_TAGS = frozenset(
+    (*_CORNERS, "wheel_separation", "wheelbase", "wheel_radius", "topic", "odom_topic", "commandTimeout")
+)
+
+
+@dataclass(frozen=True, slots=True)
+class MecanumDrive(Drive):
+    """A base that goes forward, sideways and turns as a Twist commands, on four mecanum wheels.
+
+    The rollers are not simulated: the wheels roll without friction and spin as they would with rollers at 45
+    degrees that form an X seen from above::
+
+        spin = (forward -/+ left -/+ separation / 2 * turn) / radius    front left, front right
+        spin = (forward +/- left -/+ separation / 2 * turn) / radius    back left, back right
+
+    Its fields are those of :class:`~nrp_core.world.drives.wheels.WheelDrive`.
+
+    Args:
+        left, right: names of the wheel joints, the back and the front one.
+        separation: the distance of left and right wheels plus that of front and back wheels, m: the rollers
+            turn the base as if its wheels were so far apart.
+    """
+
+    tag: ClassVar[str] = "mecanum"
+    components: ClassVar[tuple[str, ...]] = ("linear.x", "linear.y", "angular.z")
+
+    left: tuple[str, ...]
+    right: tuple[str, ...]
+    separation: float
+    wheel_diameter: float
+    torque: float = inf
+    timeout: float = inf
+    rate_hz: float = 50.0
+    odometry_topic: str | None = None
+    wheel_speeds_topic: None = None
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The joints it moves."""
+        return (*self.left, *self.right)
+
+    def renamed(self, named: Rename) -> MecanumDrive:
+        """Return the same drive for a model whose parts are renamed."""
+        left, right = tuple(map(named, self.left)), tuple(map(named, self.right))
+        return replace(self, name=named(self.name), left=left, right=right)
+
+    @classmethod
+    def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> MecanumDrive:
+        warn_of_misspelt(plugin, _TAGS, reading)
+        corners = [wheels_in(plugin, (corner,), model)[0] for corner in _CORNERS]
+        separation = plugin.positive("wheel_separation", 1.0) + plugin.positive("wheelbase", 1.0)
+        command = plugin.word("topic", f"/model/{reading.robot}/cmd_vel")
+        odometry = plugin.word("odom_topic", f"/model/{reading.robot}/odometry")
+        return cls(
+            plugin.attribute("name"),
+            ros_topic(plugin, command, reading),
+            (corners[0], corners[1]),
+            (corners[2], corners[3]),
+            separation,
+            2 * plugin.positive("wheel_radius", 0.2),
+            timeout=plugin.positive("commandTimeout", inf),
+            rate_hz=plugin.positive("odom_publish_frequency", 50.0),
+            odometry_topic=ros_topic(plugin, odometry, reading),
+        )
+
+    def part(self, model: Model, engine: Engine) -> PlanarMovePart:
+        return PlanarMovePart(self, model, engine)
