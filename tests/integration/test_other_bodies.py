@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import importlib.util
+from pathlib import Path
 
+import nir
 import numpy as np
 import pytest
+from nrp_experiments import slalom_pioneer
 
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 
-PAIRS = [(brain, world) for brain in ("event", "spinnaker") for world in ("mujoco", "pybullet")]
+PAIRS = [("event", "mujoco"), ("spinnaker", "mujoco"), ("event", "pybullet")]
 SHORT = {
     "slalom_pioneer": ("duration=26 s",),
+    "slalom_pioneer/trained": (),
     "walking_hexapod": ("duration=9 s",),
     "following_head": ("duration=6 s", "world.options.image_scale=0.2"),
 }
@@ -30,9 +34,10 @@ def engine(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.mark.parametrize("name", SHORT)
-@pytest.mark.parametrize("brain", ["event", "spinnaker"])
-def test_each_body_does_what_it_is_for_with_every_brain(name: str, brain: str, engine: str) -> None:
-    with opened(name, f"brain.backend={brain}", f"world.backend={engine}") as run:
+@pytest.mark.parametrize(("brain", "world"), PAIRS)
+def test_each_body_does_what_it_is_for_with_every_brain(name: str, brain: str, world: str) -> None:
+    pytest.importorskip(world)
+    with opened(name, f"brain.backend={brain}", f"world.backend={world}") as run:
         run.run()
         result = run.result()
     assert {key: outcome.reason for key, outcome in result.criteria.items() if not outcome.passed} == {}
@@ -46,6 +51,18 @@ def test_a_two_wheeler_that_feels_nothing_does_not_get_through(engine: str) -> N
         result = run.result()
     assert not result.criteria["gets_through"].passed
     assert result.final_pose["pioneer"]["x"] < 2.0  # at the first pillar
+
+
+def test_a_trained_network_with_crossed_wheels_touches_a_pillar(tmp_path: Path) -> None:
+    (shipped,) = Path(slalom_pioneer.__file__).parent.glob("*.nir")
+    graph = nir.read(shipped)
+    wheels = graph.nodes["to wheels"]
+    crossed = np.roll(np.arange(len(wheels.bias)), len(wheels.bias) // 2)
+    graph.nodes["to wheels"] = nir.Affine(wheels.weight[crossed], wheels.bias[crossed])
+    nir.write(tmp_path / "crossed.nir", graph)
+    with opened("slalom_pioneer/trained", f"brain.model={tmp_path / 'crossed.nir'}", "duration=8 s") as run:
+        run.run()
+        assert not run.result().criteria["touches_nothing"].passed
 
 
 def test_legs_that_are_neighbours_take_turns(engine: str) -> None:

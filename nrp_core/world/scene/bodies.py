@@ -48,6 +48,7 @@ class Look:
         glows: whether the colour is the same in any light.
         finish: its finish, None if it is matt.
         texture: the image that has the colour, if one has it.
+        label: its class for segmentation cameras, 0 for none.
     """
 
     rgba: Rgba | None = None
@@ -55,13 +56,14 @@ class Look:
     glows: bool = False
     finish: Finish | None = None
     texture: Texture | None = None
+    label: int = 0
 
     def of(self, name: str, shape: Shape) -> Visual:
         """Return the visual with a name and a shape."""
         r, g, b, alpha = self.rgba or shape.rgba or DEFAULT_RGBA
         rgba = r, g, b, alpha * self.opacity
         texture = self.texture if self.rgba else shape.texture
-        return Visual(name, shape.geometry, shape.pose, rgba, self.glows, self.finish, texture)
+        return Visual(name, shape.geometry, shape.pose, rgba, self.glows, self.finish, texture, self.label)
 
 
 @dataclass(frozen=True, slots=True)

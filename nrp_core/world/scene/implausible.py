@@ -31,6 +31,10 @@ _UPSIDE_DOWN: Final = 0.5
 _NEAR_M: Final = 1.0
 _NARROWEST: Final = 0.02
 """The smallest field of view, rad: one degree is that of a telescope."""
+_WIDEST: Final = 3.0
+"""The largest field of view, rad, of an image in perspective: half of its pixels show the last 7 degrees."""
+_FARTHEST_M: Final = 2e4
+"""The longest range of a sensor of distances, m: laser rangefinders reach 20 km."""
 _FINEST: Final = 1e-4
 """The smallest angle between two beams, rad; the finest scanners have 0.0009 (0.05 degrees)."""
 _SHORT: Final = 0.1
@@ -221,6 +225,11 @@ def _of_view(owner: str, sensor: MountedSensor, size_m: float) -> Iterator[str]:
     if view.horizontal_fov < _NARROWEST:
         seen = f"{view.horizontal_fov:g} rad, which is {degrees(view.horizontal_fov):.2g} degrees"
         yield f"{owner} sees {seen}"
+    elif view.horizontal_fov > _WIDEST:
+        yield (
+            f"{owner} has a field of view of {view.horizontal_fov:g} rad: an image in perspective of nearly "
+            "half of the surroundings is all border"
+        )
 
 
 def _of_beams(owner: str, sensor: MountedSensor, size_m: float) -> Iterator[str]:
@@ -230,6 +239,14 @@ def _of_beams(owner: str, sensor: MountedSensor, size_m: float) -> Iterator[str]
         between = f"{last - first:.2g} rad: from {first:.6g} to {last:.6g}"
         yield f"the {steps + 1} beams of {owner} are within {between}"
     reach_m = getattr(sensor, "range_max", inf)
+    least_m = getattr(sensor, "range_min", 0.0)
+    if least_m > max(size_m, _NEAR_M):
+        yield (
+            f"the sensor {owner} measures nothing nearer than {least_m:g} m, and the robot is {size_m:.3g} m "
+            "large"
+        )
+    if _FARTHEST_M < reach_m < inf:
+        yield f"the sensor {owner} measures up to {reach_m:g} m; is its range meant in mm?"
     if reach_m < _SHORT * size_m:
         yield (
             f"the sensor {owner} measures up to {reach_m:g} m, and the robot is {size_m:.3g} m large; is its "

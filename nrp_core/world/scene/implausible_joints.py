@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import isfinite, pi
+from math import dist, isfinite, pi, sqrt
 from typing import Final
 
+import numpy as np
+
+from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.scene.acting import JointController
 from nrp_core.world.scene.model import Joint, Model
 
@@ -18,6 +21,15 @@ _SLOWEST_RAD_S: Final = 0.02
 _SLOWEST_M_S: Final = 1e-3
 _SMALLEST: Final = 1e-4
 """An error, rad or m, that no encoder of a robot resolves."""
+_LONGEST_S: Final = 20.0
+"""A time constant with which no joint of a robot approaches its target."""
+_FIRM: Final = 100.0
+"""How many times stiffer than its controller a spring is that no command moves by more than a hundredth."""
+_WEAKEST: Final = 1e-3
+"""The least effort of a joint as a share of the one that carries its link."""
+_GRAVITY: Final = 9.81
+_UPRIGHT: Final = 0.7
+"""The cosine of 45 degrees: gravity does not load an axis that is steeper."""
 
 
 def of_joints(model: Model) -> Iterator[str]:
@@ -33,8 +45,10 @@ def of_joints(model: Model) -> Iterator[str]:
                 yield f"{owner} has a {what} of {value:g}, which speeds it up instead of slowing it down"
     for controller in model.controllers:
         if controller.joint in joints:
-            owner = f"the joint '{controller.joint}' of '{model.name}'"
-            yield from _of_controller(owner, joints[controller.joint], controller)
+            owner, joint = f"the joint '{controller.joint}' of '{model.name}'", joints[controller.joint]
+            yield from _of_controller(owner, joint, controller)
+            yield from _of_strength(owner, joint, model)
+    yield from _of_double_control(model)
 
 
 def _of_limits(owner: str, joint: Joint) -> Iterator[str]:
@@ -60,9 +74,50 @@ def _of_controller(owner: str, joint: Joint, controller: JointController) -> Ite
             f"the controller of {owner} has a gain of {gains.p:g}: it exerts the largest effort, "
             f"{joint.effort:g}, at an error of {joint.effort / gains.p:.2g}"
         )
+    elif controller.kind == "position" and gains is not None and gains.p > 0:
+        time_s = (joint.damping + gains.d) / gains.p
+        if time_s > _LONGEST_S:
+            yield (
+                f"the controller of {owner} has a gain of {gains.p:g}, and the damping is "
+                f"{joint.damping + gains.d:g}: it nears its target with a time constant of {time_s:.3g} s"
+            )
+    if controller.kind == "position" and gains is not None and 0 < _FIRM * gains.p < joint.stiffness:
+        yield (
+            f"the spring of {owner} has a stiffness of {joint.stiffness:g}, and its controller a gain of "
+            f"{gains.p:g}: commands hardly move it"
+        )
     start = controller.initial
     if controller.kind == "position" and start is not None and not joint.lower <= start <= joint.upper:
         yield (
             f"the controller of {owner} starts with {start:g}, outside the limits of the joint of "
             f"{joint.lower:g} to {joint.upper:g}"
         )
+
+
+def _of_strength(owner: str, joint: Joint, model: Model) -> Iterator[str]:
+    """Yield that a joint is too weak for its own link."""
+    inertial = model.link(joint.child).inertial
+    upward = abs(float((matrix_of(joint.pose)[:, :3] @ np.array(joint.axis))[2]))
+    if inertial is None or joint.kind != "revolute" or not joint.effort > 0 or upward > _UPRIGHT:
+        return
+    away_m = dist(joint.pose.position, (model.link(joint.child).pose @ inertial.pose).position)
+    arm_m = max(away_m, sqrt(max(inertial.inertia[:3]) / inertial.mass))
+    needed = inertial.mass * _GRAVITY * arm_m
+    if joint.effort < _WEAKEST * needed:
+        yield (
+            f"{owner} has a controller and an effort of at most {joint.effort:g} N m: its link of "
+            f"{inertial.mass:.3g} kg needs {needed:.2g} N m to be held; is that meant?"
+        )
+
+
+def _of_double_control(model: Model) -> Iterator[str]:
+    """Yield the joints with two controllers of one kind; the last command counts, whichever it comes from."""
+    topics: dict[tuple[str, str], list[str]] = {}
+    for controller in model.controllers:
+        topics.setdefault((controller.joint, controller.kind), []).append(controller.topic)
+    for (joint, kind), several in topics.items():
+        if len(set(several)) > 1:
+            yield (
+                f"the joint '{joint}' of '{model.name}' has {len(several)} {kind} controllers, on "
+                f"{' and '.join(several)}: is one of them for another joint?"
+            )

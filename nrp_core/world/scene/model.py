@@ -26,6 +26,7 @@ from nrp_core.world.scene.acting import (
 from nrp_core.world.scene.checks import WORLD, check_tree, check_unique, require
 from nrp_core.world.scene.digest import LATER, digest_of
 from nrp_core.world.scene.finish import Finish as Finish
+from nrp_core.world.scene.loops import Loop as Loop
 from nrp_core.world.scene.origin import Native, Source
 from nrp_core.world.scene.sensing import MountedSensor
 from nrp_core.world.scene.surroundings import Surroundings
@@ -136,6 +137,7 @@ class Visual:
         glows: whether it has its colour in any light.
         finish: how it shines; None: it is matt.
         texture: the image on it.
+        label: its class for segmentation cameras, 1 to 255; 0: none.
     """
 
     name: str
@@ -145,6 +147,7 @@ class Visual:
     glows: bool = False
     finish: Finish | None = None
     texture: Texture | None = field(default=None, metadata=LATER)
+    label: int = field(default=0, metadata=LATER)
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,6 +266,7 @@ class Model:
         pair_controllers: controllers of the mean or difference of two joints.
         native: elements of its file for a specific engine, which a scene cannot express.
         starts: positions of joints at the start; others start at 0, or at the limit nearest to it.
+        loops: joints that close loops.
         warnings: warnings about repairs and unsupported elements of its file.
         source: the file that it was read from; None: it was created in Python.
     """
@@ -280,6 +284,7 @@ class Model:
     native: tuple[Native, ...] = ()
     group_controllers: tuple[GroupController, ...] = field(default=(), metadata=LATER)
     starts: tuple[tuple[str, float], ...] = field(default=(), metadata=LATER)
+    loops: tuple[Loop, ...] = field(default=(), metadata=LATER)
     warnings: tuple[Finding, ...] = field(default=(), compare=False, repr=False)
     source: Source | None = field(default=None, compare=False, repr=False)
 

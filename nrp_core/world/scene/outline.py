@@ -100,6 +100,10 @@ def _moving(model: Model) -> Entry:
     links = {link.name: link for link in model.links}
     roots = [_link(link, held, links) for link in model.links if link.name not in children]
     roots += [_joint(joint, held, links) for joint in held.get(WORLD, ())]
+    roots += [
+        Entry(f"joint {loop.name}, {loop.kind}, closes a loop of {loop.parent} and {loop.child}")
+        for loop in model.loops
+    ]
     drives = [Entry(f"{_kind(drive)} drive '{drive.name}'") for drive in model.drives]
     topics = [
         Entry(f"{'◀' if topic.commands else '▶'} {topic.name} ({topic.of})") for topic in topics_of(model)

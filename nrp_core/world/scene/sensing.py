@@ -5,7 +5,7 @@ Each sensor is a class in :mod:`nrp_core.world.sensors` or in another package.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, Self
 
@@ -84,6 +84,11 @@ class MountedSensor:
     def view(self) -> View | None:
         """The images that it consists of; None for a sensor without images."""
         return None
+
+    @property
+    def views(self) -> Mapping[str, View]:
+        """All images that an engine draws for it, by names that are unique on its link: usually its own."""
+        return {} if self.view is None else {self.name: self.view}
 
     @property
     def offset(self) -> Pose | None:

@@ -51,8 +51,11 @@ def plugin_name(plugin: Element) -> str:
     affixes (``gazebo_ros_camera`` of ``libgazebo_ros_camera.so``).
     """
     scope, _, system = plugin.attributes.get("name", "").rpartition("::systems::")
-    if scope:
-        return system
+    return system if scope else name_of_file(plugin)
+
+
+def name_of_file(plugin: Element) -> str:
+    """Return the name that a plugin has by its file: the class for a file of gz-sim, else the bare file."""
     file = plugin.attributes.get("filename", "").removeprefix("lib").removesuffix(".so")
     words = _SYSTEM_FILE.fullmatch(file)
     if words is None:

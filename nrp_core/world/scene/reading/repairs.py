@@ -19,8 +19,13 @@ LEAST_MASS = 1e-12
 
 SENSOR_SHARE = 1e-3
 """The share of a model's mass of a link without mass that a force sensor separates from the others."""
+MASSLESS_SHARE = 1e-4
+"""The share of a model's mass of a link that weighs nothing by its file and moves, so that it needs some."""
 MASSLESS = "massless"
-"""The attribute of a link whose mass is, by its file, that of the links fixed to it."""
+"""The attribute of a link whose mass is, by its file, that of the links fixed to it.
+
+Also of a model in whose file a link without a mass weighs nothing, as in URDF.
+"""
 
 # a ball of 1 kg and 5 cm radius, for a link of which only the mass is known
 _BALL = Inertial(1.0, inertia=(0.001, 0.001, 0.001, 0.0, 0.0, 0.0))
@@ -93,10 +98,13 @@ def usable_inertial(
 def with_default_masses(
     links: Sequence[Link], joints: Iterable[Joint], element: Element, notes: Notes
 ) -> tuple[Link, ...]:
-    """Return the links of a model, with SDF's default mass, 1 kg, for movable links without one.
+    """Return the links of a model, with a mass for movable links without one.
 
+    It is SDF's default, 1 kg, or in URDF, in which such a link weighs nothing, a small share of the model's.
     A link that is fixed to one with a mass needs none of its own.
     """
+    whole = sum(link.inertial.mass for link in links if link.inertial)
+    light = whole * MASSLESS_SHARE if MASSLESS in element.attributes else 0.0
     measured = {joint for link in links for sensor in link.sensors for joint in sensor.measured_joints}
     fixed = [joint for joint in joints if joint.kind == "fixed"]
     names = [*(link.name for link in links), WORLD]
@@ -108,20 +116,18 @@ def with_default_masses(
     result = []
     for link in links:
         if not rigid[link.name] & settled and held[link.name] & settled:
-            mass = SENSOR_SHARE * (sum(each.inertial.mass for each in links if each.inertial) or 1.0)
+            mass = SENSOR_SHARE * (whole or 1.0)
             message = f"the link '{link.name}' moves beside a force sensor without mass: {mass:.2g} kg"
             notes.warn(element, Code.NRP264, message, subject=link.name)
             settled.add(link.name)
             result.append(replace(link, inertial=like_shape(_BALL, Inertial(mass))))
         elif not rigid[link.name] & settled:
-            notes.warn(
-                element,
-                Code.NRP264,
-                f"the link '{link.name}' moves but has no mass: SDF's default, 1 kg, is used",
-                subject=link.name,
-            )
+            used = f"{light:.2g} kg" if light else "SDF's default, 1 kg, is used"
+            message = f"the link '{link.name}' moves but has no mass: {used}"
+            notes.warn(element, Code.NRP264, message, subject=link.name)
             settled.add(link.name)
-            result.append(replace(link, inertial=Inertial(1.0)))
+            inertial = like_shape(_BALL, Inertial(light)) if light else Inertial(1.0)
+            result.append(replace(link, inertial=inertial))
         else:
             result.append(link)
     return tuple(result)

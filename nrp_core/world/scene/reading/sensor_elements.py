@@ -35,11 +35,12 @@ def rate_of(sensor: Element, reading: Reading) -> float:
     return DEFAULT_RATE_HZ
 
 
-def field_of_view(lens: Element, default: float) -> float:
-    """Return the ``<horizontal_fov>`` of a lens, rad."""
+def field_of_view(lens: Element, default: float, most: float = pi) -> float:
+    """Return the ``<horizontal_fov>`` of a lens, rad; ``most`` is impossible unless it is a whole turn."""
     angle = lens.positive("horizontal_fov", default)
-    if angle >= pi:
-        raise lens.error(f"the <horizontal_fov> must be below pi, not {angle:g}")
+    if angle > most or angle == most == pi:
+        limit = "below pi" if most == pi else "at most 2 pi"
+        raise lens.error(f"the <horizontal_fov> must be {limit}, not {angle:g}")
     return angle
 
 

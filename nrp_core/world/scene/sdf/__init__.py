@@ -10,8 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from math import hypot
 from pathlib import Path
 from types import MappingProxyType
+from typing import Final
 
 from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Pose
@@ -20,6 +22,7 @@ from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.reading.context import Notes, Reading
 from nrp_core.world.scene.reading.left_out import Places
 from nrp_core.world.scene.reading.resources import Resources
+from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.model import build_model, read_parts
 from nrp_core.world.scene.sdf.placed import Placed, read_placed
 from nrp_core.world.scene.sdf.source import Source
@@ -27,6 +30,10 @@ from nrp_core.world.scene.sdf.world import read_world
 from nrp_core.world.scene.stand_in import with_static_shapes
 
 __all__ = ["read_model", "read_scene"]
+
+_ON_EARTH: Final = (-9.9, -9.7)
+"""Gravity on Earth as files round it, m/s^2."""
+_ASIDE: Final = 0.1
 
 
 def read_model(
@@ -55,6 +62,7 @@ def read_model(
     reading = Reading(Resources(search_path), Notes(), without=without, args=args)
     source = Source.open(Path(path), reading)
     holder = source.root.find("world") or source.root
+    _warn_of_gravity(holder, reading)
     models = _without_surroundings(read_placed(holder, source, reading, "model"), reading)
     if len(models) != 1:
         odd = models[1].user if models else source.root
@@ -67,6 +75,16 @@ def read_model(
         [build_model(placed, parts, own.robot, stands, own)], partial(reading.notes.warn, placed.element)
     )
     return replace(model, warnings=reading.notes.findings)
+
+
+def _warn_of_gravity(holder: Element, reading: Reading) -> None:
+    """Warn of a gravity in the file of a robot that is not the one on Earth, and that nothing uses."""
+    gravity = holder.find("gravity") if holder.tag == "world" else None
+    if gravity is not None:
+        x, y, z = gravity.numbers(3)
+        if hypot(x, y) > _ASIDE or not _ON_EARTH[0] <= z <= _ON_EARTH[1]:
+            message = f"the gravity of {gravity.text} in the file of a robot is not used: that of the room is"
+            reading.notes.warn(gravity, Code.NRP263, message, subject="gravity")
 
 
 def _without_surroundings(models: Sequence[Placed], reading: Reading) -> Sequence[Placed]:
@@ -89,6 +107,7 @@ def read_scene(
     search_path: Iterable[Path | str] = (),
     without: Places = MappingProxyType({}),
     lenient: bool = False,
+    args: Mapping[str, object] = MappingProxyType({}),
 ) -> Scene:
     """Read a file that holds a world, or models without one.
 
@@ -97,11 +116,12 @@ def read_scene(
         search_path: folders in which ``model://`` and relative paths are searched.
         without: the elements to leave out; see :mod:`nrp_core.world.scene.reading.left_out`.
         lenient: whether a missing included model is left out with a warning instead of an error.
+        args: arguments of a xacro file; others have their defaults.
 
     Raises:
         SceneError: the file cannot be used; the message names file and line.
     """
-    reading = Reading(Resources(search_path), Notes(), without=without, lenient=lenient)
+    reading = Reading(Resources(search_path), Notes(), without=without, lenient=lenient, args=args)
     source = Source.open(Path(path), reading)
     worlds = source.root.all("world")
     if len(worlds) > 1:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from math import inf, pi
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
 from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.loops import LOOP_KINDS, Loop
 from nrp_core.world.scene.model import Joint
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.xml import Element
@@ -29,21 +30,23 @@ def read_joints(model: Element, frames: Frames, version: tuple[int, int], readin
             yield read_joint(joint, frames, version, reading)
 
 
-def without_loops(rows: Iterable[Row], model: Element, reading: Reading) -> tuple[Row, ...]:
-    """Return joints without those whose links are already connected by earlier ones.
+def tree_and_loops(
+    rows: Iterable[Row], model: Element, reading: Reading
+) -> tuple[tuple[Row, ...], tuple[Loop, ...]]:
+    """Return joints without those whose links are already connected by earlier ones, and these as loops.
 
     Raises:
         SceneError: two joints hold one link.
     """
     connected: dict[str, set[str]] = {}
     holders: dict[str, str] = {}
-    kept = []
+    kept: list[Row] = []
+    loops: list[Loop] = []
     for row in rows:
         joint = row[0]
         one, other = (connected.setdefault(end, {end}) for end in (joint.parent, joint.child))
         if one is other:
-            message = f"the joint '{joint.name}' closes a loop of joints, which is not simulated: left out"
-            reading.notes.warn(_element(model, joint), Code.NRP260, message, subject=joint.name)
+            loops += _closing(row, _element(model, joint), reading)
             continue
         if joint.child in holders:  # refused here, so that a lenient reading leaves out this joint alone
             both = f"'{holders[joint.child]}' and '{joint.name}'"
@@ -53,7 +56,21 @@ def without_loops(rows: Iterable[Row], model: Element, reading: Reading) -> tupl
         connected.update(dict.fromkeys(other, one))
         holders[joint.child] = joint.name
         kept.append(row)
-    return tuple(kept)
+    return tuple(kept), tuple(loops)
+
+
+def _closing(row: Row, element: Element, reading: Reading) -> Iterator[Loop]:
+    """Yield the loop that a joint closes, with a warning of what it cannot do."""
+    joint = row[0]
+    closes = f"the joint '{joint.name}' closes a loop of joints"
+    if len(row) > 1 or joint.kind not in LOOP_KINDS:
+        message = f"{closes}, which is not simulated for a '{element.attribute('type')}': left out"
+        reading.notes.warn(element, Code.NRP260, message, subject=joint.name)
+        return
+    if joint.kind != "fixed":
+        message = f"{closes}: it is a constraint without a position, limits, friction or commands"
+        reading.notes.warn(element, Code.NRP263, message, subject=joint.name)
+    yield Loop(joint.name, joint.kind, joint.parent, joint.child, joint.pose, joint.axis)
 
 
 def read_joint(joint: Element, frames: Frames, version: tuple[int, int], reading: Reading) -> Row:
@@ -112,6 +129,24 @@ def with_leaders(joints: Iterable[Joint], model: Element, reading: Reading) -> I
                 reading.notes.warn(element, Code.NRP263, message, subject=joint.name)
                 joint = replace(joint, mimic=None)
         yield joint
+
+
+def starts_in(model: Element, joints: Sequence[Joint], reading: Reading) -> Iterator[tuple[str, float]]:
+    """Yield the joints of a model that its file starts elsewhere than at 0, and where."""
+    led = {joint.name: joint for joint in joints if joint.takes_commands and joint.mimic is None}
+    for element in model.all("joint"):
+        joint = led.get(element.attribute("name"))
+        start = element.section("axis").number("initial_position", 0.0)
+        if joint is None or not start:
+            continue
+        nearest = min(max(start, joint.lower), joint.upper)
+        if nearest != start:
+            message = (
+                f"the joint '{joint.name}' cannot start at {start:g}, beyond its limits: it starts at "
+                f"{nearest:g}"
+            )
+            reading.notes.warn(element, Code.NRP264, message, subject=joint.name)
+        yield joint.name, nearest
 
 
 WITHOUT_ONE_WAY = {"fixed": "fixed", "ball": "a ball joint"}

@@ -13,6 +13,7 @@ from nrp_core.world.scene.meshes.convert import Form
 from nrp_core.world.scene.model import Inertial, Link
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.geometry import is_empty, is_point, read_geometry
+from nrp_core.world.scene.reading.labels import label_of
 from nrp_core.world.scene.reading.repairs import (
     DEFAULT_FRICTION,
     MASSLESS,
@@ -43,7 +44,7 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) 
 
     shown = []
     for unique, visual in _named(link, "visual", reading):
-        look = read_look(visual, reading)
+        look = replace(read_look(visual, reading), label=label_of(visual))
         shown.append(Shown(unique, shapes(visual, "whole" if look.rgba else "colored"), look))
     solid = [
         (Touched(unique, shapes(collision, "convex"), _friction(collision, reading)), collision)

@@ -17,6 +17,7 @@ from nrp_core.world.scene.origin import Source
 from nrp_core.world.scene.reading.actuators import Actuators, read_actuators
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.frame_names import Misplaced, with_frames
+from nrp_core.world.scene.reading.labels import LABEL, label_in, labelled
 from nrp_core.world.scene.reading.native import native_of
 from nrp_core.world.scene.reading.plugins import plugin_name, warn_of_plugin
 from nrp_core.world.scene.reading.registered import ModelParts
@@ -26,7 +27,13 @@ from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.compound import Row, in_a_row
 from nrp_core.world.scene.sdf.frames import Frames, model_scope
 from nrp_core.world.scene.sdf.gearboxes import with_gears
-from nrp_core.world.scene.sdf.joints import WITHOUT_ONE_WAY, read_joints, with_leaders, without_loops
+from nrp_core.world.scene.sdf.joints import (
+    WITHOUT_ONE_WAY,
+    read_joints,
+    starts_in,
+    tree_and_loops,
+    with_leaders,
+)
 from nrp_core.world.scene.sdf.links import read_link
 from nrp_core.world.scene.sdf.placed import Placed, read_placed
 from nrp_core.world.scene.stand_in import with_sizes
@@ -165,6 +172,8 @@ def _read_plugin(
     """Return the actuators of a plugin, and the links with its sensor; unknown plugins cause a warning."""
     if plugin_name(plugin) in _JOINT_STATE_PLUGINS:
         return Actuators(), links
+    if plugin_name(plugin) == LABEL:
+        return Actuators(), labelled(links, label_in(plugin))
     model = ModelParts(links, joints)
     actuators = read_actuators(plugin, model, reading)
     if actuators is None:
@@ -196,7 +205,8 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
     native = native_of(element)
     if placed.static:
         return Model(name, links, pose=pose, static=True, native=native, source=source)
-    rows = [in_a_row(row) for row in without_loops(parts.rows, element, reading)]
+    tree, loops = tree_and_loops(parts.rows, element, reading)
+    rows = [in_a_row(row) for row in tree]
     links = (*links, *chain.from_iterable(carriers for _, carriers in rows))
     joints = tuple(with_leaders(chain.from_iterable(row for row, _ in rows), element, reading))
     topic = _joint_states_topic(placed, joints, name)
@@ -212,6 +222,8 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
         pair_controllers=parts.actuators.pair_controllers,
         group_controllers=parts.actuators.group_controllers,
         native=native,
+        loops=loops,
+        starts=tuple(starts_in(element, joints, reading)),
         source=source,
     )
     try:

@@ -13,6 +13,7 @@ from nrp_core.findings import Code
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.formats import read_added
 from nrp_core.world.scene.reading.left_out import leave_out
+from nrp_core.world.scene.reading.repeated import check_repeated
 from nrp_core.world.scene.reading.resources import main_file
 from nrp_core.world.scene.reading.xml import Element, read_xml
 from nrp_core.world.scene.sdf.vocabulary import check_vocabulary
@@ -50,9 +51,10 @@ class Source:
         expands = root.tag == "robot" and is_xacro(root)
         if reading.args and not trail and not expands:
             raise root.error("this is not a xacro file, so it has no arguments")
+        if expands:
+            root = expanded(path, partial(reading.resources.package, user=path), reading.args)
+        check_repeated(root, reading.notes)
         if root.tag == "robot":
-            if expands:
-                root = expanded(path, partial(reading.resources.package, user=path), reading.args)
             root = to_sdf(root, reading.notes)
         if root.tag not in ("sdf", "gazebo"):
             root = read_added(root, reading.notes) or root

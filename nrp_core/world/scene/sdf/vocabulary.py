@@ -27,6 +27,7 @@ _CHILDREN = {
     "wind": "linear_velocity",
     "link": "gravity enable_wind self_collide kinematic must_be_base_link velocity_decay frame pose inertial "
     "collision visual sensor projector audio_sink audio_source battery light particle_emitter plugin",
+    "velocity_decay": "linear angular",
     "inertial": "mass inertia pose frame density auto_inertia_params fluid_added_mass",
     "inertia": "ixx ixy ixz iyy iyz izz",
     "collision": "laser_retro max_contacts frame pose geometry surface density auto_inertia_params",
@@ -66,8 +67,12 @@ _CHILDREN = {
     "camera": "triggered camera_info_topic trigger_topic optical_frame_id horizontal_fov image clip save "
     "depth_camera segmentation_type box_type noise distortion lens visibility_mask pose frame",
     "clip": "near far",
+    "lens": "type scale_to_hfov custom_function cutoff_angle env_texture_size intrinsics projection",
+    "custom_function": "c1 c2 c3 f fun",
+    "intrinsics": "fx fy cx cy s",
     "event_camera": "threshold spread",
     "retina": "centre surround gain baseline sustained adaptation",
+    "sonar": "min max radius geometry",
     "lidar": "scan range noise visibility_mask",
     "ray": "scan range noise visibility_mask",
     "scan": "horizontal vertical",
@@ -104,7 +109,8 @@ _NOT_SIMULATED: dict[tuple[str, str], tuple[str, ...]] = {
     ("link", "light"): (),
     ("link", "particle_emitter"): (),
     ("link", "projector"): (),
-    ("link", "velocity_decay"): (),
+    ("velocity_decay", "linear"): ("", "0", "0.0"),
+    ("velocity_decay", "angular"): ("", "0", "0.0"),
     ("inertial", "fluid_added_mass"): (),
     ("spot", "falloff"): ("1", "1.0"),
     **{
@@ -115,6 +121,15 @@ _NOT_SIMULATED: dict[tuple[str, str], tuple[str, ...]] = {
 }
 
 
+_FLAGS: Final = frozenset(
+    {
+        "always_on", "allow_auto_disable", "cast_shadows", "double_sided", "enable_metrics",
+        "enable_orientation", "enable_wind", "gravity", "kinematic", "light_on", "self_collide", "static",
+        "use_parent_model_frame", "visualize",
+    }
+)  # fmt: skip
+"""Elements that are true or false; those that are used are refused where they are read."""
+_TRUTH: Final = ("", "0", "1", "false", "true")
 _PARAMS: Final = "experimental:params"
 """Changes of an included model (http://sdformat.org/tutorials?tut=param_passing_proposal)."""
 _TURNS_RAD: Final = 4 * pi
@@ -161,6 +176,10 @@ def _check(parent: Element, child: Element, known: Collection[str], notes: Notes
             f"<{child.tag}> is not an element of <{parent.tag}>: ignored{hint}",
             subject=child.tag,
         )
+        return
+    if child.tag in _FLAGS and child.text.lower() not in _TRUTH and parent.tag != "world":
+        message = f"<{child.tag}> is '{child.text}', which is neither true nor false: ignored"
+        notes.warn(child, Code.NRP263, message, subject=child.tag)
         return
     nothing_special = _NOT_SIMULATED.get((parent.tag, child.tag))
     if nothing_special is not None and child.text.lower() not in nothing_special:

@@ -19,7 +19,8 @@ from nrp_core.world.scene.reading.repairs import MASSLESS
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.urdf.elements import for_engine, from_attributes, new, numbers, pose
 from nrp_core.world.scene.urdf.gazebo import apply_block
-from nrp_core.world.scene.urdf.transmissions import controlled, led, transmitted
+from nrp_core.world.scene.urdf.transmissions import START, controlled, give_parameters, led, transmitted
+from nrp_core.world.scene.urdf.vocabulary import check_vocabulary
 
 _READ = ("link", "joint", "material", "gazebo")
 _ELSEWHERE = ("sensor",)  # for hardware drivers
@@ -36,6 +37,7 @@ class _Robot:
 
     Args:
         links: names of its links.
+        joints: names of its joints.
         held_by: the joint that holds each link.
         materials: the materials that visuals refer to by name.
         carried: the links without mass that are fixed to one with mass.
@@ -43,6 +45,7 @@ class _Robot:
     """
 
     links: Collection[str]
+    joints: Collection[str]
     held_by: Mapping[str, Element]
     materials: Mapping[str, Element]
     carried: Collection[str]
@@ -53,7 +56,8 @@ class _Robot:
         links = {link.attribute("name") for link in robot.all("link")}
         held_by = {joint.require("child").attribute("link"): joint for joint in robot.all("joint")}
         materials = {material.attribute("name"): material for material in robot.all("material")}
-        return cls(links, held_by, materials, set(_carried(robot)), notes)
+        joints = {joint.attribute("name") for joint in robot.all("joint")}
+        return cls(links, joints, held_by, materials, set(_carried(robot)), notes)
 
     def joint_name(self, joint: Element) -> str:
         """Return the name of a joint in SDF, where it must differ from those of links."""
@@ -70,9 +74,12 @@ def to_sdf(element: Element, notes: Notes) -> Element:
     Raises:
         SceneError: a required element or attribute is missing.
     """
+    check_vocabulary(element, notes)
     robot = _Robot.of(element, notes)
     _warn_of_loose(element, robot)
     model = new("model", element, name=element.attribute("name"))
+    model.attributes[MASSLESS] = "true"
+    joints = give_parameters(element)
     model.children += _static(element, notes)
     for child in element.children:
         if child.tag == "link" and child.attribute("name") != WORLD:
@@ -80,8 +87,7 @@ def to_sdf(element: Element, notes: Notes) -> Element:
         elif child.tag == "joint" and child.attribute("type") != "floating":
             model.children.append(_joint(child, robot))
         elif child.tag == "transmission":
-            names = {joint.attribute("name") for joint in element.all("joint")}
-            model.children += transmitted(child, names, notes)
+            model.children += transmitted(child, joints, notes)
         elif child.tag == "ros2_control":
             model.children += controlled(child, notes)
         elif child.tag not in (*_READ, *_OF_ENGINES) and ":" not in child.tag:
@@ -91,7 +97,7 @@ def to_sdf(element: Element, notes: Notes) -> Element:
     model.children += _for_engines(element)
     for block in element.all("gazebo"):
         apply_block(block, model, notes)
-    if not any(plugin.find("parameters") for plugin in model.all("plugin")):
+    if not any(plugin.word("parameters") for plugin in model.all("plugin")):
         model.children += led(model)
     for plugin in model.all("plugin"):
         _name_joints(plugin, robot)
@@ -289,8 +295,16 @@ def _axis(joint: Element, robot: _Robot) -> Element:
     axis = joint.find("axis") or joint
     parts = [new("xyz", axis, text=numbers(axis, "xyz", "1 0 0"))]
     for mimic in joint.all("mimic"):
-        leader = robot.renamed(mimic.attribute("joint"))
+        leader = mimic.attribute("joint")
+        if leader not in robot.joints:
+            hint = did_you_mean(leader, robot.joints)
+            name = joint.attribute("name")
+            message = f"the joint '{name}' moves freely: there is no '{leader}' for it to mimic{hint}"
+            robot.notes.warn(mimic, Code.NRP263, message, subject=leader)
+            continue
+        leader = robot.renamed(leader)
         parts.append(new("mimic", mimic, *from_attributes(mimic, "multiplier", "offset"), joint=leader))
+    parts += joint.all(START)
     for child in joint.all("limit", "dynamics"):
         values = [
             value

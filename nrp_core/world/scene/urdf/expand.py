@@ -15,6 +15,8 @@ from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.scene.reading.xml import Element, parse_xml, read_xml, without_lines
 
 _SUBSTITUTION = ("$(", "${")
+_ARGUMENT = re.compile(r"\$\(arg (\w+)\)")
+_WITHOUT_VALUE = re.compile(r"Undefined substitution argument (\w+)")
 _CLASS = re.compile(r"<class '[\w.]+'>: ")
 """How xacro writes the class of an error that a substitution raises."""
 
@@ -61,18 +63,39 @@ def expanded(
             _checking(xacro, declared),
             redirect_stderr(StringIO()),
         ):
-            given = {name: _as_text(value) for name, value in args.items()}
+            given = {**_early(path), **{name: _as_text(value) for name, value in args.items()}}
             text = xacro.process_file(str(path), mappings=given).toxml(encoding="utf-8")
     except (Exception, SystemExit) as error:  # noqa: BLE001  whatever Python in the file does
         reason = " ".join(str(error).split()) or type(error).__name__
         reason = _CLASS.sub("", reason).removeprefix(f"{path}: ")
         if "maximum recursion depth" in reason:
             reason = "it includes itself, or one of its macros calls itself without an end"
+        reason = _WITHOUT_VALUE.sub(_asking_for, reason)
         raise SceneError(f"xacro cannot expand this file: {reason}", path=path) from None
     for name in args:
         if name not in declared:
             raise SceneError(f"this file has no argument '{name}'{did_you_mean(name, declared)}", path=path)
     return without_lines(parse_xml(text, path))
+
+
+def _early(path: Path) -> dict[str, str]:
+    """Return the defaults of the arguments in the attributes of ``<robot>``, which xacro needs before it."""
+    robot = read_xml(path)
+    needed = {name for value in robot.attributes.values() for name in _ARGUMENT.findall(value)}
+    defaults = {arg.attribute("name"): arg.attributes.get("default") for arg in robot.all("xacro:arg")}
+    return {
+        name: default
+        for name in sorted(needed)
+        if (default := defaults.get(name)) is not None and not any(mark in default for mark in _SUBSTITUTION)
+    }
+
+
+def _asking_for(missing: re.Match[str]) -> str:
+    name = missing[1]
+    return (
+        f"its argument '{name}' has no default; give it a value: args: {{{name}: VALUE}} of the robot in an "
+        f"experiment, or -s args.{name}=VALUE to nrp inspect"
+    )
 
 
 def _as_text(value: object) -> str:

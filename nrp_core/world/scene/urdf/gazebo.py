@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
+from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.reading.context import Notes
 from nrp_core.world.scene.reading.plugins import ROS_CONTROL, plugin_name
 from nrp_core.world.scene.reading.xml import Element
@@ -32,6 +33,8 @@ def apply_block(block: Element, model: Element, notes: Notes) -> None:
     """Move the contents of a ``<gazebo>`` block to their places in SDF."""
     name = block.attributes.get("reference")
     target = model
+    if name == WORLD:
+        return  # it keeps the world as a link in Gazebo's own conversion
     if name is not None:
         named = {part.attributes["name"]: part for part in model.all("link", "joint")}
         if name not in named:
@@ -43,7 +46,7 @@ def apply_block(block: Element, model: Element, notes: Notes) -> None:
         target = named[name]
     for child in block.children:
         # plugins that run controllers have no effect unless they name a file
-        control = child.tag == "plugin" and plugin_name(child) in ROS_CONTROL and not child.find("parameters")
+        control = child.tag == "plugin" and plugin_name(child) in ROS_CONTROL and not child.word("parameters")
         if child.tag not in _SOLVER and not control:
             _give(child, target)
 

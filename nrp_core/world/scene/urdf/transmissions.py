@@ -7,7 +7,7 @@ trajectories, on ``/<robot>/joint_trajectory_controller/command``.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
@@ -15,6 +15,8 @@ from nrp_core.world.scene.reading.context import Notes
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.urdf.elements import new
 
+START = "initial_position"
+"""The element with the start of a joint: of an ``<axis>`` in SDF, here also of a joint of a URDF."""
 _NAME = "ros_control"
 _KINDS = {
     "PositionJointInterface": "position",
@@ -72,6 +74,37 @@ def controlled(system: Element, notes: Notes) -> Iterator[Element]:
                 yield _controller(joint, interface, kind)
             else:
                 notes.warn(interface, Code.NRP265, f"joints cannot be commanded by '{kind}'", subject=kind)
+
+
+def give_parameters(robot: Element) -> Mapping[str, Element]:
+    """Give joints what the parameters of a ``<ros2_control>`` say of them; return the joints by their names.
+
+    These are the joint that one follows, unless it has a ``<mimic>``, and where it starts.
+    """
+    joints = {joint.attribute("name"): joint for joint in robot.all("joint")}
+    for told in (each for system in robot.all("ros2_control") for each in system.all("joint")):
+        joint = joints.get(told.attribute("name"))
+        if joint is not None:
+            joint.children += [*_mimicked(told, joint), *_started(told)]
+    return joints
+
+
+def _mimicked(told: Element, joint: Element) -> Iterator[Element]:
+    given = _parameters(told)
+    if "mimic" in given and not joint.all("mimic"):
+        factor = given["multiplier"].text if "multiplier" in given else "1"
+        yield new("mimic", given["mimic"], joint=given["mimic"].text, multiplier=factor)
+
+
+def _started(told: Element) -> Iterator[Element]:
+    for state in told.all("state_interface"):
+        given = _parameters(state)
+        if state.attribute("name") == "position" and "initial_value" in given:
+            yield new(START, given["initial_value"], text=given["initial_value"].text)
+
+
+def _parameters(element: Element) -> Mapping[str, Element]:
+    return {param.attribute("name"): param for param in element.all("param")}
 
 
 def led(model: Element) -> Iterator[Element]:

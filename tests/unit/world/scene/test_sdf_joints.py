@@ -183,14 +183,18 @@ def test_a_joint_from_a_link_to_itself_is_refused(model: ModelReader) -> None:
     refuse(model, joint, "the joint 'j' connects the link 'arm' with itself", 6)
 
 
-def test_a_joint_that_closes_a_loop_is_left_out_with_a_warning(model: ModelReader) -> None:
+def test_a_joint_that_closes_a_loop_is_not_in_the_tree(model: ModelReader) -> None:
     joints = "\n".join(
         f'<joint name="{a}_{b}" type="revolute"><parent>{a}</parent><child>{b}</child></joint>'
         for a, b in (("base", "arm"), ("arm", "base"))
     )
     read = model(LINKS + joints)
     assert [joint.name for joint in read.joints] == ["base_arm"]
-    assert "robot.sdf:7: the joint 'arm_base' closes a loop of joints" in str(read.warnings[0])
+    assert [(loop.name, loop.parent, loop.child) for loop in read.loops] == [("arm_base", "arm", "base")]
+    assert "robot.sdf:7: the joint 'arm_base' closes a loop of joints: it is a" in str(read.warnings[0])
+    slides = model(LINKS + joints.replace('"revolute"', '"prismatic"'))
+    assert slides.loops == ()
+    assert "which is not simulated for a 'prismatic': left out" in str(slides.warnings[0])
 
 
 def test_a_link_with_two_parents_is_refused(model: ModelReader) -> None:

@@ -67,14 +67,14 @@ def test_a_sensor_that_does_not_import_is_one_error_at_its_element(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.syspath_prepend(tmp_path)
-    (tmp_path / "acme_sonar.py").write_text(BROKEN)
-    info = tmp_path / "acme_sonar-1.0.dist-info"
+    (tmp_path / "acme_whisker.py").write_text(BROKEN)
+    info = tmp_path / "acme_whisker-1.0.dist-info"
     info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: acme-sonar\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text(f"[{SENSORS.group}]\nsonar = acme_sonar:Sonar\n")
-    file = robot(tmp_path, '<sensor name="ears" type="sonar"/>')
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: acme-whisker\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(f"[{SENSORS.group}]\nwhisker = acme_whisker:Whisker\n")
+    file = robot(tmp_path, '<sensor name="ears" type="whisker"/>')
     with pytest.raises(
-        SceneError, match=r"robot\.sdf:1: sensor 'sonar' of acme-sonar 1\.0 .* does not import"
+        SceneError, match=r"robot\.sdf:1: sensor 'whisker' of acme-whisker 1\.0 .* does not import"
     ):
         read_model(file)
 

@@ -85,10 +85,12 @@ def test_ros_2_remaps_a_laser(model: ModelReader) -> None:
     assert (scans.topic, scans.points_topic) == ("/bot/seen", None)
     points = read_laser(model, RAY_PLUGIN.format(""))  # what the plugin gives where it is not told
     assert (points.topic, points.points_topic) == ("/robot/base/a/scan", "/bot/seen")
-    ranger = RAY_PLUGIN.format("<output_type>sensor_msgs/Range</output_type>")
-    tag = f'<sensor name="a" type="ray"><update_rate>5</update_rate><ray/>{ranger}</sensor>'
+    ranger = read_laser(model, RAY_PLUGIN.format("<output_type>sensor_msgs/Range</output_type>"))
+    assert (ranger.points_topic, ranger.range_topic) == (None, "/bot/seen")
+    old = RAY_PLUGIN.format("<output_type>sensor_msgs/PointCloud</output_type>")
+    tag = f'<sensor name="a" type="ray"><update_rate>5</update_rate><ray/>{old}</sensor>'
     read = model(BASE.format(tag))
-    assert "published as sensor_msgs/PointCloud2, not as sensor_msgs/Range" in str(read.warnings[0])
+    assert "published as sensor_msgs/PointCloud2, not as sensor_msgs/PointCloud" in str(read.warnings[0])
 
 
 @pytest.mark.parametrize("plugin", ["block_laser", "velodyne_laser", "velodyne_gpu_laser"])
@@ -353,7 +355,7 @@ def test_systems_that_every_backend_is_are_not_warned_of(model: ModelReader, sys
     assert read.warnings == ()
 
 
-@pytest.mark.parametrize("system", ["multicopter-motor-model", "thruster", "mecanum-drive"])
+@pytest.mark.parametrize("system", ["multicopter-motor-model", "thruster"])
 def test_systems_that_are_not_simulated_are_named_in_a_warning(model: ModelReader, system: str) -> None:
     read = model(f'<link name="base"><inertial/></link><plugin name="x" filename="gz-sim-{system}-system"/>')
     name = "".join(word.capitalize() for word in system.split("-"))

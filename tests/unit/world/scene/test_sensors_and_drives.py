@@ -128,11 +128,11 @@ def test_a_camera_has_noise_but_no_distortion(sensor: Callable[..., Model]) -> N
 
 
 def test_other_sensors_are_warned_of_once(model: ModelReader) -> None:
-    sensors = "".join(f'<sensor name="{n}" type="sonar"><sonar/></sensor>\n' for n in "ab")
+    sensors = "".join(f'<sensor name="{n}" type="thermal"/>\n' for n in "ab")
     read = model(f'<link name="eye"><inertial/>\n{sensors}</link>')
     assert read.links[0].sensors == ()
     (warning,) = read.warnings
-    assert "robot.sdf:5: sensors of type 'sonar' are not simulated (and 1 more)" in str(warning)
+    assert "robot.sdf:5: sensors of type 'thermal' are not simulated (and 1 more)" in str(warning)
 
 
 def test_the_second_of_two_sensors_of_one_name_gets_another_one(model: ModelReader) -> None:

@@ -1,0 +1,97 @@
+"""The elements and attributes of URDF (http://wiki.ros.org/urdf/XML), to find misspelt ones.
+
+Files hold many others, for other programs. So only those are reported that resemble a name of URDF, or that
+stand alone in an element that holds attributes only.
+"""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+from typing import Final
+
+from nrp_core.errors import did_you_mean
+from nrp_core.findings import Code
+from nrp_core.world.scene.reading.context import Notes
+from nrp_core.world.scene.reading.xml import Element
+
+_SHAPES: Final = "box cylinder sphere mesh capsule plane"
+_TABLE: Final = {
+    "robot": ("name version", ""),  # its children are checked where they are converted
+    "link": ("name type", "inertial visual collision contact"),
+    "inertial": ("", "origin mass inertia"),
+    "mass": ("value", ""),
+    "inertia": ("ixx iyy izz ixy ixz iyz", ""),
+    "origin": ("xyz rpy", ""),
+    "visual": ("name", "origin geometry material"),
+    "collision": ("name", "origin geometry"),
+    "geometry": ("", _SHAPES),
+    "box": ("size", ""),
+    "cylinder": ("radius length", ""),
+    "sphere": ("radius", ""),
+    "capsule": ("radius length", ""),
+    "mesh": ("filename scale", ""),
+    "material": ("name", "color texture"),
+    "color": ("rgba", ""),
+    "joint": ("name type", "origin parent child axis calibration dynamics limit mimic safety_controller"),
+    "parent": ("link", ""),
+    "child": ("link", ""),
+    "axis": ("xyz", ""),
+    "dynamics": ("damping friction", ""),
+    "limit": ("lower upper effort velocity", ""),
+    "mimic": ("joint multiplier offset", ""),
+    "safety_controller": ("soft_lower_limit soft_upper_limit k_position k_velocity", ""),
+}
+"""Attributes and children by element."""
+_KNOWN: Final = {
+    tag: (frozenset(attributes.split()), frozenset(children.split()))
+    for tag, (attributes, children) in _TABLE.items()
+}
+_FREE: Final = ("gazebo", "transmission", "ros2_control", "sensor", "contact")
+_ALIKE: Final = 0.6
+_LOWEST, _HIGHEST = "soft_lower_limit", "soft_upper_limit"
+
+
+def check_vocabulary(element: Element, notes: Notes) -> None:
+    """Warn of misspelt attributes and elements of a robot, which would be ignored in silence."""
+    attributes, children = _KNOWN.get(element.tag, (frozenset(), frozenset()))
+    for name in sorted(element.attributes.keys() - attributes):
+        alone = not children and not attributes & element.attributes.keys()
+        if (
+            attributes
+            and ":" not in name
+            and (alone or _resembles(name, attributes - element.attributes.keys()))
+        ):
+            hint = did_you_mean(name, attributes)
+            message = f"<{element.tag}> has no attribute '{name}': ignored{hint}"
+            notes.warn(element, Code.NRP263, message, subject=name)
+    if element.tag == "safety_controller":
+        _check_soft_limits(element, notes)
+    for child in element.children:
+        if (
+            children
+            and child.tag not in children
+            and ":" not in child.tag
+            and _resembles(child.tag, children)
+        ):
+            hint = did_you_mean(child.tag, children)
+            message = f"URDF has no <{child.tag}> in a <{element.tag}>: ignored{hint}"
+            notes.warn(child, Code.NRP263, message, subject=child.tag)
+        if child.tag not in _FREE and child.tag in _KNOWN:
+            check_vocabulary(child, notes)
+
+
+def _resembles(name: str, known: frozenset[str]) -> bool:
+    return bool(get_close_matches(name, known, n=1, cutoff=_ALIKE))
+
+
+def _check_soft_limits(element: Element, notes: Notes) -> None:
+    """Warn of soft limits that exclude every position; correct ones have no effect in a simulation either."""
+    low, high = (
+        element.parse_numbers(element.attributes.get(name, "0"), 1)[0] for name in (_LOWEST, _HIGHEST)
+    )
+    if low > high:
+        message = (
+            f"the {_LOWEST} of a <safety_controller>, {low:g}, is above its {_HIGHEST}, {high:g}; "
+            "no safety controller is simulated"
+        )
+        notes.warn(element, Code.NRP263, message, subject="safety_controller")

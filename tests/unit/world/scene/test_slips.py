@@ -1,0 +1,136 @@
+"""Slips in files of robots that a reader could pass over are reported."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import nrp_experiments.bodies
+import pytest
+
+from nrp_core import Model, Scene, read_model
+from nrp_core.world.drives.implausible import implausible_drives
+from nrp_core.world.scene.implausible import implausible
+
+_BODIES = Path(nrp_experiments.bodies.__path__[0])
+_POSITION = "gz::sim::systems::JointPositionController"
+_LIMIT = "<limit><lower>-2</lower><upper>2</upper><effort>20</effort><velocity>10</velocity></limit>"
+_REACH = "<range><min>0.1</min><max>8</max></range>"
+_ACROSS = "<pose>0 0 0 1.5707963267948966 0 0</pose>"
+
+
+def _said(path: Path) -> list[str]:
+    """Return what is said about the file of a robot."""
+    model: Model = read_model(path)
+    found = [str(warning) for warning in model.warnings]
+    found += [sentence for _, sentence in implausible(Scene((model,)), [model.name])]
+    return found + list(implausible_drives(model, 0.02))
+
+
+def _edited(folder: Path, file: str, old: str, new: str) -> list[str]:
+    text = (_BODIES / file).read_text("utf-8")
+    assert old in text
+    (folder / file).write_text(text.replace(old, new, 1), "utf-8")
+    return _said(folder / file)
+
+
+@pytest.mark.parametrize("file", ["arm.sdf", "pioneer.sdf", "pan_tilt.sdf", "hexapod.sdf", "fly.sdf"])
+def test_the_bodies_that_ship_have_no_slip(file: str) -> None:
+    assert _said(_BODIES / file) == []
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "words"),
+    [
+        ("arm.sdf", _LIMIT, f"{_LIMIT}<limit><lower>-1</lower></limit>", "a second <limit> in the <axis> is"),
+        (
+            "arm.sdf",
+            "<mass>0.8</mass>",
+            "<mass>0.8</mass><mass>80</mass>",
+            "a second <mass> in the <inertial>",
+        ),
+        ("pioneer.sdf", _REACH, f"{_REACH}<range><max>1</max></range>", "a second <range> in the <ray> is"),
+        ("arm.sdf", "<effort>20</effort>", "<effort>4e-4</effort>", "needs 1.2 N m to be held"),
+        ("arm.sdf", "<d_gain>1.5", "<d_gain>1500", "nears its target with a time constant of 125 s"),
+        (
+            "arm.sdf",
+            "<damping>0.6</damping>",
+            "<damping>0.6</damping><spring_stiffness>1e6</spring_stiffness>",
+            "a stiffness of 1e+06, and its controller a gain of 12: commands hardly move it",
+        ),
+        ("arm.sdf", "<joint_name>elbow", "<joint_name>shoulder", "has 2 position controllers, on /arm/shou"),
+        ("arm.sdf", f'name="{_POSITION}"', 'name="gz::sim::systems::JointController"', "of JointController"),
+        (
+            "pioneer.sdf",
+            _REACH,
+            "<range><min>7</min><max>8</max></range>",
+            "measures nothing nearer than 7 m",
+        ),
+        ("pioneer.sdf", _REACH, "<range><min>0.1</min><max>80000</max></range>", "its range meant in mm?"),
+        ("pan_tilt.sdf", "<horizontal_fov>1.047", "<horizontal_fov>3.1", "a field of view of 3.1 rad"),
+        (
+            "pioneer.sdf",
+            _ACROSS,
+            "<pose>0 0 0 0 0 0</pose>",
+            "'left_wheel' lies across the axis of the joint",
+        ),
+        (
+            "pioneer.sdf",
+            '<model name="pioneer">',
+            '<model name="pioneer"><self_collide>maybe</self_collide>',
+            "<self_collide> is 'maybe', which is neither true nor false: ignored",
+        ),
+    ],
+)
+def test_a_slip_in_the_file_of_a_robot_is_reported(
+    tmp_path: Path, file: str, old: str, new: str, words: str
+) -> None:
+    said = _edited(tmp_path, file, old, new)
+    assert any(words in one for one in said), said
+
+
+def test_an_element_that_is_repeated_with_the_same_contents_is_not_reported(tmp_path: Path) -> None:
+    assert _edited(tmp_path, "arm.sdf", "<mass>0.8</mass>", "<mass>0.8</mass><mass>0.8</mass>") == []
+
+
+_URDF = """<robot name="arm">
+  <link name="base"><inertial><mass value="5"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>
+    <collision group="2"><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+  <link name="upper"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial></link>
+  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/>
+    <origin xyz="0 0 0.1" rpy="0 0 0"/><axis xyz="0 1 0"/><dynamics damping="0.1"/>
+    <limit lower="-1.5" upper="1.5" effort="50" velocity="2"/>
+    <safety_controller soft_lower_limit="-1" soft_upper_limit="1" k_velocity="1"/></joint>
+</robot>"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("", "", None),
+        ('lower="-1.5" upper', 'lower="-1.5" acceleration="9" upper', None),
+        (
+            'lower="-1.5"',
+            'lowwer="-1.5"',
+            "<limit> has no attribute 'lowwer': ignored; did you mean 'lower'?",
+        ),
+        ('rpy="0 0 0"', 'rpi="0 0 0"', "<origin> has no attribute 'rpi': ignored; did you mean 'rpy'?"),
+        ('<axis xyz="0 1 0"/>', '<axis zyx="0 1 0"/>', "<axis> has no attribute 'zyx': ignored"),
+        ("<limit ", "<limits ", "URDF has no <limits> in a <joint>: ignored; did you mean 'limit'?"),
+        (
+            'damping="0.1"',
+            'dampng="0.1"',
+            "<dynamics> has no attribute 'dampng': ignored; did you mean 'damp",
+        ),
+        (
+            'soft_upper_limit="1"',
+            'soft_upper_limit="-2"',
+            "the soft_lower_limit of a <safety_controller>, -1",
+        ),
+        ("<axis ", '<axis xyz="1 0 0"/><axis ', "a second <axis> in the <joint> 'shoulder' is ignored"),
+    ],
+)
+def test_a_slip_in_urdf_is_reported(tmp_path: Path, old: str, new: str, words: str | None) -> None:
+    (tmp_path / "arm.urdf").write_text(_URDF.replace(old, new, 1))
+    found = [str(warning) for warning in read_model(tmp_path / "arm.urdf").warnings]
+    assert len(found) == (words is not None)
+    assert words is None or words in found[0]

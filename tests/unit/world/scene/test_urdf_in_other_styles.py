@@ -1,0 +1,84 @@
+"""Robots in URDF and xacro as other people write them: what ROS accepts is read, and what it means holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from nrp_core.errors import SceneError
+from nrp_core.world.scene.model import Mimic
+from nrp_core.world.scene.sdf import read_model
+from nrp_core.world.scene.starts import start_positions
+
+MASS = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+JOINT = """<joint name="{0}" type="revolute"><parent link="base"/><child link="{0}_link"/>
+<limit lower="-1" upper="1" effort="5" velocity="1"/>{1}</joint><link name="{0}_link">{2}</link>"""
+SYSTEM = """<ros2_control name="hand" type="system"><hardware/>
+  <joint name="left"><command_interface name="position"/>
+    <state_interface name="position"><param name="initial_value">0.4</param></state_interface></joint>
+  <joint name="right"><param name="mimic">left</param><param name="multiplier">-1</param>
+    <state_interface name="position"/></joint>
+  <joint name="third"><command_interface name="position"/>
+    <state_interface name="position"><param name="initial_value">7</param></state_interface></joint>
+</ros2_control>"""
+CONTROL = '<gazebo><plugin name="c" filename="libgazebo_ros2_control.so"><parameters/></plugin></gazebo>'
+XACRO = '<robot name="$(arg name)" xmlns:xacro="http://www.ros.org/wiki/xacro">{}</robot>'
+
+
+def robot(folder: Path, body: str, *, masses: tuple[str, str, str] = (MASS, MASS, MASS)) -> Path:
+    """Write a robot with three joints on one base."""
+    joints = "".join(
+        JOINT.format(name, "", mass) for name, mass in zip(("left", "right", "third"), masses, strict=True)
+    )
+    (folder / "hand.urdf").write_text(
+        f'<robot name="hand"><link name="base">{MASS}</link>{joints}{body}</robot>'
+    )
+    return folder / "hand.urdf"
+
+
+def test_the_parameters_of_ros2_control_say_where_joints_start_and_which_one_they_follow(
+    tmp_path: Path,
+) -> None:
+    model = read_model(robot(tmp_path, SYSTEM + CONTROL))
+    left, right, third = model.joints
+    assert right.mimic == Mimic("left", -1.0)
+    assert (left.mimic, third.mimic) == (None, None)
+    assert start_positions(model) == {"left": 0.4, "right": -0.4, "third": 1.0}
+    (warning,) = model.warnings
+    assert "'third' cannot start at 7, beyond its limits: it starts at 1" in str(warning)
+    # an empty <parameters> names no file: the joints follow trajectories as without it
+    assert [each.joints for each in model.trajectory_controllers] == [("left", "third")]
+
+
+def test_a_joint_that_follows_none_of_the_robot_moves_freely(tmp_path: Path) -> None:
+    file = robot(tmp_path, "")
+    file.write_text(file.read_text().replace("</joint>", '<mimic joint="lft"/></joint>', 1))
+    model = read_model(file)
+    assert [joint.mimic for joint in model.joints] == [None, None, None]
+    (warning,) = model.warnings
+    assert "there is no 'lft' for it to mimic; did you mean 'left'" in str(warning)
+
+
+def test_a_link_that_weighs_nothing_in_urdf_hardly_weighs_anything_if_it_moves(tmp_path: Path) -> None:
+    model = read_model(robot(tmp_path, "", masses=(MASS, "", MASS)))
+    masses = {link.name: link.inertial and link.inertial.mass for link in model.links}
+    assert masses == {"base": 2.0, "left_link": 2.0, "right_link": pytest.approx(6e-4), "third_link": 2.0}
+    assert "the link 'right_link' moves but has no mass: 0.0006 kg" in str(model.warnings[0])
+
+
+def test_a_block_of_the_world_is_no_mistake(tmp_path: Path) -> None:
+    held = '<joint name="held" type="fixed"><parent link="world"/><child link="base"/></joint>'
+    model = read_model(robot(tmp_path, f'<link name="world"/>{held}<gazebo reference="world"/>'))
+    assert model.warnings == ()
+
+
+def test_the_name_of_a_robot_may_be_an_argument_that_the_file_declares_later(tmp_path: Path) -> None:
+    file = tmp_path / "arm.xacro"
+    body = f'<xacro:arg name="name" default="arm"/><link name="base">{MASS}</link>'
+    file.write_text(XACRO.format(body))
+    assert read_model(file).name == "arm"
+    assert read_model(file, args={"name": "other"}).name == "other"
+    file.write_text(XACRO.format(body.replace(' default="arm"', "")))
+    with pytest.raises(SceneError, match=r"its argument 'name' has no default; give it a value: args"):
+        read_model(file)
