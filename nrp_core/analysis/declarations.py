@@ -23,8 +23,9 @@ from nrp_core.dsl.loading.listing import Listing, PythonSource
 from nrp_core.dsl.parameters.binding import Mapping
 from nrp_core.dsl.parameters.topics import PreprocessedTopic
 from nrp_core.dsl.selection.selectors import Selector
-from nrp_core.errors import CapabilityError, ExperimentError, TopicError, TriggerError
+from nrp_core.errors import CapabilityError, ExperimentError, TopicError
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.findings.error_codes import code_of
 
 _FUNCTION_DECORATORS = (Neuron2Robot, Robot2Neuron)
 _NO_TOPIC = (MapSpikeSink, MapSpikeSource, MapVariable)
@@ -296,9 +297,7 @@ class Declarations(Statements):
             declared.function = self.at(declared.node, decorator, declared.function)
         except ExperimentError as error:
             is_mapping = isinstance(decorator, Mapping)
-            code = Code.NRP219 if is_mapping else Code.NRP210
-            if isinstance(error, TriggerError):
-                code = Code.NRP245
+            code = code_of(error, Code.NRP219 if is_mapping else Code.NRP210)
             self.findings.append(found_in(self._source, code, node, error.message, instead=error.instead))
             return is_mapping and isinstance(declared.function, TransferFunction)
         name = decorator.parameter if isinstance(decorator, Mapping) else ""

@@ -23,6 +23,9 @@ def _sources(network: Network) -> Iterator[Silence]:
         first_ms = _first_ms(population)
         if first_ms > 0:
             yield f"the source '{label}' does not fire", None if first_ms == inf else first_ms
+        elif population.cell_type == "SpikeSourcePoisson" and "rate" in population.parameters:
+            rate_hz = float(np.sum(population.parameters["rate"]))
+            yield f"the source '{label}' has hardly a spike", 1000.0 / rate_hz
 
 
 def _first_ms(population: Population) -> float:

@@ -33,15 +33,7 @@ from nrp_core.dsl.parameters.topics import PreprocessedTopic, Topic
 from nrp_core.dsl.selection.selection import BrainRoot, Selection
 from nrp_core.dsl.selection.selectors import Selector, evaluate
 from nrp_core.dsl.testing.mocks import MockBrain
-from nrp_core.errors import (
-    BackendError,
-    CapabilityError,
-    ExperimentError,
-    NeuronSelectionError,
-    NrpError,
-    TopicError,
-    TriggerError,
-)
+from nrp_core.errors import BackendError, ExperimentError, NrpError, TopicError
 from nrp_core.experiment.backends import load_backend
 from nrp_core.experiment.making.doubtful_mappings import doubtful_mappings
 from nrp_core.experiment.making.maker import Maker, maker_of
@@ -50,6 +42,7 @@ from nrp_core.experiment.making.watch import warn_of_missing_topics
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment, PartMaker
 from nrp_core.findings import Code, Finding, Level, has_errors
+from nrp_core.findings.error_codes import code_of
 from nrp_core.parameters import Declared as Parameters
 from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World
@@ -292,21 +285,9 @@ def _beyond(
             yield found_in(source, Code.NRP211, node, message, Level.WARNING)
 
 
-_CODES = {
-    NeuronSelectionError: Code.NRP211,
-    TopicError: Code.NRP212,
-    CapabilityError: Code.NRP216,
-    TriggerError: Code.NRP245,
-}
-
-
 def _code_of(error: Exception, mapping: binding.Mapping | None) -> Code:
-    for kind, code in _CODES.items():
-        if isinstance(error, kind):
-            return code
-    if isinstance(mapping, (MapSpikeSink, MapSpikeSource)):
-        return Code.NRP225
-    return Code.NRP210
+    is_device = isinstance(mapping, (MapSpikeSink, MapSpikeSource))
+    return code_of(error, Code.NRP225 if is_device else Code.NRP210)
 
 
 def _events(declared: Declared, adapters: dict[str, Adapter]) -> list[Event]:

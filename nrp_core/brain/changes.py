@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.network.limits import check_spike_times, check_synapses, check_values
+from nrp_core.brain.network.limits import check_spike_times, check_synapses, check_values, limits_of_cells
 from nrp_core.errors import NetworkError, did_you_mean
 
 PARAMETERS: Final = "parameters"
@@ -61,7 +61,7 @@ def parameter_changes(
         check_values(
             f"population '{label}'", change.values,
             lambda i, c=change: f"cell {c.index[i]}",  # type: ignore[misc]
-            named=population.equations is None,
+            limits=limits_of_cells(population.equations),
         )  # fmt: skip
         changes.append(change)
     return changes

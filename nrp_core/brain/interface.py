@@ -28,9 +28,9 @@ from nrp_core.brain.devices.sources import SourcePort, SourceSpec
 from nrp_core.brain.devices.state_recorder import StateRecorderPort, Trace, divided, run_halting
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.grid import Grid
-from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.report import Report
 from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.brain.watched_weights import WatchedWeights
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import DivergedError, NeuronSelectionError
 from nrp_core.findings import Finding, Findings
@@ -70,6 +70,7 @@ class Brain(Simulation):
         self._grid_of_stops = None if step_ns is None else Grid(step_ns, type(self).__name__)
         self._currents = np.zeros(network.size)
         self._began_ns = 0  # the time of the run at which the time of the engine is 0
+        self._watched_weights = WatchedWeights(network, self.warnings)
         self._attached = AttachedDevices(
             [
                 PopulationTrains(population, network.ids_of(label), self._seeds)
@@ -215,7 +216,7 @@ class Brain(Simulation):
         """
         self.require_ready()
         chosen = changes.projection_of(self.network, projection)
-        if WEIGHTS not in self.capabilities.changes and chosen.synapse_type != STDP:
+        if WEIGHTS not in self.capabilities.changes and not chosen.is_plastic:
             return chosen.weight.copy()
         self._require_change(WEIGHTS)
         with guarded(self, "read weights"):
@@ -238,6 +239,7 @@ class Brain(Simulation):
         self._require_change(WEIGHTS)
         with guarded(self, "change weights"):
             self._do_set_weights(changes.projection_of(self.network, projection), each)
+        self._watched_weights.look(projection, each)
 
     # -- the sequence of one advance, identical for every backend
 

@@ -22,7 +22,14 @@ import numpy.typing as npt
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.indices import ends_of, folded, indices_of
-from nrp_core.brain.network.limits import check_cells, check_spike_times, check_synapses, check_values
+from nrp_core.brain.network.limits import (
+    check_cells,
+    check_spike_times,
+    check_synapses,
+    check_values,
+    limits_of_cells,
+)
+from nrp_core.brain.network.synapses.laws import PLASTIC
 from nrp_core.brain.network.synapses.static import STATIC
 from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
 
@@ -78,7 +85,7 @@ class Population:
                         f"population '{self.label}': {kind} '{name}' has shape {array.shape}, "
                         f"not ({self.size},)"
                     )
-            check_values(f"population '{self.label}'", values, named=self.equations is None)
+            check_values(f"population '{self.label}'", values, limits=limits_of_cells(self.equations))
         if self.equations is not None:
             self.equations.require_values(f"population '{self.label}'", self.parameters, self.initial_values)
         if self.spike_times_ms and len(self.spike_times_ms) != self.size:
@@ -165,6 +172,11 @@ class Projection:
     def size(self) -> int:
         """Number of synapses."""
         return len(indices_of(self, "pre_index"))
+
+    @property
+    def is_plastic(self) -> bool:
+        """Whether its weights change by themselves."""
+        return self.synapse_type in PLASTIC
 
     def pairs(self) -> Iterator[tuple[IndexArray, IndexArray]]:
         """Yield ``pre_index`` and ``post_index`` of all synapses in small parts."""

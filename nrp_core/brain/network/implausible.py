@@ -38,7 +38,12 @@ _CELLS: Final = {
     "tau_w": Plausible(0.16, 1e5, "ms", "s", "us"),
     "delta_T": Plausible(0.008, 500.0, "mV", "V", "uV"),
     "i_offset": Plausible(0.0, 50.0, "nA", "uA", "pA"),
+    "b": Plausible(0.0, 10.0, "nA", "uA", "pA"),
+    "gbar_Na": Plausible(0.02, 5_000.0, "uS", "mS", "nS"),
+    "gbar_K": Plausible(0.006, 1_500.0, "uS", "mS", "nS"),
 }
+_IZHIKEVICH: Final = {"i_offset": Plausible(0.0, 1.0, "nA", "uA", "pA")}
+"""Its published currents, in units of pA for 1 ms, are 2 to 20 (Izhikevich 2003)."""
 _VOLTAGES: Final = ("v_rest", "v_reset", "v_thresh", "e_rev_E", "e_rev_I")
 _REST_V: Final = (-0.1, -0.02)
 """Resting potentials of neurons, V; a model in volts has one of these where millivolts are expected."""
@@ -60,6 +65,7 @@ _STRONGEST: Final = 50.0
 """Conductance of one synapse in units of the leak; more takes a cell to the reversal potential."""
 _NOTICED: Final = 0.01
 """The smallest effect of a projection, as a share of the distance from rest to threshold."""
+_NOTHING: Final = np.empty(0)
 _LARGEST_EFFECT: Final = 1_000.0
 """Limits of one spike: the voltage that its current causes, mV, or its conductance in units of the leak."""
 
@@ -84,7 +90,8 @@ def implausible(network: Network) -> list[str]:
 
 def _of_cells(population: Population) -> Iterator[str]:
     owner = f"the population '{population.label}'"
-    for name, plausible in _CELLS.items():
+    plausibles = _IZHIKEVICH if population.cell_type == "Izhikevich" else _CELLS
+    for name, plausible in plausibles.items():
         if name in population.parameters:
             yield from _outside(f"{name} of {owner}", population.parameters[name], plausible)
     for name in _VOLTAGES:
@@ -95,14 +102,29 @@ def _of_cells(population: Population) -> Iterator[str]:
     if (inhibits > excites).any():
         pair = f"{inhibits.max():g} mV, above e_rev_E, {excites.min():g} mV"
         yield f"e_rev_I of {owner} is {pair}: are they swapped?"
+    else:
+        yield from _of_reversals(owner, population)
     intervals = [np.diff(times).min() for times in population.spike_times_ms if len(times) > 1]
-    if intervals and 0 < min(intervals) < _SHORTEST_MS:
+    if intervals and 0 < min(intervals) <= _SHORTEST_MS:
         yield f"spikes of {owner} follow each other after {min(intervals):g} ms; is it meant in s?"
     if population.cell_type == "SpikeSourcePoisson" and population.parameters:
         yield from _of_poisson(owner, population)
     if population.cell_type == "Izhikevich" and (population.parameters.get("a", np.ones(1)) <= 0.0).any():
         a, c = (float(population.parameters[name][0]) for name in "ac")
         yield f"a of {owner} is {a:g} /ms, and c is {c:g} mV: u does not recover; are they swapped?"
+
+
+def _of_reversals(owner: str, population: Population) -> Iterator[str]:
+    """Yield the synaptic inputs that act against their name."""
+    cells = population.parameters
+    if not {"e_rev_E", "e_rev_I", "v_rest", "v_thresh"} <= cells.keys():
+        return
+    if (cells["e_rev_E"] <= cells["v_rest"]).any():
+        pair = f"{cells['e_rev_E'].min():g} mV, and v_rest {cells['v_rest'].max():g} mV"
+        yield f"e_rev_E of {owner} is {pair}: excitatory input inhibits"
+    if (cells["e_rev_I"] >= np.maximum(cells["v_thresh"], cells["v_rest"])).any():
+        pair = f"{cells['e_rev_I'].max():g} mV, and v_thresh {cells['v_thresh'].min():g} mV"
+        yield f"e_rev_I of {owner} is {pair}: inhibitory input makes cells fire"
 
 
 def _of_poisson(owner: str, sources: Population) -> Iterator[str]:
@@ -180,6 +202,13 @@ def _of_synapses(projection: Projection, post: Population) -> Iterator[str]:
         if name in projection.synapse_parameters:
             values = projection.synapse_parameters[name]
             yield from _outside(f"{name} of {owner}", values[values > _AT_ONCE_MS], _RECOVERY)
+    for name in ("A_plus", "A_minus"):
+        values = np.abs(projection.synapse_parameters.get(name, _NOTHING))
+        if values.size and values.max() > 1.0:
+            yield (
+                f"{name} of {owner} is {values.max():g}: a pair of spikes changes a weight by more than the "
+                "whole range from w_min to w_max"
+            )
     if projection.weight.size:
         size = too_strong(float(np.abs(projection.weight).max()), post)
         if size:

@@ -16,11 +16,13 @@ from pyNN.standardmodels import StandardCellType
 from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.brain.nir.load import load_nir
+from nrp_core.brain.nir.save import save_nir
 from nrp_core.brain.pynn import electrodes, models, populations, projections, rng, synapses
 from nrp_core.brain.pynn.connectors import connector_types
 from nrp_core.brain.pynn.equation_cells import equation_cell
 from nrp_core.brain.pynn.export import network_of
 from nrp_core.brain.pynn.invalid import PastTimeError, WrongKindError
+from nrp_core.brain.pynn.nestml import nestml_cell
 from nrp_core.brain.pynn.recording import Recorder
 from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.errors import NetworkError, did_you_mean
@@ -52,8 +54,8 @@ def programming_interface(
     """Return a module with every name of a PyNN simulator.
 
     Not part of PyNN: ``network()`` returns a :class:`~nrp_core.brain.network.data.Network`, ``parameter``
-    declares a :class:`~nrp_core.parameters.Parameter`, ``EquationCell`` makes a cell type of equations, and
-    ``load_nir`` reads a trained network.
+    declares a :class:`~nrp_core.parameters.Parameter`, ``EquationCell`` makes a cell type of equations,
+    ``nestml_cell`` one of a file of NESTML, ``load_nir`` reads a trained network and ``save_nir`` writes one.
 
     Args:
         simulator: the simulator that the module belongs to.
@@ -67,6 +69,7 @@ def programming_interface(
         **models.cell_types(),
         **models.rule_parts(),
         "EquationCell": equation_cell,
+        "nestml_cell": nestml_cell,
         **models.unavailable_models(),
         **{unbound.__name__: unbound for unbound in _UNBOUND},
         **{base.__name__: simulator.bind(base) for base in bound},
@@ -77,6 +80,7 @@ def programming_interface(
         "list_standard_models": lambda: list(CELLS),
         "parameter": GivenParameters(parameters).parameter,
         "load_nir": lambda path, **options: load_nir(api, path, **options),
+        "save_nir": lambda path, **options: save_nir(network_of(simulator.state), path, **options),
         "network": lambda: network_of(simulator.state),
         "get_simulator": lambda *arguments: (api, _defaults(arguments)),
         "get_script_args": _script_arguments,

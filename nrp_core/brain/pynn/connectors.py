@@ -297,7 +297,15 @@ class ArrayConnector(Connector, connectors.ArrayConnector):
     """The pairs of cells that a Boolean matrix selects."""
 
     def _connect(self, projection: Any) -> None:
-        require_shape(f"projection '{projection.label}'", {"array": self.array}, projection.shape)
+        owner = f"projection '{projection.label}'"
+        require_shape(owner, {"array": self.array}, projection.shape)
+        values = np.asarray(self.array)
+        others = values[(values != 0) & (values != 1)] if values.dtype != bool else ()
+        if len(others):
+            raise NetworkError(
+                f"{owner}: the array of an ArrayConnector tells which cells are connected; {others[0]:g} is "
+                "neither true nor false; weights belong to the synapse: StaticSynapse(weight=array)"
+            )
         super()._connect(projection)
 
 

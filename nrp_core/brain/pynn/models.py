@@ -6,15 +6,27 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NoReturn
+from typing import Any, ClassVar, Final, NoReturn
 
-from pyNN.standardmodels import ModelNotAvailable, StandardCellType, build_translations, cells, synapses
+from pyNN.standardmodels import (
+    ModelNotAvailable,
+    StandardCellType,
+    STDPTimingDependence,
+    STDPWeightDependence,
+    build_translations,
+    cells,
+    synapses,
+)
 
 from nrp_core.brain.network.cells.cell_type import CellType
 from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.synapses.law import RulePart, SynapseLaw
 from nrp_core.brain.network.synapses.laws import LAWS
-from nrp_core.brain.pynn.arguments import require_arguments, require_names, require_values
+from nrp_core.brain.pynn.arguments import require_names, require_values
 from nrp_core.errors import CapabilityError
+
+RULE_PARTS: Final = {"timing_dependence": STDPTimingDependence, "weight_dependence": STDPWeightDependence}
+"""The base class of each part of a plasticity rule."""
 
 
 def untranslated(names: Iterable[str]) -> dict[str, Any]:
@@ -68,24 +80,30 @@ def checked(base: Any) -> type:
 class _RulePart:
     """Base of the parts of plasticity rules: checks their arguments."""
 
+    default_parameters: ClassVar[dict[str, float]]
+
     def __init__(self, *arguments: Any, **parameters: Any) -> None:
-        require_arguments(type(self).__name__, super().__init__, parameters)
+        require_names(type(self).__name__, parameters, type(self).default_parameters)
         super().__init__(*arguments, **parameters)
 
 
 def rule_parts() -> dict[str, type]:
     """Return the classes from which scripts compose plasticity rules."""
     return {
-        name: _rule_part(getattr(synapses, name), part.summary)
+        name: _rule_part(name, RULE_PARTS[kind], part, law)
         for law in LAWS.values()
-        for classes in law.parts.values()
+        for kind, classes in law.parts.items()
         for name, part in classes.items()
     }
 
 
-def _rule_part(base: Any, summary: str) -> type:
-    body = {"__doc__": summary, "translations": untranslated(base.default_parameters)}
-    return type(base.__name__, (_RulePart, base), body)
+def _rule_part(name: str, kind: type, part: RulePart, law: SynapseLaw) -> type:
+    """Return the class of a part, PyNN's own where it has one."""
+    base = getattr(synapses, name, None)
+    body: dict[str, Any] = {"__doc__": part.summary, "translations": untranslated(part.parameters)}
+    if base is None:
+        body["default_parameters"] = {one: law.parameters[one].default for one in part.parameters}
+    return type(name, (_RulePart, base or kind), body)
 
 
 def unavailable_models() -> dict[str, type]:

@@ -18,7 +18,7 @@ from pyNN.parameters import ArrayParameter, LazyArray, ParameterSpace, simplify
 from pyNN.space import BaseStructure
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.limits import check_cells, check_spike_times, check_values
+from nrp_core.brain.network.limits import check_cells, check_spike_times, check_values, limits_of_cells
 from nrp_core.brain.network.memory import require_memory
 from nrp_core.brain.pynn.arguments import (
     UnknownParameterError,
@@ -238,7 +238,7 @@ class Population(_Cells, common.Population):
         equations = getattr(self.celltype, "equations", None)
         with raising(InvalidValueError):
             if SPIKE_TIMES not in changed:
-                check_values(owner, changed, named=equations is None)
+                check_values(owner, changed, limits=limits_of_cells(equations))
             else:
                 check_spike_times(owner, [_times(owner, train) for train in changed[SPIKE_TIMES]])
             if equations is not None:
@@ -270,7 +270,7 @@ class Population(_Cells, common.Population):
         with raising(InvalidValueError):
             check_values(
                 f"population '{self.label}'", {variable: kept},
-                named=getattr(self.celltype, "equations", None) is None,
+                limits=limits_of_cells(getattr(self.celltype, "equations", None)),
             )  # fmt: skip
         self.initial_arrays[variable] = kept
         self.initial_values[variable] = LazyArray(simplify(kept), shape=(self.size,))

@@ -8,23 +8,16 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from pyNN.parameters import LazyArray
-from pyNN.standardmodels import (
-    StandardSynapseType,
-    STDPTimingDependence,
-    STDPWeightDependence,
-    synapses,
-)
+from pyNN.standardmodels import StandardSynapseType, synapses
 
 from nrp_core.brain.network.synapses.law import SynapseLaw
 from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.pynn.arguments import require_arguments, require_kind, require_names
 from nrp_core.brain.pynn.invalid import InvalidValueError
-from nrp_core.brain.pynn.models import untranslated
+from nrp_core.brain.pynn.models import RULE_PARTS, untranslated
 from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.errors import CapabilityError, NetworkError
-
-_RULES = {"timing_dependence": STDPTimingDependence, "weight_dependence": STDPWeightDependence}
 
 
 class SynapseType(StandardSynapseType):
@@ -83,7 +76,7 @@ class SynapseType(StandardSynapseType):
 
 
 class STDPMechanism(SynapseType, synapses.STDPMechanism):
-    """Plasticity by pairs of spikes, composed of a rule for times and one for weights."""
+    """Plasticity by the times of spikes, composed of a rule for times and one for weights."""
 
     kind = STDP
 
@@ -93,7 +86,7 @@ class STDPMechanism(SynapseType, synapses.STDPMechanism):
         return {name: type(part).__name__ for name, part in parts.items()}
 
     def __init__(self, *args: Any, **parameters: Any) -> None:
-        for rule, kind in _RULES.items():
+        for rule, kind in RULE_PARTS.items():
             valid = f"one such as sim.{LAWS[STDP].first_parts[rule]}()"
             require_kind("STDPMechanism", rule, parameters.get(rule), (kind, type(None)), valid)
         super().__init__(*args, **parameters)
@@ -103,6 +96,12 @@ class STDPMechanism(SynapseType, synapses.STDPMechanism):
             raise CapabilityError("STDPMechanism: voltage dependence is not supported; leave it out")
         if self.timing_dependence is None or self.weight_dependence is None:
             raise NetworkError("STDPMechanism needs a timing_dependence and a weight_dependence")
+        for name, part in LAWS[STDP].chosen_parts(list(self.plasticity.values())) or ():
+            for other, needed in part.requires.items():
+                if self.plasticity[other] != needed:
+                    raise NetworkError(
+                        f"STDPMechanism: {name} is defined with {needed}, not {self.plasticity[other]}"
+                    )
         self.translations = untranslated(self.get_parameter_names())
 
 
@@ -117,6 +116,7 @@ def _synapse_type(law: SynapseLaw) -> type:
     body: dict[str, Any] = {"kind": law.name, "__doc__": law.summary}
     if base is None:
         base = StandardSynapseType
-        body["default_parameters"] = {"weight": 0.0, "delay": None, **law.defaults}
-    body["translations"] = untranslated(body.get("default_parameters", base.default_parameters))
+    # floats, also where PyNN has whole numbers: it would cut off the fraction of a wrong value
+    body["default_parameters"] = {"weight": 0.0, "delay": None, **law.defaults}
+    body["translations"] = untranslated(body["default_parameters"])
     return type(law.pynn, (SynapseType, base), body)

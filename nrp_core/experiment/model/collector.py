@@ -6,24 +6,11 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
-from nrp_core.errors import (
-    BackendError,
-    CapabilityError,
-    ExperimentError,
-    NeuronSelectionError,
-    SlowScriptError,
-    TopicError,
-)
+from nrp_core.errors import BackendError, CapabilityError, ExperimentError
 from nrp_core.experiment.model.tree import Key, Tree
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level, has_errors
+from nrp_core.findings.error_codes import code_of
 
-_CODES = {
-    BackendError: Code.NRP205,
-    NeuronSelectionError: Code.NRP211,
-    TopicError: Code.NRP212,
-    CapabilityError: Code.NRP216,
-    SlowScriptError: Code.NRP244,
-}
 _MILD = {Code.NRP244: Level.WARNING}
 
 
@@ -87,8 +74,7 @@ class Collector:
         except InvalidExperimentError as error:
             self.findings += error.findings
         except (BackendError, CapabilityError, ExperimentError) as error:
-            own = {} if always else _CODES
-            known = next((known for kind, known in own.items() if isinstance(error, kind)), code)
+            known = code if always else code_of(error, code)
             level = _MILD.get(known, level)
             if isinstance(error, ExperimentError) and error.path is not None:
                 finding = replace(Finding.of(error, known), level=level)

@@ -245,6 +245,8 @@ class ComparisonSection(Section):
 
     vary: dict[str, VariedRange] = Field(default_factory=dict)
     """Settings on whose exact value the finding must not depend, drawn with the seed: ``key: 4..8 s``."""
+    controls: tuple[WiringControl, ...] = ()
+    """Controls of the wiring to compare with the original, each by itself: ``[shuffle: signs]``."""
 
 
 class CompatibilitySection(Section):

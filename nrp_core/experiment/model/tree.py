@@ -121,6 +121,8 @@ class Tree:
             return self.merged(over)
         key, rest = keys[0], keys[1:]
         if self.value is None:
+            if key.isdecimal():
+                raise over.place.error(f"there is no list with an item '{key}': set the whole list")
             return Tree({}, over.place).overridden(keys, over)
         if isinstance(self.value, dict):
             below = self.value.get(key, Tree(None, over.place, over.place)).overridden(rest, over)

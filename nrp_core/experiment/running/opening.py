@@ -20,6 +20,13 @@ def open_side(section: BackendSection, side: Side[Any], content: Network | Scene
         return side.backend.open(content, seed=seed, options=side.options)
 
 
+def open_beside(first: World, section: BackendSection, side: Side[Any], seed: int) -> World:
+    """Open the scene of a world once more; the two share what never changes."""
+    with named(section.backend, "open"):
+        world: World = side.backend.open_another(first, seed=seed, options=side.options)
+        return world
+
+
 def open_world(experiment: Experiment) -> World:
     """Open the world of an experiment without its brain, with the topics and aliases of the experiment.
 

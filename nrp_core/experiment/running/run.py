@@ -42,6 +42,7 @@ from nrp_core.experiment.events.values import to_message
 from nrp_core.experiment.making.interventions import Interventions
 from nrp_core.experiment.making.maker import load_functions, maker_of
 from nrp_core.experiment.making.prepare import Plan, ProgressCallback, network_for, no_progress, prepare
+from nrp_core.experiment.making.renewed import renewed
 from nrp_core.experiment.making.watch import Watch, declare_missing_topics, declare_own
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Build, Experiment
@@ -49,7 +50,8 @@ from nrp_core.experiment.running.falls import FallWatch
 from nrp_core.experiment.running.judgement import passed_of
 from nrp_core.experiment.running.missed_events import missed_events
 from nrp_core.experiment.running.observation import Observation
-from nrp_core.experiment.running.opening import open_side
+from nrp_core.experiment.running.opening import open_beside, open_side
+from nrp_core.experiment.running.pace import too_fast
 from nrp_core.experiment.running.problems import Reporter, ends_of, problems_of, state_of
 from nrp_core.experiment.running.result import Result, failure_data, pose_data
 from nrp_core.experiment.running.spike_counts import SpikeCounter
@@ -88,9 +90,11 @@ class Run(Closing):
         progress: called with the name of each task as it begins during opening.
         revise: returns a changed plan, for example with a recorded engine.
         build: makes the network; by default from the experiment's file.
+        beside: an open run of the same experiment, whose network and scene are used again.
 
     Attributes:
         experiment: the running experiment.
+        plan: the parts from which it was opened.
         parameters: the parameters of its brain script and transfer functions, with their values.
         brain, world: the two engines.
         loop: the loop that steps them.
@@ -118,15 +122,19 @@ class Run(Closing):
         *,
         revise: Callable[[Plan], Plan] | None = None,
         build: Build | None = None,
+        beside: Run | None = None,
     ) -> None:
         if not isinstance(experiment, Experiment):
             raise ExperimentError(
                 f"a Run takes an experiment, as load_experiment('...') returns it, not {experiment!r:.60}"
             )
-        plan = prepare(experiment, progress, build)
+        if beside is not None and isinstance(experiment.maker, Participant):
+            raise CapabilityError("an experiment with state machines has only one run at a time")
+        plan = prepare(experiment, progress, build) if beside is None else renewed(beside.plan)
         if revise is not None:
             plan = revise(plan)
         self.experiment = experiment
+        self.plan: Plan = plan
         self.on_step: list[Observer] = []
         self.on_close: list[Callable[[], None]] = []
         self.on_change: list[Callable[[Sequence[TransferFunction | Path], Sequence[str]], None]] = []
@@ -139,6 +147,8 @@ class Run(Closing):
             progress(f"opening the world ({experiment.world.backend})")
             self.world: World = opened.enter_context(
                 open_side(experiment.world, plan.world, plan.scene, self.seed)
+                if beside is None
+                else open_beside(beside.world, experiment.world, plan.world, self.seed)
             )
             progress(f"opening the brain ({experiment.brain.backend})")
             self.brain: Brain = opened.enter_context(
@@ -154,8 +164,8 @@ class Run(Closing):
             falls = FallWatch(plan.scene, robots, self.world.capabilities)
             self._observation = Observation(self._watch, falls, robots)
             unheard = UnheardCommands(self.world, experiment.topics, lambda: self.loop.functions)
-            self.reporters = [unheard.findings, falls.findings, self._missed_events]
-            self.loop = opened.enter_context(self._close_loop(plan))
+            self.reporters = [unheard.findings, falls.findings, self._missed_events, self._too_fast]
+            self.loop: ClosedLoop = opened.enter_context(self._close_loop(plan))
             neurons = np.arange(self.brain.network.size)
             self._counter = self.brain.add_sink(SpikeCounter(), neurons, name="result")
             self._begin()
@@ -422,6 +432,9 @@ class Run(Closing):
     @property
     def _is_over(self) -> bool:
         return self.loop.now_ns >= self.experiment.duration and self.error is None
+
+    def _too_fast(self) -> Iterator[Finding]:
+        return too_fast(self.experiment, self.brain.network, self.spikes, self.now_s)
 
     def _missed_events(self) -> Iterator[Finding]:
         return missed_events(self.experiment, self._watch.events.times) if self._is_over else iter(())

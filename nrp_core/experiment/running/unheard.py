@@ -42,7 +42,7 @@ class UnheardCommands:
                 yield self._finding(topic, meant)
 
     def _finding(self, topic: str, meant: str | None) -> Finding:
-        hint = f"; did you mean '{meant}'?" if meant else ""
+        hint = f"; did you mean '{meant}'?" if meant else self._of_other_type(topic)
         message = f"nothing subscribes to '{topic}', so its commands have no effect{hint}"
         place = next(
             (
@@ -55,6 +55,16 @@ class UnheardCommands:
         if place is None:
             return Finding(Code.NRP267, message, Level.WARNING, subject=topic)
         return Finding(Code.NRP267, message, Level.WARNING, Path(place.path), place.line, subject=topic)
+
+    def _of_other_type(self, topic: str) -> str:
+        """Return the topic of the world that ends in the same name and takes other messages, in words."""
+        topics = self._world.topics
+        kind = topics[topic].type if topic in topics else object
+        for name, info in topics.items():
+            same = name != topic and name.rpartition("/")[2] == topic.rpartition("/")[2]
+            if same and info.direction & Direction.IN and kind not in (object, info.type):
+                return f"; '{name}' takes {type_name(info.type)}, not {type_name(kind)}"
+        return ""
 
     def _meant(self, topic: str) -> str | None:
         """Return the similar topic of the world that was probably intended, if there is one."""

@@ -58,6 +58,14 @@ UNCONNECTED = Explanation(
     Weight.REMARK,
 )
 
+TOO_FAST = Explanation(
+    "A population fires as often as no neuron does.",
+    "The run is as written, but a weight, a current or a time constant is probably in another unit.",
+    "Compare the parameters of its cells and the weights onto them with the units of the cell model.",
+    "{n} populations fire as often as no neuron does",
+    Weight.REMARK,
+)
+
 IMPLAUSIBLE = Explanation(
     "A value of the network that is valid, but that no neuron has or that contradicts another value.",
     "The network runs as written. Often a value is in another unit than PyNN's: ms, mV, nF, nA, uS, Hz.",

@@ -144,6 +144,7 @@ class Code(Enum):
     NRP322 = experiment.MISSED_EVENT
     NRP323 = experiment.IMMOBILE
     NRP324 = experiment.UNUSED_TOPIC
+    NRP325 = brain.TOO_FAST
     NRP335 = brain.IMPOSSIBLE_VARIANT
     NRP336 = brain.IDLE_INTERVENTION
     NRP340 = world.STEP_OF_ENVIRONMENT

@@ -115,12 +115,13 @@ class Recording:
         ``position.left_wheel``. ``attrs["units"]`` has the unit of each column, empty where none is known.
 
         Raises:
-            ExperimentError: there is no such topic, or its messages are images, spikes, or data of the
+            ExperimentError: it has no message, or its messages are images, spikes, or data of the
                 platform.
             CapabilityError: pandas is not installed.
         """
         if topic not in self.topics:
-            raise ExperimentError(f"no topic '{topic}'{did_you_mean(topic, self.topics)}", path=self.file)
+            message = f"no message was recorded on '{topic}'{did_you_mean(topic, self.topics)}"
+            raise ExperimentError(message, path=self.file)
         found = self.topics[topic]
         if found.role in _NOT_TABLES:
             other = "spikes()" if found.role == Role.SPIKES else f"messages({{'{topic}'}})"

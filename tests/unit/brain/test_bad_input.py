@@ -126,6 +126,7 @@ CASES = {
         "row 1 of the list of synapses is (0, 1, 1.0); all rows have equally many numbers, the first has 4",
     "sim.FromListConnector([('a', 1)])": "row 0 of the list of synapses is ('a', 1)",
     "sim.FromListConnector([(0, 1, 1.0)])": "for rows of 3 numbers column_names must name the parameters",
+    CELL + "sim.Projection(a, a, sim.ArrayConnector([[0.0, 0.4]] * 2), label='p')": "0.4 is neither true",
     CELL + "sim.Projection(a, a, sim.ArrayConnector([[True] * 3] * 2), label='p')":
         "projection 'p': array has 2 x 3 values where there are 2 x 2",
     "sim.StaticSynapse(weight='d(')": "StaticSynapse: weight is 'd('. Value should be a string expressing",
@@ -151,6 +152,13 @@ CASES = {
         "DistanceDependentProbabilityConnector('d <'): an argument is impossible; invalid syntax",
     "sim.FromListConnector([0, 1])": "its list of synapses is [0, 1]; each is (pre, post, ...)",
     "sim.STDPMechanism(timing_dependence=5)": "its timing_dependence is 5; it must be one such as",
+    joined("sim.STDPMechanism(timing_dependence=sim.Vogels2011Rule(), "
+           "weight_dependence=sim.MultiplicativeWeightDependence())"):
+        "Vogels2011Rule is defined with AdditiveWeightDependence, not MultiplicativeWeightDependence",
+    "sim.PfisterSpikeTripletRule(tau_xx=1)":
+        "PfisterSpikeTripletRule has no parameter 'tau_xx'; did you mean 'tau_x'?",
+    joined("sim.MultiQuantalSynapse(n=2.5)"):
+        "projection 'p': n of synapse 0 (0 -> 0) is 2.5; it must be a whole number from 1 on",
     "sim.StaticSynapse(weight='1/d')": "StaticSynapse: weight is '1/d'. float division by zero",
     "sim.RandomDistribution('normal', mu=1.0)": "the distribution 'normal': Incorrect parameterization",
     "sim.RandomDistribution('normal', mu=1.0, sigma=-3.0)": "'normal': sigma is -3.0, below 0",
@@ -191,11 +199,7 @@ def test_a_mistake_is_one_error_with_its_line_and_what_would_be_right(text: str,
             "GIF_cond_exp is not supported; the nearest supported model: EIF_cond_exp_isfa_ista",
         ),
         ("sim.native_cell_type('iaf_psc_alpha')()", "the nearest standard model is IF_curr_alpha"),
-        ("sim.StochasticTsodyksMarkramSynapse()", "the nearest supported model: TsodyksMarkramSynapse"),
-        (
-            "sim.Vogels2011Rule()",
-            "Vogels2011Rule is not supported; the nearest supported model: SpikePairRule",
-        ),
+        ("sim.ElectricalSynapse()", "the nearest supported model: StaticSynapse"),
     ],
 )
 def test_a_model_that_there_is_not_names_the_nearest(text: str, message: str, tmp_path: Path) -> None:

@@ -36,6 +36,14 @@ WRONG_UNITS = [
         "3 of 3 cells of the population 'cells' begin at or above their threshold and fire at once: v is "
         "-40 mV, and v_thresh is -50 mV",
     ),
+    (
+        {"e_rev_E": -66.0, "e_rev_I": -80.0},
+        "e_rev_E of the population 'cells' is -66 mV, and v_rest -65 mV: excitatory input inhibits",
+    ),
+    (
+        {"e_rev_I": -10.0},
+        "e_rev_I of the population 'cells' is -10 mV, and v_thresh -50 mV: inhibitory input makes cells fire",
+    ),
     ({"e_rev_I": -70_000.0}, "e_rev_I of the population 'cells' is -70000 mV; is it meant in uV?"),
 ]
 
@@ -94,11 +102,17 @@ def test_sources_in_another_unit_are_reported() -> None:
 def test_cells_of_other_models_in_another_unit_or_order_are_reported() -> None:
     sim = builder()
     sim.Population(2, sim.Izhikevich(a=-65.0, b=0.2, c=0.02, d=8.0), label="cells")
-    sim.Population(2, sim.EIF_cond_exp_isfa_ista(tau_w=0.144, delta_T=0.002), label="adapting")
+    sim.Population(2, sim.EIF_cond_exp_isfa_ista(tau_w=0.144, delta_T=0.002, b=80.5), label="adapting")
+    sim.Population(2, sim.Izhikevich(i_offset=0.02), label="published")
+    sim.Population(2, sim.Izhikevich(i_offset=10.0), label="driven")
+    sim.Population(2, sim.HH_cond_exp(gbar_Na=20_000.0), label="channels")
     assert implausible(sim.network()) == [
         "a of the population 'cells' is -65 /ms, and c is 0.02 mV: u does not recover; are they swapped?",
         "tau_w of the population 'adapting' is 0.144 ms; is it meant in s?",
         "delta_T of the population 'adapting' is 0.002 mV; is it meant in V?",
+        "b of the population 'adapting' is 80.5 nA; is it meant in pA?",
+        "i_offset of the population 'driven' is 10 nA; is it meant in pA?",
+        "gbar_Na of the population 'channels' is 20000 uS; is it meant in nS?",
     ]
 
 
@@ -132,6 +146,22 @@ def test_a_weight_in_another_unit_is_reported_with_its_effect(cell: str, weight:
     synapse = sim.StaticSynapse(weight=weight, delay=1.0)
     sim.Projection(cells, cells, sim.AllToAllConnector(), synapse, label="loop")
     assert implausible(sim.network()) == [f"a weight of the projection 'loop' is {words}"]
+
+
+@pytest.mark.parametrize(
+    ("step", "words"), [(0.01, []), (1.0, []), (10.0, ["A_plus of the projection 'loop' is 10"])]
+)
+def test_a_pair_of_spikes_that_exceeds_the_range_of_the_weights_is_reported(
+    step: float, words: list[str]
+) -> None:
+    sim = builder()
+    cells = sim.Population(2, sim.IF_curr_exp(), label="cells")
+    rule = sim.STDPMechanism(
+        timing_dependence=sim.SpikePairRule(tau_plus=20.0, tau_minus=20.0, A_plus=step, A_minus=0.01),
+        weight_dependence=sim.AdditiveWeightDependence(w_min=0.0, w_max=1.0), weight=0.5, delay=1.0,
+    )  # fmt: skip
+    sim.Projection(cells, cells, sim.AllToAllConnector(), rule, label="loop")
+    assert [one.partition(":")[0] for one in implausible(sim.network())] == words
 
 
 def test_weights_that_begin_outside_the_limits_of_their_plasticity_are_counted() -> None:

@@ -7,7 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.brain.network.limits import check_spike_times, check_synapses, check_values
+from nrp_core.brain.network.limits import (
+    OF_CELLS,
+    OF_SYNAPSES,
+    check_spike_times,
+    check_synapses,
+    check_values,
+)
 from nrp_core.errors import NetworkError
 
 
@@ -36,8 +42,9 @@ def ends(synapse: int) -> tuple[int, int]:
     ],
 )
 def test_the_message_names_owner_cell_parameter_value_and_rule(name: str, value: float, rule: str) -> None:
+    limits = OF_SYNAPSES if name in OF_SYNAPSES else OF_CELLS
     with pytest.raises(NetworkError) as caught:
-        check_values("population 'exc'", {name: np.array([1.0, value])})
+        check_values("population 'exc'", {name: np.array([1.0, value])}, limits=limits)
     assert str(caught.value) == f"population 'exc': {name} of cell 1 is {value:g}; it must be {rule}"
 
 

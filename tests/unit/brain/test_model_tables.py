@@ -27,14 +27,20 @@ def test_a_cell_type_has_the_defaults_and_units_of_pynn(name: str) -> None:
 def test_a_synapse_law_has_the_defaults_of_pynn(name: str) -> None:
     law = LAWS[name]
     theirs = dict(getattr(synapses, law.pynn).default_parameters)
+    beyond: set[str] = set()
     for classes in law.parts.values():
         for part, known in classes.items():
+            if not hasattr(synapses, part):
+                beyond |= set(known.parameters)
+                continue
             defaults = getattr(synapses, part).default_parameters
             assert set(known.parameters) == set(defaults)
             theirs |= defaults
     if law.parts:
         theirs["dendritic_delay_fraction"] = 1.0
-    assert law.defaults == {key: value for key, value in theirs.items() if key not in EVERY_SYNAPSE}
+    theirs = {key: value for key, value in theirs.items() if key not in EVERY_SYNAPSE}
+    assert theirs == {key: value for key, value in law.defaults.items() if key in theirs}
+    assert law.defaults.keys() - theirs.keys() <= beyond
 
 
 def test_a_name_with_two_limits_is_refused() -> None:

@@ -40,9 +40,7 @@ def test_every_model_connector_and_function_of_a_pynn_simulator_has_its_name_her
         ("IF_cond_exp_gsfa_grr", "EIF_cond_exp_isfa_ista"),
         ("GIF_cond_exp", "EIF_cond_exp_isfa_ista"),
         ("SpikeSourceInhGamma", "SpikeSourcePoisson"),
-        ("StochasticTsodyksMarkramSynapse", "TsodyksMarkramSynapse"),
-        ("GutigWeightDependence", "MultiplicativeWeightDependence"),
-        ("Vogels2011Rule", "SpikePairRule"),
+        ("ElectricalSynapse", "StaticSynapse"),
     ],
 )
 def test_a_model_that_is_not_supported_names_the_nearest_that_is(

@@ -87,7 +87,12 @@ def test_an_override_of_null_removes() -> None:
 
 @pytest.mark.parametrize(
     ("keys", "what"),
-    [(["a", "2"], "no item '2'; valid: 0, 1"), (["a", "x"], "no item 'x'"), (["b", "c"], "not a mapping")],
+    [
+        (["a", "2"], "no item '2'; valid: 0, 1"),
+        (["a", "x"], "no item 'x'"),
+        (["b", "c"], "not a mapping"),
+        (["c", "2"], "there is no list with an item '2': set the whole list"),
+    ],
 )
 def test_an_override_that_leads_nowhere_says_so(keys: list[str], what: str) -> None:
     with pytest.raises(ExperimentError, match=what):

@@ -1,0 +1,77 @@
+"""Comparisons of fields of messages that raise an error or are never true."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from typing import get_origin
+
+from nrp_core.analysis.events import Read
+from nrp_core.analysis.registry import checks_function
+from nrp_core.analysis.scopes import own_nodes
+from nrp_core.analysis.shapes import Instance, Known, hints
+from nrp_core.analysis.study import Examined
+from nrp_core.findings import Code, Finding, Level
+
+
+@checks_function(Code.NRP247)
+def arrays_are_not_truth_values(function: Examined) -> Iterator[Finding]:
+    """Look for conditions that compare a whole array, which has many answers."""
+    arrays = _fields(function, "numpy.ndarray")
+    for test in _tests(function):
+        match test:
+            case ast.Compare(left, [_], [right]):
+                field = next((one for one in (left, right) if id(one) in arrays), None)
+                if field is not None and not isinstance(test.ops[0], ast.In | ast.NotIn | ast.Is | ast.IsNot):
+                    text = ast.unparse(test)
+                    message = (
+                        f"'{ast.unparse(field)}' is an array: '{text:.60}' has an answer for each item; "
+                        f"write ({text:.60}).all(), or .any()"
+                    )
+                    yield function.declared.finding(Code.NRP247, test, message)
+
+
+@checks_function(Code.NRP248)
+def lists_are_compared_with_lists(function: Examined) -> Iterator[Finding]:
+    """Look for fields that are lists and are compared with tuples, which never equal them."""
+    lists = _fields(function, "list")
+    for node in own_nodes(function.declared.node.body):
+        match node:
+            case ast.Compare(left, [ast.Eq() | ast.NotEq()], [right]):
+                for one, other in ((left, right), (right, left)):
+                    if id(one) in lists and _is_tuple(function, other):
+                        message = (
+                            f"'{ast.unparse(one)}' is a list: it never equals a tuple, '{ast.unparse(other)}'"
+                        )
+                        yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
+
+
+def _fields(function: Examined, kind: str) -> set[int]:
+    """Return the places where a body reads fields of messages of a kind."""
+    found = set()
+    for event in function.events:
+        match event:
+            case Read(node, Instance(cls), name, True):
+                hint = hints(cls).get(name)
+                if (hint is not None and get_origin(hint) is list) if kind == "list" else kind in str(hint):
+                    found.add(id(node))
+    return found
+
+
+def _tests(function: Examined) -> Iterator[ast.expr]:
+    """Yield the expressions of a body whose truth is asked for."""
+    for node in own_nodes(function.declared.node.body):
+        match node:
+            case ast.If(test) | ast.While(test) | ast.IfExp(test) | ast.Assert(test):
+                yield test
+            case ast.BoolOp(values=values):
+                yield from values
+            case ast.UnaryOp(ast.Not(), operand):
+                yield operand
+
+
+def _is_tuple(function: Examined, node: ast.expr) -> bool:
+    if isinstance(node, ast.Name):
+        shape = function.declared.names.get(node.id)
+        return isinstance(shape, Known) and isinstance(shape.value, tuple)
+    return isinstance(node, ast.Tuple)

@@ -1,0 +1,29 @@
+"""The code of the finding that an error becomes, wherever it is caught."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from nrp_core.errors import (
+    BackendError,
+    CapabilityError,
+    NeuronSelectionError,
+    SlowScriptError,
+    TopicError,
+    TriggerError,
+)
+from nrp_core.findings.codes import Code
+
+_CODES: Final = {
+    BackendError: Code.NRP205,
+    NeuronSelectionError: Code.NRP211,
+    TopicError: Code.NRP212,
+    CapabilityError: Code.NRP216,
+    SlowScriptError: Code.NRP244,
+    TriggerError: Code.NRP245,
+}
+
+
+def code_of(error: Exception, otherwise: Code) -> Code:
+    """Return the code that the class of an error has, or ``otherwise``."""
+    return next((code for kind, code in _CODES.items() if isinstance(error, kind)), otherwise)
