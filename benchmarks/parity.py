@@ -1,10 +1,11 @@
-"""Compare both engines with each other and with closed forms: drives, slopes and loads, physics, cameras.
+"""Compare the engines with each other and with closed forms: drives, slopes and loads, physics, cameras.
 
 Prints tables in Markdown; `docs/reference/parity.md` shows them. Poses are compared after the same commands,
 images from the same places; the seeds determine everything.
 
     python benchmarks/parity.py
     python benchmarks/parity.py --seeds 3 --only drives cameras
+    python benchmarks/parity.py --engines mujoco pybullet gazebo
 """
 
 from __future__ import annotations
@@ -134,7 +135,7 @@ def apart(a: Pose, b: Pose) -> tuple[float, float]:
     return 1e3 * distance, abs(degrees(remainder(a.yaw - b.yaw, tau)))
 
 
-def drives(seeds: int) -> None:
+def drives(seeds: int, engines: Sequence[str]) -> None:
     rows = []
     for name in ROBOTS:
         far: dict[tuple[str, str], list[tuple[float, float]]] = {}
@@ -142,7 +143,7 @@ def drives(seeds: int) -> None:
             random = np.random.default_rng(seed)
             commands = list(zip(random.uniform(-1, 1, 30), random.uniform(-2, 2, 30), strict=True))
             ends = {"unicycle": ideal(commands)}
-            for engine in ENGINES:
+            for engine in engines:
                 with opened(engine, scene(FLOOR, robot(name))) as world:
                     ends[engine] = driven(world, commands)
             for pair in combinations(ends, 2):
@@ -194,7 +195,7 @@ def pushed(mass: float, what: str, engine: str) -> float:
         return way if what == "robot" else world.model_motion("crate").pose.position[0] - 0.9
 
 
-def loads() -> None:
+def loads(engines: Sequence[str]) -> None:
     cases: list[tuple[str, str, Measure]] = [
         *(
             (f"up {angle:.0f} degrees, 4 s at 0.5 m/s: way, m", "2", partial(climbed, angle, 0.5))
@@ -218,9 +219,9 @@ def loads() -> None:
         ),
     ]
     rows = [
-        (said, wanted, *(f"{measure(engine):.3g}" for engine in ENGINES)) for said, wanted, measure in cases
+        (said, wanted, *(f"{measure(engine):.3g}" for engine in engines)) for said, wanted, measure in cases
     ]
-    table("The Husky on slopes, with a load, and pushing", ("what", "ideal", *ENGINES), rows)
+    table("The Husky on slopes, with a load, and pushing", ("what", "ideal", *engines), rows)
 
 
 def fallen(engine: str) -> float:
@@ -302,7 +303,7 @@ def stepped(engine: str) -> float:
     return off
 
 
-def physics() -> None:
+def physics(engines: Sequence[str]) -> None:
     slide, roll = radians(30.0), radians(10.0)
     swing = tau * sqrt((0.02 + 2.0 * 0.25) / (2.0 * G * 0.5)) * (1 + 0.1**2 / 16)
     ball, box = Sphere(0.2), Box((0.4, 0.4, 0.2))
@@ -319,10 +320,10 @@ def physics() -> None:
         ("step response of a position controller: off the closed form in 2 s, rad", 0.0, stepped),
     ]  # fmt: skip
     rows = [
-        (said, f"{wanted:.4g}", *(f"{measure(engine):.4g}" for engine in ENGINES))
+        (said, f"{wanted:.4g}", *(f"{measure(engine):.4g}" for engine in engines))
         for said, wanted, measure in cases
     ]
-    table("Closed forms, physics steps of 2 ms", ("what", "closed form", *ENGINES), rows)
+    table("Closed forms, physics steps of 2 ms", ("what", "closed form", *engines), rows)
 
 
 REFERENCES = {REALISTIC: f"mujoco {REALISTIC}"}
@@ -351,11 +352,11 @@ def red(image: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     return np.array([shares.left, shares.right])
 
 
-def cameras() -> None:
+def cameras(engines: Sequence[str]) -> None:
     rows = []
     for scale in (1.0, 0.2):
         seen = {}
-        for engine in ENGINES:
+        for engine in engines:
             backend = worlds().load(engine)
             for renderer in backend.capabilities(backend.options()).renderers:
                 seen[f"{engine} {renderer}"] = views(engine, renderer, scale)
@@ -382,12 +383,15 @@ def cameras() -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--seeds", type=int, default=10, help="of the random drives")
+    parser.add_argument("--engines", nargs="+", default=ENGINES, help="world backends, mujoco first")
     parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS)
     arguments = parser.parse_args()
-    measures: tuple[Callable[[], object], ...] = (partial(drives, arguments.seeds), loads, physics, cameras)
+    measures: tuple[Callable[[Sequence[str]], object], ...] = (
+        partial(drives, arguments.seeds), loads, physics, cameras,
+    )  # fmt: skip
     for name, measure in zip(PARTS, measures, strict=True):
         if name in arguments.only:
-            measure()
+            measure(arguments.engines)
 
 
 if __name__ == "__main__":

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from nrp_core.brain.network.data import Network as Network
     from nrp_core.brain.network.data import Population as Population
     from nrp_core.brain.network.data import Projection as Projection
+    from nrp_core.brain.nir.save import save_nir as save_nir
     from nrp_core.dsl.functions.function import TransferFunction as TransferFunction
     from nrp_core.dsl.loading.imports import provide_messages as provide_messages
     from nrp_core.dsl.loading.loader import load_transfer_functions as load_transfer_functions
@@ -73,6 +74,7 @@ else:
             "nrp_core.brain.files.sonata": "read_sonata",
             "nrp_core.brain.interface": "Brain",
             "nrp_core.brain.network.data": "Network Population Projection",
+            "nrp_core.brain.nir.save": "save_nir",
             "nrp_core.dsl.functions.function": "TransferFunction",
             "nrp_core.dsl.loading.imports": "provide_messages",
             "nrp_core.dsl.loading.loader": "load_transfer_functions",

@@ -13,6 +13,8 @@ from nrp_core.errors import TimestepError
 NS_PER_S = 1_000_000_000
 NS_PER_MS = 1_000_000
 MS_PER_S = 1000.0
+_NANOSECOND_EXACT_S = 2.0**21
+"""Floats below it are less than half a nanosecond apart."""
 
 
 def seconds(t_ns: int) -> float:
@@ -27,6 +29,10 @@ def milliseconds(t_ns: int) -> float:
 
 def from_seconds(t_s: float | Fraction) -> int:
     """Convert seconds to the nearest nanosecond, reading a float by its shortest decimal form."""
+    if isinstance(t_s, float) and -_NANOSECOND_EXACT_S < t_s < _NANOSECOND_EXACT_S:
+        t_ns = round(t_s * NS_PER_S)
+        if t_ns / NS_PER_S == t_s:  # the shortest form is closer to it than half a nanosecond
+            return t_ns
     exact = t_s if isinstance(t_s, Fraction) else Fraction(repr(float(t_s)))
     return round(exact * NS_PER_S)
 

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.backends import brains
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.laws import PLASTIC
 from nrp_core.brain.pynn.export import network_of
 from nrp_core.brain.pynn.populations import SPIKE_TIMES
 from nrp_core.brain.pynn.simulator import State
@@ -106,7 +106,7 @@ class RunningState(State):
             brain.set_weights(label, values["weight"][chosen])
 
     def weights_of(self, projection: Any) -> FloatArray:
-        plastic = projection.synapse_type.kind == STDP
+        plastic = projection.synapse_type.kind in PLASTIC
         if self.brain is None or not plastic or projection not in self._shares:
             return super().weights_of(projection)
         weights = np.empty(len(projection))

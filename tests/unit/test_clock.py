@@ -23,6 +23,15 @@ def test_a_float_is_read_by_its_printed_form() -> None:
     assert from_milliseconds(0.3) == 300_000
 
 
+@given(
+    st.floats(-1e8, 1e8)
+    | st.integers(-(10**17), 10**17).map(lambda t_ns: t_ns / NS_PER_S)
+    | st.integers(2**51, 2**53).map(lambda n: n * 2.0**-32)
+)
+def test_every_float_is_read_by_its_printed_form(t_s: float) -> None:
+    assert from_seconds(t_s) == round(Fraction(repr(t_s)) * NS_PER_S)
+
+
 @pytest.mark.parametrize(("brain", "world"), [(None, None), (MS, 2 * MS), (20 * MS, None), (None, 20 * MS)])
 def test_steps_that_divide_the_period_are_accepted(brain: int | None, world: int | None) -> None:
     assert StepPlan(20 * MS, brain, world).period_ns == 20 * MS

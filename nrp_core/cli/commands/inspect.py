@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 IMAGES = (".png", ".jpg")
 _BEGINNING = 4096  # number of bytes that are searched for the first element of an XML file
 _ROOTS = ("sdf", "robot", "gazebo")
+_ARGS = "args."
 _SUFFIXES = (".sdf", ".world", ".urdf", ".xacro", ".zip")
 
 
@@ -91,7 +92,7 @@ def inspect(
             "or a recording",
             path=file,
         )
-    _inspect_scene(file, image, models or [], as_json=json)
+    _inspect_scene(file, image, models or [], _arguments(overrides or []), as_json=json)
 
 
 def _is_scene(file: Path) -> bool:
@@ -110,7 +111,24 @@ def _is_scene(file: Path) -> bool:
     return any(f"<{root}".encode() in beginning for root in roots) or is_zipfile(file)
 
 
-def _inspect_scene(file: Path, image: Path | None, models: list[Path], *, as_json: bool) -> None:
+def _arguments(overrides: list[str]) -> dict[str, str]:
+    """Return the arguments of a xacro file that ``-s args.NAME=VALUE`` gives."""
+    given = {}
+    for one in overrides:
+        key, _, value = one.partition("=")
+        if not key.strip().startswith(_ARGS) or "=" not in one:
+            raise typer.BadParameter(
+                f"of a robot or a room only the arguments of a xacro file are set, {_ARGS}NAME=VALUE, not "
+                f"'{one}'",
+                param_hint="--set",
+            )
+        given[key.strip().removeprefix(_ARGS)] = value
+    return given
+
+
+def _inspect_scene(
+    file: Path, image: Path | None, models: list[Path], args: dict[str, str], *, as_json: bool
+) -> None:
     from dataclasses import replace
     from functools import partial
 
@@ -118,7 +136,7 @@ def _inspect_scene(file: Path, image: Path | None, models: list[Path], *, as_jso
     from nrp_core.world.scene.reading.left_out import read_without
     from nrp_core.world.scene.sdf import read_scene
 
-    read = partial(read_scene, file, search_path=models, lenient=True)
+    read = partial(read_scene, file, search_path=models, lenient=True, args=args)
     scene, left_out = read_without(lambda without: read(without=without))
     scene = replace(scene, warnings=(*scene.warnings, *left_out))
     if image is not None:

@@ -86,7 +86,7 @@ def test_wrong_agreements_are_seen(bench: Any, monkeypatch: pytest.MonkeyPatch) 
 
     asked = ("--worlds", "disc,fast", "--seeds", SEEDS, "--json")
     right = json.loads(bench(*asked).out)["standings"][0]["agreement"]
-    monkeypatch.setattr(agreement, "_cell", of_the_first)
+    monkeypatch.setattr(agreement, "cell_of", of_the_first)
     assert json.loads(bench(*asked).out)["standings"][0]["agreement"] != right
 
 

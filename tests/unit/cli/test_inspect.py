@@ -153,11 +153,22 @@ def test_a_setting_that_is_given_twice_is_noted(capsys):
 
 def test_a_robot_with_an_element_that_a_run_would_leave_out_is_described_without_it(nrp, tmp_path):
     robot = tmp_path / "robot.sdf"
-    joint = '<joint name="{}" type="fixed"><parent>a</parent><child>b</child></joint>'
+    joint = '<joint name="{}" type="prismatic"><parent>a</parent><child>b</child></joint>'
     links = '<link name="a"/><link name="b"/>' + "\n".join(map(joint.format, ("first", "second")))
     robot.write_text(f'<sdf version="1.6"><model name="m">\n{links}\n</model></sdf>')
     done = nrp("inspect", robot)
     assert done.code == 0
-    assert "joint first, fixed" in done.out
+    assert "joint first, prismatic" in done.out
     assert "joint second" not in done.out
     assert "robot.sdf:3: the joint 'second' closes a loop" in done.err
+
+
+def test_a_xacro_file_is_given_its_arguments(nrp, tmp_path):
+    robot = tmp_path / "arm.xacro"
+    named = '<xacro:arg name="name" default="arm"/><link name="base"/>'
+    robot.write_text(f'<robot name="$(arg name)" xmlns:xacro="http://ros.org/wiki/xacro">{named}</robot>')
+    shown = nrp("inspect", robot, "--json", "-s", "args.name=left")
+    assert [model["name"] for model in json.loads(shown.out)["models"]] == ["left"]
+    refused = nrp("inspect", robot, "-s", "seed=1")
+    assert refused.code == 2
+    assert "only the arguments of a xacro file are set" in refused.err

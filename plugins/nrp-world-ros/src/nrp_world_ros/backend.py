@@ -31,6 +31,7 @@ class RosBackend(WorldBackend):
             determinism=Determinism.STATISTICAL,
             releases_gil=True,
             ball_joints=True,
+            loops=True,
             coupled_joints=True,
             own_scene=True,
             real_time=options.time is not TimeSource.LOCKSTEP,
