@@ -53,9 +53,20 @@ def test_a_program_that_never_connects_is_given_up():
         opened(command=("sh", "-c", "sleep 30"), start_timeout=0.2)
 
 
+def missing(plugin):
+    """A program that reports as Gazebo does that a plugin is missing."""
+    told = f"[Err] [Plugin.hh:178] Failed to load plugin {plugin}: {plugin}: cannot open shared object file"
+    return "sh", "-c", f"echo '{told}'; exec sleep 30"
+
+
 def test_a_program_without_the_plugin_is_not_waited_for():
     with pytest.raises(BackendLoadError, match=r"cannot load the plugin libnrp_gazebo\.so"):
-        opened(command=("sh", "-c", "echo '[Err] [Plugin.hh:187] no such file'; exec sleep 30"))
+        opened(command=missing("libnrp_gazebo.so"))
+
+
+def test_a_missing_plugin_of_a_users_file_does_not_keep_it_from_starting():
+    with pytest.raises(BackendLoadError, match=r"did not start within 0\.3 s.*\n.*libgazebo_ros_laser\.so"):
+        opened(command=missing("libgazebo_ros_laser.so"), start_timeout=0.3)
 
 
 def test_a_port_that_was_taken_meanwhile_is_changed(tmp_path):

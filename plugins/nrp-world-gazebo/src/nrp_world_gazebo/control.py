@@ -121,8 +121,13 @@ class Control:
             self.set_wrench(path, Wrench())
 
     def _lifts_of(self, gravity: Vector) -> Iterator[tuple[BodyPath, Wrench]]:
-        """Yield the forces that hold bodies which gravity does not pull, or not in full."""
+        """Yield the forces that hold bodies which gravity does not pull, or not in full.
+
+        Gazebo reads from a user's own file which links have no gravity.
+        """
         for model, bodies in self._built.bodies.items():
+            if model in self._built.own:
+                continue
             for index, (body, _) in enumerate(bodies):
                 if body.inertial is not None and body.weightless:
                     x, y, z = (-body.weightless * body.inertial.mass * part for part in gravity)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import mmap
+import re
 import socket
 import time
 from collections.abc import Sequence
@@ -29,8 +30,8 @@ _HARMLESS = (
     *("[Msg]", "multi-robot simulator", "Copyright (C)", "Released under", "http://gazebosim.org"),
 )
 """Parts of lines about displays and loudspeakers, which Gazebo does without, our kill, and greetings."""
-_NO_PLUGIN = b"[Plugin.hh:"
-"""Where Gazebo reports a plugin that it cannot load."""
+_NO_PLUGIN = re.compile(rb"\[Plugin\.hh:.*libnrp_gazebo\.so")
+"""How Gazebo reports that it cannot load our plugin; those of a user's file may be missing."""
 _PORT_TAKEN = b"Address already in use"
 """What it reports if a program took the port after it was found to be free."""
 _STARTS = 3
@@ -202,7 +203,7 @@ class Gazebo:
                     raise _PortTakenError from None
                 if ended:
                     self._fail(f"ended at its start{self._child.how()}")
-                if _NO_PLUGIN in log:
+                if _NO_PLUGIN.search(log):
                     self._fail("cannot load the plugin libnrp_gazebo.so")
                 if time.monotonic() > until:
                     self._fail(f"did not start within {self._options.start_timeout:g} s")
