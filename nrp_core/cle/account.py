@@ -15,6 +15,7 @@ class TimeAccount:
         world_ns: advancing the world.
         both_ns: advancing both; less than the sum of the two where they ran at once.
         function_ns: running each transfer function, by name.
+        function_calls: how often each transfer function ran, by name.
         total_ns: all steps as a whole; a step is added when it ends.
     """
 
@@ -22,6 +23,7 @@ class TimeAccount:
     world_ns: int = 0
     both_ns: int = 0
     function_ns: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))
+    function_calls: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))
     total_ns: int = 0
 
     @property

@@ -186,6 +186,7 @@ class ClosedLoop(Closing):
             began = work.now_ns()
             failure = self._run(function, now_ns, t)
             self.account.function_ns[function.name] += work.now_ns() - began
+            self.account.function_calls[function.name] += 1
             if failure is not None:
                 self.failures.append(failure)
                 if self.on_error == "stop":

@@ -258,6 +258,21 @@ def test_the_time_of_a_call_is_that_of_the_calls_that_are_counted(visitor: Visit
         assert each["mean_ms"] == pytest.approx(each["recent_ms"][-1], abs=1e-3)
 
 
+def test_calls_that_nobody_watched_are_counted_too(opened: Cockpit) -> None:
+    session = opened.session
+    session.ask(session.reset)
+    session.ask(lambda: session.step(4))
+    with opened.visit() as visitor:
+        visitor.subscribe("/cockpit/functions")
+        functions = visitor.until(lambda: counted(visitor, 4))
+        assert all(each["mean_ms"] > 0 for each in functions)
+        assert [each["recent_ms"] for each in functions] == [[]] * len(functions)
+        visitor.call("step", n=2)
+        functions = visitor.until(lambda: counted(visitor, 6))
+        # the first watched step tells only when the watching began
+        assert [len(each["recent_ms"]) for each in functions] == [1] * len(functions)
+
+
 def counted(visitor: Visitor, calls: int) -> list[dict[str, Any]] | None:
     """Return the functions, once each was called that often."""
     functions = (visitor.last("functions") or {"functions": []})["functions"]

@@ -2,34 +2,64 @@
 
 from __future__ import annotations
 
-from collections import deque
-from dataclasses import dataclass, field
+from collections import defaultdict, deque
+from dataclasses import dataclass
+
+from nrp_core.cle.engine import ClosedLoop
 
 RECENT = 60
 """Number of calls whose duration is shown."""
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class Cost:
-    """The running time of a function since the last change of the run's time.
+    """The running time of a function.
 
     Args:
         calls: number of calls.
-        total_ms: wall time of all calls.
-        recent_ms: wall time of the last calls.
+        mean_ms: wall time of a call; 0 before the first.
+        recent_ms: wall time of the last calls that were watched.
     """
 
-    calls: int = 0
-    total_ms: float = 0.0
-    recent_ms: deque[float] = field(default_factory=lambda: deque(maxlen=RECENT))
+    calls: int
+    mean_ms: float
+    recent_ms: tuple[float, ...]
 
-    def add(self, ms: float) -> None:
-        """Count a call."""
-        self.calls += 1
-        self.total_ms += ms
-        self.recent_ms.append(ms)
 
-    @property
-    def mean_ms(self) -> float:
-        """Wall time of a call; 0 before the first."""
-        return self.total_ms / self.calls if self.calls else 0.0
+class Costs:
+    """The running times of the functions of a loop since the last change of its time.
+
+    The loop counts all calls. The time of a single call is known only if :meth:`watch` is called after it.
+
+    Args:
+        loop: the loop.
+    """
+
+    def __init__(self, loop: ClosedLoop) -> None:
+        self._loop = loop
+        self.begin_again()
+
+    def begin_again(self) -> None:
+        """Forget what was measured."""
+        account = self._loop.account
+        self._calls_before, self._before_ns = dict(account.function_calls), dict(account.function_ns)
+        self._calls_seen, self._seen_ns = dict(self._calls_before), dict(self._before_ns)
+        self._recent_ms: dict[str, deque[float]] = defaultdict(lambda: deque(maxlen=RECENT))
+
+    def watch(self) -> None:
+        """Note the time of the calls of a step."""
+        account = self._loop.account
+        for name, calls in account.function_calls.items():
+            added = calls - self._calls_seen.get(name, 0)
+            if added:
+                spent_ns = account.function_ns[name]
+                if added == 1:  # else nobody watched for a while
+                    self._recent_ms[name].append((spent_ns - self._seen_ns.get(name, 0)) / 1e6)
+                self._calls_seen[name], self._seen_ns[name] = calls, spent_ns
+
+    def of(self, name: str) -> Cost:
+        """Return the running time of a function by its name."""
+        account = self._loop.account
+        calls = account.function_calls.get(name, 0) - self._calls_before.get(name, 0)
+        spent_ns = account.function_ns.get(name, 0) - self._before_ns.get(name, 0)
+        return Cost(calls, spent_ns / calls / 1e6 if calls else 0.0, tuple(self._recent_ms[name]))

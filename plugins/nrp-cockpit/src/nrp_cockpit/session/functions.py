@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from nrp_cockpit.session.completion import words_of
-from nrp_cockpit.session.costs import Cost
+from nrp_cockpit.session.costs import Costs
 from nrp_cockpit.session.drafts import Drafts
 from nrp_cockpit.session.findings import finding_data, function_data
 from nrp_core.analysis.validate import validate
-from nrp_core.cle.engine import ClosedLoop
 from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.experiment.making.maker import load_functions
 from nrp_core.experiment.model.experiment import Experiment
@@ -34,6 +33,7 @@ class Functions:
 
     Attributes:
         drafts: of the files that were edited.
+        costs: the running times of the functions.
     """
 
     def __init__(self, run: Run) -> None:
@@ -45,27 +45,12 @@ class Functions:
             if str(function.place.path) in self._files:  # those of old experiments have no file of their own
                 self._names[str(function.place.path)].append(function.name)
         self.drafts = Drafts()
-        self._spent_ns: dict[str, int] = {}
-        self._costs: dict[str, Cost] = defaultdict(Cost)
-
-    def after_step(self, loop: ClosedLoop) -> None:
-        """Note which functions ran in this step, and their time."""
-        before = self._spent_ns
-        for name, spent_ns in loop.account.function_ns.items():
-            added_ns = spent_ns - before.get(name, 0)
-            if added_ns:
-                before[name] = spent_ns
-                self._costs[name].add(added_ns / 1e6)
+        self.costs = Costs(run.loop)
 
     @property
     def texts(self) -> dict[str, str]:
         """The texts that the run uses, by the names of their files."""
         return dict(self._running)
-
-    def begin_again(self) -> None:
-        """Forget the measured costs: the run is at another time."""
-        self._spent_ns = dict(self._run.loop.account.function_ns)
-        self._costs.clear()
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -85,7 +70,7 @@ class Functions:
         """Return the functions and their files."""
         functions = []
         for function in self._run.loop.functions:
-            shown = function_data(function, self._run, self._costs[function.name])
+            shown = function_data(function, self._run, self.costs.of(function.name))
             functions.append(self.drafts.in_place(shown))
         return {"functions": functions, "files": [self._file_data(name) for name in self._there()]}
 

@@ -45,7 +45,7 @@ class LiveSession(Session):
     ) -> None:
         super().__init__(hub, requests)
         self.beside: Companion | None = None
-        self._jumping = self._is_halted = False
+        self._jumping = self._is_halted = self._is_shown = False
         self._going_since: float | None = None
         self._gone_s = 0.0
         self._recording: RecordingFolder | None = None
@@ -144,19 +144,26 @@ class LiveSession(Session):
             self.hearing.take_poses_again()  # those of the last step, which are not sent with every step
 
     def _after_step(self, loop: Any) -> None:
-        hub = self.hub
-        self.functions.after_step(loop)
-        if hub.listeners or self.hearing.listens:
-            with hub.together():
-                self.hearing.take()
-                self.reports.after_step()
-        self.past.after_step(WATCHED_NS if hub.listeners else ALONE_NS)
+        # with cold caches each call takes microseconds, so there are few while nobody watches
+        if self.hub.listeners or self._is_shown:
+            self._show_step()
+        elif loop.brain.now_ns >= self.past.due_ns:
+            self.past.after_step(ALONE_NS)
         if self.beside is not None and not self._jumping:
             began_ns = work.now_ns()
             self.beside.follow()
             loop.account.total_ns -= work.now_ns() - began_ns  # the second run is not part of this one
-        if self._wanted or self.mode is Mode.PAUSED:
+        if self.requests.wanted:
             loop.stop()
+
+    def _show_step(self) -> None:
+        """Send the step to the clients; also once after the last one has left, to end the observation."""
+        self.functions.costs.watch()
+        with self.hub.together():
+            self.hearing.take()
+            self.reports.after_step()
+        self.past.after_step(WATCHED_NS)
+        self._is_shown = self.hearing.listens
 
     # -- time
 
@@ -257,7 +264,7 @@ class LiveSession(Session):
         """Report that the time has jumped."""
         if self.run.error is None:
             self.mode = Mode.FINISHED if self.now_ns >= self.end_ns else Mode.PAUSED
-        self.functions.begin_again()
+        self.functions.costs.begin_again()
         self.hearing.begin_again()
         self.hearing.take()
         if self.beside is not None:

@@ -55,6 +55,9 @@ class Past:
         run: the run.
         can_save: whether it can be saved; otherwise the past is empty.
         halted: returns whether a repetition should stop.
+
+    Attributes:
+        due_ns: simulated time of the next automatic snapshot if nobody watches.
     """
 
     def __init__(self, run: Run, *, can_save: bool, halted: Callable[[], bool] = lambda: False) -> None:
@@ -62,8 +65,8 @@ class Past:
         self._lost = ""  # why it cannot be saved now
         self._moments: list[Moment] = []
         self._published: list[tuple[int, str, Any]] = []
-        self._reach_ns, self._last_ns = run.loop.now_ns, -ALONE_NS
-        self._number, self._rarer = 0, 1.0
+        self._reach_ns, self._number, self._rarer = run.loop.now_ns, 0, 1.0
+        self._last_was(-ALONE_NS)
         self._again: deque[Any] | None = None  # the messages to publish again, while the past is repeated
         run.loop.hooks.from_outside.append(self._note)
         self.after_step()
@@ -109,10 +112,7 @@ class Past:
 
     def after_step(self, every_ns: int = WATCHED_NS) -> None:
         """Take an automatic snapshot if it is due."""
-        now_ns = self._run.loop.now_ns
-        if now_ns > self._reach_ns:
-            self._reach_ns = now_ns
-        if now_ns - self._last_ns >= every_ns * self._rarer and self._again is None:
+        if self._again is None and self._run.loop.now_ns - self._last_ns >= every_ns * self._rarer:
             self._take_own()
 
     def mark(self) -> None:
@@ -136,12 +136,14 @@ class Past:
 
     def restore(self, moment: Moment) -> None:
         """Return to a snapshot; one of an abandoned past makes that the past."""
+        self._note_reach()
         self._run.restore(lz4.block.decompress(moment.data))
         self._run.error = None
         if not moment.was:
             self._leave()
             moment.was = True
-            self._reach_ns = self._last_ns = moment.t_ns
+            self._reach_ns = moment.t_ns
+            self._last_was(moment.t_ns)
 
     def way_to(self, t_ns: int) -> Callable[[], None]:
         """Return the repetition from the last snapshot before a time up to that time, or from now on.
@@ -152,6 +154,7 @@ class Past:
         Raises:
             CapabilityError: there is no earlier snapshot.
         """
+        self._note_reach()
         now_ns = self._run.loop.now_ns
         past = [each for each in self._moments if each.was and each.t_ns <= t_ns]
         before = past[-1] if past else None
@@ -175,7 +178,7 @@ class Past:
         self._moments = [each for each in self._moments if each.kept or each.was]
         self._published = [each for each in self._published if each[0] < t_ns]
         self._reach_ns = t_ns
-        self._last_ns = max((each.t_ns for each in self._moments if each.was), default=-ALONE_NS)
+        self._last_was(max((each.t_ns for each in self._moments if each.was), default=-ALONE_NS))
 
     def begin_again(self) -> None:
         """Forget all but requested snapshots, because the run is at its beginning."""
@@ -187,12 +190,21 @@ class Past:
         """Stop observing the run."""
         self._run.loop.hooks.from_outside.remove(self._note)
 
+    def _last_was(self, t_ns: int) -> None:
+        """Note the time of the last snapshot."""
+        self._last_ns, self.due_ns = t_ns, t_ns + int(ALONE_NS * self._rarer)
+
+    def _note_reach(self) -> None:
+        """Note the latest time reached, before the run goes elsewhere."""
+        self._reach_ns = max(self._reach_ns, self._run.loop.now_ns)
+
     def _leave(self) -> None:
         """Abandon the present past."""
         self._moments = [each for each in self._moments if each.kept]
         for each in self._moments:
             each.was = False
-        self._published, self._last_ns = [], -ALONE_NS
+        self._published = []
+        self._last_was(-ALONE_NS)
 
     def _relive(self, t_ns: int) -> None:
         """Repeat up to a time, unless a message from outside makes the run continue differently."""
@@ -230,7 +242,7 @@ class Past:
         moment = Moment(f"s{self._number}", self._run.loop.now_ns, lz4.block.compress(state), kept)
         self._moments.append(moment)
         self._moments.sort(key=lambda each: each.t_ns)
-        self._last_ns = max(self._last_ns, moment.t_ns)
+        self._last_was(max(self._last_ns, moment.t_ns))
         self._let_age()
         self._thin_out()
         return moment
