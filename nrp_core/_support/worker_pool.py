@@ -48,8 +48,8 @@ class WorkerPool:
 
     def __init__(self, size: int) -> None:
         self._size = size
-        self._idle: list[_Worker] = []
-        self._busy: dict[_Worker, Any] = {}
+        self._idle: list[Worker] = []
+        self._busy: dict[Worker, Any] = {}
 
     def perform(self, function: Callable[[T], R], tasks: Iterable[T]) -> Iterator[TaskOutcome[T, R]]:
         """Perform tasks and yield what came of each, in the order in which they end.
@@ -69,16 +69,16 @@ class WorkerPool:
                 yield self._outcome(worker, self._busy.pop(worker))
 
     def _give(self, function: Any, task: Any) -> None:
-        worker = self._idle.pop() if self._idle else _Worker()
+        worker = self._idle.pop() if self._idle else Worker()
         try:
             worker.connection.send((function, task))
         except OSError:  # it died while it was idle
             worker.end()
-            worker = _Worker()
+            worker = Worker()
             worker.connection.send((function, task))
         self._busy[worker] = task
 
-    def _outcome(self, worker: _Worker, task: Any) -> TaskOutcome[Any, Any]:
+    def _outcome(self, worker: Worker, task: Any) -> TaskOutcome[Any, Any]:
         try:
             value, error = worker.connection.recv()
         except (EOFError, OSError):
@@ -100,8 +100,11 @@ class WorkerPool:
         self._busy.clear()
 
 
-class _Worker:
-    """One process and the socket to it; its output goes to standard error."""
+class Worker:
+    """One process and the socket to it; its output goes to standard error.
+
+    It takes pairs of an importable function and its argument, and returns pairs of value and error.
+    """
 
     def __init__(self) -> None:
         ours, theirs = socket.socketpair()

@@ -17,8 +17,9 @@ require_extra("gymnasium", "gym", "nrp_core.gym")
 from nrp_core.gym.agent_run import Reward, Terminate  # noqa: E402
 from nrp_core.gym.env import NrpEnv, make_env  # noqa: E402
 from nrp_core.gym.registered import register_shipped  # noqa: E402
-from nrp_core.gym.vector import NrpVectorEnv, make_vec  # noqa: E402
+from nrp_core.gym.vector import NrpVectorEnv  # noqa: E402
+from nrp_core.gym.vector_processes import NrpProcessesEnv, make_vec  # noqa: E402
 
-__all__ = ["NrpEnv", "NrpVectorEnv", "Reward", "Terminate", "make_env", "make_vec"]
+__all__ = ["NrpEnv", "NrpProcessesEnv", "NrpVectorEnv", "Reward", "Terminate", "make_env", "make_vec"]
 
 register_shipped()

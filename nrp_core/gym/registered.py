@@ -62,6 +62,6 @@ def register_shipped() -> None:
             gymnasium.register(
                 name,
                 "nrp_core.gym.env:NrpEnv",
-                vector_entry_point="nrp_core.gym.vector:NrpVectorEnv",
+                vector_entry_point="nrp_core.gym.vector_processes:make_vec",
                 kwargs=settings,
             )

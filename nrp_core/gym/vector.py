@@ -15,11 +15,11 @@ from gymnasium.vector.utils import batch_space
 
 from nrp_core._support.arrays import BoolArray, FloatArray
 from nrp_core.cle.side_by_side import SideBySide
-from nrp_core.errors import ExperimentError, LifecycleError, SimulationError
+from nrp_core.errors import ExperimentError, SimulationError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.gym.agent_run import Agent, AgentRun, Reward, Terminate
-from nrp_core.gym.vector_arguments import masked, mode_of, require_number, seeds_of
+from nrp_core.gym.vector_arguments import masked, mode_of, require_going, require_number, rows_of, seeds_of
 from nrp_core.gym.vector_infos import final_infos, infos_of, times_of
 from nrp_core.world.batch import threads_for
 
@@ -46,12 +46,14 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
 
     Attributes:
         runs: the runs of the copies; they stay open until :meth:`close`.
+        first_number: what errors call the first copy.
 
     Raises:
         ExperimentError: the experiment, an observation, an action or a number is not valid.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012  as declared there
+    first_number = 0
 
     def __init__(
         self,
@@ -121,22 +123,19 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
             if seeds[number] is not None:
                 self._random[number], _ = np_random(seeds[number])
         self._begin(chosen)
-        return self._observation(), times_of(self._copies, chosen)
+        return self.seen_now(), times_of(self._copies, chosen)
 
     def step(
         self, actions: Mapping[str, Any]
     ) -> tuple[dict[str, Any], FloatArray, BoolArray, BoolArray, dict[str, Any]]:
         """Act, take the steps and observe; copies at their end are reset as the autoreset mode says."""
         over = self._terminated | self._truncated
-        if self.autoreset_mode is AutoresetMode.DISABLED and over.any():
-            numbers = ", ".join(map(str, np.flatnonzero(over)))
-            mask = 'options={"reset_mask": ...}'
-            raise LifecycleError(f"the episodes of these copies are over: {numbers}; reset them with {mask}")
+        require_going(over, self.autoreset_mode)
         beginning, stepped = np.flatnonzero(over).tolist(), np.flatnonzero(~over).tolist()
         self._act(actions, stepped)
         self._advance(stepped)
         self._begin(beginning)
-        seen = self._observation()
+        seen = self.seen_now()
         self._judge(stepped, seen)
         rewards = self._rewards.copy()
         terminated, truncated = self._terminated.copy(), self._truncated.copy()
@@ -147,7 +146,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
         if ended:
             infos |= final_infos(self._copies, ended, seen)
             self._begin(ended)
-            seen = self._observation()
+            seen = self.seen_now()
         infos = times_of(self._copies, [*beginning, *ended], infos)
         return seen, rewards, terminated, truncated, infos
 
@@ -158,12 +157,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
     # -- the parts of a step
 
     def _act(self, actions: Mapping[str, Any], stepped: Iterable[int]) -> None:
-        for name, space in self.action_space.spaces.items():
-            if name not in actions:
-                raise ExperimentError(f"there is no action for '{name}'; it is {space}")
-            rows = np.asarray(actions[name], np.float64)
-            if rows.shape != space.shape:
-                raise ExperimentError(f"the action '{name}' has the shape {space.shape}, not {rows.shape}")
+        for name, rows in rows_of(actions, self.action_space).items():
             values = rows.tolist()
             for number in stepped:
                 self._copies[number].acted[name].apply(values[number])
@@ -184,7 +178,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
         for number, error in failed.items():
             rest = f" (and {len(failed) - 1} more)" if len(failed) > 1 else ""
             t_ns = self.runs[number].loop.now_ns
-            raise SimulationError(f"copy {number}{rest}: {error}", t_ns=t_ns) from error
+            raise SimulationError(f"copy {self.first_number + number}{rest}: {error}", t_ns=t_ns) from error
 
     def _begin(self, chosen: Iterable[int]) -> None:
         """Begin an episode of some copies."""
@@ -198,7 +192,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
             self._random[number], _ = np_random()
         return int(self._random[number].integers(2**31))
 
-    def _observation(self) -> dict[str, Any]:
+    def seen_now(self) -> dict[str, Any]:
         """Return new arrays with the observations of all copies, a row for each."""
         seen: dict[str, Any] = {}
         for name, space in self.observation_space.spaces.items():
@@ -215,19 +209,3 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
             self._rewards[number], self._terminated[number], self._truncated[number] = (
                 reward, terminated, truncated,
             )  # fmt: skip
-
-
-def make_vec(experiment: str | Path, overrides: Sequence[str] = (), **settings: Any) -> NrpVectorEnv:
-    """Return a vector environment; the arguments are those of :class:`NrpVectorEnv`.
-
-    Example::
-
-        envs = make_vec(
-            "slalom_pioneer",
-            ["transfer_functions=[]", "criteria=null"],
-            num_envs=64,
-            observe=["motion:pioneer", "rate:feelers"],
-            act={"/pioneer/cmd_vel": {"linear.x": (0, 1), "angular.z": (-2, 2)}},
-        )
-    """
-    return NrpVectorEnv(experiment, overrides, **settings)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from gymnasium.spaces import Dict
 from gymnasium.vector import AutoresetMode
 
-from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core._support.arrays import BoolArray, FloatArray
+from nrp_core.errors import ExperimentError, LifecycleError, did_you_mean
 
 
 def mode_of(given: str | AutoresetMode) -> AutoresetMode:
@@ -72,3 +74,32 @@ def masked(options: dict[str, Any] | None, copies: int) -> list[int]:
         )
     numbers: list[int] = np.flatnonzero(mask).tolist()
     return numbers
+
+
+def rows_of(actions: Mapping[str, Any], space: Dict) -> dict[str, FloatArray]:
+    """Return the actions of all copies, a row for each.
+
+    Raises:
+        ExperimentError: one is missing, or has another shape.
+    """
+    found: dict[str, FloatArray] = {}
+    for name, one in space.spaces.items():
+        if name not in actions:
+            raise ExperimentError(f"there is no action for '{name}'; it is {one}")
+        rows = np.asarray(actions[name], np.float64)
+        if rows.shape != one.shape:
+            raise ExperimentError(f"the action '{name}' has the shape {one.shape}, not {rows.shape}")
+        found[name] = rows
+    return found
+
+
+def require_going(over: BoolArray, mode: AutoresetMode) -> None:
+    """Refuse a step of copies at their end if they are not reset by it.
+
+    Raises:
+        LifecycleError: as said.
+    """
+    if mode is AutoresetMode.DISABLED and over.any():
+        numbers = ", ".join(map(str, np.flatnonzero(over)))
+        mask = 'options={"reset_mask": ...}'
+        raise LifecycleError(f"the episodes of these copies are over: {numbers}; reset them with {mask}")

@@ -48,3 +48,22 @@ def final_infos(copies: Sequence[AgentRun], ended: Sequence[int], seen: dict[str
         last[number] = {name: rows[number].copy() for name, rows in seen.items()}
     found = {"final_obs": last, "final_info": infos_of(copies, ended)}
     return found | {f"_{name}": mask.copy() for name in found}
+
+
+def joined(parts: Sequence[tuple[int, Infos]]) -> Infos:
+    """Return the infos of several groups of copies as one.
+
+    Args:
+        parts: the number of copies of each group and its infos; what a group does not have is masked there.
+    """
+    found: Infos = {}
+    for name in dict.fromkeys(name for _, infos in parts for name in infos):
+        example = next(infos[name] for _, infos in parts if name in infos)
+        if isinstance(example, dict):
+            found[name] = joined([(size, infos.get(name, {})) for size, infos in parts])
+        else:
+            nothing = None if example.dtype == np.dtype(object) else 0
+            found[name] = np.concatenate(
+                [infos.get(name, np.full(size, nothing, example.dtype)) for size, infos in parts]
+            )
+    return found

@@ -11,7 +11,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import nrp_core.gym
 from nrp_core.errors import NrpError
-from nrp_core.gym import NrpVectorEnv, make_env, make_vec
+from nrp_core.gym import NrpProcessesEnv, NrpVectorEnv, make_env, make_vec, vector_processes
 from nrp_core.world.rigid.motion import ModelMotion
 from nrp_core.world.rigid.pose import Pose
 
@@ -100,16 +100,17 @@ def test_copies_are_what_gymnasium_makes_of_single_environments(
 
 
 def test_a_copy_that_fails_is_named_and_can_be_reset_while_the_others_continue(
-    single: SyncVectorEnv, copies: NrpVectorEnv
+    single: SyncVectorEnv, copies: NrpVectorEnv, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     action = {"source:feelers": np.full((COPIES, 1), 200.0)}
     for envs in (single, copies):
         envs.autoreset_mode = AutoresetMode.DISABLED
         envs.reset(seed=5)
+    monkeypatch.setattr(copies, "first_number", 6)
     copies.runs[1].world.place("pioneer", ModelMotion(Pose((0.0, 0.0, 1.0)), linear=(1e200, 0.0, 0.0)))
-    with pytest.raises(NrpError, match=r"copy 1: .*not finite"):
+    with pytest.raises(NrpError, match=r"copy 7: .*not finite"):
         copies.step(action)
-    with pytest.raises(NrpError, match=r"copy 1: .*has failed; only reset"):
+    with pytest.raises(NrpError, match=r"copy 7: .*has failed; only reset"):
         copies.step(action)
     again = {"reset_mask": np.array([False, True])}
     copies.reset(seed=[0, 9], options=dict(again))
@@ -166,6 +167,68 @@ def test_wrong_seeds_masks_and_actions_are_refused(copies: NrpVectorEnv) -> None
         copies.step({"source:feelers": np.array([1.0])})
     with pytest.raises(NrpError, match="there is no action for 'source:feelers'"):
         copies.step({"source:feeler": np.zeros((2, 1))})
+
+
+@pytest.fixture(scope="module")
+def forgetful(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """Short runs whose transfer function keeps nothing, so that tests can come in any order."""
+    file = tmp_path_factory.mktemp("functions") / "drive.py"
+    file.write_text(FUNCTION.replace("steps += 1", "steps = 1"))
+    return ["duration=100 ms", f"transfer_functions=[{file}]"]
+
+
+@pytest.fixture(scope="module")
+def alone(forgetful: list[str]) -> Iterator[SyncVectorEnv]:
+    with closing(SyncVectorEnv([lambda: make_env("slalom_pioneer", forgetful, **AGENT)] * COPIES)) as envs:
+        yield envs
+
+
+@pytest.fixture(scope="module")
+def spread(forgetful: list[str]) -> Iterator[NrpProcessesEnv]:
+    """Each copy in a process of its own."""
+    settings = {"num_envs": COPIES, "processes": 9, "autoreset_mode": "SameStep", **AGENT}
+    with closing(make_vec("slalom_pioneer", forgetful, **settings)) as envs:
+        assert isinstance(envs, NrpProcessesEnv)
+        yield envs
+
+
+def test_copies_in_processes_are_what_gymnasium_makes_of_single_environments(
+    alone: SyncVectorEnv, spread: NrpProcessesEnv
+) -> None:
+    assert spread.observation_space == alone.observation_space
+    assert spread.action_space == alone.action_space
+    mode = AutoresetMode.SAME_STEP
+    found, expected = [*episodes(spread, mode)], [*episodes(alone, mode)]
+    assert_equal(tuple(found), tuple(expected))
+    assert any("final_obs" in one[4] for one in found if len(one) == 5)
+
+
+@pytest.mark.parametrize("wrong", ["seeds", "actions"])
+def test_wrong_shares_are_noticed(
+    alone: SyncVectorEnv, spread: NrpProcessesEnv, wrong: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if wrong == "seeds":
+        monkeypatch.setattr("nrp_core.gym.vector_processes.seeds_of", lambda seed, copies: [5] * copies)
+    else:
+        right = vector_processes.rows_of
+        swapped = lambda given, space: {name: rows[::-1] for name, rows in right(given, space).items()}  # noqa: E731
+        monkeypatch.setattr(vector_processes, "rows_of", swapped)
+    mode = AutoresetMode.SAME_STEP
+    with pytest.raises(AssertionError):
+        assert_equal(tuple(episodes(spread, mode)), tuple(episodes(alone, mode)))
+
+
+def test_wrong_arguments_and_a_lost_process_are_named(spread: NrpProcessesEnv) -> None:
+    with pytest.raises(NrpError, match="processes is a whole number from 1 on, not 0"):
+        make_vec("slalom_pioneer", num_envs=2, observe=["rate:wheels"], processes=0)
+    spread.reset(seed=1)
+    with pytest.raises(NrpError, match=r"'source:feelers' has the shape \(2, 1\), not \(3, 1\)"):
+        spread.step({"source:feelers": np.zeros((3, 1))})
+    with pytest.raises(NrpError, match="there is no action for 'source:feelers'"):
+        spread._all(vector_processes._step, [{}] * COPIES)  # an error in a process is an error here
+    spread._workers[1].process.kill()
+    with pytest.raises(NrpError, match=r"the process of copies 1 to 1 has ended: signal 9"):
+        spread.step({"source:feelers": np.zeros((2, 1))})
 
 
 def test_shipped_experiments_are_made_by_the_number() -> None:

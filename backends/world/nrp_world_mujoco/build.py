@@ -32,6 +32,8 @@ FAR_AWAY = 1e9
 HARD = [0.999, 0.999, 0.001, 0.5, 2.0]  # impedance of stiff constraints: friction of joints, couplings
 FIRMEST = [0.9999, 0.9999, 0.001, 0.5, 2.0]  # of joints that no load moves off their paths
 SMALLEST = 1e-12  # MuJoCo refuses an empty range
+FEW_GEOMS = 64  # with fewer, testing each pair is faster than bounding volumes
+SAME_CONTACTS = mujoco.mjtDisableBit.mjDSBL_MIDPHASE  # has no bounding volumes, and the same contacts
 TYPES = {"prismatic": mujoco.mjtJoint.mjJNT_SLIDE, "ball": mujoco.mjtJoint.mjJNT_BALL}
 AHEAD, ASIDE = [1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0]
 
@@ -136,6 +138,8 @@ class _Builder:
         for model in self._scene.models:
             self._add_model(model)
         actuators = self._native.finish()
+        if len(self._spec.geoms) < FEW_GEOMS:
+            self._spec.option.disableflags |= SAME_CONTACTS
         compiled = self._spec.compile()
         return Built(
             compiled,

@@ -75,9 +75,8 @@ class Floating:
         """
         _, _, _, qw, qx, qy, qz = self._position.tolist()
         vx, vy, vz, wx, wy, wz = self._velocity.tolist()
-        pose = Pose(orientation=(qx, qy, qz, qw))
-        forward, left, turn = by(pose.rotate_back((vx, vy, vz)), (wx, wy, wz))
-        x, y, z = pose.rotate((forward, left, 0.0))
+        forward, left, turn = by(rotated(-qx, -qy, -qz, qw, (vx, vy, vz)), (wx, wy, wz))
+        x, y, z = rotated(qx, qy, qz, qw, (forward, left, 0.0))
         self._velocity[:] = vx + x, vy + y, vz + z, wx, wy, wz + turn
 
 

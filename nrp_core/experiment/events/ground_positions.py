@@ -3,49 +3,51 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 from nrp_core.errors import CapabilityError, SceneError
 from nrp_core.experiment.events.geometry import Footprint, GroundPoint
 from nrp_core.experiment.model.event_schema import Near
-from nrp_core.world.model_states import MODEL_STATES
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Link, Model, Scene
 from nrp_core.world.world import World
 
 
 class GroundPositions:
-    """The poses of all models from the world's topic, read once per step.
+    """The poses of all models, read once per step.
 
     Args:
         world: an open world; without poses if its engine does not report them.
     """
 
     def __init__(self, world: World) -> None:
-        self._states = world.subscribe(MODEL_STATES) if world.capabilities.poses else None
-        self._poses: dict[str, Any] = {}
+        self._world = world
+        self._scene: Scene | None = None
+        self._poses: dict[str, Pose] = {}
         self.refresh()
 
     def refresh(self) -> None:
-        """Read the present poses."""
-        if self._states is None:
+        """Read the present poses; those of static models change only with the scene."""
+        if not self._world.capabilities.poses:
             return
-        stamped = self._states.latest
-        assert stamped is not None  # a topic without a rate always has a value
-        self._poses = dict(zip(stamped.message.name, stamped.message.pose, strict=True))
+        engine = self._world.engine
+        if engine.scene is not self._scene:
+            self._scene = engine.scene
+            self._poses = {model.name: model.pose for model in self._scene.models}
+            self._moving = [model.name for model in self._scene.models if not model.static]
+        for name in self._moving:
+            self._poses[name] = engine.model_motion(name).pose
 
     def __contains__(self, model: object) -> bool:
         return model in self._poses
 
     def pose(self, model: str) -> Pose:
         """Return the pose of a model."""
-        p, q = self._poses[model].position, self._poses[model].orientation
-        return Pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
+        return self._poses[model]
 
     def ground(self, model: str) -> GroundPoint:
         """Return the horizontal position of a model's origin."""
-        position = self._poses[model].position
-        return position.x, position.y
+        x, y, _ = self._poses[model].position
+        return x, y
 
 
 def require_poses(world: World) -> None:
