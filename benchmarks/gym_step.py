@@ -1,0 +1,74 @@
+"""What a step as an environment of Gymnasium adds to the step of a run, and what a reset takes.
+
+The environment observes the robot's motion and a firing rate, and commands the robot. The same run takes
+steps of its own and steps of the environment in turn, so that a busy machine slows both. CPU time, least and
+median.
+
+    python benchmarks/gym_step.py
+    python benchmarks/gym_step.py --steps 2000
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+from collections.abc import Callable
+from contextlib import closing
+from statistics import median
+from typing import Any
+
+from nrp_core.gym import make_env
+
+CASES: dict[str, dict[str, Any]] = {
+    "braitenberg_husky": {
+        "overrides": ["world.options.image_scale=0.25"],
+        "observe": ["motion:husky", "rate:actors"],
+        "act": ["/husky/cmd_vel"],
+    },
+    "slalom_pioneer": {"observe": ["motion:pioneer", "rate:feelers"], "act": ["/pioneer/cmd_vel"]},
+}
+
+
+def cpu_us(call: Callable[[], object]) -> float:
+    """Return the CPU time of a call."""
+    began = time.process_time_ns()
+    call()
+    return (time.process_time_ns() - began) / 1e3
+
+
+def shown(times_us: list[float]) -> str:
+    return f"{min(times_us):6.0f} (median {median(times_us):6.0f})"
+
+
+def measure(name: str, steps: int, settings: dict[str, Any]) -> None:
+    with closing(make_env(name, same_noise=True, **settings)) as env:
+        env.action_space.seed(1)
+        action = env.action_space.sample()
+        bare: list[float] = []
+        whole: list[float] = []
+        resets: list[float] = []
+        while len(bare) < steps:
+            resets.append(cpu_us(env.reset))
+            for _ in range(25):  # in this order, sensors of every rate fall into both kinds of steps
+                whole.append(cpu_us(lambda: env.step(action)))
+                bare.append(cpu_us(env.run.step))
+                bare.append(cpu_us(env.run.step))
+                whole.append(cpu_us(lambda: env.step(action)))
+        more, typical = min(whole) / min(bare) - 1, median(whole) / median(bare) - 1
+        print(
+            f"{name}: step {shown(whole)} us, of the run {shown(bare)} us, {more:+.1%} "
+            f"(median {typical:+.1%}); reset {shown(resets)} us; load {os.getloadavg()[0]:.1f}"
+        )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--steps", type=int, default=1000)
+    given = parser.parse_args()
+    for name, settings in CASES.items():
+        measure(name, given.steps, settings)
+
+
+if __name__ == "__main__":
+    main()
