@@ -15,7 +15,9 @@ Each is also the matching builtin, so ``except ValueError`` works where a caller
     │   ├── TransferFunctionError                     a transfer function is declared wrongly
     │   │   └── TriggerError                          its trigger is not a subscribed topic
     │   ├── NetworkError                              a network contradicts itself
-    │   │   └── SlowScriptError                       a brain script takes longer than a check may last
+    │   │   ├── SlowScriptError                       a brain script takes longer than a check may last
+    │   │   └── EndlessScriptError                    a brain script takes longer than the experiment allows
+    │   ├── ParameterError                            a declaration of a parameter contradicts another
     │   └── SceneError                                a robot or room file cannot be used
     ├── CapabilityError               (NotImplementedError)  the backend lacks a capability
     ├── SimulationError               (RuntimeError)  a failure while running; carries t_ns
@@ -162,6 +164,14 @@ class NetworkError(ExperimentError):
 
 class SlowScriptError(NetworkError):
     """A brain script takes longer than a check may last."""
+
+
+class EndlessScriptError(NetworkError):
+    """A brain script takes longer than the experiment allows."""
+
+
+class ParameterError(ExperimentError):
+    """A declaration of a parameter that contradicts itself or another one."""
 
 
 class SceneError(ExperimentError):

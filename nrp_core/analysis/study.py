@@ -196,7 +196,7 @@ class Study(Examination):
         before = len(self.collector.findings)
         with self.collector.during(Code.NRP216, "brain", "backend"):
             self.brain.capabilities.require(self.network, self._experiment.brain.backend)
-            with self.collector.during(Code.NRP208, "brain", "model"):
+            with self.collector.during(Code.NRP350, "brain", "model"):
                 if self._build.refusal is not None:
                     raise self._build.refusal
         self.collector.place(self._build.warnings, "brain", "model")

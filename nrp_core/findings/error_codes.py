@@ -7,7 +7,9 @@ from typing import Final
 from nrp_core.errors import (
     BackendError,
     CapabilityError,
+    EndlessScriptError,
     NeuronSelectionError,
+    ParameterError,
     SlowScriptError,
     TopicError,
     TriggerError,
@@ -20,6 +22,8 @@ _CODES: Final = {
     TopicError: Code.NRP212,
     CapabilityError: Code.NRP216,
     SlowScriptError: Code.NRP244,
+    EndlessScriptError: Code.NRP344,
+    ParameterError: Code.NRP351,
     TriggerError: Code.NRP245,
 }
 

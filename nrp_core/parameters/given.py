@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TypeVar
 
-from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.errors import ExperimentError, ParameterError, did_you_mean
 from nrp_core.parameters.parameter import Parameter, Value
 
 V = TypeVar("V", bound="bool | int | float | str | list[float] | list[int]")
@@ -51,7 +51,7 @@ class GivenParameters:
         """
         declared = Parameter(name, default, unit, low, high, doc)  # type: ignore[arg-type]
         if self._declared.setdefault(name, declared) != declared:
-            raise ExperimentError(f"parameter '{name}' is declared twice, with different arguments")
+            raise ParameterError(f"parameter '{name}' is declared twice, with different arguments")
         try:
             found: Value = declared.value(self._values.get(name, default))
         except ValueError as error:

@@ -9,7 +9,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from nrp_core.errors import ExperimentError
+from nrp_core.errors import ExperimentError, ParameterError
 from nrp_core.parameters.units import factor
 
 Number: TypeAlias = float | int
@@ -35,7 +35,7 @@ class Parameter:
         path, line: the declaration.
 
     Raises:
-        ExperimentError: the declaration contradicts itself.
+        ParameterError: the declaration contradicts itself.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Parameter:
     def __post_init__(self) -> None:
         wrong = next(self._mistakes(), None)
         if wrong is not None:
-            raise ExperimentError(f"parameter {self.name!r}: {wrong}", path=self.path, line=self.line)
+            raise ParameterError(f"parameter {self.name!r}: {wrong}", path=self.path, line=self.line)
 
     def value(self, given: object) -> Value:
         """Return a value as the script gets it, in the declared type and unit.

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from nrp_core.errors import ExperimentError
+from nrp_core.errors import ExperimentError, ParameterError
 from nrp_core.parameters.parameter import Parameter
 
 CALL = "parameter"
@@ -62,7 +62,7 @@ class Declared:
                 f"parameter '{parameter.name}' is declared with other arguments at {known.place}; "
                 "make the two equal, or rename one"
             )
-            self.mistakes.append(ExperimentError(message, path=parameter.path, line=parameter.line))
+            self.mistakes.append(ParameterError(message, path=parameter.path, line=parameter.line))
 
     @property
     def unused(self) -> list[Parameter]:

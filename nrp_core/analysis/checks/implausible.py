@@ -135,11 +135,11 @@ def _numbers(node: ast.expr) -> list[float]:
     return [one for one in values if isinstance(one, int | float)]
 
 
-@checks_function(Code.NRP289)
+@checks_function(Code.NRP352)
 def parameters_are_declared_at_the_top(function: Examined) -> Iterator[Finding]:
     """Look for ``nrp.parameter`` in a body, where an experiment cannot set it."""
     for node in own_nodes(function.declared.node.body):
         match node:
             case ast.Call(ast.Attribute(ast.Name("nrp"), "parameter")):
                 message = "a parameter is declared at the top of its file; here no experiment can set it"
-                yield function.declared.finding(Code.NRP289, node, message, Level.WARNING)
+                yield function.declared.finding(Code.NRP352, node, message, Level.WARNING)

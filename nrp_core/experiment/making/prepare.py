@@ -18,7 +18,7 @@ from nrp_core.clock import StepPlan, milliseconds, seconds
 from nrp_core.dsl.functions.collector import require_new_name
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.testing.mocks import MockBrain, MockEngine, MockWorld
-from nrp_core.errors import NetworkError, NeuronSelectionError, SceneError, did_you_mean
+from nrp_core.errors import EndlessScriptError, NeuronSelectionError, SceneError, did_you_mean
 from nrp_core.experiment.backends import load_backend, named
 from nrp_core.experiment.making.doubtful_mappings import doubtful_mappings
 from nrp_core.experiment.making.interventions import check_capabilities, with_variants
@@ -161,7 +161,8 @@ def network_of(experiment: Experiment, collector: Collector, build: Build | None
         build: makes the network; by default in this process, within the time limit of the experiment.
     """
     before = len(collector.findings)
-    with collector.during(Code.NRP208, "brain", "model"):
+    is_script = experiment.brain.model.suffix == ".py"
+    with collector.during(Code.NRP208 if is_script else Code.NRP343, "brain", "model"):
         try:
             network = maker_of(experiment).network(experiment, build or partial(_built_in_time, experiment))
             return with_variants(network, experiment, collector)
@@ -169,11 +170,13 @@ def network_of(experiment: Experiment, collector: Collector, build: Build | None
             keys = ("brain", "populations", error.subject or "")
             collector.add(Code.NRP211, error.message, *keys, subject=error.subject)
     # a declaration of a parameter that is wrong ends the script, too
-    known = {(one.path, one.line) for one in collector.findings if one.code is Code.NRP289}
+    known = {
+        (one.path, one.line) for one in collector.findings[:before] if one.code in (Code.NRP289, Code.NRP351)
+    }
     collector.findings[before:] = [
         one
         for one in collector.findings[before:]
-        if one.code is not Code.NRP208 or (one.path, one.line) not in known
+        if one.code not in (Code.NRP208, Code.NRP351) or (one.path, one.line) not in known
     ]
     return None
 
@@ -200,7 +203,7 @@ def _built_in_time(experiment: Experiment, make: Callable[[], Network]) -> Netwo
     """Make a network in this process, within the time limit of the experiment.
 
     Raises:
-        NetworkError: it takes longer; with the line that the script has reached.
+        EndlessScriptError: it takes longer; with the line that the script has reached.
     """
     limit_ns, file = experiment.brain.time_limit, experiment.brain.model
     limit = TimeLimit(None if limit_ns is None else seconds(limit_ns), name="brain.time_limit")
@@ -211,7 +214,7 @@ def _built_in_time(experiment: Experiment, make: Callable[[], Network]) -> Netwo
         frames = reversed(traceback.extract_tb(error.__traceback__))
         line = next((frame.lineno for frame in frames if frame.filename == str(file)), None)
         message = f"the brain script {error}; it was still executing this line"
-        raise NetworkError(message, path=file, line=line) from None
+        raise EndlessScriptError(message, path=file, line=line) from None
 
 
 class Examination:
@@ -361,7 +364,7 @@ class Examination:
         check_capabilities(self._experiment, self.brain.capabilities, self.collector)
         with self.collector.during(Code.NRP216, "brain", "backend"):
             self.brain.capabilities.require(self.network, name)
-            with self.collector.during(Code.NRP208, "brain", "model"), named(name, "accept the network"):
+            with self.collector.during(Code.NRP350, "brain", "model"), named(name, "accept the network"):
                 self.collector.place(
                     Findings(
                         self.brain.backend.warnings(self.network, self.brain.options), general=Code.NRP217

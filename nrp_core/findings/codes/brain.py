@@ -3,10 +3,36 @@
 from nrp_core.findings.codes.explanation import Explanation, Weight
 
 SCRIPT_FAILED = Explanation(
-    "The brain file cannot be turned into a network.",
+    "A brain script that ends with an error, or builds a network that cannot be.",
     "Without a network there are no neurons to simulate or connect.",
-    "Correct the line or value in the message. A PyNN script also runs by itself, with its whole traceback.",
-    "{n} brain files cannot be turned into a network",
+    "Correct the line or value in the message; `nrp run --debug` adds the whole traceback.",
+    "{n} brain scripts end with an error",
+    Weight.ALTERED,
+)
+
+NO_NETWORK_IN_FILE = Explanation(
+    "A file that is not a script and cannot be read as a network.",
+    "Without a network there are no neurons to simulate or connect.",
+    "Name a whole file in a format that an installed reader knows (docs/howto/keep-a-network.md), or write "
+    "it again with the program that made it.",
+    "{n} files cannot be read as networks",
+    Weight.ALTERED,
+)
+
+ENDLESS_SCRIPT = Explanation(
+    "The brain script takes longer than `brain.time_limit`.",
+    "The script was stopped, so there is no network.",
+    "If it should have ended, look at its loops from the line in the message on; if it needs the time, raise "
+    "`brain.time_limit` or set it to `off`.",
+    "{n} brain scripts take longer than their limit",
+    Weight.ALTERED,
+)
+
+REFUSED_NETWORK = Explanation(
+    "A network that the brain backend refuses.",
+    "The network is a valid one, but this backend cannot simulate the value or part in the message.",
+    "Change that value or part, or choose another brain backend (`nrp backends`).",
+    "{n} networks are refused by the brain backend",
     Weight.ALTERED,
 )
 

@@ -132,10 +132,26 @@ WRONG_PARAMETER = Explanation(
 )
 
 UNREADABLE_PARAMETER = Explanation(
-    "A declaration of a parameter that cannot be read, or contradicts itself or another.",
+    "A declaration of a parameter that cannot be read.",
     "Parameters are checked without executing the script, so their declarations must be readable.",
     'Declare it with literals: `gain = sim.parameter("gain", 1.0, unit="mV", low=0, high=5, doc="...")`.',
-    "{n} declarations of parameters cannot be used",
+    "{n} declarations of parameters cannot be read",
+    Weight.ALTERED,
+)
+
+CONTRADICTORY_PARAMETER = Explanation(
+    "A declaration of a parameter that contradicts itself or another one.",
+    "No value could meet both, so the script is not executed.",
+    "Make its default, range and unit fit each other; two declarations of one name must be equal.",
+    "{n} declarations of parameters contradict themselves or each other",
+    Weight.ALTERED,
+)
+
+LATE_PARAMETER = Explanation(
+    "A parameter that is declared inside a transfer function.",
+    "Parameters are read from the top of the file before the run, so no experiment can set this one.",
+    "Move the declaration to the top of the file, and use its name in the function.",
+    "{n} parameters are declared inside transfer functions",
     Weight.ALTERED,
 )
 

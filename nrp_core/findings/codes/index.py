@@ -148,8 +148,13 @@ class Code(Enum):
     NRP335 = brain.IMPOSSIBLE_VARIANT
     NRP336 = brain.IDLE_INTERVENTION
     NRP340 = world.STEP_OF_ENVIRONMENT
+    NRP343 = brain.NO_NETWORK_IN_FILE
+    NRP344 = brain.ENDLESS_SCRIPT
     NRP345 = world.OTHER_ENGINE
     NRP346 = world.FRAME_ELSEWHERE
+    NRP350 = brain.REFUSED_NETWORK
+    NRP351 = experiment.CONTRADICTORY_PARAMETER
+    NRP352 = experiment.LATE_PARAMETER
 
     def __repr__(self) -> str:
         return f"Code.{self.name}"

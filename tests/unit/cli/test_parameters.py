@@ -135,13 +135,16 @@ def test_a_declaration_that_is_not_literal_is_one_finding_with_its_line(folder):
     assert (finding.code.name, finding.path, finding.line) == ("NRP289", file, 5)
 
 
-@pytest.mark.parametrize("wrong", ['"delay", low=5, high=0', '"delay", 9.0, low=0, high=5'])
-def test_a_declaration_that_ends_the_script_is_one_finding(folder, wrong):
+@pytest.mark.parametrize(
+    ("wrong", "code"),
+    [('"delay", low=5, high=0', "NRP289"), ('"delay", 9.0, low=0, high=5', "NRP351")],
+)
+def test_a_declaration_that_ends_the_script_is_one_finding(folder, wrong, code):
     file = folder / "brain.py"
     right = '"delay", 1.0, unit="ms", low=0.1'
     assert right in BRAIN
     file.write_text(BRAIN.replace(right, wrong))
-    assert [one.code.name for one in errors(validate_file(folder))] == ["NRP289"]
+    assert [one.code.name for one in errors(validate_file(folder))] == [code]
 
 
 def test_a_brain_that_is_not_a_script_has_no_parameters(folder):
