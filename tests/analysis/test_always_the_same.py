@@ -83,6 +83,8 @@ def see(t, camera, eye, spikes, n, speed, rows):
     eye.rate = math.cos(np.degrees(found.left))  # NRP249 takes degrees as radians
     nrp.tf_lib.find_centroid_hsv(camera.value, (9, 99, 9), (9, 9, 9))  # NRP320 lower saturation, 99, is above
     nrp.tf_lib.find_centroid_hsv(camera.value, *RED)  # NRP320 hue is 0 to 179, not 200 to 220
+    low = np.array([2 * 90 + 20, 50, 50])
+    nrp.tf_lib.find_centroid_hsv(camera.value, low, [220, 255, 255])  # NRP320 hue is 0 to 179, not 200 to 220
     eye.rate = np.clip(0.0, LATE, found.left)  # NRP320 limits the number 0: the value comes first
     eye.rate = min(1.0, t / 1000)  # NRP233 in s, so that 't / 1000' is at most 0.04 in this run
     while math.floor(1000 * t) > 50_000:  # NRP248 'math.floor(1000 * t) > 50000' is true at none
@@ -121,7 +123,7 @@ def drive(t, rows, sped):
     if t > 2:
         return Twist(angular=Vector3(z=math.degrees(t)))  # NRP249 is in degrees, and messages carry radians
     return command
-    command.linear.x = 0.0  # NRP320 this is never reached: line 110 returns
+    command.linear.x = 0.0  # NRP320 this is never reached: line 112 returns
 """
 RIGHT = """\
 import math
@@ -177,6 +179,11 @@ def see(t, camera, eye, spikes, n, speed, rows):
     for i in range(3, 0, -1):
         eye.rate = float(i)
     nrp.tf_lib.find_centroid_hsv(camera.value, (170, 30, 30), (179, 255, 255))
+    low = [200 // 2, 50, 50]
+    high = (low[0], 255, 255)
+    nrp.tf_lib.find_centroid_hsv(camera.value, low, np.array([120 + 10, 255, 255]))
+    nrp.tf_lib.find_centroid_hsv(camera.value, low, high)
+    low = (int(t), 0, 0)
     eye.rate = round(2.7) + (found.left and 1 / found.left) + math.cos(math.radians(30))
     eye.rate = 1.0 if found.left else 0.0
     moment = t - 0.03

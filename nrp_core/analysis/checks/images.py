@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import ast
+import operator
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Final
 
 from nrp_core.analysis.events import Call
 from nrp_core.analysis.registry import checks_function
+from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Known
 from nrp_core.analysis.study import Examined
 from nrp_core.dsl.tf_lib.vision import find_centroid_hsv, wrong_bounds
 from nrp_core.findings import Code, Finding, Level
+
+_ARITHMETIC: Final = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv,
+}  # fmt: skip
+_COPIES: Final = ("array", "asarray", "list", "tuple")
+"""Functions that return the numbers they are given."""
 
 
 @checks_function(Code.NRP320)
@@ -32,15 +41,47 @@ def colors_can_be_found(function: Examined) -> Iterator[Finding]:
 
 
 def _numbers(function: Examined, node: ast.expr) -> Any:
-    """Return a constant of the file, or written out; None if it is neither."""
-    value = node.value if isinstance(node, ast.Starred) else node
-    if isinstance(value, ast.Name):
-        shape = function.declared.names.get(value.id)
-        return shape.value if isinstance(shape, Known) else None
+    """Return the value of constants, of names for them and of arithmetic with them; None for others."""
     try:
-        return ast.literal_eval(value)
-    except (ValueError, TypeError):
+        return _value(function, node.value if isinstance(node, ast.Starred) else node)
+    except (TypeError, ArithmeticError):
         return None
+
+
+def _value(function: Examined, node: ast.expr) -> Any:
+    match node:
+        case ast.Constant(value) if isinstance(value, (int, float)):
+            return value
+        case ast.Name(name):
+            shape = function.declared.names.get(name)
+            given = _assigned(function, name)
+            if given is None:
+                return shape.value if isinstance(shape, Known) else None
+            return _value(function, given)
+        case ast.Tuple(items) | ast.List(items):
+            return [_value(function, one) for one in items]
+        case ast.Call(func, [items, *_]) if ast.unparse(func).rpartition(".")[2] in _COPIES:
+            return _value(function, items)
+        case ast.UnaryOp(ast.USub(), operand):
+            return -_value(function, operand)
+        case ast.BinOp(left, op, right) if type(op) in _ARITHMETIC:
+            numbers = _value(function, left), _value(function, right)
+            if all(type(one) in (int, float) for one in numbers):
+                return _ARITHMETIC[type(op)](*numbers)
+    return None
+
+
+def _assigned(function: Examined, name: str) -> ast.expr | None:
+    """Return what a function assigns to a name of its own, if it does so once and in one place."""
+    given: list[ast.expr | None] = []
+    for node in own_nodes(function.declared.node.body):
+        match node:
+            case ast.Assign([ast.Name(target)], value) if target == name:
+                given.append(value)
+            case ast.Name(target, ast.Store()) if target == name:
+                given.append(None)
+    known = [value for value in given if value is not None]
+    return known[0] if len(known) == 1 and len(given) == 2 else None
 
 
 def _is_triple(value: Any) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeGuard, cast
@@ -108,6 +109,8 @@ def find_centroid_hsv(
 ) -> tuple[int, int] | None:
     """Return the mean pixel (column, row) of all pixels within HSV bounds, or None if there are none.
 
+    Bounds that no pixel can meet are reported by a warning of Python, once for each line.
+
     Args:
         image: None gives None.
         lower: smallest hue (0..179), saturation and value (0..255), inclusive.
@@ -115,6 +118,8 @@ def find_centroid_hsv(
     """
     if not _has_pixels(image):
         return None
+    if wrong := wrong_bounds(lower, upper):
+        warnings.warn(f"find_centroid_hsv: no colour is found: {wrong}", stacklevel=2)
     rows, columns = np.nonzero(_matching(image, lower, upper))
     return (int(columns.mean()), int(rows.mean())) if len(rows) else None
 
