@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
 from typing import Any
@@ -18,7 +18,7 @@ from nrp_core.recording.figures.style import FAINT, colour, points
 _LONGEST_LABEL, _LINE_CHARACTERS = 28, 72
 _NUMBER_POINTS = 8.0
 _MOST_ROWS = 400
-"""Maximum number of neurons; more are thinned out evenly."""
+"""Maximum number of neurons; of more, a sample is shown."""
 
 
 def shade(axes: Axes, coloured: Iterable[Coloured]) -> None:
@@ -87,14 +87,18 @@ def draw_raster(axes: Axes, story: Story) -> None:
     """Draw a tick for every spike, with a row for each neuron and a colour for each group.
 
     The indices of the first and last neuron of each group in their population are on the right. Of large
-    groups some neurons are shown.
+    groups some neurons are shown, and then the title says so.
     """
+    active = {label: {i for ids, _ in parts for i in ids.tolist()} for label, parts in story.spikes.items()}
     numbers: dict[float, int] = {}
-    shares = rows_of([len(group.ids) for group in groups(story)])
+    every = groups(story)
+    shares = rows_of([len(group.ids) for group in every])
+    if any(len(group.ids) > share for group, share in zip(every, shares, strict=True)):
+        axes.set_title("Spikes (large groups: a sample, with silent neurons only where too few fire)")
     rows = 0
     labels: list[tuple[float, int, str, str]] = []  # row, rows of the group, text, colour
-    for number, group in enumerate(groups(story)):
-        shown = group.ids[:: -(-len(group.ids) // shares[number])]
+    for number, group in enumerate(every):
+        shown = chosen(group.ids, active.get(group.population, set()), shares[number])
         times, at = _spikes_of(story, group.population, shown)
         axes.plot(
             times, at + rows, "|", color=colour(number), markersize=_tick_points(axes, sum(shares)),
@@ -122,6 +126,18 @@ def rows_of(sizes: Sequence[int]) -> list[int]:
     fits = (most for most in range(_MOST_ROWS, 1, -1) if sum(min(size, most) for size in sizes) <= _MOST_ROWS)
     most = next(fits, 1)
     return [min(size, most) for size in sizes]
+
+
+def chosen(ids: Sequence[int], active: Container[int], number: int) -> list[int]:
+    """Return a number of neurons of a group, evenly spaced: of those that fire, then of the silent ones."""
+    firing, silent = [i for i in ids if i in active], [i for i in ids if i not in active]
+    taken = _spread(firing, number)
+    return sorted(taken + _spread(silent, number - len(taken)))
+
+
+def _spread(items: Sequence[int], number: int) -> list[int]:
+    count = min(number, len(items))
+    return [items[i * len(items) // count] for i in range(count)]
 
 
 def _rows_of_a_line(axes: Axes, rows: int) -> float:

@@ -24,7 +24,7 @@ from nrp_core.recording.figures.options import Panel, PlotOptions, panels_of, si
 from nrp_core.recording.figures.page import draw_page
 from nrp_core.recording.figures.story import Coloured, StepSeries, Story, Track
 from nrp_core.recording.figures.style import style
-from nrp_core.recording.figures.traces import by_unit, groups, moving, rows_of, short_labels
+from nrp_core.recording.figures.traces import by_unit, chosen, groups, moving, rows_of, short_labels
 from nrp_core.recording.figures.view import footprint
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Images, Role
 from nrp_core.recording.reading.columns import numbers_in
@@ -456,6 +456,27 @@ def test_a_raster_shows_all_neurons_of_small_groups_and_some_of_large_ones(sizes
     assert len(sizes) <= sum(rows) <= 400
     assert rows == [min(size, max(rows)) for size in sizes]
     assert rows == sizes or sum(min(size, max(rows) + 1) for size in sizes) > 400
+
+
+@pytest.mark.parametrize(
+    ("firing", "number", "shown"),
+    [
+        ({3, 700, 999}, 5, [0, 3, 499, 700, 999]),  # all that fire, then the silent ones from the first on
+        (set(), 4, [0, 250, 500, 750]),
+        (set(range(100, 300)), 4, [100, 150, 200, 250]),  # only such as fire
+        (set(range(10)), 1000, list(range(1000))),
+    ],
+)
+def test_a_sample_of_a_large_group_has_the_neurons_that_fire(
+    firing: set[int], number: int, shown: list[int]
+) -> None:
+    assert chosen(range(1000), firing, number) == shown
+
+
+def test_a_sample_at_equal_distances_would_show_a_group_as_silent_that_fires() -> None:
+    firing = {3, 700, 999}
+    assert not firing & set(range(1000)[:: 1000 // 6])
+    assert firing <= set(chosen(range(1000), firing, 6))
 
 
 def test_groups_of_a_raster_up_to_its_height_are_shown_whole() -> None:
