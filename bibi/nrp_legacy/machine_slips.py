@@ -1,4 +1,4 @@
-"""State machines whose transitions lead nowhere, found without running them.
+"""State machines that are left out or whose transitions lead nowhere, found without running them.
 
 SMACH compares them when a machine begins, and does not start one that fails (``check_consistency``).
 """
@@ -13,7 +13,7 @@ from typing import Final
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.findings import Code, Finding, Level
 from nrp_legacy.code import Source
-from nrp_legacy.machines import is_scxml
+from nrp_legacy.machines import is_scxml, scxml_left_out
 from nrp_legacy.notes import unnoted
 
 _MACHINES: Final = ("StateMachine", "Sequence", "Concurrence", "Iterator")
@@ -22,7 +22,8 @@ _MACHINES: Final = ("StateMachine", "Sequence", "Concurrence", "Iterator")
 def slips_of(path: Path) -> Iterator[Finding]:
     """Yield a finding for each transition that leads nowhere, and for each state that is added twice."""
     if is_scxml(path):
-        return  # reported when it is left out
+        yield Finding(Code.NRP273, scxml_left_out(path), Level.WARNING, path, subject=path.name)
+        return
     try:
         tree = Source.of_file(path).tree(unnoted)
     except ExperimentError as error:

@@ -27,6 +27,14 @@ def is_scxml(path: Path) -> bool:
         return re.search(rb"<(\w+:)?scxml\b", file.read(_BEGINNING)) is not None
 
 
+def scxml_left_out(path: Path) -> str:
+    """Return the report of a state machine in SCXML. The platform never executed one."""
+    return (
+        f"state machine left out: {path.name} is in SCXML, which the Neurorobotics Platform did not execute "
+        "either; only Python (SMACH) is run"
+    )
+
+
 class StateMachines:
     """The state machines of one run; an error in one is reported and the others continue.
 
@@ -60,6 +68,8 @@ class StateMachines:
             if task is not None:
                 task.stop()
         if new is not None:
+            if is_scxml(new):
+                self._names.graph.warn(Code.NRP273, scxml_left_out(new), subject=new.name)
             self._paths.append(new)
             self._start(new)
 
@@ -73,9 +83,7 @@ class StateMachines:
         """Run a file and return its machine; None if it has none."""
         scope, module = self._names.scope, self._names.fresh()
         if is_scxml(path):
-            message = f"state machine left out: {path.name} is in SCXML; only Python (SMACH) is run"
-            self._names.graph.warn(Code.NRP273, message, subject=path.name)
-            return None
+            return None  # reported when the experiment was read
         try:
             scope.run(path, module, Source.of_file(path).compiled(self._names.graph.warn))
         except (Exception, SystemExit) as error:  # noqa: BLE001 - users' files raise anything

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from recorded import rows
 
+from nrp_core.analysis.validate import validate_file
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
 from nrp_core.world.scene.model import Box
@@ -83,12 +84,20 @@ SCXML = """<?xml version="1.0" encoding="utf-8"?>
 """
 
 
-def test_a_machine_in_scxml_is_left_out_by_its_name_and_the_run_is_not_complete(
-    opened: Played, corpus: Path
+@pytest.mark.parametrize("kind", ["SMACHStateMachine", "SCXMLStateMachine"])
+def test_a_machine_in_scxml_is_left_out_as_on_the_platform_and_said_before_and_after_a_run(
+    opened: Played, corpus: Path, kind: str
 ) -> None:
-    (corpus / "poses_2017" / "gate.exd").write_text(SCXML)
+    """The platform's documentation: such machines "are not integrated ... and will not be executed"."""
+    exc = corpus / "poses_2017" / "poses.exc"
+    (corpus / "poses_2017" / "gate.scxml").write_text(SCXML)
+    exc.write_text(exc.read_text().replace("SMACHStateMachine", kind).replace("gate.exd", "gate.scxml"))
+    assert kind in exc.read_text()
+    assert "gate.scxml" in exc.read_text()
+    words = "gate.scxml is in SCXML, which the Neurorobotics Platform did not execute either"
+    assert [words in one.message for one in validate_file(exc) if one.code is Code.NRP273] == [True]
     run = opened("poses_2017/poses.exc")
     run.run_until(0.1)
     (told,) = [one for one in run.problems if one.code is Code.NRP273]
-    assert "gate.exd is in SCXML; only Python (SMACH) is run" in told.message
+    assert words in told.message
     assert not run.result().complete
