@@ -98,7 +98,13 @@ def test_a_message_that_cannot_be_published_is_a_warning(visitor: Visitor) -> No
             {"body": "husky", "position": [0, 0, 1], "orientation": [0, 0, 1, 90]},
             "length 1, not 90",
         ),
+        (
+            "place",
+            {"body": "husky", "position": [1e9, 0, 1], "orientation": [0, 0, 0, 1]},
+            "m from the origin, since the scene is",
+        ),
         ("step", {"n": 0}, "the number of steps must be 1 or more, not 0"),
+        ("step", {"n": 1_000_000_000}, "steps, which are all of this run, not 1000000000"),
         ("push", {"body": "husky", "force_n": [1], "duration_s": 1}, "a force, N is 3 finite numbers"),
         ("push", {"body": "huskie", "force_n": [1, 0, 0], "duration_s": 1}, "husky"),
         (

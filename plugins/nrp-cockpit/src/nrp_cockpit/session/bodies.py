@@ -9,12 +9,15 @@ from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.run import Run
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.geometry_msgs import Vector3, Wrench
+from nrp_core.world.raycast.extent import width_m
 from nrp_core.world.rigid.motion import ModelMotion
 from nrp_core.world.rigid.pose import Pose
 
 _SHORTEST_S = 1e-6
 """Shorter than the step of any engine."""
 _ROUNDING = 0.01
+_FARTHEST = 10.0
+"""Widths of the scene between its origin and the farthest place for a body."""
 
 
 class Bodies:
@@ -52,6 +55,12 @@ class Bodies:
     def place(self, body: str, position: Sequence[float], orientation: Sequence[float]) -> None:
         """Move a body to a pose, at rest; position in m, orientation x, y, z, w."""
         x, y, z = _numbers(position, 3, "a position, m")
+        width = width_m(self._run.world.scene)
+        if hypot(x, y, z) > _FARTHEST * width:
+            raise ExperimentError(
+                f"position: at most {_FARTHEST * width:.3g} m from the origin, since the scene is "
+                f"{width:.3g} m wide, not {hypot(x, y, z):.3g} m"
+            )
         a, b, c, d = _numbers(orientation, 4, "an orientation, x, y, z and w")
         length = hypot(a, b, c, d)
         if not isclose(length, 1.0, abs_tol=_ROUNDING):

@@ -116,10 +116,16 @@ def going(session: Session) -> dict[str, Service]:
             raise ExperimentError(f"t_s: a time from 0 to {end_s:g} s, not {t_s:g} s")
         session.seek(t_s)
 
+    def step(n: int = 1) -> None:
+        most = -(-session.end_ns // session.timestep_ns)
+        if n > most:
+            raise ExperimentError(f"n: at most {most} steps, which are all of this run, not {n}")
+        session.step(n)
+
     return {
         "play": asked(session, session.play),
         "pause": asked(session, session.pause),
-        "step": asked(session, session.step),
+        "step": asked(session, step),
         "step_back": asked(session, session.step_back, "stepping back"),
         "reset": asked(session, session.reset, "resetting"),
         "pace": asked(session, session.set_pace),
