@@ -213,7 +213,8 @@ def _built_in_time(experiment: Experiment, make: Callable[[], Network]) -> Netwo
     except TimeLimitExceeded as error:
         frames = reversed(traceback.extract_tb(error.__traceback__))
         line = next((frame.lineno for frame in frames if frame.filename == str(file)), None)
-        message = f"the brain script {error}; it was still executing this line"
+        reached = "it had not reached its first line" if line is None else "it was still executing this line"
+        message = f"the brain script {error}; {reached}"
         raise EndlessScriptError(message, path=file, line=line) from None
 
 

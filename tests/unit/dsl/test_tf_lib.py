@@ -177,7 +177,9 @@ def test_conversions_there_and_back_are_the_identity(u: float, v: float, width: 
 
 
 @pytest.mark.parametrize("bounds", [((200, 0, 0), (220, 255, 255)), ((90, 0.5, 0), (100, 255, 255))])
-def test_bounds_that_no_pixel_meets_are_reported_at_the_line_that_gives_them(bounds: tuple) -> None:
+def test_bounds_that_no_pixel_meets_are_reported_at_the_line_that_gives_them(
+    bounds: tuple[tuple[float, ...], tuple[float, ...]],
+) -> None:
     with pytest.warns(UserWarning, match="no colour is found: (hue|saturation) is") as caught:
         assert find_centroid_hsv(plain(RED), *bounds) is None or bounds[0][1] == 0.5
     assert caught[0].filename == __file__
