@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from nrp_core.analysis import network as analysis_network
 from nrp_core.analysis.validate import validate_file
 from nrp_core.brain.files import read_network, save_network
 from nrp_core.brain.files.script import load_network
@@ -38,7 +39,8 @@ transfer_functions: [drive.py]
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(analysis_network, "TIME_LIMIT_S", 300.0)  # a slow machine finds the same
     (tmp_path / "experiment.yaml").write_text(FILE)
     (tmp_path / "room.sdf").write_text('<sdf version="1.9"><world name="room"/></sdf>')
     (tmp_path / "brain.py").write_text(BRAIN)
