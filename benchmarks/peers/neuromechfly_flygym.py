@@ -27,6 +27,7 @@ def main(folder: Path, seconds: float) -> None:
     gait = runpy.run_path(str(steps_file))["PreprogrammedSteps"]()
     fly = flygym.Fly(enable_adhesion=True, draw_adhesion=False, spawn_pos=(0, 0, 0.5), control="position")
     simulation = flygym.SingleFlySimulation(fly=fly, cameras=[], timestep=STEP_S)
+    simulation.arena.root_element.option.cone = "pyramidal"  # which MuJoCo takes if a file has none
     mjcf.export_with_assets(simulation.arena.root_element, str(folder), out_file_name="fly.xml")
     simulation.reset()
     model, data = simulation.physics.model.ptr, simulation.physics.data.ptr

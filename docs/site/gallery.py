@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable
 from importlib.metadata import entry_points
 from importlib.resources import files
@@ -32,6 +33,9 @@ COCKPIT = {
 }
 """The pictures of the cockpit, which a script of its plugin takes."""
 
+VIDEOS = {"fly": ("--speed", "0.25")}
+"""The experiments of which a video is made, and the options of `nrp video`."""
+
 
 def figures() -> list[Callable[[], None]]:
     """Return what draws the figures, to be called in any order or at once."""
@@ -46,6 +50,9 @@ def write_gallery() -> None:
         experiment = YAML(typ="safe").load((files(package) / "experiment.yaml").read_text())
         text = f"## {name.replace('_', ' ').capitalize()}\n\n{experiment['description'].strip()}\n"
         text += f"\n[![The run of {name}](images/gallery/{name}.png)](images/gallery/{name}.png)\n"
+        if name in VIDEOS:
+            shown = f'<video controls muted width="640" src="images/gallery/{name}.mp4"></video>'
+            text += f"\n{shown}\n\n`nrp video` made it of the recorded run.\n"
         entries.append(f"{text}\n```sh\nnrp run {name} --plot {name}.png\n```\n")
     shown = [f"![{words}](images/{name}.png)\n" for name, words in COCKPIT.items()]
     write_page(PurePosixPath("gallery.md"), "\n".join([INTRODUCTION, *entries, "## The cockpit\n", *shown]))
@@ -58,7 +65,18 @@ def _shipped() -> dict[str, str]:
 
 
 def _draw(name: str) -> None:
-    command = [str(Path(sys.executable).parent / "nrp"), "run", name, "--plot", str(FIGURES / f"{name}.png")]
+    figure = ["run", name, "--plot", str(FIGURES / f"{name}.png")]
+    if name not in VIDEOS:
+        _nrp(*figure)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        recording = str(Path(folder, name))
+        _nrp(*figure, "--record", recording)
+        _nrp("video", recording, *VIDEOS[name], "-o", str(FIGURES / f"{name}.mp4"))
+
+
+def _nrp(*words: str) -> None:
+    command = [str(Path(sys.executable).parent / "nrp"), *words]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise SystemExit(f"{' '.join(command)} failed:\n{done.stdout}{done.stderr}")

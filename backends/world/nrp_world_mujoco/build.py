@@ -51,6 +51,7 @@ class Built:
         visuals: the geom of each visual, by its path.
         cameras: ids of the cameras.
         servos: ids of the actuators of servoed joints, by model and joint.
+        declared: stiffness and damping with which they are driven as they are, of those in MJCF.
         firm: the joints among them that follow with any load.
         owners: model and body of each geom; those that nothing touches may have none.
         actuators: ids of the actuators of MuJoCo's own elements, by model and name.
@@ -64,6 +65,7 @@ class Built:
     visuals: Mapping[str, int]
     cameras: Mapping[CameraPath, int]
     servos: Mapping[tuple[str, str], int]
+    declared: Mapping[tuple[str, str], tuple[float, float]]
     firm: Mapping[tuple[str, str], FirmJoint]
     owners: Sequence[BodyPath]
     actuators: Mapping[tuple[str, str], int]
@@ -149,6 +151,7 @@ class _Builder:
             {path: element.id for path, element in self._visuals.items()},
             {path: element.id for path, element in self._cameras.items()},
             {path: element.id for path, element in self._servos.items()},
+            self._native.declared,
             self._firm,
             self._owners_of(compiled),
             {path: element.id for path, element in actuators.items()},

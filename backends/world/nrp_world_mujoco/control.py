@@ -39,8 +39,10 @@ class Control:
             self.firm.aim((model, joint), aim)
             if aim.firm is not None:
                 aim = JointAim()
-        # MuJoCo integrates velocities implicitly: with this damping the stiffness also acts at the step's end
-        damping = aim.damping + aim.stiffness * self._step_s
+        damping = aim.damping
+        if self._built.declared.get((model, joint)) != (aim.stiffness, aim.damping):
+            # MuJoCo integrates velocities implicitly: with it the stiffness also acts at the step's end
+            damping += aim.stiffness * self._step_s
         self._model.actuator_biasprm[actuator, :3] = 0.0, -aim.stiffness, -damping
         self._data.ctrl[actuator] = aim.stiffness * aim.position + aim.damping * aim.velocity + aim.effort
 

@@ -98,6 +98,8 @@ class Mechanisms:
         self._parts: dict[str, BuiltParts] = {}
         self._found: list[tuple[str, Native]] = []
         self._actuators: dict[tuple[str, str], Any] = {}
+        self.declared: dict[tuple[str, str], tuple[float, float]] = {}
+        """Stiffness and damping of the servos that a file has as actuators of its own, by model and joint."""
 
     def add_model(self, parts: BuiltParts) -> None:
         """Note the parts of a model."""
@@ -237,6 +239,9 @@ class Mechanisms:
     def _add_actuators(self, of: str, section: Native) -> None:
         for element in _children(section, None):
             name = element.attribute("name")
+            if not name and element.tag == "position" and element.attribute("joint"):
+                self._declare(of, element)
+                continue
             if not name:
                 raise element.error('it needs name="...", under which it is commanded')
             if (of, name) in self._actuators:
@@ -247,6 +252,12 @@ class Mechanisms:
             _copy_all(self._parsed_in("actuator", element, part).actuators[0], actuator)
             actuator.name = f"{of}/{name}/actuator"
             self._actuators[of, name] = actuator
+
+    def _declare(self, of: str, element: Native) -> None:
+        """Note that controllers with these gains are an actuator of the file, which is driven as it is."""
+        self._names.require(element, "joint", "joint", of)
+        gains = _number(element, "kp"), _number(element, "kv")
+        self.declared[of, element.attribute("joint") or ""] = gains
 
     # -- reading
 

@@ -22,10 +22,11 @@ from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Findings
 from nrp_core.world.render.optics import looking
 from nrp_core.world.rigid.pose import Pose, Quaternion, Vector
+from nrp_core.world.scene.inertia import LEAST_MOMENT
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import Inertial
+from nrp_core.world.scene.reading.repairs import LEAST_MASS
 from nrp_core.world.scene.reading.xml import read_xml
-from nrp_core.world.scene.sdf.compound import CARRIER
 from nrp_world_mujoco.actuators import actuators_of
 from nrp_world_mujoco.library import mujoco
 from nrp_world_mujoco.mjcf_native import Names, NativeElements
@@ -37,6 +38,8 @@ _DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
 _HIDDEN_GROUP = 3
 """From this group on, MuJoCo's viewer hides geoms."""
 _DEFAULT_RESOLUTION = (320, 240)
+_BETWEEN = Inertial(LEAST_MASS, inertia=(LEAST_MOMENT, LEAST_MOMENT, LEAST_MOMENT, 0.0, 0.0, 0.0))
+"""Of a link between two joints of a body: the least that is not repaired."""
 
 _LEFT_OUT = {"nsensor": "sensors", "nhfield": "height fields", "nflex": "flexible bodies"}
 
@@ -58,18 +61,20 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
     if limited := int((balls & (model.jnt_limited != 0)).sum()):
         left_out.append(f"the limits of {limited} ball joints")
     warnings = Findings()
-    warn_of_slips(read_xml(path), warnings)
+    root = read_xml(path)
+    warn_of_slips(root, warnings)
     for part in left_out:
         warnings.add(Code.NRP260, f"left out of this MJCF file: {part}", path=path)
-    return "\n".join(_Writer(model, path.stem).lines()), warnings
+    cones = [one.attributes["cone"] for one in root.all("option") if "cone" in one.attributes]
+    return "\n".join(_Writer(model, path.stem, "".join(cones[-1:])).lines()), warnings
 
 
 class _Writer:
-    def __init__(self, model: Any, name: str) -> None:
+    def __init__(self, model: Any, name: str, cone: str) -> None:
         self._m, self._name = model, name
         self._actuators = actuators_of(model)
         names = Names(self._body, self._joint_name, self._geom_name, self._owner)
-        self._native = NativeElements(model, names)
+        self._native = NativeElements(model, names, cone)
         self._touching = self._native.touching
         self._children: dict[int, list[int]] = {}
         for body in range(1, model.nbody):
@@ -126,7 +131,7 @@ class _Writer:
             return
         for joint in joints[:-1]:
             between = f"{self._body(body)}_{self._joint_name(joint)}_link"
-            yield f"<link name={quoteattr(between)}>{_pose(place, base)}{_inertial(CARRIER)}</link>"
+            yield f"<link name={quoteattr(between)}>{_pose(place, base)}{_inertial(_BETWEEN)}</link>"
             yield from self._joint(joint, parent, between)
             parent, place, base = between, Pose(), between
         yield from self._link(body, place, base)
@@ -188,7 +193,8 @@ class _Writer:
             yield f"<visual name={name}>{place}{seen}</visual>"
         if geom in self._touching:
             mu = f"<surface><friction><ode><mu>{m.geom_friction[geom][0]}</mu></ode></friction></surface>"
-            yield f"<collision name={name}>{place}<geometry>{shape}</geometry>{mu}</collision>"
+            touched = shape.replace("<mesh>", '<mesh optimization="convex_hull">')  # as MuJoCo does
+            yield f"<collision name={name}>{place}<geometry>{touched}</geometry>{mu}</collision>"
 
     def _shape(self, geom: int) -> str | None:
         kinds = mujoco.mjtGeom

@@ -12,7 +12,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from nrp_world_mujoco.actuators import actuators_of
+from nrp_world_mujoco.actuators import Actuator, actuators_of
 from nrp_world_mujoco.library import mujoco
 
 _SOLREF, _SOLIMP = [0.02, 1.0], [0.9, 0.95, 0.001, 0.5, 2.0]
@@ -42,6 +42,7 @@ _OF_DOF: dict[str, tuple[str, Any]] = {
 _OPTIONS = ("impratio", "density", "viscosity", "wind", "magnetic", "noslip_iterations", "noslip_tolerance",
             "iterations", "tolerance", "ls_iterations", "ls_tolerance", "ccd_iterations",
             "ccd_tolerance")  # fmt: skip
+_CHOICES = {"solver": ("PGS", "CG", "Newton"), "jacobian": ("dense", "sparse", "auto")}
 _FLAGS = {"mjDSBL_CONTACT": "contact", "mjDSBL_SPRING": "spring", "mjDSBL_GRAVITY": "gravity",
           "mjDSBL_EQUALITY": "equality", "mjDSBL_FILTERPARENT": "filterparent",
           "mjDSBL_CLAMPCTRL": "clampctrl"}  # fmt: skip
@@ -69,14 +70,15 @@ class NativeElements:
     Args:
         model: the compiled model.
         names: the names of its parts in the scene.
+        cone: the friction cones that the file asks for; empty for those of scenes.
     """
 
-    def __init__(self, model: Any, names: Names) -> None:
-        self._m, self._names = model, names
+    def __init__(self, model: Any, names: Names, cone: str = "") -> None:
+        self._m, self._names, self._cone = model, names, cone
         self._lines: dict[str, list[str]] = {}
         self._sites = set[int]()
         self._ground = names.model(0)
-        self._controlled = {each.number for each in actuators_of(model)}
+        self._controlled = {each.number: each for each in actuators_of(model)}
         self.actuators: dict[str, list[tuple[str, float, float]]] = {}
         """The actuators of each model that do not control a joint: name, and range of the control."""
         for part in (self._options, self._joints, self._geoms, self._tendons, self._equalities,
@@ -107,6 +109,11 @@ class NativeElements:
             for name in _OPTIONS
             if not np.allclose(getattr(given, name), getattr(usual, name))
         }
+        for name, words in _CHOICES.items():
+            if getattr(given, name) != getattr(usual, name):
+                differing[name] = words[getattr(given, name)]
+        if self._cone:
+            differing["cone"] = self._cone
         bits = mujoco.mjtDisableBit
         off = {tag: "disable" for bit, tag in _FLAGS.items() if given.disableflags & getattr(bits, bit)}
         if differing or off:
@@ -296,6 +303,7 @@ class NativeElements:
         m = self._m
         for number in range(m.nu):
             if number in self._controlled:
+                yield from self._declared(self._controlled[number])
                 continue
             owner, target, shift = self._target(number)
             name = self._name("actuator", number)
@@ -310,6 +318,13 @@ class NativeElements:
             low, high = m.actuator_ctrlrange[number].tolist() if limited else (-np.inf, np.inf)
             self.actuators.setdefault(owner, []).append((name, low, high))
             yield owner, _element("actuator", {}, _inner("general", values))
+
+    def _declared(self, servo: Actuator) -> Iterator[tuple[str, str]]:
+        """Yield what lets a servo towards a position act as in the file."""
+        if servo.kind == "position":
+            gains = {"joint": self._names.joint(servo.joint), "kp": _text(servo.p), "kv": _text(servo.d)}
+            owner = self._names.model(int(self._m.jnt_bodyid[servo.joint]))
+            yield owner, _element("actuator", {}, _inner("position", gains))
 
     def _target(self, number: int) -> tuple[str, dict[str, str], float]:
         """Return the model of an actuator, what it acts on, and its length where joints are at 0."""

@@ -52,6 +52,11 @@ class NativeElements:
             if element.namespace == "mujoco":
                 self._apply(element, parts)
 
+    @property
+    def declared(self) -> Mapping[tuple[str, str], tuple[float, float]]:
+        """Stiffness and damping of servos that are driven as they are, by model and joint; once finished."""
+        return self._mechanisms.declared
+
     def finish(self) -> Mapping[tuple[str, str], Any]:
         """Add what may connect models, when all are built; return the actuators, by model and name.
 

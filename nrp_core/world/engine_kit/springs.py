@@ -9,13 +9,15 @@ from nrp_core.world.scene.joint_inertia import joint_inertias
 from nrp_core.world.scene.merged_bodies import Body
 
 STIFF = 0.5
-"""``stiffness * step^2 / inertia`` above which a spring is stiff; the limit of stability is 4."""
+"""``stiffness * step^2 / (inertia + damping * step)`` above which a spring is stiff; engines take dampers at
+the end of a step, so that the limit of stability is at least 2."""
 
 
 def with_steady_springs(bodies: Sequence[Body], step_s: float) -> tuple[Body, ...]:
     """Return bodies whose springs are stable with the step.
 
-    A stiff spring gets ``stiffness * step`` as additional damping, which is backward Euler.
+    A stiff spring gets ``stiffness * step`` as additional damping, which is backward Euler. One that the
+    damper of its joint holds acts as it is.
 
     Args:
         bodies: the bodies of one model.
@@ -25,7 +27,9 @@ def with_steady_springs(bodies: Sequence[Body], step_s: float) -> tuple[Body, ..
     steady = []
     for body in bodies:
         joint = body.joint
-        if joint and joint.stiffness * step_s**2 > STIFF * inertias.get(joint.name, 0.0):
-            body = replace(body, joint=replace(joint, damping=joint.damping + joint.stiffness * step_s))
+        if joint and joint.stiffness:
+            held = inertias.get(joint.name, 0.0) + joint.damping * step_s
+            if joint.stiffness * step_s**2 > STIFF * held:
+                body = replace(body, joint=replace(joint, damping=joint.damping + joint.stiffness * step_s))
         steady.append(body)
     return tuple(steady)

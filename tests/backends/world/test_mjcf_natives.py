@@ -6,12 +6,16 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import mujoco
+import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
 from nrp_core import World, worlds
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
 from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.world.scene.meshes.convex import convex_pieces
+from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import Scene
 from nrp_core.world.scene.outline import outline
 from nrp_core.world.scene.sdf import read_model, read_scene
@@ -68,6 +72,17 @@ LINKAGE = """<mujoco><compiler angle="radian"/><option viscosity="0.5" wind="1 0
   </actuator>
 </mujoco>"""
 
+HOPPER = """<mujoco><option cone="pyramidal" timestep="0.002"/>
+  <asset><mesh name="toes" file="toes.stl"/></asset>
+  <worldbody><geom name="floor" type="plane" size="5 5 0.1"/>
+    <body name="hip" pos="0 0 0.45" euler="0 10 20"><freejoint/>
+      <geom type="box" size="0.1 0.1 0.05" mass="1" contype="0" conaffinity="0"/>
+      <body name="thigh" pos="0 0 -0.05"><joint name="swing" axis="0 1 0" damping="0.2"/>
+        <geom type="capsule" fromto="0 0 0 0.1 0 -0.2" size="0.02" mass="0.2" contype="0" conaffinity="0"/>
+        <body name="foot" pos="0.1 0 -0.2"><joint name="ankle" axis="0 1 0" stiffness="4" damping="0.03"/>
+          <geom name="toes" type="mesh" mesh="toes" mass="0.01"/></body></body></body></worldbody>
+  <actuator><position joint="swing" kp="30" ctrlrange="-2 2"/></actuator></mujoco>"""
+
 FLOOR = '<sdf version="1.9"><world name="w"><include><uri>model://ground_plane</uri></include></world></sdf>'
 
 
@@ -76,11 +91,14 @@ def opened(scene: Scene, engine: str = "mujoco") -> World:
     return backend.open(scene, seed=1, options=backend.options())
 
 
-def alone(text: str, controls: Mapping[str, float], seconds: float) -> dict[str, float]:
+def alone(
+    text: str, controls: Mapping[str, float], seconds: float, assets: Mapping[str, bytes] | None = None
+) -> dict[str, float]:
     """Return the positions of joints, and heights of bodies, in MuJoCo without this program."""
-    model = mujoco.MjModel.from_xml_string(text)
+    model = mujoco.MjModel.from_xml_string(text, dict(assets or {}))
     model.opt.integrator, model.opt.timestep = mujoco.mjtIntegrator.mjINT_IMPLICITFAST, 0.002
-    model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    if "cone" not in text:
+        model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     data = mujoco.MjData(model)
     for name, value in controls.items():
         data.actuator(name).ctrl = value
@@ -128,6 +146,50 @@ def test_loops_welds_tendons_and_actuators_of_any_kind_act_as_in_mujoco_alone(tm
     assert abs(wanted["crank_pin"]) > 0.1
     assert wanted["load_z"] == pytest.approx(wanted["slider_z"], abs=0.02)
     assert found == pytest.approx({name: wanted[name] for name in found}, abs=1e-5)
+
+
+def hopped(folder: Path) -> tuple[dict[str, float], dict[str, float]]:
+    """Return how a leg with a round foot of 400 corners lands, here and in MuJoCo alone."""
+    spread = np.random.default_rng(1).normal(size=(400, 3))
+    corners = 0.05 * spread / np.linalg.norm(spread, axis=1)[:, None] * (2.0, 1.0, 1.0)
+    write_stl(folder / "toes.stl", corners[ConvexHull(corners).simplices])
+    (folder / "hopper.xml").write_text(HOPPER)
+    with opened(read_scene(folder / "hopper.xml")) as world:
+        world.advertise("/hip/swing/cmd_pos").publish(Float64(0.4))
+        found = ours(world, {"hip": "hip", "foot": "hip"}, 0.3)
+    text = HOPPER.replace('kp="30"', 'name="swing" kp="30"')
+    return found, alone(text, {"swing": 0.4}, 0.3, {"toes.stl": (folder / "toes.stl").read_bytes()})
+
+
+def test_position_servos_springs_and_meshes_of_a_file_act_as_in_mujoco_alone(tmp_path):
+    found, wanted = hopped(tmp_path)
+    assert wanted["hip_z"] > 0.2  # it has landed; in free fall it would be at 0.01 m
+    assert found == pytest.approx({name: wanted[name] for name in found}, abs=1e-7)
+
+
+def damped_servos(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("nrp_world_mujoco.native.NativeElements.declared", {})
+
+
+def damped_springs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("nrp_core.world.engine_kit.springs.STIFF", 0.0)
+
+
+def coarse_meshes(monkeypatch: pytest.MonkeyPatch) -> None:
+    coarse = "nrp_core.world.scene.meshes.convert.whole_hull"
+    monkeypatch.setattr(coarse, lambda triangles: convex_pieces(triangles)[0])
+
+
+def round_cones(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("nrp_world_mujoco.native._KEPT", ("gravity", "integrator", "timestep", "cone"))
+
+
+@pytest.mark.parametrize("mistake", [damped_servos, damped_springs, coarse_meshes, round_cones])
+def test_a_leg_tells_servos_springs_meshes_and_cones_of_another_kind(tmp_path, monkeypatch, mistake):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    mistake(monkeypatch)
+    found, wanted = hopped(tmp_path)
+    assert found != pytest.approx({name: wanted[name] for name in found}, abs=2e-4)
 
 
 def test_a_robot_stands_on_the_room_although_its_file_has_pairs_only_with_its_own_floor(tmp_path):

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from nrp_core.world.scene.meshes.collada import parse_collada
-from nrp_core.world.scene.meshes.convex import convex_pieces
+from nrp_core.world.scene.meshes.convex import convex_pieces, whole_hull
 from nrp_core.world.scene.meshes.gltf import parse_gltf
 from nrp_core.world.scene.meshes.obj import ReadBeside, parse_obj
 from nrp_core.world.scene.meshes.stl import parse_stl
@@ -19,8 +19,8 @@ from nrp_core.world.scene.model import Rgba
 MAX_COLORS = 16
 """Maximum number of colours and images of a mesh; the last one is used for all others."""
 
-Form = Literal["whole", "colored", "convex"]
-"""One piece, one piece for each colour or image, or convex pieces."""
+Form = Literal["whole", "colored", "convex", "hull"]
+"""One piece, one piece for each colour or image, convex pieces, or the convex hull of all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +70,8 @@ def pieces_of(surfaces: Sequence[Surface], wanted: Wanted) -> list[Surface]:
         return [replace(merged(surfaces), rgba=None, image=None, held=None)]
     if wanted.form == "convex":
         return [Surface(frozenset(), piece) for piece in convex_pieces(joined(surfaces))]
+    if wanted.form == "hull":
+        return [Surface(frozenset(), whole_hull(joined(surfaces)))]
     return _by_color(surfaces)
 
 

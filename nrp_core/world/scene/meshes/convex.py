@@ -42,6 +42,14 @@ def convex_pieces(triangles: Triangles) -> list[Triangles]:
     return pieces
 
 
+def whole_hull(triangles: Triangles) -> Triangles:
+    """Return the convex hull of a mesh with all its corners."""
+    from scipy.spatial import ConvexHull
+
+    points, _ = welded(triangles)
+    return _outward(ConvexHull(_thick(points)))
+
+
 def _connected(triangles: Triangles) -> Iterator[Points]:
     """Yield the corners of each set of triangles that are connected by common corners."""
     from scipy.sparse import coo_array

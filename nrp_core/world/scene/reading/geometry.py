@@ -225,4 +225,6 @@ def _pieces(uri: Element, wanted: Wanted, reading: Reading) -> list[Piece]:
 
 def _wanted(shape: Element, form: Form) -> Wanted:
     submesh = shape.section("submesh")
+    if form == "convex" and shape.attributes.get("optimization") == "convex_hull":
+        form = "hull"
     return Wanted(form, submesh.word("name"), submesh.flag("center", False))
