@@ -51,8 +51,8 @@ def write_gallery() -> None:
         text = f"## {name.replace('_', ' ').capitalize()}\n\n{experiment['description'].strip()}\n"
         text += f"\n[![The run of {name}](images/gallery/{name}.png)](images/gallery/{name}.png)\n"
         if name in VIDEOS:
-            shown = f'<video controls muted width="640" src="images/gallery/{name}.mp4"></video>'
-            text += f"\n{shown}\n\n`nrp video` made it of the recorded run.\n"
+            film = f'<video controls muted width="640" src="images/gallery/{name}.mp4"></video>'
+            text += f"\n{film}\n\n`nrp video` made it of the recorded run.\n"
         entries.append(f"{text}\n```sh\nnrp run {name} --plot {name}.png\n```\n")
     shown = [f"![{words}](images/{name}.png)\n" for name, words in COCKPIT.items()]
     write_page(PurePosixPath("gallery.md"), "\n".join([INTRODUCTION, *entries, "## The cockpit\n", *shown]))
