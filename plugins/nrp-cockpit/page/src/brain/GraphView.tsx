@@ -2,6 +2,7 @@ import { useEffect, useMemo, useRef } from "react";
 import { clock } from "../plots/clock";
 import { useFrame } from "../plots/useFrame";
 import { useSelection } from "../state/selection";
+import { Rarely, READABLE_MS } from "../ui/rarely";
 import type { Drawn, Graph } from "./graph";
 import { EndMarks, ProjectionView } from "./LineView";
 import { shine } from "./lights";
@@ -19,7 +20,14 @@ export function GraphView({ graph, width, height }: ViewProps) {
   const svg = useRef<SVGSVGElement>(null);
   const projections = useMemo(() => [...new Set(graph.lines.map(({ link }) => link.projection))], [graph]);
   const redraw = useFrame(() => svg.current && shine(svg.current, graph, clock.now_s));
-  useEffect(() => clock.onTick(redraw), [redraw]);
+  useEffect(() => {
+    const rarely = new Rarely(redraw, READABLE_MS);
+    const leave = clock.onTick(() => rarely.ask());
+    return () => {
+      leave();
+      rarely.stop();
+    };
+  }, [redraw]);
   const heaviest = useMemo(() => heaviestOf(graph.lines), [graph]);
   return (
     <svg ref={svg} className="brain-graph" viewBox={`0 0 ${width} ${height}`}>

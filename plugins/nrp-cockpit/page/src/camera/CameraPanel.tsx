@@ -53,9 +53,8 @@ function CameraView({ topic }: { topic: string }) {
       if (!canvas.current) return;
       drawImage(canvas.current, image)
         .then((range) => {
-          caption.current?.replaceChildren(
-            range ? `${range[0].toFixed(2)} m to ${range[1].toFixed(2)} m` : "",
-          );
+          const text = range ? `${range[0].toFixed(2)} m to ${range[1].toFixed(2)} m` : "";
+          if (caption.current && caption.current.textContent !== text) caption.current.textContent = text;
           setShown("picture"); // the same string again: no render
         })
         .catch((error: Error) => setShown({ failure: error.message }));

@@ -1,5 +1,5 @@
 import { useEffect, useRef } from "react";
-import { axesInImage } from "./orbit";
+import { axesInImage, type Orbit } from "./orbit";
 import type { Viewer } from "./viewer";
 
 const NAMES = ["x", "y", "z"] as const;
@@ -8,19 +8,20 @@ const LENGTH = 18;
 /** The directions of the axes in the image. */
 export function Axes({ viewer }: { viewer: Viewer }) {
   const drawing = useRef<SVGSVGElement>(null);
-  useEffect(
-    () =>
-      viewer.onDrawn(() => {
-        axesInImage(viewer.view).forEach(([right, up], at) => {
-          const axis = drawing.current?.children[at];
-          const [x, y] = [right * LENGTH, -up * LENGTH];
-          axis?.querySelector("line")?.setAttribute("x2", String(x));
-          axis?.querySelector("line")?.setAttribute("y2", String(y));
-          axis?.querySelector("text")?.setAttribute("transform", `translate(${x * 1.35} ${y * 1.35})`);
-        });
-      }),
-    [viewer],
-  );
+  useEffect(() => {
+    let shown: Orbit | null = null;
+    return viewer.onDrawn(() => {
+      if (viewer.view === shown) return; // bodies move, the view seldom does
+      shown = viewer.view;
+      axesInImage(shown).forEach(([right, up], at) => {
+        const axis = drawing.current?.children[at];
+        const [x, y] = [right * LENGTH, -up * LENGTH];
+        axis?.querySelector("line")?.setAttribute("x2", String(x));
+        axis?.querySelector("line")?.setAttribute("y2", String(y));
+        axis?.querySelector("text")?.setAttribute("transform", `translate(${x * 1.35} ${y * 1.35})`);
+      });
+    });
+  }, [viewer]);
   return (
     <svg ref={drawing} className="scene-axes" viewBox="-28 -28 56 56" aria-hidden="true">
       {NAMES.map((name) => (
