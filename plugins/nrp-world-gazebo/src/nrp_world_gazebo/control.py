@@ -140,7 +140,8 @@ class Control:
 
     def push(self) -> None:
         """Set the efforts of the next step."""
-        self.firm.step()
+        if self.firm.active:
+            self.firm.step()
         for tree in self._moving:
             if not tree.servos.idle:
                 tree.push()
