@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
+from nrp_core.brain.network.drawing.drawn import kept, redrawn
 from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.indices import ends_of, folded, indices_of
 from nrp_core.brain.network.limits import (
@@ -135,6 +136,7 @@ LISTED: Final = Origin("FromListConnector")
 """The origin of synapses that follow no rule."""
 
 
+@redrawn("weight", "delay_ms")
 @folded("pre_index", "post_index")
 @dataclass(frozen=True)
 class Projection:
@@ -147,8 +149,9 @@ class Projection:
         pre_index, post_index: cells within their populations, shape ``(n_synapses,)``; stored compressed,
             so use :meth:`pairs` to read a few at a time.
         weight: in the units of the target (see module), shape ``(n_synapses,)``; equal weights
-            may share memory (a broadcast array).
-        delay_ms: shape ``(n_synapses,)``; equal delays may share memory.
+            may share memory (a broadcast array). Those of large projections may be drawn again for each
+            read (:class:`~nrp_core.brain.network.drawing.drawn.Drawn`).
+        delay_ms: shape ``(n_synapses,)``, like the weights.
         synapse_type: name of the synapse law, see :mod:`nrp_core.brain.network.synapses.laws`.
         synapse_parameters: the law's parameters, PyNN names and units, shape ``(n_synapses,)``.
         plasticity: PyNN's class of each part of the law, if it has parts.
@@ -349,7 +352,7 @@ class Network:
         self._check_values(where, projection)
 
     def _check_values(self, where: str, projection: Projection) -> None:
-        values = {"weight": projection.weight, "delay": projection.delay_ms}
+        values = {"weight": kept(projection, "weight"), "delay": kept(projection, "delay_ms")}
         for name, array in values.items():
             if array.shape != (projection.size,):
                 raise NetworkError(f"{where}: {name} has shape {array.shape}, not ({projection.size},)")

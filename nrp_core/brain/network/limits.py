@@ -11,6 +11,7 @@ import numpy.typing as npt
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.cells.izhikevich import PEAK_MV
 from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.drawing.drawn import Drawn, extremes, whole
 from nrp_core.brain.network.parameters import FINITE, Limit, limits_of
 from nrp_core.brain.network.synapses.law import EVERY_SYNAPSE
 from nrp_core.brain.network.synapses.laws import LAWS
@@ -107,7 +108,20 @@ def check_synapses(
     Raises:
         NetworkError: a value is invalid, exceeds its limit, or has the wrong sign.
     """
+    try:  # the extremes of values that are drawn again say whether all are valid, but not which is not
+        seen = {name: extremes(array) for name, array in values.items()}
+        _check_synapses(owner, ends, seen, receptor, conductance_based, signed)
+    except NetworkError:
+        if not any(isinstance(array, Drawn) for array in values.values()):
+            raise
+        every = {name: whole(array) for name, array in values.items()}
+        _check_synapses(owner, ends, every, receptor, conductance_based, signed)
 
+
+def _check_synapses(
+    owner: str, ends: Callable[[int], tuple[int, int]], values: Mapping[str, FloatArray],
+    receptor: str, conductance_based: bool, signed: bool,
+) -> None:  # fmt: skip
     def item(synapse: int) -> str:
         pre, post = ends(synapse)
         return f"synapse {synapse} ({pre} -> {post})"

@@ -20,9 +20,11 @@ import numpy.typing as npt
 from pyNN import connectors
 from pyNN.parameters import LazyArray
 
+from nrp_core.brain.network.drawing.kernels import sorted_by
 from nrp_core.brain.pynn.arguments import require_arguments, require_shape
 from nrp_core.brain.pynn.expected import require_room
 from nrp_core.brain.pynn.invalid import InvalidSynapseError, WrongKindError
+from nrp_core.brain.pynn.own_values import drawn_at_once
 from nrp_core.brain.pynn.populations import ids_of
 from nrp_core.brain.pynn.random_pairs import random_pairs
 from nrp_core.brain.pynn.rng import name_streams, named
@@ -78,9 +80,12 @@ class Connector(connectors.Connector):
 
     def _connect_pairs(self, projection: Any, pre: Indices, post: Indices) -> None:
         """Connect cells pairwise; synapses of one target keep the given order."""
-        order = np.argsort(post, kind="stable")
-        pre, post = pre[order], post[order]
-        bounds = np.searchsorted(post, np.arange(projection.post.size + 1))
+        pre, counts = sorted_by(post, pre, projection.post.size)
+        space = self._parameters_from_synapse_type(projection)
+        if (values := drawn_at_once(space, counts)) is not None and self.location_selector is None:
+            projection.add_all(pre, counts, values)
+            return
+        bounds = np.append(0, np.cumsum(counts))
 
         def sources(_: Any = None) -> Iterator[Indices]:
             return (pre[start:stop] for start, stop in pairwise(bounds))

@@ -16,6 +16,7 @@ from pyNN.random import RandomDistribution
 from pyNN.space import Space
 
 from nrp_core._support.arrays import FloatArray, IndexArray
+from nrp_core.brain.network.drawing.drawn import Columns
 from nrp_core.brain.network.indices import ends_of, folded, indices_of
 from nrp_core.brain.network.limits import check_synapses
 from nrp_core.brain.pynn.arguments import require_kind, require_names, require_shape
@@ -44,7 +45,8 @@ class Projection(common.Projection):
 
     Attributes:
         pre_index, post_index: cells within the two groups, shape ``(n_synapses,)``.
-        values: weight, delay and all other parameters, PyNN's units, shape ``(n_synapses,)``.
+        values: weight, delay and all other parameters, PyNN's units, shape ``(n_synapses,)``; those of large
+            projections may be drawn again for each read.
         has_own_label: whether the script gave it a label.
         given: the weight and delay from the script; None if it gave each synapse its own.
     """
@@ -83,17 +85,17 @@ class Projection(common.Projection):
         for cells in (self.pre, self.post):
             require_existing(cells.label, cells, self._simulator.state)
         self._simulator.state.before_change()
-        self.values: dict[str, FloatArray] = {}
+        self.values = Columns()
         self._columns = SynapseColumns(self.pre.size)
         with computing(f"{self._name}: its {type(connector).__name__} fails", InvalidSynapseError):
             connector.connect(self)
         pre, post, values = self._columns.joined()
         self.__dict__.update(pre_index=pre, post_index=post)
         for name in self.synapse_type.get_parameter_names():
-            self.values[name] = values.get(name, np.empty(0))
+            self.values[name] = values.pop(name, np.empty(0))
         listed = getattr(connector, "column_names", ())
         self.given = {name: None if name in listed else v for name, v in self.synapse_type.given.items()}
-        self.values = {**self.values, **self._meant(self.values)}
+        self.values.update(self._meant(self.values))
         self._check(self.values)
         self._simulator.state.projections.append(self)
 
@@ -138,6 +140,10 @@ class Projection(common.Projection):
         if location is not None:
             raise CapabilityError(f"{self._name}: cells are points; leave out the location_selector")
         self._columns.add(pre, post, values)
+
+    def add_all(self, pre: Any, counts: Any, values: Mapping[str, Any]) -> None:
+        """Add all synapses at once, in the order of their targets; see :meth:`SynapseColumns.add_all`."""
+        self._columns.add_all(pre, counts, values)
 
     # -- reading and changing synapses
 

@@ -8,6 +8,8 @@ import numpy as np
 import numpy.typing as npt
 from pyNN.random import NumpyRNG
 
+from nrp_core.brain.network.drawing.kernels import pairs_among
+
 Indices = npt.NDArray[np.int32]
 
 _BLOCK = 1 << 20
@@ -22,9 +24,6 @@ def random_pairs(rng: Any, n_first: int, n_second: int, n: int) -> tuple[Indices
     if not isinstance(rng, NumpyRNG):
         return _one_by_one(rng, n_first, n_second, n)
     state: np.random.RandomState = rng.rng
-    if n_first == n_second:
-        both = state.randint(0, n_first, size=2 * n).astype(np.int32)
-        return both[::2].copy(), both[1::2].copy()
     if n_first == 1 or n_second == 1:  # drawing from a range of one does not advance the generator
         first, second = (state.randint(0, high, size=n).astype(np.int32) for high in (n_first, n_second))
         return first, second
@@ -44,47 +43,17 @@ def _interleaved(
     state: np.random.RandomState, n_first: int, n_second: int, n: int
 ) -> tuple[Indices, Indices]:
     """Draw by NumPy's rule for bounded integers: masked 32-bit words, those out of range rejected."""
-    parts: list[tuple[Indices, Indices]] = []
-    missing = n
-    while missing:
+    high = np.array([n_first, n_second], np.uint32)
+    masks = np.array([(1 << (size - 1).bit_length()) - 1 for size in (n_first, n_second)], np.uint32)
+    pairs, at = np.empty((2, n), np.int32), np.zeros(2, np.int64)
+    while at[0] < n:
         before = state.get_state(legacy=False)
-        words = _words(state, min(_BLOCK, 8 * missing + 8))
-        pairs, taken = _pairs_among(words, n_first, n_second, missing)
+        words, at[1] = _words(state, min(_BLOCK, 8 * (n - int(at[0])) + 8)), 0
+        pairs_among(words, high, masks, pairs, at)
         state.set_state(before)
-        _words(state, taken)
-        parts.append(pairs)
-        missing -= len(pairs[0])
-    empty = np.empty(0, np.int32)
-    return np.concatenate([empty, *(a for a, _ in parts)]), np.concatenate([empty, *(b for _, b in parts)])
+        _words(state, int(at[1]))
+    return pairs[0], pairs[1]
 
 
 def _words(state: np.random.RandomState, n: int) -> npt.NDArray[np.uint32]:
     return state.randint(0, 1 << 32, size=n, dtype=np.uint32)
-
-
-def _pairs_among(
-    words: npt.NDArray[np.uint32], n_first: int, n_second: int, limit: int
-) -> tuple[tuple[Indices, Indices], int]:
-    """Return up to ``limit`` pairs from a sequence of words, and the number of words used."""
-    first, next_first = _accepted(words, n_first)
-    second, next_second = _accepted(words, n_second)
-    partner = next_second[np.minimum(next_first + 1, len(words))]
-    following = np.minimum(partner + 1, len(words) + 1).tolist()
-    starts: list[int] = []
-    at = 0
-    while len(starts) < limit and following[at] <= len(words):
-        starts.append(at)
-        at = following[at]
-    chosen = next_first[starts]
-    return (first[chosen], second[partner[starts]]), at
-
-
-def _accepted(words: npt.NDArray[np.uint32], high: int) -> tuple[Indices, npt.NDArray[np.int64]]:
-    """Return the integer below ``high`` of each word, and for each position the next word in range.
-
-    The second array has one element more than there are words; the number of words means none.
-    """
-    values = words & np.uint32((1 << (high - 1).bit_length()) - 1)
-    places = np.where(values < high, np.arange(len(words)), len(words))
-    places = np.append(places, len(words))
-    return values.astype(np.int32), np.minimum.accumulate(places[::-1])[::-1]

@@ -74,7 +74,7 @@ def _unused(state: State) -> Iterator[str]:
 def _beyond(state: State, labels: Sequence[str]) -> Iterator[str]:
     low_ms, high_ms = state.delay_limits_ms
     for projection, label in zip(state.projections, labels, strict=True):
-        delays_ms = projection.values["delay"]
+        delays_ms = projection.values.extremes("delay")
         if not delays_ms.size:
             continue
         shortest_ms, longest_ms = float(delays_ms.min()), float(delays_ms.max())

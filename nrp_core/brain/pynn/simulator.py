@@ -125,7 +125,9 @@ class State(BaseState):  # type: ignore[misc]
         """The smallest delay, ms: from ``setup``, or else the smallest delay of the synapses."""
         if self._min_delay is not None:
             return self._min_delay
-        delays = [projection.values["delay"].min() for projection in self.projections if len(projection)]
+        delays = [
+            projection.values.extremes("delay").min() for projection in self.projections if len(projection)
+        ]
         return float(min(delays, default=self.dt))
 
     @property

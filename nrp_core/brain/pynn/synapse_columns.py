@@ -10,6 +10,7 @@ import numpy as np
 from pyNN.parameters import LazyArray
 
 from nrp_core._support.arrays import FloatArray, IndexArray
+from nrp_core.brain.network.drawing.drawn import Drawn, whole
 from nrp_core.brain.network.indices import Indices, index_type
 
 _DRAWN_AT_ONCE = 2**22
@@ -28,6 +29,7 @@ class SynapseColumns:
         self._pre: list[Any] = []
         self._post: list[Any] = []
         self._values: dict[str, list[Any]] = {}
+        self._all: tuple[Indices, Indices, dict[str, Any]] | None = None
 
     def add(self, pre: Any, post: Any, values: Mapping[str, Any]) -> None:
         """Add synapses.
@@ -42,8 +44,23 @@ class SynapseColumns:
         for name, value in values.items():
             self._values.setdefault(name, []).append(value)
 
-    def joined(self) -> tuple[Indices, Indices, dict[str, FloatArray]]:
+    def add_all(self, pre: Any, counts: Any, values: Mapping[str, Any]) -> None:
+        """Add all synapses at once.
+
+        Args:
+            pre: indices of the presynaptic cells in the order of their targets, shape ``(n,)``.
+            counts: the number of synapses of each postsynaptic cell.
+            values: values of every parameter, shape ``(n,)`` or :class:`Drawn`.
+        """
+        cells = np.flatnonzero(counts)
+        post = Indices.repeated(cells, np.asarray(counts)[cells])
+        self._all = Indices.of(np.asarray(pre, self._type)), post, dict(values)
+
+    def joined(self) -> tuple[Indices, Indices, dict[str, Any]]:
         """Return indices and values of all synapses, shape ``(n_synapses,)``; empties the columns."""
+        if self._all is not None:
+            found, self._all = self._all, None
+            return found
         counts = [len(part) for part in self._pre]
         pre = Indices.of(np.concatenate([np.empty(0, self._type), *self._pre]))
         self._pre.clear()
@@ -78,8 +95,10 @@ def is_constant(values: FloatArray) -> bool:
     return values.strides == (0,)
 
 
-def taken(values: FloatArray, chosen: Any) -> FloatArray:
-    """Return ``values[chosen]``; a constant array stays constant."""
+def taken(values: Any, chosen: Any) -> Any:
+    """Return ``values[chosen]``; a constant array stays constant, and drawn values if all are chosen."""
+    if isinstance(values, Drawn):
+        return values if chosen == slice(None) else whole(values)[chosen]
     some: FloatArray = values[chosen]
     return constant(some[0], len(some)) if is_constant(values) and len(some) else some
 
@@ -110,4 +129,5 @@ def evaluated(values: LazyArray, pre: IndexArray, post: IndexArray) -> FloatArra
     starts = np.flatnonzero(np.diff(post, prepend=-1))
     for start, stop in pairwise([*starts, len(post)]):
         columns.add(pre[start:stop], post[start], {"": values[pre[start:stop], int(post[start])]})
-    return columns.joined()[2].get("", np.empty(0))
+    found: FloatArray = columns.joined()[2].get("", np.empty(0))
+    return found

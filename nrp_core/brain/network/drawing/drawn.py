@@ -1,0 +1,140 @@
+"""Normally distributed values of synapses, kept as the state of their generator.
+
+300 million synapses with weights and delays of their own have 5 GB of them, which are read once, when a brain
+is opened. So large projections keep only the state of the generator.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import deepcopy
+from dataclasses import dataclass, replace
+from typing import Any, Final, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core._support.arrays import FloatArray
+from nrp_core.brain.network.drawing.kernels import clipped
+
+T = TypeVar("T")
+
+FEWEST: Final = 1 << 20
+"""Up to this number, values are kept as an array."""
+_AT_ONCE: Final = 1 << 20
+_REDRAWN: Final = 1.0 / 8
+"""Numbers drawn ahead for those that are replaced, as a share."""
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """Values of a clipped normal distribution, drawn column by column of a connection matrix.
+
+    Args:
+        generator: the generator before it drew them.
+        mean, deviation, low, high: the distribution; values outside are replaced after each column, as
+            PyNN does.
+        counts: the number of values of each column.
+        bounds: the lowest and the highest value.
+    """
+
+    generator: np.random.RandomState
+    mean: float
+    deviation: float
+    low: float
+    high: float
+    counts: npt.NDArray[np.int64]
+    bounds: FloatArray
+
+    @staticmethod
+    def by(
+        generator: np.random.RandomState, distribution: tuple[float, float, float, float], counts: Any
+    ) -> Drawn:
+        """Draw values, and return them without keeping them; the generator advances."""
+        counts = np.asarray(counts, np.int64)
+        made = Drawn(deepcopy(generator), *distribution, counts, np.zeros(2))
+        values = made._draw(generator)
+        return replace(made, bounds=np.array([values.min(initial=np.inf), values.max(initial=-np.inf)]))
+
+    def __len__(self) -> int:
+        return int(self.counts.sum())
+
+    @property
+    def shape(self) -> tuple[int]:
+        """The shape of the values."""
+        return (len(self),)
+
+    def whole(self) -> FloatArray:
+        """Return all values."""
+        return self._draw(deepcopy(self.generator))
+
+    def _draw(self, generator: np.random.RandomState) -> FloatArray:
+        """Draw all values; the generator ends behind the last number that was needed."""
+        out, at = np.empty(len(self)), np.zeros(3, np.int64)
+        ahead = np.empty(0)
+        while at[0] < len(self.counts):
+            before = generator.get_state(legacy=False)
+            missing = min(len(out) - int(at[1]), _AT_ONCE) + int(self.counts[at[0]])
+            more = max(missing + int(missing * _REDRAWN) + 8 - len(ahead), 8)
+            drawn = np.concatenate([ahead, generator.normal(self.mean, self.deviation, more)])
+            at[2] = 0
+            clipped(drawn, self.low, self.high, self.counts, out, at)
+            ahead = drawn[at[2] :]
+        if len(ahead):
+            generator.set_state(before)
+            generator.normal(self.mean, self.deviation, more - len(ahead))
+        return out
+
+
+def redrawn(*names: str) -> Callable[[type[T]], type[T]]:
+    """Make a class store attributes as arrays or :class:`Drawn`, and return them as arrays."""
+
+    def decorate(owner: type[T]) -> type[T]:
+        for name in names:
+            setattr(owner, name, _Redrawn(name))
+        return owner
+
+    return decorate
+
+
+def kept(owner: object, name: str) -> Any:
+    """Return the stored form of a :func:`redrawn` attribute."""
+    return vars(owner)[name]
+
+
+def whole(values: Any) -> FloatArray:
+    """Return values as an array."""
+    array: FloatArray = values.whole() if isinstance(values, Drawn) else values
+    return array
+
+
+def extremes(values: Any) -> FloatArray:
+    """Return values, or their lowest and highest if they are drawn again."""
+    array: FloatArray = values.bounds if isinstance(values, Drawn) else values
+    return array
+
+
+class Columns(dict[str, Any]):
+    """Values by name that are arrays when they are looked up; in ``items`` they have their stored form."""
+
+    def __getitem__(self, name: str) -> FloatArray:
+        return whole(super().__getitem__(name))
+
+    def extremes(self, name: str) -> FloatArray:
+        """Return values, or their lowest and highest if they are drawn again."""
+        return extremes(super().__getitem__(name))
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """Return values, or the default."""
+        return whole(super().get(name, default))
+
+
+class _Redrawn:
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __get__(self, owner: object | None, kind: type) -> Any:
+        return self if owner is None else whole(vars(owner)[self._name])
+
+    def __set__(self, owner: object, value: Any) -> None:
+        vars(owner)[self._name] = value

@@ -1,0 +1,93 @@
+"""Values of large projections are drawn again when they are read, and are PyNN's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import deepcopy
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+import pytest
+from pyNN.random import NumpyRNG, RandomDistribution
+
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.jit import COMPILED
+from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.drawing.drawn import Drawn, kept
+from nrp_core.brain.pynn import builder
+from nrp_core.errors import NetworkError
+from nrp_core.seeds import Seeds
+
+DELAYS = 1.5, 0.75, 0.1, inf
+"""Mean, deviation and limits: about every thirtieth is replaced."""
+COUNTS = np.random.RandomState(3).randint(0, 60, size=3000)
+GENERATORS = {
+    "seeded": lambda: np.random.RandomState(5),
+    "named": lambda: np.random.RandomState(Seeds(1).stream("projection/a/delay").bit_generator),
+}
+
+
+def as_pynn_draws(generator: np.random.RandomState, counts: IntArray) -> FloatArray:
+    """Return the columns as PyNN's own distribution returns them one by one."""
+    rng = NumpyRNG(seed=1)
+    rng.rng = generator
+    clipped = RandomDistribution("normal_clipped", DELAYS, rng)
+    return np.concatenate([clipped.next(int(n)) for n in counts])
+
+
+@pytest.mark.skipif(not COMPILED, reason="without a compiler all values are kept")
+@pytest.mark.parametrize("make", GENERATORS.values(), ids=GENERATORS)
+def test_values_and_generator_are_those_of_pynn(make: Callable[[], np.random.RandomState]) -> None:
+    ours, theirs = make(), make()
+    expected = as_pynn_draws(theirs, COUNTS)
+    drawn = Drawn.by(ours, DELAYS, COUNTS)
+    np.testing.assert_array_equal(drawn.whole(), expected)
+    np.testing.assert_array_equal(drawn.whole(), expected)  # and at each further read
+    np.testing.assert_array_equal(drawn.bounds, [expected.min(), expected.max()])
+    assert len(drawn) == len(expected)
+    assert ours.normal() == theirs.normal()
+
+
+@pytest.mark.skipif(not COMPILED, reason="without a compiler all values are kept")
+def test_values_replaced_after_the_last_column_would_be_others() -> None:
+    """The comparison above notices the mistake that is nearest."""
+    make = GENERATORS["seeded"]
+    as_one = Drawn.by(make(), DELAYS, np.array([COUNTS.sum()])).whole()
+    assert not np.array_equal(as_one, as_pynn_draws(make(), COUNTS))
+
+
+def built(fewest: int, monkeypatch: pytest.MonkeyPatch) -> Network:
+    monkeypatch.setattr("nrp_core.brain.pynn.own_values.FEWEST", fewest)
+    sim = builder(seed=1)
+    sim.setup(timestep=0.1)
+    pre, post = (
+        sim.Population(n, sim.IF_curr_exp(), label=label) for n, label in ((40, "pre"), (30, "post"))
+    )
+    weight = sim.RandomDistribution("normal_clipped", mu=0.1, sigma=0.05, low=0.0, high=inf)
+    delay = sim.RandomDistribution("normal_clipped", mu=1.5, sigma=0.75, low=0.1, high=inf)
+    synapse = sim.StaticSynapse(weight=weight, delay=delay)
+    one = sim.Projection(pre, post, sim.FixedTotalNumberConnector(2000), synapse, label="one")
+    assert one.get("weight", format="list")[0][2] == one[0].weight
+    return sim.network()
+
+
+def test_a_network_is_the_same_whether_values_are_kept_or_drawn_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    small, large = built(10**6, monkeypatch), built(100, monkeypatch)
+    assert isinstance(kept(large.projections[0], "weight"), Drawn) == COMPILED
+    assert isinstance(kept(small.projections[0], "weight"), np.ndarray)
+    np.testing.assert_array_equal(large.projections[0].delay_ms, small.projections[0].delay_ms)
+    assert large.digest == small.digest
+
+
+@pytest.mark.skipif(not COMPILED, reason="without a compiler all values are kept")
+def test_an_impossible_value_among_drawn_ones_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    network = built(100, monkeypatch)
+    (one,) = network.projections
+    values = Drawn.by(np.random.RandomState(1), (0.1, 0.05, -inf, inf), kept(one, "weight").counts)
+    first = int(np.argmax(values.whole() < 0))
+    with pytest.raises(NetworkError, match=rf"delay of synapse {first} \(\d+ -> \d+\) is -"):
+        Network(network.populations, (replace(one, delay_ms=values),))
+    assert deepcopy(values).whole()[first] == values.whole()[first]
