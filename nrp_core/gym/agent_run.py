@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import isfinite
+from math import isfinite, nan
+from numbers import Real
 from typing import Any, TypeAlias
 
+import numpy as np
 from gymnasium import spaces
 
 from nrp_core.dsl.functions.function import TransferFunction
@@ -107,11 +109,17 @@ class AgentRun:
         reward = float(sum(newly) - sum(not met for met in newly))
         terminated = bool(self.decided) and None not in self.decided.values()
         if agent.reward is not None:
-            reward = float(agent.reward(run, seen))
+            given = agent.reward(run, seen)
+            reward = float(given) if np.ndim(given) == 0 and isinstance(given, _NUMBERS) else nan
             if not isfinite(reward):
-                raise ExperimentError(f"the reward at {run.now_s:g} s is {reward}, not a finite number")
+                raise ExperimentError(f"the reward at {run.now_s:g} s is {given!r:.60}, not a finite number")
         if agent.terminate is not None:
-            terminated = bool(agent.terminate(run, seen))
+            ends = agent.terminate(run, seen)
+            if np.size(ends) != 1:
+                raise ExperimentError(
+                    f"terminate returned {ends!r:.60}, not true or false; see .any() and .all()"
+                )
+            terminated = bool(ends)
         return reward, terminated, run.loop.now_ns >= run.experiment.duration
 
     def _newly_decided(self) -> list[bool]:
@@ -119,6 +127,9 @@ class AgentRun:
         newly = [met for name, met in outcomes.items() if met is not None and self.decided.get(name) is None]
         self.decided = outcomes
         return newly
+
+
+_NUMBERS = (Real, np.ndarray, np.generic)
 
 
 def _publishes(function: TransferFunction, acted: Mapping[str, Any]) -> bool:

@@ -78,6 +78,7 @@ class NrpEnv(gymnasium.Env[Any, Any]):
             raise
         self.observation_space = self._agent_run.observation_space
         self.action_space = self._agent_run.action_space
+        self._has_begun = False
         self._period_ns = steps * self.run.experiment.timestep
         self.metadata = {**self.metadata, "render_fps": round(1e9 / self._period_ns)}
 
@@ -86,11 +87,17 @@ class NrpEnv(gymnasium.Env[Any, Any]):
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Begin an episode; its noise follows from ``seed``, or from the last given seed."""
         super().reset(seed=seed)
+        self._has_begun = True
         self._agent_run.begin(lambda: int(self.np_random.integers(2**31)))
         return self._observation(), {"t_s": 0.0}
 
     def step(self, action: Mapping[str, Any]) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """Act, take the steps, and observe; the episode is truncated at the end of the experiment."""
+        if not self._has_begun:
+            raise ExperimentError("reset() comes before the first step()")
+        if not isinstance(action, Mapping) or action.keys() != self._agent_run.acted.keys():
+            names = ", ".join(map(repr, self._agent_run.acted)) or "nothing"
+            raise ExperimentError(f"an action is a dict with an array for {names}, not {action!r:.60}")
         for name, acted in self._agent_run.acted.items():
             acted.apply(np.asarray(action[name], np.float64).tolist())
         self.run.run_until(seconds(self.run.loop.now_ns + self._period_ns))

@@ -13,6 +13,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import nrp_core
+from nrp_core.errors import ExperimentError
 from nrp_core.gym import NrpEnv, make_env
 from nrp_core.gym.registered import SHIPPED
 
@@ -47,6 +48,25 @@ def test_an_episode_is_the_run_of_the_experiment() -> None:
                 made.step({})
             alone = nrp_core.run("slalom_pioneer", until_s=0.2)
             assert made.run.result().trajectory_digest == alone.trajectory_digest
+
+
+@pytest.mark.parametrize(
+    ("settings", "action", "words"),
+    [
+        ({"reward": lambda run, seen: None}, {}, "the reward at 0.02 s is None, not a finite number"),
+        ({"reward": lambda run, seen: np.zeros(2)}, {}, r"the reward at 0.02 s is array\(\[0., 0.\]\), not"),
+        ({"terminate": lambda run, seen: np.zeros(2)}, {}, "terminate returned .*, not true or false"),
+        ({}, np.array([1.0]), r"an action is a dict with an array for nothing, not array\(\[1.\]\)"),
+        ({}, {"/pioneer/cmd": [1.0]}, "an action is a dict with an array for nothing, not {'/pioneer/cmd'"),
+    ],
+)
+def test_what_an_agent_gives_is_checked(settings: dict[str, Any], action: Any, words: str) -> None:
+    with closing(make_env("slalom_pioneer", observe=["rate:wheels"], **settings)) as made:
+        with pytest.raises(ExperimentError, match=r"reset.* comes before the first step"):
+            made.step(action)
+        made.reset(seed=1)
+        with pytest.raises(ExperimentError, match=words):
+            made.step(action)
 
 
 def episode(made: NrpEnv, seed: int | None, steps: int = 15) -> list[float]:

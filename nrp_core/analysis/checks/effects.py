@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 
 from nrp_core.analysis.checks.names import unused_value
@@ -21,6 +22,10 @@ _ARITHMETIC = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod, ast.P
 _LOOKUPS = (ast.Name, ast.Attribute, ast.Subscript)
 _PURE = frozenset({"abs", "bool", "float", "int", "len", "max", "min", "round", "sorted", "str", "sum"})
 """Functions that only return a value."""
+_PURE_OF = re.compile(
+    r"math\.\w+|(np|numpy)\.(clip|abs|absolute|minimum|maximum|sqrt|exp|mean|sum|round|sign|roll|append|where)"
+)
+"""Functions of libraries that only return a value."""
 _FRESH = (
     ast.BinOp, ast.UnaryOp, ast.Compare, ast.List, ast.Dict, ast.Set, ast.ListComp, ast.SetComp, ast.DictComp,
     ast.JoinedStr,
@@ -68,6 +73,8 @@ def _lost(value: ast.expr, is_tried: bool) -> str:
         return f"the value of '{text}' is not used"
     if isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id in _PURE:
         return f"the value of '{text}' is not used"
+    if isinstance(value, ast.Call) and _PURE_OF.fullmatch(ast.unparse(value.func)) and not value.keywords:
+        return f"the value of '{text}' is not used"
     if any(isinstance(one, _ACTIVE) for one in ast.walk(value)):
         return ""
     if isinstance(value, _LOOKUPS):
@@ -112,6 +119,33 @@ def values_go_somewhere(function: Examined) -> Iterator[Finding]:
     for target, made in _filled(function.declared.node, messages):
         what = f"the message '{target.id}' is filled and not sent" if made else unused_value(target.id)
         yield function.declared.finding(Code.NRP300, target, what, Level.WARNING)
+    for last, name in _filled_last(function.declared.node):
+        what = f"'{name}' is filled and not returned here, so that this call publishes nothing"
+        yield function.declared.finding(Code.NRP300, last, what, Level.WARNING)
+
+
+def _filled_last(function: Function) -> Iterator[tuple[ast.stmt, str]]:
+    """Yield where a function ends by filling a message that it returns elsewhere, and the message's name."""
+    nodes = list(own_nodes(function.body))
+    returned = {
+        one.value.id for one in nodes if isinstance(one, ast.Return) and isinstance(one.value, ast.Name)
+    }
+    given = {
+        one.id
+        for call in nodes
+        if isinstance(call, ast.Call)
+        for one in call.args
+        if isinstance(one, ast.Name)
+    }
+    ends = [function.body[-1]]
+    while ends:
+        match ends.pop():
+            case ast.If(_, body, orelse):
+                ends += [body[-1], *orelse[-1:]]
+            case ast.Assign([ast.Attribute() as target]) as last:
+                name = ast.unparse(target).partition(".")[0]
+                if name in returned - given - {one.arg for one in function.args.args}:
+                    yield last, name
 
 
 def _is_message(callee: object) -> bool:

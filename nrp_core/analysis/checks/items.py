@@ -8,6 +8,7 @@ from typing import Any, TypeGuard
 
 from nrp_core.analysis.events import Call, Index, Read, Rename, Write
 from nrp_core.analysis.registry import checks_function
+from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Instance, Known, Number, Row, Shape, can_set, names_of
 from nrp_core.analysis.study import Examined
 from nrp_core.dsl.devices.groups import DeviceGroup
@@ -18,6 +19,7 @@ from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.base import type_name
 
+_TIME_HEADERS = frozenset({"t", "time", "time_s", "t_s"})
 _OF_MANY: tuple[Any, ...] = (min, max, sum)
 
 
@@ -115,11 +117,31 @@ def variables_are_set_by_their_value(function: Examined) -> Iterator[Finding]:
                     yield function.declared.finding(Code.NRP253, node, message, Level.WARNING)
 
 
+@checks_function(Code.NRP253)
+def loops_leave_parameters_alone(function: Examined) -> Iterator[Finding]:
+    """Look for loops over the name of a parameter that is used after them."""
+    for node in own_nodes(function.declared.node.body):
+        match node:
+            case ast.For(ast.Name(name), _, body) if name in function.function.parameters or name == "t":
+                end = body[-1].end_lineno or 0
+                after = [
+                    one
+                    for one in own_nodes(function.declared.node.body)
+                    if _is_read(one, name) and one.lineno > end
+                ]
+                if after:
+                    message = (
+                        f"this loop overwrites '{name}', which is used again in line "
+                        f"{min(one.lineno for one in after)}: use another name"
+                    )
+                    yield function.declared.finding(Code.NRP253, node, message, Level.WARNING)
+
+
 def _is_variable(event: Rename) -> bool:
     return isinstance(event.owner, Known) and isinstance(event.owner.value, Variable)
 
 
-def _is_read(node: ast.AST, name: str) -> bool:
+def _is_read(node: ast.AST, name: str) -> TypeGuard[ast.Name]:
     return isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Load)
 
 
@@ -165,4 +187,10 @@ def rows_fit_their_headers(function: Examined) -> Iterator[Finding]:
         headers, values = recorder.headers, event.given
         if len(values) != len(headers):
             message = f"a row of {len(values)} under {len(headers)} headers: {', '.join(headers)}"
+            yield function.declared.finding(Code.NRP254, event.node, message, Level.WARNING)
+            continue
+        timed = [i for i, one in enumerate(headers) if one.lower() in _TIME_HEADERS]
+        given = [i for i, one in enumerate(event.node.args) if isinstance(one, ast.Name) and one.id == "t"]
+        if len(timed) == len(given) == 1 and timed != given:
+            message = f"the time 't' goes below '{headers[given[0]]}', and not below '{headers[timed[0]]}'"
             yield function.declared.finding(Code.NRP254, event.node, message, Level.WARNING)

@@ -1,10 +1,10 @@
-"""Conditions of the time alone, tried at every step of the experiment."""
+"""Conditions and waves of the time alone, tried at the steps of the experiment."""
 
 from __future__ import annotations
 
 import ast
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, Final
 
 from nrp_core.analysis.function_body import assigned
@@ -22,8 +22,9 @@ _FUNCTIONS: Final[Mapping[str, Any]] = {
     one.__name__: one for one in (int, float, round, abs, min, max, divmod, bool)
 } | {
     f"math.{name}": getattr(math, name)
-    for name in ("floor", "ceil", "fmod", "sin", "cos", "isclose", "trunc")
+    for name in ("floor", "ceil", "fmod", "sin", "cos", "isclose", "trunc", "pi", "tau", "radians")
 }
+_WAVES: Final = ("sin", "cos", "math.sin", "math.cos", "np.sin", "np.cos", "numpy.sin", "numpy.cos")
 _PARTS: Final = (
     ast.Compare, ast.BoolOp, ast.BinOp, ast.UnaryOp, ast.Constant, ast.Name, ast.Call, ast.Attribute,
     ast.operator, ast.unaryop, ast.cmpop, ast.boolop, ast.expr_context,
@@ -49,6 +50,28 @@ def moments_come(function: Examined) -> Iterator[Finding]:
                 f"{seconds(experiment.timestep):g} s"
             )
             yield declared.finding(Code.NRP248, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP249)
+def waves_are_slower_than_steps(function: Examined) -> Iterator[Finding]:
+    """Look for sines of ``t`` that turn half a round or more from one step to the next."""
+    declared, step_s = function.declared, seconds(function.experiment.timestep)
+    if "t" in assigned(declared.node.body):
+        return
+    names = _numbers(function)
+    for node in own_nodes(declared.node.body):
+        match node:
+            case ast.Call(func, [angle], []) if ast.unparse(func) in _WAVES and _is_of_time(angle, names):
+                turns_rad = [_value(angle, names, step_s * step) for step in range(3)]
+                if None in turns_rad:
+                    continue
+                first, second, third = turns_rad
+                if abs(second - first) >= math.pi and math.isclose(third - second, second - first):
+                    message = (
+                        f"'{ast.unparse(node):.60}' turns by {abs(second - first):.3g} rad in a step of "
+                        f"{step_s:g} s; degrees are math.radians(...), and 't' is in s"
+                    )
+                    yield declared.finding(Code.NRP249, node, message, Level.WARNING)
 
 
 def _numbers(function: Examined) -> dict[str, Any]:
@@ -83,7 +106,7 @@ def _is_plain(node: ast.Compare) -> bool:
     return False
 
 
-def _is_of_time(node: ast.Compare, names: Mapping[str, Any]) -> bool:
+def _is_of_time(node: ast.expr, names: Mapping[str, Any]) -> bool:
     """Return whether a condition is of the time and numbers alone, and quick to evaluate."""
     roots = [ast.unparse(one) for one in ast.walk(node) if isinstance(one, (ast.Name, ast.Attribute))]
     inner = [ast.unparse(one.value) for one in ast.walk(node) if isinstance(one, ast.Attribute)]
@@ -110,11 +133,25 @@ def _flat(name: str) -> str:
 
 def _is_ever_true(node: ast.Compare, names: Mapping[str, Any], times_s: Iterable[float]) -> bool:
     """Return whether a condition is true at one of some times, or cannot be evaluated."""
-    flat: ast.Expression = _Flat().visit(ast.parse(ast.unparse(node), mode="eval"))
-    code = compile(ast.fix_missing_locations(flat), "<condition>", "eval")
-    scope: dict[str, Any] = {"__builtins__": {}}
-    scope |= {_flat(name): value for name, value in names.items()}
+    value = _compiled(node, names)
     try:
-        return any(eval(code, scope, {"t": t_s}) for t_s in times_s)
+        return any(value(t_s) for t_s in times_s)
     except Exception:  # noqa: BLE001  the function would raise it, too; other checks look for that
         return True
+
+
+def _value(node: ast.expr, names: Mapping[str, Any], t_s: float) -> Any:
+    """Return an expression's value at a time; None if it cannot be evaluated."""
+    try:
+        return float(_compiled(node, names)(t_s))
+    except Exception:  # noqa: BLE001  the function would raise it, too
+        return None
+
+
+def _compiled(node: ast.expr, names: Mapping[str, Any]) -> Callable[[float], Any]:
+    """Return an expression as a function of the time."""
+    flat: ast.Expression = _Flat().visit(ast.parse(ast.unparse(node), mode="eval"))
+    code = compile(ast.fix_missing_locations(flat), "<expression>", "eval")
+    scope: dict[str, Any] = {"__builtins__": {}}
+    scope |= {_flat(name): value for name, value in names.items()}
+    return lambda t_s: eval(code, scope, {"t": t_s})

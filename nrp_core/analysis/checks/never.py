@@ -8,9 +8,10 @@ from collections.abc import Iterator, Mapping
 from nrp_core.analysis.events import Add, Divide, Read
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.scopes import SCOPES, own_nodes
-from nrp_core.analysis.shapes import Instance, Known, Number
+from nrp_core.analysis.shapes import Instance, Known, Number, Shape
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.clock import from_seconds, seconds
+from nrp_core.dsl.devices.devices import LeakyIntegratorDevice
 from nrp_core.dsl.tf_lib.vision import RedShares
 from nrp_core.experiment.model.event_schema import Event, causes_of
 from nrp_core.experiment.model.experiment import Experiment
@@ -18,6 +19,8 @@ from nrp_core.findings import Code, Finding, Level
 
 _TRIED = 5000
 """How many steps a period is compared with."""
+_LOWERING = {"v_rest", "weight", "receptor_type", "i_offset", None}
+"""Settings of integrators by which a voltage may be negative."""
 _LEAVES = (ast.Return, ast.Raise, ast.Yield, ast.YieldFrom, ast.Await)
 
 
@@ -162,6 +165,34 @@ def shares_are_compared_with_shares(function: Examined) -> Iterator[Finding]:
                         case Known(int() | float() as limit) if id(mine) in shares and limit > 1:
                             message = f"'{ast.unparse(mine)}' is a share from 0 to 1, never {limit:g}"
                             yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP320)
+def voltages_are_compared_within_their_range(function: Examined) -> Iterator[Finding]:
+    """Look for thresholds of a listening neuron that its voltage is always above."""
+    resting = {
+        id(event.node)
+        for event in function.events
+        if isinstance(event, Read) and event.name == "voltage" and isinstance(event.owner, Known)
+        if isinstance(event.owner.value, LeakyIntegratorDevice) and _rests_at_0(function, event.owner)
+    }
+    for event in function.events:
+        match event:
+            case Add(
+                ast.Compare(one, [ast.Gt() | ast.GtE()], [_]) as node, _, Known(int() | float() as limit)
+            ):
+                if id(one) in resting and limit < 0:
+                    message = (
+                        f"'{ast.unparse(node):.60}' is always true: an integrator rests at 0 mV, and spikes "
+                        "raise it"
+                    )
+                    yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
+
+
+def _rests_at_0(function: Examined, shape: Shape) -> bool:
+    """Return whether the integrator of a parameter has no settings that let its voltage fall below 0."""
+    decorator = function.declared.nodes.get(function.parameter_of(shape) or "")
+    return isinstance(decorator, ast.Call) and not {one.arg for one in decorator.keywords} & _LOWERING
 
 
 def _missed(period_s: float, step_ns: int) -> str:

@@ -69,7 +69,9 @@ def times_of_recorders_are_in_ms(function: Examined) -> Iterator[Finding]:
         match event:
             case Add(ast.BinOp(one, _, other) | ast.Compare(one, _, [other]) as node, left, right):
                 for mine, with_, shape in ((one, other, right), (other, one, left)):
-                    read = mine.value if isinstance(mine, ast.Subscript) else mine
+                    read = mine
+                    while isinstance(read, ast.Subscript):
+                        read = read.value
                     is_plain = isinstance(with_, ast.Name)  # a product may hold the factor
                     if is_plain and shape == Number("s") and id(read) in times:
                         text = ast.unparse(node)

@@ -202,13 +202,7 @@ def _of_synapses(projection: Projection, post: Population) -> Iterator[str]:
         if name in projection.synapse_parameters:
             values = projection.synapse_parameters[name]
             yield from _outside(f"{name} of {owner}", values[values > _AT_ONCE_MS], _RECOVERY)
-    for name in ("A_plus", "A_minus"):
-        values = np.abs(projection.synapse_parameters.get(name, _NOTHING))
-        if values.size and values.max() > 1.0:
-            yield (
-                f"{name} of {owner} is {values.max():g}: a pair of spikes changes a weight by more than the "
-                "whole range from w_min to w_max"
-            )
+    yield from _of_pairs(owner, projection)
     if projection.weight.size:
         size = too_strong(float(np.abs(projection.weight).max()), post)
         if size:
@@ -217,6 +211,23 @@ def _of_synapses(projection: Projection, post: Population) -> Iterator[str]:
             yield f"all weights of {owner} are 0: it has no effect"
     if "U" in projection.synapse_parameters and not projection.synapse_parameters["U"].any():
         yield f"U of {owner} is 0: its synapses never transmit"
+
+
+def _of_pairs(owner: str, projection: Projection) -> Iterator[str]:
+    """Yield the doubtful amplitudes of spike-timing-dependent plasticity."""
+    for name in ("A_plus", "A_minus"):
+        values = np.abs(projection.synapse_parameters.get(name, _NOTHING))
+        if values.size and values.max() > 1.0:
+            yield (
+                f"{name} of {owner} is {values.max():g}: a pair of spikes changes a weight by more than the "
+                "whole range from w_min to w_max"
+            )
+    plus, minus = (projection.synapse_parameters.get(name, _NOTHING) for name in ("A_plus", "A_minus"))
+    if plus.size and minus.size and plus.min() > 0 and minus.max() < 0:
+        yield (
+            f"A_minus of {owner} is {minus.max():g}: PyNN subtracts it, so that every pair of "
+            "spikes strengthens a synapse; is it meant without the sign?"
+        )
 
 
 def too_strong(weight: float, post: Population) -> str:

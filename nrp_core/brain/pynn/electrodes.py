@@ -62,6 +62,10 @@ class CurrentSource(StandardCurrentSource):
         name = type(self).__name__
         targets = list(cells) if isinstance(cells, Iterable) else [cells]
         for cell in targets:
+            if isinstance(cell, common.BasePopulation):
+                raise WrongKindError(
+                    f"{name}: '{cell.label}' is in a list: inject into it alone, or into a sum"
+                )
             require_kind(
                 name, "target", cell, common.IDMixin, "a population, view, assembly or list of cells"
             )
@@ -121,10 +125,12 @@ class StepCurrentSource(CurrentSource, electrodes.StepCurrentSource):
         super().set_native_parameters(parameters)
         times, amplitudes = (np.asarray(getattr(values, "value", values), dtype=float)
                              for values in (self.times, self.amplitudes))  # fmt: skip
-        if len(times) != len(amplitudes) or (len(times) and times[0] < 0) or (np.diff(times) <= 0).any():
+        if len(times) != len(amplitudes):
             raise InvalidValueError(
-                f"StepCurrentSource: as many times as amplitudes, ascending from 0 ms, not {times}"
+                f"StepCurrentSource: as many times as amplitudes, not {len(times)} and {len(amplitudes)}"
             )
+        if (len(times) and times[0] < 0) or (np.diff(times) <= 0).any():
+            raise InvalidValueError(f"StepCurrentSource: times ascend from 0 ms or later, not {times}")
         rounded = self._round_timestamp(times, self._simulator.state.dt)
         last = np.diff(rounded, append=np.inf) > 0
         object.__setattr__(self, "times", rounded[last])

@@ -329,7 +329,17 @@ class Assembly(common.Assembly):
 
     def __init__(self, *populations: Any, label: str | None = None) -> None:
         label = label or " + ".join(str(getattr(part, "label", part)) for part in populations)
+        self.label = label  # PyNN sets it after it has taken the parts
         super().__init__(*populations, label=label)
+
+    def _insert(self, element: Any) -> None:
+        before = len(self.populations)
+        super()._insert(element)
+        if len(self.populations) == before:  # PyNN logs this, in a log that nobody may read
+            self._simulator.state.remark(
+                f"'{getattr(element, 'label', element)}' is not added to the assembly '{self.label}', which "
+                "has some of its cells already"
+            )
 
     def __getitem__(self, index: Any) -> Any:
         places = _places(self, list(index) if isinstance(index, tuple) else index)

@@ -52,6 +52,7 @@ def experiment_of(tree: Tree, overrides: Sequence[str] = ()) -> Experiment:
     Raises:
         InvalidExperimentError: anything is wrong; it carries all findings.
     """
+    _require_experiment(tree)
     tree = reduce(overridden, overrides, tree)
     findings = option_findings(tree)
     try:
@@ -61,6 +62,18 @@ def experiment_of(tree: Tree, overrides: Sequence[str] = ()) -> Experiment:
     if findings:
         raise InvalidExperimentError(sorted(findings, key=_reading_order))
     return with_platform(experiment.with_source(tree).with_overrides(overrides))
+
+
+def _require_experiment(tree: Tree) -> None:
+    """Refuse the file of a sweep or a search, before all the keys that it lacks are listed.
+
+    Raises:
+        InvalidExperimentError: it is one.
+    """
+    if isinstance(tree.value, dict) and {"experiment", "vary"} <= tree.value.keys():
+        command = "evolve" if "objective" in tree.value else "sweep"
+        message = f"this file names an experiment and varies it: use nrp {command}"
+        raise InvalidExperimentError([tree.place.finding(Code.NRP201, message)])
 
 
 def _laid_over(tree: Tree, over: Tree) -> Tree:
@@ -126,6 +139,8 @@ def overridden(tree: Tree, override: str) -> Tree:
     try:
         if not equals or not all(keys):
             raise place.error("it must read 'dotted.key=value'")
+        if not text.strip():
+            raise place.error(f"there is no value; write '{key.strip()}=null' to remove it")
         value = parse_tree(text, place)
         if value.value is None:
             _require_optional(tree, keys, place)

@@ -364,3 +364,27 @@ COMMAND_IGNORED = Explanation(
     "{n} parts of commands are ignored by their drives",
     Weight.REMARK,
 )
+
+NOT_KEPT = Explanation(
+    "A variable does not keep its value from call to call.",
+    "The function counts or adds up, and begins again in every call.",
+    "Change `name.value` itself, and do not set it at the beginning: `initial_value` does that once.",
+    "{n} variables do not keep their values",
+    Weight.REMARK,
+)
+
+PIXELS = Explanation(
+    "Pixels of an image are computed with as if they were plain numbers in any order.",
+    "Bytes go on from 255 below 0, and a swapped width and height mix up the rows; no error is raised.",
+    "Convert bytes with `.astype(int)` before subtracting, and reshape to (height, width, channels).",
+    "{n} computations mix up the pixels of an image",
+    Weight.REMARK,
+)
+
+NO_SUCH_JOINT = Explanation(
+    "A function asks a message for a joint that the robot does not have.",
+    "`index` raises an error in the first step, and a test with `in` is never true.",
+    "Use one of the robot's joints; `nrp inspect` lists them.",
+    "{n} names are not joints of the robot",
+    Weight.REMARK,
+)

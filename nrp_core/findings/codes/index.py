@@ -145,6 +145,9 @@ class Code(Enum):
     NRP323 = experiment.IMMOBILE
     NRP324 = experiment.UNUSED_TOPIC
     NRP325 = brain.TOO_FAST
+    NRP330 = functions.NOT_KEPT
+    NRP331 = functions.PIXELS
+    NRP332 = functions.NO_SUCH_JOINT
     NRP335 = brain.IMPOSSIBLE_VARIANT
     NRP336 = brain.IDLE_INTERVENTION
     NRP340 = world.STEP_OF_ENVIRONMENT

@@ -287,3 +287,32 @@ def test_a_delay_beyond_the_limits_of_setup_is_reported(delay_ms: float, words: 
     sim.Projection(cells, cells, sim.OneToOneConnector(), synapse, label="go")
     expected = (f"a delay of the projection 'go' {words}",) if words else ()
     assert sim.network().remarks == expected
+
+
+@pytest.mark.parametrize(
+    ("plus", "minus", "is_reported"), [(0.01, -0.012, True), (0.01, 0.012, False), (-0.01, -0.012, False)]
+)
+def test_a_depression_with_the_sign_of_other_notations_is_reported(
+    plus: float, minus: float, is_reported: bool
+) -> None:
+    sim = builder()
+    cells = sim.Population(2, sim.IF_curr_exp(), label="cells")
+    law = sim.STDPMechanism(
+        timing_dependence=sim.SpikePairRule(tau_plus=20.0, tau_minus=20.0, A_plus=plus, A_minus=minus),
+        weight_dependence=sim.AdditiveWeightDependence(w_min=0.0, w_max=1.0),
+        weight=0.5,
+        delay=1.0,
+    )
+    sim.Projection(cells, cells, sim.AllToAllConnector(), law, label="loop")
+    words = "A_minus of the projection 'loop' is -0.012: PyNN subtracts it"
+    assert any(words in one for one in implausible(sim.network())) == is_reported
+
+
+def test_a_view_that_an_assembly_cannot_take_is_reported() -> None:
+    sim = builder()
+    cells = sim.Population(6, sim.IF_curr_exp(), label="cells")
+    sim.Assembly(cells[0:2], cells[2:4], label="apart")
+    assert not any("assembly" in one for one in sim.network().remarks)
+    sim.Assembly(cells[0:4], cells[2:6], label="both")
+    (remark,) = [one for one in sim.network().remarks if "assembly" in one]
+    assert "is not added to the assembly 'both', which has some of its cells already" in remark

@@ -204,6 +204,7 @@ def test_a_file_named_by_an_override_lies_below_the_current_folder(
     ("override", "finding"),
     [
         ("seed", "in the override 'seed': it must read 'dotted.key=value' [NRP215]"),
+        ("seed= ", "in the override 'seed= ': there is no value; write 'seed=null' to remove it [NRP215]"),
         ("brain..model=x", "in the override 'brain..model=x': it must read 'dotted.key=value' [NRP215]"),
         ("seed=x", "in the override 'seed=x': seed: should be a valid integer, not 'x' [NRP202]"),
         ("sede=1",
@@ -301,3 +302,15 @@ def test_a_base_that_cannot_be_extended_is_named(write: Write, base: str, messag
 def test_a_base_that_is_not_yaml_is_reported_where_it_is(write: Write) -> None:
     write("name: [", "base.yaml")
     assert only_finding(write("extends: base.yaml", "variant.yaml")).startswith("base.yaml:1:")
+
+
+@pytest.mark.parametrize(("more", "command"), [("", "sweep"), ("objective: {degree.reaches: 1}\n", "evolve")])
+def test_the_file_of_a_sweep_is_one_mistake_that_names_the_command(
+    tmp_path: Path, more: str, command: str
+) -> None:
+    path = tmp_path / "sweep.yaml"
+    path.write_text(f"experiment: slalom_pioneer\nvary: {{seed: {{from: 1, to: 2}}}}\n{more}")
+    with pytest.raises(InvalidExperimentError) as caught:
+        read_yaml(path)
+    (finding,) = caught.value.findings
+    assert finding.message == f"this file names an experiment and varies it: use nrp {command}"

@@ -91,3 +91,19 @@ def test_how_time_is_split_does_not_change_the_changes(
     bounds = [0.0, *sorted(cuts), 12.0]
     parts = [changes_ms(wave, a, b) for a, b in pairwise(bounds)]
     assert sorted({t for part in parts for t in part}) == sorted(set(changes_ms(wave, 0.0, 12.0)))
+
+
+def test_a_current_names_which_of_its_lists_is_wrong() -> None:
+    with pytest.raises(ValueError, match="as many times as amplitudes, not 3 and 2"):
+        waveform("StepCurrentSource", times=[0.0, 10.0, 20.0], amplitudes=[0.0, 1.0])
+    with pytest.raises(ValueError, match="times ascend from 0 ms or later, not"):
+        waveform("StepCurrentSource", times=[0.0, 20.0, 10.0], amplitudes=[0.0, 1.0, 0.0])
+
+
+def test_a_list_of_views_is_not_a_target_of_a_current() -> None:
+    sim = builder()
+    cells = sim.Population(2, sim.IF_curr_exp(), label="cells")
+    source = sim.DCSource(amplitude=0.5)
+    source.inject_into(cells[0:1])
+    with pytest.raises(TypeError, match="is in a list: inject into it alone, or into a sum"):
+        source.inject_into([cells[0:1]])

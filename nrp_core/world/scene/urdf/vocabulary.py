@@ -46,6 +46,8 @@ _KNOWN: Final = {
     tag: (frozenset(attributes.split()), frozenset(children.split()))
     for tag, (attributes, children) in _TABLE.items()
 }
+_ELSEWHERE: Final = {name: tag for tag in ("origin", "dynamics", "limit") for name in _TABLE[tag][0].split()}
+"""Attributes that only one element has."""
 _FREE: Final = ("gazebo", "transmission", "ros2_control", "sensor", "contact")
 _ALIKE: Final = 0.6
 _LOWEST, _HIGHEST = "soft_lower_limit", "soft_upper_limit"
@@ -55,6 +57,8 @@ def check_vocabulary(element: Element, notes: Notes) -> None:
     """Warn of misspelt attributes and elements of a robot, which would be ignored in silence."""
     attributes, children = _KNOWN.get(element.tag, (frozenset(), frozenset()))
     for name in sorted(element.attributes.keys() - attributes):
+        if name in _ELSEWHERE:
+            continue
         alone = not children and not attributes & element.attributes.keys()
         if (
             attributes
@@ -64,6 +68,16 @@ def check_vocabulary(element: Element, notes: Notes) -> None:
             hint = did_you_mean(name, attributes)
             message = f"<{element.tag}> has no attribute '{name}': ignored{hint}"
             notes.warn(element, Code.NRP263, message, subject=name)
+    for name in sorted((element.attributes.keys() & _ELSEWHERE.keys()) - attributes if attributes else ()):
+        message = f"<{element.tag}> has no attribute '{name}': ignored; it belongs in <{_ELSEWHERE[name]}>"
+        notes.warn(element, Code.NRP263, message, subject=name)
+    text = element.text.strip()
+    if text and element.tag in _KNOWN:
+        written = f'; write {next(iter(_TABLE[element.tag][0].split()))}="{text}"' if attributes else ""
+        message = (
+            f"the text '{text:.30}' in <{element.tag}> is ignored: URDF has values in attributes{written}"
+        )
+        notes.warn(element, Code.NRP263, message, subject=element.tag)
     if element.tag == "safety_controller":
         _check_soft_limits(element, notes)
     for child in element.children:

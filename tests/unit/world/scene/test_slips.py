@@ -134,3 +134,26 @@ def test_a_slip_in_urdf_is_reported(tmp_path: Path, old: str, new: str, words: s
     found = [str(warning) for warning in read_model(tmp_path / "arm.urdf").warnings]
     assert len(found) == (words is not None)
     assert words is None or words in found[0]
+
+
+_CART = """<robot name="cart"><link name="base">{}</link><link name="arm"/>
+<joint name="elbow" type="revolute" {}><parent link="base"/><child link="arm"/><axis xyz="0 1 0">{}</axis>
+<limit lower="-1" upper="1" effort="10" velocity="2"/></joint></robot>"""
+
+
+@pytest.mark.parametrize(
+    ("link", "joint", "axis", "words"),
+    [
+        ("", "", "0 0 1", "the text '0 0 1' in <axis> is ignored: URDF has values in attributes; write xyz="),
+        ("", 'damping="5"', "", "<joint> has no attribute 'damping': ignored; it belongs in <dynamics>"),
+        ("", 'rpy="0 0 1"', "", "<joint> has no attribute 'rpy': ignored; it belongs in <origin>"),
+        ("", 'effort="5"', "", "<joint> has no attribute 'effort': ignored; it belongs in <limit>"),
+        ("<visual><origin/><geometry><sphere radius='1'/></geometry></visual>", "", "", ""),
+    ],
+)
+def test_a_value_of_urdf_in_another_place_is_reported(
+    tmp_path: Path, link: str, joint: str, axis: str, words: str
+) -> None:
+    (tmp_path / "cart.urdf").write_text(_CART.format(link, joint, axis))
+    said = [str(one) for one in read_model(tmp_path / "cart.urdf").warnings]
+    assert any(words in one for one in said) if words else not any("ignored" in one for one in said), said

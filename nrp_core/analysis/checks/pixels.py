@@ -1,0 +1,59 @@
+"""Arrays of pixels whose shape or arithmetic is not that of the image."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+
+from nrp_core.analysis.registry import checks_function
+from nrp_core.analysis.scopes import own_nodes
+from nrp_core.analysis.study import Examined
+from nrp_core.findings import Code, Finding, Level
+
+_BYTES = ("uint8", "imgmsg_to_cv2")
+_WIDER = ("astype", "float", "int16", "int32", "int(")
+_DIFFERENCE = "'{}' subtracts bytes, and 10 - 20 is then 246; convert one first: .astype(int)"
+
+
+@checks_function(Code.NRP331)
+def images_have_rows_of_columns(function: Examined) -> Iterator[Finding]:
+    """Look for arrays with the width of an image before its height."""
+    for node in own_nodes(function.declared.node.body):
+        match node:
+            case ast.Call(ast.Attribute(_, "reshape"), args):
+                sizes = args[0].elts if args and isinstance(args[0], ast.Tuple | ast.List) else args
+                names = [one.attr for one in sizes if isinstance(one, ast.Attribute)]
+                if names[:2] == ["width", "height"]:
+                    message = (
+                        f"'{ast.unparse(node):.60}' mixes up the pixels: an image is stored row by row, so "
+                        "its height comes first"
+                    )
+                    yield function.declared.finding(Code.NRP331, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP331)
+def differences_of_bytes_do_not_wrap(function: Examined) -> Iterator[Finding]:
+    """Look for differences of pixels that are unsigned bytes."""
+    nodes = list(own_nodes(function.declared.node.body))
+    assigned = [node for node in nodes if isinstance(node, ast.Assign)]
+    images: set[str] = set()
+    for step in sorted(assigned, key=lambda one: one.lineno):
+        text = ast.unparse(step.value)
+        is_image = any(one in text for one in _BYTES) or _root(step.value) in images
+        names = {one.id for one in step.targets if isinstance(one, ast.Name)}
+        if is_image and not any(one in text for one in _WIDER):
+            images |= names
+        else:
+            images -= names
+    for node in nodes:
+        match node:
+            case ast.BinOp(left, ast.Sub(), right) if {_root(left), _root(right)} <= images:
+                message = _DIFFERENCE.format(f"{ast.unparse(node):.60}")
+                yield function.declared.finding(Code.NRP331, node, message, Level.WARNING)
+
+
+def _root(node: ast.expr) -> str:
+    """Return the name of an array that an expression picks from; empty for other expressions."""
+    while isinstance(node, ast.Subscript):
+        node = node.value
+    return node.id if isinstance(node, ast.Name) else ""

@@ -1,0 +1,121 @@
+"""Received messages that are changed, or asked for joints and angles that they do not have."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+from nrp_core.analysis.registry import checks_experiment, checks_function
+from nrp_core.analysis.scopes import own_nodes
+from nrp_core.analysis.study import Examined, Study
+from nrp_core.dsl.functions.mappings import MapRobotSubscriber
+from nrp_core.errors import did_you_mean
+from nrp_core.findings import Code, Finding, Level
+
+_ANGLES: Final = ("yaw", "heading", "theta", "angle", "roll", "pitch")
+
+
+@checks_function(Code.NRP300)
+def received_messages_stay(function: Examined) -> Iterator[Finding]:
+    """Look for received messages that are changed and not sent on."""
+    received = _received(function)
+    nodes = list(own_nodes(function.declared.node.body))
+    passed = {
+        received[text] for node in nodes for one in _given(node) if (text := ast.unparse(one)) in received
+    }
+    for node in nodes:
+        match node:
+            case ast.Assign([target]) | ast.AugAssign(target):
+                whole = _message_of(target, received)
+                if whole and received[whole] not in passed:
+                    message = (
+                        f"'{ast.unparse(target):.60}' is part of a received message: changing it moves "
+                        "nothing; send a message on a topic of commands"
+                    )
+                    yield function.declared.finding(Code.NRP300, target, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP332)
+def joints_of_messages_exist(study: Study) -> Iterator[Finding]:
+    """Look for names of joints that the messages of a robot do not have."""
+    if study.scene is None:
+        return
+    joints = {
+        one.joint_states_topic: [
+            *(joint.name for joint in one.joints),
+            *(pair.name for pair in one.pair_controllers),
+        ]
+        for one in study.scene.models
+        if one.joint_states_topic is not None
+    }
+    aliases = study.experiment.aliases
+    for function in study.examined:
+        received = _received(function)
+        for node in own_nodes(function.declared.node.body):
+            match node:
+                case ast.Call(
+                    ast.Attribute(ast.Attribute(owner, "name"), "index"), [ast.Constant(str() as name)]
+                ) | ast.Compare(
+                    ast.Constant(str() as name), [ast.In() | ast.NotIn()], [ast.Attribute(owner, "name")]
+                ):
+                    topic = received.get(ast.unparse(owner), "")
+                    known = joints.get(aliases.get(topic, topic))
+                    if known is not None and name not in known:
+                        message = f"'{topic}' has no joint '{name}'{did_you_mean(name, known)}"
+                        yield function.declared.finding(Code.NRP332, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP233)
+def parts_of_quaternions_are_no_angles(function: Examined) -> Iterator[Finding]:
+    """Look for a component of an orientation that is kept as an angle."""
+    for node in own_nodes(function.declared.node.body):
+        match node:
+            case ast.Assign(
+                [ast.Name(name)], ast.Attribute(ast.Attribute(_, "orientation"), "x" | "y" | "z" | "w")
+            ):
+                if any(one in name.lower() for one in _ANGLES):
+                    text = ast.unparse(node.value)
+                    message = (
+                        f"'{text:.60}' is part of a quaternion, not an angle; the yaw of a level robot is "
+                        "2 * math.atan2(q.z, q.w)"
+                    )
+                    yield function.declared.finding(Code.NRP233, node, message, Level.WARNING)
+
+
+def _given(node: ast.AST) -> list[ast.expr]:
+    """Return the values that a piece of code passes on as they are."""
+    match node:
+        case ast.Call(_, args, keywords):
+            return [*args, *(one.value for one in keywords)]
+        case ast.Return(ast.expr() as value) | ast.Yield(ast.expr() as value):
+            return [value]
+        case ast.Assign([ast.Attribute() | ast.Subscript(), *_], value):
+            return [value]
+        case ast.Tuple(elts) | ast.List(elts):
+            return elts
+    return []
+
+
+def _received(function: Examined) -> dict[str, str]:
+    """Return the topics of the expressions that are received messages: ``camera.value`` and its aliases."""
+    mappings = function.function.mappings
+    found = {
+        f"{name}.value": one.reads.name
+        for name, one in mappings.items()
+        if isinstance(one, MapRobotSubscriber)
+    }
+    for node in own_nodes(function.declared.node.body):
+        match node:
+            case ast.Assign([ast.Name(alias)], ast.Attribute() as value) if ast.unparse(value) in found:
+                found[alias] = found[ast.unparse(value)]
+    return found
+
+
+def _message_of(target: ast.expr, received: Mapping[str, str]) -> str:
+    """Return the received message of which an expression is a part; empty if there is none."""
+    while isinstance(target, ast.Attribute | ast.Subscript):
+        target = target.value
+        if (text := ast.unparse(target)) in received:
+            return text
+    return ""

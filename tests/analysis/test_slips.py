@@ -1,0 +1,215 @@
+"""Slips of Python, of variables, messages and images that run without an error are reported at their line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from nrp_core.analysis.validate import validate_file
+from nrp_core.findings import Finding, Level
+
+# The comment in a line is the code of its finding and some words of it.
+WRONG = """\
+import math
+
+import gazebo_msgs.msg
+import numpy as np
+from geometry_msgs.msg import Twist, Vector3
+from sensor_msgs.msg import Image, JointState
+
+
+@nrp.MapRobotSubscriber("camera", Topic("/husky/camera", Image))
+@nrp.MapRobotSubscriber("joints", Topic("/husky/joint_states", JointState))
+@nrp.MapRobotSubscriber("states", Topic("/gazebo/model_states", gazebo_msgs.msg.ModelStates))
+@nrp.MapSpikeSource("eye", nrp.brain.sensors[0], nrp.poisson)
+@nrp.MapSpikeSink("left", nrp.brain.actors[0], nrp.leaky_integrator_alpha)
+@nrp.MapSpikeSink("cells", nrp.map_neurons(2, lambda i: nrp.brain.actors[i]), nrp.leaky_integrator_alpha)
+@nrp.MapSpikeSink("rec", nrp.brain.actors, nrp.spike_recorder)
+@nrp.MapVariable("count", initial_value=0)
+@nrp.MapVariable("total", initial_value=0.0)
+@nrp.MapCSVRecorder("rows", "rows.csv", headers=["time", "voltage"])
+@nrp.Robot2Neuron()
+def see(t, camera, joints, states, eye, left, cells, rec, count, total, rows):
+    n = count.value
+    n += 1  # NRP330 this changes the copy 'n', and 'count.value' stays as it was
+    total.value = 0.0  # NRP330 resets the variable in every call
+    total.value += left.voltage
+    eye.rate = n + min(left.voltage, left.voltage)  # NRP320 has the same value twice
+    eye.rate += left.voltage - left.voltage  # NRP320 it is always 0
+    eye.rate += max(0, left.voltage, 1)  # NRP320 only 1 matters
+    eye.rate += n ^ 2  # NRP320 a power is written '**'
+    if left.voltage < 0.1 and left.voltage > 0.5:  # NRP320 nothing is above 0.5 and below 0.1
+        eye.rate = 1.0
+    if left.voltage < 0.5 or left.voltage > 0.1:  # NRP320 every value is above 0.1 or below 0.5
+        eye.rate = 2.0
+    if n != 1 or n != 2:  # NRP320 always true: no value equals both numbers
+        eye.rate = 3.0
+    if 0.5 < left.voltage < 0.1:  # NRP320 nothing is above 0.5 and below 0.1
+        eye.rate = 4.0
+    if ~(left.voltage > 0.1):  # NRP320 is -1 or -2, and both count as true: write 'not'
+        eye.rate = 5.0
+    if left.voltage > -55.0:  # NRP320 is always true: an integrator rests at 0 mV
+        eye.rate = 6.0
+    if len(rec.times) and t - rec.times[-1][1] < 0.1:  # NRP233 'rec.times' is in ms
+        eye.rate = 7.0
+    np.clip(left.voltage, 0, 1)  # NRP300 the value of 'np.clip(left.voltage, 0, 1)' is not used
+    rng = np.random.default_rng(0)  # NRP320 starts again in every call
+    eye.rate += rng.normal() + math.sin(360 * t)  # NRP249 turns by 7.2 rad in a step of 0.02 s
+    voltages = (one for one in cells.voltage)  # NRP320 gives its items once, and is empty
+    mean = sum(voltages) / 2
+    eye.rate += mean + max(voltages, default=0.0)
+    rows.record_entry(left.voltage, t)  # NRP254 the time 't' goes below 'voltage', and not below 'time'
+    shape = camera.value.width, camera.value.height, 3
+    pixels = np.frombuffer(camera.value.data, np.uint8)
+    swapped = pixels.reshape(camera.value.width, camera.value.height, 3)  # NRP331 its height comes first
+    image = np.frombuffer(camera.value.data, np.uint8).reshape(camera.value.height, camera.value.width, 3)
+    red = image[:, :, 0] - image[:, :, 1] > 50  # NRP331 subtracts bytes, and 10 - 20 is then 246
+    eye.rate += red.mean() + swapped.mean() + len(shape)
+    state = joints.value
+    if state is not None:
+        state.position[0] = 0.0  # NRP300 is part of a received message: changing it moves nothing
+    eye.rate += state.position[state.name.index("left_wheel")]  # NRP332 has no joint 'left_wheel'
+    if "front_left_weel" in joints.value.name:  # NRP332 did you mean 'front_left_joint'?
+        eye.rate = 8.0
+    yaw = states.value.pose[0].orientation.z  # NRP233 is part of a quaternion, not an angle
+    eye.rate += yaw
+
+
+@nrp.MapVariable("mood", initial_value=0, scope=nrp.GLOBAL)
+@nrp.Robot2Neuron()
+def decide(t, mood):
+    mood.value = 0
+    for t in range(3):  # NRP253 this loop overwrites 't', which is used again in line 72
+        mood.value += t
+    mood.value += t
+
+
+@nrp.MapSpikeSink("left", nrp.brain.actors[0], nrp.leaky_integrator_alpha)
+@nrp.MapSpikeSink("cells", nrp.map_neurons(2, lambda i: nrp.brain.actors[i]), nrp.leaky_integrator_exp)
+@nrp.MapVariable("mood", initial_value=0)  # NRP330 nothing sets this 'mood': another function sets the one
+@nrp.Neuron2Robot(Topic("/husky/cmd_vel", Twist))
+def drive(t, left, cells, mood):
+    twist = Twist()
+    for voltage in cells.voltage:  # NRP320 this loop ends in its first round
+        twist.linear.x += voltage
+        break
+    if left.voltage > mood.value:
+        twist.linear.x = 1.0
+        return twist
+    else:
+        twist.linear.x = 0.0  # NRP300 'twist' is filled and not returned here
+"""
+RIGHT = """\
+import math
+
+import gazebo_msgs.msg
+import numpy as np
+from geometry_msgs.msg import Twist, Vector3
+from sensor_msgs.msg import Image, JointState
+
+NOISE = np.random.default_rng(3)
+
+
+@nrp.MapRobotSubscriber("camera", Topic("/husky/camera", Image))
+@nrp.MapRobotSubscriber("joints", Topic("/husky/joint_states", JointState))
+@nrp.MapRobotSubscriber("states", Topic("/gazebo/model_states", gazebo_msgs.msg.ModelStates))
+@nrp.MapSpikeSource("eye", nrp.brain.sensors[0], nrp.poisson)
+@nrp.MapSpikeSink("left", nrp.brain.actors[0], nrp.leaky_integrator_alpha, v_rest=-60.0)
+@nrp.MapSpikeSink("cells", nrp.map_neurons(2, lambda i: nrp.brain.actors[i]), nrp.leaky_integrator_alpha)
+@nrp.MapSpikeSink("rec", nrp.brain.actors, nrp.spike_recorder)
+@nrp.MapVariable("count", initial_value=0)
+@nrp.MapVariable("total", initial_value=0.0)
+@nrp.MapVariable("gain", initial_value=2.0)
+@nrp.MapCSVRecorder("rows", "rows.csv", headers=["time", "voltage"])
+@nrp.Robot2Neuron()
+def see(t, camera, joints, states, eye, left, cells, rec, count, total, gain, rows):
+    n = count.value
+    n += 1
+    count.value = n
+    total.value = 0.0 if t < 1 else total.value
+    total.value += left.voltage
+    factor = gain.value
+    eye.rate = factor * n + min(left.voltage, cells.voltage[0]) + max(0, left.voltage) + n**2 + (n ^ 1)
+    if 0.1 < left.voltage < 0.5 or left.voltage > 1:
+        eye.rate = 1.0
+    if left.voltage < 0.1 or left.voltage > 0.5:
+        eye.rate = 2.0
+    if n != 1 and n != 2:
+        eye.rate = 3.0
+    if left.voltage > -55.0 and 1000 * t - rec.times[-1][1] < 100:
+        eye.rate = 6.0
+    image = np.frombuffer(camera.value.data, np.uint8).reshape(camera.value.height, camera.value.width, 3)
+    mask = ~(image > 20)
+    red = image[:, :, 0].astype(int) - image[:, :, 1] > 50
+    pixels = image.astype(float)
+    eye.rate = red.mean() + (pixels[:, :, 0] - pixels[:, :, 1]).mean() + mask.mean()
+    eye.rate += math.sin(2 * math.pi * t)
+    first = (one for one in cells.voltage)
+    eye.rate += next(first) + next(first)
+    items = (one for one in cells.voltage)
+    if n > 3:
+        eye.rate = sum(items)
+    else:
+        eye.rate = max(items)
+    rows.record_entry(t, left.voltage)
+    state = joints.value
+    if state is not None and "front_left_joint" in state.name:
+        eye.rate += state.position[state.name.index("front_left_joint")]
+    q = states.value.pose[0].orientation
+    yaw = 2 * math.atan2(q.z, q.w)
+    for one in cells.voltage:
+        if one > yaw:
+            continue
+        eye.rate += one
+        break
+    for voltage in cells.voltage:
+        eye.rate += voltage
+        if voltage > 3:
+            break
+
+
+@nrp.MapRobotSubscriber("states", Topic("/gazebo/model_states", gazebo_msgs.msg.ModelStates))
+@nrp.MapVariable("last")
+@nrp.MapVariable("mood", initial_value=0, scope=nrp.GLOBAL)
+@nrp.Robot2Neuron()
+def decide(t, states, last, mood):
+    states.value.pose[0].position.x = t
+    last.value = states.value
+    mood.value = t
+
+
+@nrp.MapSpikeSink("left", nrp.brain.actors[0], nrp.leaky_integrator_alpha)
+@nrp.MapVariable("mood", initial_value=0, scope=nrp.GLOBAL)
+@nrp.Neuron2Robot(Topic("/husky/cmd_vel", Twist))
+def drive(t, left, mood):
+    twist = Twist()
+    if left.voltage > mood.value:
+        twist.linear.x = 1.0
+    else:
+        twist.linear.x = 0.0
+    return twist
+"""
+
+
+def found_in(husky: Path, text: str) -> list[Finding]:
+    (husky / "slips.py").write_text(text)
+    found = validate_file(husky / "experiment.yaml", [f"transfer_functions=[{husky / 'slips.py'}]"])
+    assert all(one.path == husky / "slips.py" for one in found), found
+    return [one for one in found if one.level is not Level.NOTE]
+
+
+def test_each_slip_is_reported_once_at_its_line(husky: Path) -> None:
+    found = found_in(husky, WRONG)
+    for line, text in enumerate(WRONG.splitlines(), start=1):
+        messages = [f"{one.code.name} {one.message}" for one in found if one.line == line]
+        _, sign, wanted = text.partition("  # NRP")
+        if not sign:
+            assert messages == [], text
+            continue
+        code, _, words = wanted.partition(" ")
+        assert len(messages) == 1, (text, messages)
+        assert messages[0].startswith(f"NRP{code} "), (text, messages)
+        assert words in messages[0], (text, messages)
+
+
+def test_code_like_it_that_is_right_is_left_alone(husky: Path) -> None:
+    assert [str(one) for one in found_in(husky, RIGHT)] == []
