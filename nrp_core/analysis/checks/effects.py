@@ -137,11 +137,14 @@ def _filled_last(function: Function) -> Iterator[tuple[ast.stmt, str]]:
         for one in call.args
         if isinstance(one, ast.Name)
     }
-    ends = [function.body[-1]]
-    while ends:
-        match ends.pop():
+    blocks = [function.body]
+    while blocks:
+        *before, end = blocks.pop()
+        if any(isinstance(one, ast.Return) for one in before):  # the end is never reached
+            continue
+        match end:
             case ast.If(_, body, orelse):
-                ends += [body[-1], *orelse[-1:]]
+                blocks += [body, *([orelse] if orelse else [])]
             case ast.Assign([ast.Attribute() as target]) as last:
                 name = ast.unparse(target).partition(".")[0]
                 if name in returned - given - {one.arg for one in function.args.args}:
