@@ -53,7 +53,7 @@ def test_steps_between_time_steps_move_to_them_and_the_last_of_several_stays() -
 
 @pytest.mark.parametrize("times", [[0.4, -0.6], [0.4, 0.2], [0.4]])
 def test_steps_that_do_not_ascend_are_refused(times: list[float]) -> None:
-    with pytest.raises(ValueError, match="as many times as amplitudes, ascending from 0 ms"):
+    with pytest.raises(ValueError, match=r"as many times as amplitudes|times ascend from 0 ms"):
         waveform("StepCurrentSource", times=times, amplitudes=[0.5, -0.5])
 
 
