@@ -20,7 +20,7 @@ def values_are_kept(function: Examined) -> Iterator[Finding]:
             continue
         first = next((one for one in body if _uses(one, name)), None)
         match first:
-            case ast.Assign([target], value) if _is_value(target, name) and not _uses(value, name):
+            case ast.Assign([target], ast.Constant()) if _is_value(target, name):
                 after = body[body.index(first) + 1 :]
                 if any(_adds_to(node, name) for one in after for node in ast.walk(one)):
                     message = (

@@ -140,6 +140,7 @@ def overridden(tree: Tree, override: str) -> Tree:
         if not equals or not all(keys):
             raise place.error("it must read 'dotted.key=value'")
         if not text.strip():
+            _require_optional(tree, keys, place)
             raise place.error(f"there is no value; write '{key.strip()}=null' to remove it")
         value = parse_tree(text, place)
         if value.value is None:
