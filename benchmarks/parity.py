@@ -6,6 +6,7 @@ images from the same places; the seeds determine everything.
     python benchmarks/parity.py
     python benchmarks/parity.py --seeds 3 --only drives cameras
     python benchmarks/parity.py --engines mujoco pybullet gazebo
+    python benchmarks/parity.py --engines gazebo --only plugins
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from importlib.resources import files
 from itertools import combinations
 from math import cos, degrees, exp, hypot, inf, pi, radians, remainder, sin, sqrt, tau
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -45,12 +47,18 @@ from nrp_core.world.scene.model import (
 from nrp_core.world.scene.sdf import read_model, read_scene
 from nrp_core.world.world import World
 
-PARTS = ("drives", "loads", "physics", "cameras")
+PARTS = ("drives", "plugins", "loads", "physics", "cameras")
 ENGINES = ("mujoco", "pybullet")
 STEP_NS = 20_000_000
 G = 9.8
 SHIPPED = Path(str(files("nrp_experiments")))
 ROBOTS = {"Husky": "braitenberg_husky/husky.sdf", "Pioneer": "bodies/pioneer.sdf"}
+GAZEBO = "gazebo"
+PLUGIN = (
+    '<plugin name="drive" filename="libDiffDrivePlugin.so"><left_joint>left_wheel_joint</left_joint>'
+    "<right_joint>right_wheel_joint</right_joint><torque>5</torque></plugin>"
+)
+"""The drive of Gazebo itself, for the Pioneer."""
 
 Commands = Sequence[tuple[float, float]]
 Measure = Callable[[str], float]
@@ -106,9 +114,19 @@ def advance(world: World, seconds: float) -> None:
         world.run_until(world.now_ns + STEP_NS)
 
 
+def with_own_plugin(folder: Path) -> Model:
+    """Return the Pioneer with the drive of Gazebo itself, from a file that Gazebo reads."""
+    text = (SHIPPED / ROBOTS["Pioneer"]).read_text().replace('version="1.9"', 'version="1.6"')
+    before, _, rest = text.rpartition("    <plugin ")
+    file = folder / "pioneer.sdf"
+    file.write_text(f"{before}{PLUGIN}{rest.partition('</plugin>')[2]}")
+    return read_model(file, name="robot")
+
+
 def driven(world: World, commands: Commands, seconds: float = 1.0) -> Pose:
     """Let the robot settle, give it each command for some time, and return its trajectory from the start."""
-    topic = next(name for name in ("/robot/cmd_vel", "/husky/cmd_vel") if name in world.topics)
+    topics = ("/robot/cmd_vel", "/husky/cmd_vel", "/robot/vel_cmd")
+    topic = next(name for name in topics if name in world.topics)
     says = world.advertise(topic)
     advance(world, 0.5)
     start = world.model_motion("robot").pose
@@ -152,6 +170,43 @@ def drives(seeds: int, engines: Sequence[str]) -> None:
             rows.append((name, " and ".join(pair), *np.max(all_far, axis=0).tolist()))
     title = f"30 s of random commands: greatest distance of end poses over {seeds} seeds"
     table(title, ("robot", "between", "mm", "degrees"), rows)
+
+
+def plugins(seeds: int, engines: Sequence[str]) -> None:
+    """Compare Gazebo's own drive with ours, by the same file and commands."""
+    if GAZEBO not in engines:
+        return
+    rows: list[tuple[object, ...]] = []
+    steady = {
+        "1 m/s": (1.0, 0.0),
+        "-1 m/s": (-1.0, 0.0),
+        "1 rad/s": (0.0, 1.0),
+        "0.5 m/s, 0.5 rad/s": (0.5, 0.5),
+    }
+    with TemporaryDirectory() as folder:
+        model = with_own_plugin(Path(folder))
+
+        def end(drive: str, commands: Commands) -> Pose:
+            with opened(GAZEBO, scene(FLOOR, model), drive=drive) as world:
+                return driven(world, commands)
+
+        rows.extend(
+            (f"2 s of {said}", drive, *apart(end(drive, [command] * 2), ideal([command] * 2)))
+            for said, command in steady.items()
+            for drive in ("planar", "plugin")
+        )
+        far: dict[str, list[tuple[float, float]]] = {}
+        for seed in range(seeds):
+            random = np.random.default_rng(seed)
+            commands = list(zip(random.uniform(-1, 1, 30), random.uniform(-2, 2, 30), strict=True))
+            ours, theirs = end("planar", commands), end("plugin", commands)
+            far.setdefault("planar", []).append(apart(ours, ideal(commands)))
+            far.setdefault("plugin", []).append(apart(theirs, ideal(commands)))
+            far.setdefault("plugin, off planar", []).append(apart(theirs, ours))
+        for drive, ends in far.items():
+            rows.append(("30 s of random commands", drive, *np.max(ends, axis=0).tolist()))
+    title = f"Gazebo's own drive: the Pioneer off the unicycle, greatest of {seeds} seeds"
+    table(title, ("commands", "drive", "mm", "degrees"), rows)
 
 
 def tilted(angle: float) -> tuple[Model, Pose]:
@@ -387,7 +442,7 @@ def main() -> None:
     parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS)
     arguments = parser.parse_args()
     measures: tuple[Callable[[Sequence[str]], object], ...] = (
-        partial(drives, arguments.seeds), loads, physics, cameras,
+        partial(drives, arguments.seeds), partial(plugins, arguments.seeds), loads, physics, cameras,
     )  # fmt: skip
     for name, measure in zip(PARTS, measures, strict=True):
         if name in arguments.only:

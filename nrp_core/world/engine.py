@@ -201,7 +201,7 @@ class Engine(ABC):
     @final
     def scan(self, model: str, link: str, beams: Beams) -> FloatArray:
         """Return the distance along each ray, layer by layer, m, ``inf`` for a ray that hits nothing."""
-        return self._collisions().scan(model, link, beams)
+        return self._do_scan(model, link, beams)
 
     @final
     def touches(self) -> Sequence[tuple[Touch, tuple[str, str]]]:
@@ -408,6 +408,10 @@ class Engine(ABC):
     def _do_depth(self, model: str, link: str, camera: str) -> DepthArray:
         """Return the current depth image of a camera, m, shape ``(height, width)``, a new array."""
         return self._eyes.depths.depth((model, link, camera))
+
+    def _do_scan(self, model: str, link: str, beams: Beams) -> FloatArray:
+        """Return the distance along each ray of a scanner; an engine may use shapes and rays of its own."""
+        return self._collisions().scan(model, link, beams)
 
     def _do_open_cameras(self, renderer: str) -> Cameras:
         """Open one of the engine's own renderers."""

@@ -217,3 +217,11 @@ FRAME_ELSEWHERE = Explanation(
     "{n} sensors name frames that are elsewhere",
     Weight.REMARK,
 )
+
+TWO_DRIVES = Explanation(
+    "A plugin of the simulator itself moves joints that a drive of nrp-core moves.",
+    "With both, the robot does not move as either of them says.",
+    "Remove one of them from the file, or leave the drive to the simulator, on Gazebo by `drive: plugin`.",
+    "{n} plugins move joints that a drive moves",
+    Weight.ALTERED,
+)

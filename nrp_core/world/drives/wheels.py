@@ -7,6 +7,7 @@ from math import inf
 from typing import ClassVar, Protocol
 
 from nrp_core.world.drives.drive import Drive, DrivePart, GroundDrive
+from nrp_core.world.drives.wheel_places import separation_of, wheel_diameter_of
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.gazebo_msgs import WheelSpeeds
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
@@ -28,7 +29,8 @@ class _Dialect:
 
     Args:
         left, right: the tags that name wheel joints, back to front; a tag may occur several times.
-        wheel: the parameter of the diameter, or with ``is_radius`` of the radius.
+        separation: the parameter; None if the plugin takes it from the places of the joints.
+        wheel: of the diameter, or with ``is_radius`` of the radius; None if it is that of a wheel's shape.
         torque: the parameter of a wheel's torque limit; None if the plugin has none.
         command, odometry, wheel_speeds: topics; ``{robot}`` stands for the name of the robot.
         timeout: ``commandTimeout`` is read for every plugin, though none of Gazebo's has it.
@@ -36,11 +38,11 @@ class _Dialect:
 
     left: tuple[str, ...]
     right: tuple[str, ...]
-    separation: Number
-    wheel: Number
+    separation: Number | None
+    wheel: Number | None
     torque: Number | None
     command: Text
-    odometry: Text
+    odometry: Text | None
     rate: Number
     timeout: float = inf
     wheel_speeds: Text | None = None
@@ -108,8 +110,19 @@ _GZ_SIM = _Dialect(
     rate=("odom_publish_frequency", 50.0),
     is_radius=True,
 )
+_GAZEBO = _Dialect(
+    left=("left_joint",),
+    right=("right_joint",),
+    separation=None,
+    wheel=None,
+    torque=("torque", 5.0),
+    command=("topic", "vel_cmd"),
+    odometry=None,
+    rate=("updateRate", 100.0),
+)
 
 _DIALECTS = {
+    "DiffDrivePlugin": (_GAZEBO,),
     "husky_gazebo_plugins": (_HUSKY,),
     "gazebo_ros_diff_drive": (_ROS1, _ROS2),
     "gazebo_ros_skid_steer_drive": (_ROS1_SKID_STEER,),
@@ -163,7 +176,10 @@ class WheelDrive(Drive):
             raise plugin.error(f"a drive needs wheels; name their joints in <{dialects[0].left[0]}> ...")
         dialect = known[0]
         warn_of_misspelt(plugin, dialect.tags, reading)
-        size = plugin.positive(*dialect.wheel)
+        left, right = wheels_in(plugin, dialect.left, model), wheels_in(plugin, dialect.right, model)
+        size = (
+            plugin.positive(*dialect.wheel) if dialect.wheel else wheel_diameter_of(plugin, left[-1], model)
+        )
 
         def topic(parameter: Text) -> str:
             tag, default = parameter
@@ -172,14 +188,16 @@ class WheelDrive(Drive):
         return cls(
             name=plugin.attribute("name"),
             command_topic=topic(dialect.command),
-            left=wheels_in(plugin, dialect.left, model),
-            right=wheels_in(plugin, dialect.right, model),
-            separation=plugin.positive(*dialect.separation),
+            left=left,
+            right=right,
+            separation=plugin.positive(*dialect.separation)
+            if dialect.separation
+            else separation_of(plugin, left[-1], right[-1], model),
             wheel_diameter=2 * size if dialect.is_radius else size,
             torque=plugin.positive(*dialect.torque) if dialect.torque else inf,
             timeout=plugin.positive("commandTimeout", dialect.timeout),
             rate_hz=plugin.positive(*dialect.rate),
-            odometry_topic=topic(dialect.odometry),
+            odometry_topic=topic(dialect.odometry) if dialect.odometry else None,
             wheel_speeds_topic=topic(dialect.wheel_speeds) if dialect.wheel_speeds else None,
         )
 

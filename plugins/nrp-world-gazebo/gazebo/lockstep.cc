@@ -10,8 +10,10 @@
 #include <memory>
 
 #include "cameras.hh"
+#include "commands.hh"
 #include "contacts.hh"
 #include "drive.hh"
+#include "rays.hh"
 #include "state.hh"
 
 namespace nrp
@@ -59,6 +61,7 @@ private:
       Quit(problem);
     }
     bodies_ = std::make_unique<Bodies>(world_);
+    commands_ = std::make_unique<Commands>(world_);
     world_->Physics()->GetContactManager()->SetNeverDropContacts(true);
     SteadyContacts(world_);
     for (const auto &model : world_->Models())
@@ -119,6 +122,8 @@ private:
       case 's': steps_ = request_.Next<std::uint32_t>(); return;
       case 'x': return bodies_->AddState(answer_);
       case 'c': return AddContacts(world_, *bodies_, answer_);
+      case 'b': return AddScan(world_, *bodies_, request_, answer_);
+      case 'v': return commands_->Send(request_);
       case 'q': return bodies_->AddJointWrench(request_.Next<std::uint32_t>(), answer_);
       case 'd': drives_.emplace_back(*bodies_, request_); return;
       case 'a': return drives_.at(request_.Next<std::uint32_t>()).Aim(request_);
@@ -177,6 +182,7 @@ private:
   std::unique_ptr<Channel> channel_;
   std::unique_ptr<Bodies> bodies_;
   std::unique_ptr<Cameras> cameras_;
+  std::unique_ptr<Commands> commands_;
   std::vector<Drive> drives_;
   Reader request_;
   Writer answer_;

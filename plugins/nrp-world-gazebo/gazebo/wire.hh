@@ -10,7 +10,7 @@
 namespace nrp
 {
 /// The version of the protocol; nrp_world_gazebo/wire.py has the same one.
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 
 /// The other side has ended.
 struct Ended : std::runtime_error

@@ -3,12 +3,14 @@
 import pytest
 from nrp_world_gazebo import GazeboBackend
 
-from nrp_core.conformance import WorldBackendTests
+from nrp_core.conformance import FullWorldTests
 
 pytestmark = [pytest.mark.heavy, pytest.mark.usefixtures("gazebo")]
 
 
-class TestGazebo(WorldBackendTests):
+class TestGazebo(FullWorldTests):
+    backend_name = "gazebo"
+
     @classmethod
     def make_backend(cls) -> GazeboBackend:
         return GazeboBackend()

@@ -27,7 +27,10 @@ class GazeboBackend(PhysicsBackend):
     releases_gil = True
 
     def capabilities(self, options: WorldOptions) -> WorldCapabilities:
-        return replace(super().capabilities(options), ball_joints=False, coupled_joints=False, loops=False)
+        assert isinstance(options, GazeboOptions)
+        known = super().capabilities(options)
+        slip = float(options.drive != "planar")
+        return replace(known, ball_joints=False, coupled_joints=False, loops=False, slip=slip)
 
     def diagnose(self) -> list[Diagnosis]:
         root = default_root()

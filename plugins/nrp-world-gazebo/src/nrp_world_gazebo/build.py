@@ -16,6 +16,7 @@ from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_gazebo.elements import Xml, link_name
 from nrp_world_gazebo.options import GazeboOptions
 from nrp_world_gazebo.own_files import NotOwnError, folders_of, own_sdf
+from nrp_world_gazebo.plugin_drives import leave_out, turns_of
 from nrp_world_gazebo.process import Gazebo, Run
 from nrp_world_gazebo.world_file import write_world
 
@@ -71,6 +72,7 @@ class Built:
         bodies: bodies of each model with their handles.
         joints: handles of the coordinates of each model's joints, in the order of its file.
         drives: the servo of each drive, by model and drive.
+        turns: of each drive that is left to a plugin of Gazebo, the sign of a turn to the left.
         owners: model and body of each link.
         own: the models that Gazebo reads from their own files.
         warnings: models that reach Gazebo in another form than their files have.
@@ -80,6 +82,7 @@ class Built:
     bodies: Mapping[str, list[tuple[Body, BodyHandle]]]
     joints: Mapping[str, dict[str, Coordinate]]
     drives: Mapping[tuple[str, str], PlanarServo]
+    turns: Mapping[tuple[str, str], float]
     owners: Mapping[int, tuple[str, int]]
     own: frozenset[str]
     warnings: Findings
@@ -96,7 +99,7 @@ def build(scene: Scene, options: GazeboOptions) -> Built:
         BackendLoadError: Gazebo does not start.
         SceneError: the scene is inconsistent.
     """
-    physical, step_s = options.drive == "physical", seconds(options.timestep)
+    physical, step_s = options.drive != "planar", seconds(options.timestep)
     bodies = {model.name: simulated_bodies(model, step_s, physical) for model in scene.models}
     drives = {
         (model.name, drive.name): servo_of(model, drive, bodies[model.name], scene.gravity, physical)
@@ -105,6 +108,13 @@ def build(scene: Scene, options: GazeboOptions) -> Built:
     }
     warnings = Findings()
     own = dict(_own_files(scene, bodies, warnings)) if options.models == "file" else {}
+    turns: dict[tuple[str, str], float] = {}
+    for model in scene.models:
+        given = own.get(model.name)
+        if options.drive == "plugin":
+            turns.update(turns_of(model, given))
+        elif given is not None:
+            warnings.extend(leave_out(model, given))
     run = Run()
     if options.renderer == "gazebo" and (size := image_bytes(scene, options.image_scale)):
         with run.images.open("wb") as images:
@@ -125,6 +135,7 @@ def build(scene: Scene, options: GazeboOptions) -> Built:
         places,
         {model.name: dict(_coordinates(model, bodies[model.name], gazebo)) for model in scene.models},
         drives,
+        turns,
         {
             link: (name, index)
             for name, parts in places.items()

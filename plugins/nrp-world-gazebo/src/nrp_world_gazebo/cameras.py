@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Iterator, Mapping, Sequence
 from math import atan, tan
 
@@ -14,7 +13,7 @@ from nrp_core.world.render.optics import CameraPath, Optics, eye_of, looking
 from nrp_world_gazebo.build import Built
 from nrp_world_gazebo.elements import link_name
 from nrp_world_gazebo.lights import direction_of, range_of
-from nrp_world_gazebo.wire import operation
+from nrp_world_gazebo.wire import named, operation
 
 
 def bytes_of(optics: Optics) -> int:
@@ -59,13 +58,13 @@ class GazeboCameras(Cameras):
             red, green, blue, _ = light.diffuse
             _, *factors = light.attenuation
             row = (red, green, blue, *light.pose.position, *direction_of(light), range_of(light), *factors)
-            self._gazebo.do(_named("l", light.name, row))
+            self._gazebo.do(named("l", light.name, row))
         self._gazebo.refresh()
 
     def _paint(self, visual: str, rgba: Rgba, glows: bool) -> None:
         self._looks[visual] = rgba, glows
         for name in self._names[visual]:
-            self._gazebo.do(_named("k", name, (*rgba, float(glows))))
+            self._gazebo.do(named("k", name, (*rgba, float(glows))))
 
     def _camera(self, built: Built, path: CameraPath, offset: int) -> bytes:
         """Return the operation that adds a camera, which looks along x in Gazebo."""
@@ -76,12 +75,6 @@ class GazeboCameras(Cameras):
         across = 2 * atan(tan(optics.vertical_fov / 2) * optics.width / optics.height)
         row = (*pose.position, *pose.orientation, across, optics.near, optics.far)
         return operation("C", place.link, optics.width, optics.height, offset, values=row)
-
-
-def _named(letter: str, name: str, values: Sequence[float]) -> bytes:
-    """Return an operation on a thing that is known by its name."""
-    text = name.encode()
-    return struct.pack(f"<cI{len(text)}s{len(values)}d", letter.encode(), len(text), text, *values)
 
 
 def _visuals(models: Sequence[Model]) -> Iterator[tuple[str, Visual]]:

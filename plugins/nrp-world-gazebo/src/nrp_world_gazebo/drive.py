@@ -1,4 +1,4 @@
-"""Wheel drives: the planar servo runs in Gazebo's plugin, in each physics step."""
+"""Wheel drives: the planar servo in our plugin, in each physics step, or a plugin of Gazebo itself."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from nrp_core.world.engine_kit.planar_servo import PlanarServo
 from nrp_world_gazebo.build import BodyHandle, Coordinate
 from nrp_world_gazebo.motion import Tree
 from nrp_world_gazebo.process import Gazebo
-from nrp_world_gazebo.wire import operation
+from nrp_world_gazebo.wire import named, operation
 
 STRONG = 1e9
 
@@ -61,4 +61,28 @@ class Drive:
 
     def forget(self) -> None:
         """Treat the next command as if it had been in force before."""
+        self._command = None
+
+
+class PluginDrive:
+    """One drive by a plugin of Gazebo itself.
+
+    Args:
+        gazebo: the process.
+        model: the model, which the plugin's topic is named after.
+        left: the sign with which the plugin takes a turn to the left.
+    """
+
+    def __init__(self, gazebo: Gazebo, model: str, left: float) -> None:
+        self._gazebo, self._model, self._left = gazebo, model, left
+        self._command: BodyVelocity | None = BodyVelocity()
+
+    def aim(self, velocity: BodyVelocity) -> None:
+        """Send the plugin a velocity of the body."""
+        if velocity != self._command:
+            self._command = velocity
+            self._gazebo.do(named("v", self._model, (velocity.forward, self._left * velocity.turn)))
+
+    def forget(self) -> None:
+        """Send the next command even if it is the last one."""
         self._command = None

@@ -22,6 +22,7 @@ from nrp_core.world import (
     WorldCapabilities,
 )
 from nrp_core.world.engine_kit.jointed import MotionOf
+from nrp_core.world.raycast.beams import Beams
 from nrp_core.world.render.cameras import Cameras
 from nrp_core.world.rigid.matrices import rotation_matrix
 from nrp_core.world.rigid.motion import ReadFrames
@@ -29,9 +30,10 @@ from nrp_core.world.scene.merged_bodies import Body, tree_of
 from nrp_world_gazebo.build import BodyHandle, Built, Coordinate, build
 from nrp_world_gazebo.cameras import GazeboCameras
 from nrp_world_gazebo.control import Control
-from nrp_world_gazebo.drive import Drive
+from nrp_world_gazebo.drive import Drive, PluginDrive
 from nrp_world_gazebo.motion import Hinged, JointReader, Moving, Tree, motion_of, put, travel
 from nrp_world_gazebo.options import GazeboOptions
+from nrp_world_gazebo.scan import scan
 from nrp_world_gazebo.wire import operation
 
 
@@ -39,7 +41,7 @@ class GazeboEngine(JointedEngine):
     """A scene in Gazebo; see :class:`~nrp_world_gazebo.options.GazeboOptions` for the options."""
 
     _built: Built
-    _drives: dict[tuple[str, str], Drive]
+    _drives: dict[tuple[str, str], Drive | PluginDrive]
     _joints: dict[str, JointReader]
     _control: Control
     _options: GazeboOptions
@@ -72,7 +74,9 @@ class GazeboEngine(JointedEngine):
         self._control = Control(built, scene, step_s)
         self._survey(scene)
 
-    def _drive_of(self, path: tuple[str, str], number: int) -> Drive:
+    def _drive_of(self, path: tuple[str, str], number: int) -> Drive | PluginDrive:
+        if path in self._built.turns:
+            return PluginDrive(self._gazebo, path[0], self._built.turns[path])
         servo, bodies = self._built.drives[path], self._built.bodies[path[0]]
         joints = self._built.joints[path[0]]
         wheels = [joints[wheel.joint] for wheel in servo.wheels]
@@ -190,6 +194,11 @@ class GazeboEngine(JointedEngine):
         state, control = saved
         self._resume(state)
         self._control.restore(control)
+
+    def _do_scan(self, model: str, link: str, beams: Beams) -> FloatArray:
+        if self._options.rays == "shared":
+            return super()._do_scan(model, link, beams)
+        return scan(self._built, model, link, beams)
 
     def _do_open_cameras(self, renderer: str) -> Cameras:
         return GazeboCameras(self._built, self.scene.models, self._optics)

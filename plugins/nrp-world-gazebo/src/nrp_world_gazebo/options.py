@@ -23,11 +23,22 @@ def default_root() -> Path | None:
 class GazeboOptions(PhysicsOptions):
     """Options of the ``gazebo`` backend."""
 
+    drive: Annotated[
+        Literal["planar", "physical", "plugin"],
+        Field(
+            description="how wheels move a robot: planar moves the body as commanded, physical only turns "
+            "the wheels, plugin leaves the commands to the plugin of Gazebo itself in the robot's file"
+        ),
+    ] = "planar"  # type: ignore[assignment]  # one choice more than other engines have
+    rays: Annotated[
+        Literal["shared", "gazebo"],
+        Field(description="of lasers: shared casts them in nrp-core, alike in every engine; gazebo in ODE"),
+    ] = "shared"
     renderer: Annotated[
         Literal["auto", "raster", "realistic", "gazebo"],
         Field(
             description="of cameras: raster draws flat colours on the CPU, realistic light and shadows, "
-            "gazebo its own pictures"
+            "gazebo its own images"
         ),
     ] = "auto"
     command: Annotated[

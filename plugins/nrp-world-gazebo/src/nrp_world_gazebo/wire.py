@@ -15,7 +15,7 @@ import numpy as np
 
 from nrp_core.world import FloatArray
 
-VERSION = 2
+VERSION = 3
 """The version of the protocol; ``gazebo/wire.hh`` has the same one."""
 
 LINK_ROW, JOINT_ROW = 13, 3
@@ -36,6 +36,12 @@ def operation(letter: str, *numbers: int, values: Iterable[float] = ()) -> bytes
     """Return an operation: a letter, unsigned integers of 4 bytes, and floating-point numbers of 8 bytes."""
     row = [float(value) for value in values]
     return struct.pack(f"<c{len(numbers)}I{len(row)}d", letter.encode(), *numbers, *row)
+
+
+def named(letter: str, name: str, values: Iterable[float]) -> bytes:
+    """Return an operation on a thing that is known by its name."""
+    text, row = name.encode(), [float(value) for value in values]
+    return struct.pack(f"<cI{len(text)}s{len(row)}d", letter.encode(), len(text), text, *row)
 
 
 def frame(content: bytes) -> bytes:

@@ -230,6 +230,36 @@ def test_gazebos_skid_steer_drive(drive: DriveReader) -> None:
     assert (read.separation, read.wheel_diameter, read.torque) == (0.4, 0.15, 5)
 
 
+ROLLERS = "".join(
+    f'<link name="{name}"><pose>{x} {y} 0 0 0 0</pose><inertial/><collision name="c"><geometry><cylinder>'
+    f"<radius>0.15</radius><length>0.1</length></cylinder></geometry></collision></link>"
+    for name, x, y in (("fl", 0.3, 0.25), ("fr", 0.3, -0.25), ("bl", -0.3, 0.25), ("br", -0.3, -0.25))
+)
+
+
+def test_the_drive_among_gazebos_own_plugins_takes_its_sizes_from_the_wheels(model: ModelReader) -> None:
+    inside = "<left_joint>fl_joint</left_joint><right_joint>fr_joint</right_joint><torque>9</torque>"
+    plugin = f'<plugin name="d" filename="libDiffDrivePlugin.so">{inside}</plugin>'
+    robot = model(f'<link name="base"><inertial/></link>{ROLLERS}{JOINTS}{plugin}')
+    assert robot.warnings == ()
+    wheels = ("fl_joint",), ("fr_joint",)
+    assert robot.drives == (WheelDrive("d", "/robot/vel_cmd", *wheels, 0.5, 0.3, 9.0, inf, 100),)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("0.25 0 0", "0 0 0", "'fl_joint' and 'fr_joint' are at the same place"),
+        ("cylinder>", "empty>", "size of the wheel 'fl' from its collision, which must be a cylinder or"),
+    ],
+)
+def test_wheels_without_a_size_are_refused(model: ModelReader, old: str, new: str, message: str) -> None:
+    links = f'<link name="base"><inertial/></link>{ROLLERS.replace("-0.25", "0.25").replace(old, new)}'
+    inside = "<left_joint>fl_joint</left_joint><right_joint>fr_joint</right_joint>"
+    with pytest.raises(SceneError, match=message):
+        model(f'{links}{JOINTS}<plugin name="d" filename="libDiffDrivePlugin.so">{inside}</plugin>')
+
+
 @pytest.mark.parametrize("scope", ["gz::sim", "ignition::gazebo"])
 def test_the_differential_drive_of_gz_sim(drive: DriveReader, scope: str) -> None:
     read = drive(
