@@ -9,8 +9,7 @@ from typing import Any
 
 from pyNN.random import NumpyRNG, RandomDistribution
 
-from nrp_core._support.jit import COMPILED
-from nrp_core.brain.network.drawing.drawn import FEWEST, Drawn
+from nrp_core.brain.network.drawing.drawn import Drawn, are_drawn_again
 from nrp_core.brain.pynn.synapse_columns import constant
 
 _PLAIN = frozenset({"normal", "uniform"})
@@ -46,11 +45,11 @@ def _is_numpy(value: Any) -> bool:
 
 
 def _is_known(distribution: RandomDistribution, n: int) -> bool:
-    return distribution.name in _PLAIN or (distribution.name == "normal_clipped" and COMPILED and n >= FEWEST)
+    return distribution.name in _PLAIN or (distribution.name == "normal_clipped" and are_drawn_again(n))
 
 
 def _drawn(distribution: RandomDistribution, counts: Any, n: int) -> Any:
-    if n < FEWEST or distribution.name == "uniform" or not COMPILED:
+    if distribution.name == "uniform" or not are_drawn_again(n):
         return distribution.next(n)
     of = distribution.parameters
     limits = of.get("low", -inf), of.get("high", inf)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import replace
 from math import inf
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,9 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import COMPILED
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.drawing.drawn import Drawn, kept
+from nrp_core.brain.network.drawing.sorting import sorted_by
 from nrp_core.brain.pynn import builder
+from nrp_core.brain.pynn.random_pairs import random_pairs
 from nrp_core.errors import NetworkError
 from nrp_core.seeds import Seeds
 
@@ -58,7 +61,7 @@ def test_values_replaced_after_the_last_column_would_be_others() -> None:
 
 
 def built(fewest: int, monkeypatch: pytest.MonkeyPatch) -> Network:
-    monkeypatch.setattr("nrp_core.brain.pynn.own_values.FEWEST", fewest)
+    monkeypatch.setattr("nrp_core.brain.network.drawing.drawn.FEWEST", fewest)
     sim = builder(seed=1)
     sim.setup(timestep=0.1)
     pre, post = (
@@ -91,3 +94,19 @@ def test_an_impossible_value_among_drawn_ones_is_named(monkeypatch: pytest.Monke
     with pytest.raises(NetworkError, match=rf"delay of synapse {first} \(\d+ -> \d+\) is -"):
         Network(network.populations, (replace(one, delay_ms=values),))
     assert deepcopy(values).whole()[first] == values.whole()[first]
+
+
+@pytest.mark.skipif(not COMPILED, reason="without a compiler there is one way")
+def test_many_synapses_are_paired_and_sorted_as_few_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    def made() -> tuple[list[np.ndarray[Any, Any]], int]:
+        rng = NumpyRNG(seed=3)
+        pre, post = random_pairs(rng, 37, 90, 5000)
+        return [pre, post, *sorted_by(post, pre, 90)], int(rng.rng.randint(1 << 30))
+
+    few, after = made()
+    monkeypatch.setattr("nrp_core.brain.pynn.random_pairs._FEW", 0)
+    monkeypatch.setattr("nrp_core.brain.network.drawing.sorting._FEW", 0)
+    many, after_many = made()
+    for one, other in zip(few, many, strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert after == after_many

@@ -15,7 +15,6 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.network.drawing.kernels import clipped
 
 T = TypeVar("T")
 
@@ -70,6 +69,8 @@ class Drawn:
 
     def _draw(self, generator: np.random.RandomState) -> FloatArray:
         """Draw all values; the generator ends behind the last number that was needed."""
+        from nrp_core.brain.network.drawing.compiled import clipped  # loads a compiler
+
         out, at = np.empty(len(self)), np.zeros(3, np.int64)
         ahead = np.empty(0)
         while at[0] < len(self.counts):
@@ -84,6 +85,15 @@ class Drawn:
             generator.set_state(before)
             generator.normal(self.mean, self.deviation, more - len(ahead))
         return out
+
+
+def are_drawn_again(n: int) -> bool:
+    """Return whether a number of values is too large to be kept; without a compiler all are."""
+    if n < FEWEST:
+        return False
+    from nrp_core._support.jit import COMPILED  # loads it
+
+    return COMPILED
 
 
 def redrawn(*names: str) -> Callable[[type[T]], type[T]]:

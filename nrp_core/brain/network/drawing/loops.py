@@ -1,18 +1,17 @@
-"""Random numbers of a sequence as their users take them one by one, and a sort by small numbers."""
+"""Random numbers of a sequence as their users take them one by one, and a sort by small numbers.
+
+Few numbers are treated by these functions as they are, many by :mod:`.compiled`: it loads a compiler.
+"""
 
 from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import numpy.typing as npt
-
-from nrp_core._support.jit import jit
 
 Array = npt.NDArray[Any]
 
 
-@jit
 def clipped(drawn: Array, low: float, high: float, counts: Array, out: Array, at: Array) -> None:
     """Fill columns with numbers of a sequence; those out of range are replaced after each column.
 
@@ -46,7 +45,6 @@ def clipped(drawn: Array, low: float, high: float, counts: Array, out: Array, at
         at[0], at[1], at[2] = column, first, taken
 
 
-@jit
 def pairs_among(words: Array, high: Array, masks: Array, out: Array, at: Array) -> None:
     """Take pairs of integers from words: masked, and rejected if they are too high.
 
@@ -69,17 +67,8 @@ def pairs_among(words: Array, high: Array, masks: Array, out: Array, at: Array) 
         at[0], at[1] = pair + 1, word
 
 
-@jit
 def place_by(keys: Array, values: Array, at: Array, out: Array) -> None:
     """Write values in the order of their keys, equal keys in the given order; ``at`` has the first places."""
     for k in range(len(keys)):
         out[at[keys[k]]] = values[k]
         at[keys[k]] += 1
-
-
-def sorted_by(keys: Array, values: Array, n_keys: int) -> tuple[Array, Array]:
-    """Return values in the stable order of their keys below ``n_keys``, and the number of each key."""
-    counts = np.bincount(keys, minlength=n_keys)
-    out = np.empty_like(values)
-    place_by(keys, values, np.cumsum(counts) - counts, out)
-    return out, counts
