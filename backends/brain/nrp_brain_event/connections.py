@@ -13,6 +13,7 @@ from nrp_brain_event.records import JUMP, Array, ShortTerm
 from nrp_brain_event.synapse_laws import SHARES
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.data import Network, Projection
+from nrp_core.brain.network.drawing.drawn import extremes, kept
 from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import NetworkError
@@ -61,8 +62,9 @@ def delay_range(network: Network) -> tuple[float, float]:
     for projection in network.projections:
         if projection.size == 0:
             continue
-        delay = float(projection.delay_ms.min())
-        longest = max(longest, float(projection.delay_ms.max()))
+        delays = extremes(kept(projection, "delay_ms"))
+        delay = float(delays.min())
+        longest = max(longest, float(delays.max()))
         if network.populations[projection.pre].is_source:
             continue
         if delay < _LEAST_DELAY_MS:

@@ -31,6 +31,7 @@ from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.devices.state_recorder import Trace
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain.network.drawing.drawn import extremes, kept
 from nrp_core.brain.network.grid import Grid as TimeGrid
 from nrp_core.brain.network.limits import distinct
 from nrp_core.brain.spikes import Spikes, SynapticEvents
@@ -286,7 +287,7 @@ class GridBrain(Brain):
 
     def _warn_of_rounding(self) -> None:
         for projection in self.network.projections:
-            delays = distinct(projection.delay_ms)
+            delays = distinct(extremes(kept(projection, "delay_ms")))
             if (abs(self._times.time_ms(self._times.delays(delays)) - delays) > _EXACT_MS).any():
                 self.warnings.add(
                     Code.NRP217,

@@ -53,14 +53,36 @@ def sort_targets(first: Array, targets: Array) -> None:
 @jit
 def sort_by_delay(first: Array, delays: Array, targets: Array, values: Array) -> None:
     """Sort each neuron's synapses by delay and target; ``values`` may be empty."""
+    longest = 0
+    for k in range(len(delays)):
+        longest = max(longest, delays[k])
+    place = np.zeros(longest + 2, np.int64)
     for i in range(len(first) - 1):
         a, b = first[i], first[i + 1]
-        if b - a > 1:
-            keys = delays[a:b].astype(np.int64) * 65536 + targets[a:b]
-            order = np.argsort(keys, kind="mergesort")
-            delays[a:b], targets[a:b] = delays[a:b][order], targets[a:b][order]
-            if len(values) > 0:
-                values[a:b] = values[a:b][order]
+        if b - a < 2:
+            continue
+        if longest < b - a and (targets[a + 1 : b] >= targets[a : b - 1]).all():
+            order = _by_delay(delays[a:b], place)
+        else:
+            order = np.argsort(delays[a:b].astype(np.int64) * 65536 + targets[a:b], kind="mergesort")
+        delays[a:b], targets[a:b] = delays[a:b][order], targets[a:b][order]
+        if len(values) > 0:
+            values[a:b] = values[a:b][order]
+
+
+@jit
+def _by_delay(delays: Array, place: Array) -> Array:
+    """Return the stable order of delays by counting; ``place`` has room for one more than the longest."""
+    place[:] = 0
+    for delay in delays:
+        place[delay + 1] += 1
+    for k in range(len(place) - 1):
+        place[k + 1] += place[k]
+    order = np.empty(len(delays), np.int64)
+    for k in range(len(delays)):
+        order[place[delays[k]]] = k
+        place[delays[k]] += 1
+    return order
 
 
 @jit

@@ -6,7 +6,7 @@ same way. Individual weights are in single precision; delays are given by the st
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Final
@@ -22,6 +22,7 @@ from nrp_brain_event.records import Array, ShortTerm
 from nrp_brain_event.synapse_laws import SHARES
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.data import Network, Projection
+from nrp_core.brain.network.drawing.drawn import extremes, kept
 from nrp_core.brain.network.grid import Grid as TimeGrid
 from nrp_core.brain.network.limits import distinct
 
@@ -102,8 +103,8 @@ def load_tables(
     plastic_rows = places_of_plastic(network, row_of)
     for projection in network.projections:
         if projection.size and projection.label not in without:
-            given = weights_now.get(projection.label, projection.weight)
-            now = projection if given is projection.weight else replace(projection, weight=given)
+            given = weights_now.get(projection.label)
+            now = projection if given is None else replace(projection, weight=given)
             for part in _parts(network, now, cells, row_of, grid, plastic_rows):
                 groups.setdefault(part.key, []).append(part)
     firsts = [np.append(0, np.cumsum(_count(network, parts))) for parts in groups.values()]
@@ -158,7 +159,7 @@ def _parts(
     post_first = int(row_of[network.offsets[projection.post]])
     targets = cells[post_first : post_first + network.populations[projection.post].size]
     line = line_of(targets[0], int(projection.receptor == "inhibitory"))
-    weight, dynamic, dynamics = common(projection.weight), 0, None
+    weight, dynamic, dynamics = common(extremes(kept(projection, "weight"))), 0, None
     if projection.synapse_type in SHARES or projection.is_plastic:  # in the order of the table
         steps = grid.delays(projection.delay_ms)
         order = np.lexsort((projection.post_index, steps, projection.pre_index))
@@ -213,15 +214,14 @@ def _fill(
         for pre, post in part.projection.pairs():
             sorting.place(pre, post, *part.bounds, shift, at[part.pre_first :], targets)
     if len(weights):
-        _place_values([part.projection.weight for part in parts], parts, first, weights)
-    steps = [_steps(part.projection.delay_ms, grid) for part in parts]
-    delay = common(np.concatenate([step[:1] if common(step) is not None else step for step in steps]))
-    if delay is not None and not len(weights):
+        _place_values((part.projection.weight for part in parts), parts, first, weights)
+    ends = np.concatenate([_steps(extremes(kept(part.projection, "delay_ms")), grid) for part in parts])
+    if common(ends) is not None and not len(weights):
         sorting.sort_targets(first, targets)
         neuron = np.flatnonzero(np.diff(first))
-        return Segments(neuron, first[neuron], np.diff(first)[neuron], np.full(len(neuron), int(delay)))
-    delays = np.empty(len(targets), np.int32)
-    _place_values(steps, parts, first, delays)
+        return Segments(neuron, first[neuron], np.diff(first)[neuron], np.full(len(neuron), ends[0]))
+    delays = np.empty(len(targets), np.uint16 if ends.max() < _SPAN else np.int32)
+    _place_values((_steps(part.projection.delay_ms, grid) for part in parts), parts, first, delays)
     sorting.sort_by_delay(first, delays, targets, weights)
     n = sorting.count_segments(first, delays)
     neuron, start, length = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
@@ -235,7 +235,7 @@ def _steps(delays_ms: FloatArray, grid: TimeGrid) -> Array:
     return grid.delays(np.array(distinct(delays_ms)))
 
 
-def _place_values(values: list[Array], parts: list[ProjectionPart], first: IntArray, out: Array) -> None:
+def _place_values(values: Iterable[Array], parts: list[ProjectionPart], first: IntArray, out: Array) -> None:
     at = first[:-1].copy()
     for part, given in zip(parts, values, strict=True):
         each, begin = distinct(given), 0
