@@ -94,10 +94,7 @@ def input_hz(scale: float) -> Floats:
 
 def constant_na(scale: float) -> Floats:
     """Return the constant current that replaces the mean of the inputs that a smaller network lacks."""
-    full = (
-        synapses(1.0) / SIZES[:, None] * weights_na(1.0) @ RATES_HZ
-        + INPUTS * WEIGHT_NA * INPUT_HZ
-    )
+    full = synapses(1.0) / SIZES[:, None] * weights_na(1.0) @ RATES_HZ + INPUTS * WEIGHT_NA * INPUT_HZ
     current: Floats = 1e-3 * CELL["tau_syn_E"] * (1.0 - np.sqrt(scale)) * full
     return current
 

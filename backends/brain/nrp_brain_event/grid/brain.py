@@ -286,12 +286,18 @@ class GridBrain(Brain):
         return Threads(n, n_rows)
 
     def _warn_of_rounding(self) -> None:
-        for projection in self.network.projections:
-            delays = distinct(extremes(kept(projection, "delay_ms")))
-            if (abs(self._times.time_ms(self._times.delays(delays)) - delays) > _EXACT_MS).any():
-                self.warnings.add(
-                    Code.NRP217,
-                    f"delays of projection '{projection.label}' are rounded to the grid of "
-                    f"{self._times.step_ms:g} ms, to at least one step",
-                    subject=projection.label,
-                )
+        rounded = [
+            projection.label for projection in self.network.projections if self._is_rounded(projection)
+        ]
+        if rounded:
+            others = f" and of {len(rounded) - 1} more" if len(rounded) > 1 else ""
+            self.warnings.add(
+                Code.NRP217,
+                f"delays of projection '{rounded[0]}'{others} are rounded to the grid of "
+                f"{self._times.step_ms:g} ms, to at least one step",
+                subject=rounded[0],
+            )
+
+    def _is_rounded(self, projection: Projection) -> bool:
+        delays = distinct(extremes(kept(projection, "delay_ms")))
+        return bool((abs(self._times.time_ms(self._times.delays(delays)) - delays) > _EXACT_MS).any())

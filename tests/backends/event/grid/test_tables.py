@@ -113,3 +113,6 @@ def test_delays_off_the_grid_are_rounded_with_a_warning(
         "delays of projection 'n-n-excitatory' are rounded to the grid of 0.1 ms, to at least one step"
     )
     assert open_brain(*network, resolution="0.01 ms").warnings == []
+    inhibited = connect("n", "n", -0.1, 1.04, pairs=[(0, 1)], receptor="inhibitory")
+    (warning,) = open_brain(*network, inhibited, resolution="0.1 ms").warnings
+    assert warning.message.startswith("delays of projection 'n-n-excitatory' and of 1 more are rounded")
