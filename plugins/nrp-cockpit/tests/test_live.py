@@ -216,7 +216,7 @@ def test_the_end_of_a_run_is_the_end_until_it_goes_back(opened: Cockpit, visitor
     end_ns = opened.run.experiment.duration
     opened.run.experiment.__dict__["duration"] = 200_000_000
     try:
-        visitor.call("step", n=1000)
+        visitor.call("step", n=10)
         visitor.status(state="finished", t_s=0.2)
         with pytest.raises(RefusedError, match="the run has ended: step back or reset"):
             visitor.call("play")
