@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import IndexArray
+from nrp_core.brain.network.stored import stored, stored_form
 
 T = TypeVar("T")
 
@@ -107,19 +108,13 @@ def index_type(size: int) -> type[np.integer[Any]]:
 
 def folded(*names: str) -> Callable[[type[T]], type[T]]:
     """Make a class store attributes as :class:`Indices` and return them as arrays."""
-
-    def decorate(owner: type[T]) -> type[T]:
-        for name in names:
-            setattr(owner, name, _Folded(name))
-        return owner
-
-    return decorate
+    return stored(*names, store=_compact, read=Indices.whole)
 
 
 def indices_of(owner: object, name: str) -> Indices:
     """Return the stored form of a :func:`folded` attribute."""
-    kept: Indices = vars(owner)[name]
-    return kept
+    indices: Indices = stored_form(owner, name)
+    return indices
 
 
 def ends_of(projection: object, synapse: int) -> tuple[int, int]:
@@ -130,12 +125,5 @@ def ends_of(projection: object, synapse: int) -> tuple[int, int]:
     return int(pre[0]), int(post[0])
 
 
-class _Folded:
-    def __init__(self, name: str) -> None:
-        self._name = name
-
-    def __get__(self, owner: object | None, kind: type) -> Any:
-        return self if owner is None else indices_of(owner, self._name).whole()
-
-    def __set__(self, owner: object, value: npt.ArrayLike | Indices) -> None:
-        vars(owner)[self._name] = value if isinstance(value, Indices) else Indices.of(value)
+def _compact(values: npt.ArrayLike | Indices) -> Indices:
+    return values if isinstance(values, Indices) else Indices.of(values)

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core.brain.network.stored import stored, stored_form
 
 T = TypeVar("T")
 
@@ -98,18 +99,12 @@ def are_drawn_again(n: int) -> bool:
 
 def redrawn(*names: str) -> Callable[[type[T]], type[T]]:
     """Make a class store attributes as arrays or :class:`Drawn`, and return them as arrays."""
-
-    def decorate(owner: type[T]) -> type[T]:
-        for name in names:
-            setattr(owner, name, _Redrawn(name))
-        return owner
-
-    return decorate
+    return stored(*names, store=_as_given, read=whole)
 
 
 def kept(owner: object, name: str) -> Any:
     """Return the stored form of a :func:`redrawn` attribute."""
-    return vars(owner)[name]
+    return stored_form(owner, name)
 
 
 def whole(values: Any) -> FloatArray:
@@ -139,12 +134,5 @@ class Columns(dict[str, Any]):
         return whole(super().get(name, default))
 
 
-class _Redrawn:
-    def __init__(self, name: str) -> None:
-        self._name = name
-
-    def __get__(self, owner: object | None, kind: type) -> Any:
-        return self if owner is None else whole(vars(owner)[self._name])
-
-    def __set__(self, owner: object, value: Any) -> None:
-        vars(owner)[self._name] = value
+def _as_given(values: Any) -> Any:
+    return values
