@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from nrp_core.findings import Code, Findings
-from nrp_core.findings.refusals import no_joint, unmoved
+from nrp_core.findings.refusals import no_joint, refusal, unmoved
 from nrp_core.simulation import Determinism
 from nrp_core.world.scene.model import Joint, Scene
 
@@ -73,8 +73,14 @@ class WorldCapabilities:
         return ""
 
 
-def warn_of_loops(scene: Scene, capabilities: WorldCapabilities, warnings: Findings) -> None:
-    """Warn of joints that close loops, which an engine leaves out."""
+def check_scene(scene: Scene, capabilities: WorldCapabilities, engine: object, warnings: Findings) -> None:
+    """Check that an engine can simulate a scene, and warn of joints that close loops if it leaves them out.
+
+    Raises:
+        CapabilityError: the scene needs a capability that the engine does not have.
+    """
+    if lacking := capabilities.lacking_for(scene):
+        raise refusal(engine, lacking)
     if capabilities.loops or capabilities.own_scene or not capabilities.dynamics:
         return
     for model in scene.models:

@@ -12,7 +12,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import CapabilityError, DivergedError
 from nrp_core.findings import Findings
 from nrp_core.findings.refusals import JOINT_CONTROL, MODEL_MOVES, SCENE_CHANGES, SNAPSHOTS, refusal
-from nrp_core.world.capabilities import WorldCapabilities, warn_of_loops
+from nrp_core.world.capabilities import WorldCapabilities, check_scene
 from nrp_core.world.part import Part
 from nrp_core.world.pulls import Pulls
 from nrp_core.world.raycast.beams import Beams
@@ -72,7 +72,7 @@ class Engine(ABC):
         self.identity = identity
         self.image_scale = 1.0
         self.warnings = Findings(scene.warnings)
-        self._require_movable(scene)
+        check_scene(scene, self.capabilities, self, self.warnings)
         self._bodies: dict[str, tuple[Body, ...]] = {}
         self._pulls = Pulls()
         self._space: CollisionSpace | None = None
@@ -282,7 +282,7 @@ class Engine(ABC):
         if replace(self.scene, lights=scene.lights) == scene:
             self.set_lights(scene.lights)
             return
-        self._require_movable(scene)
+        check_scene(scene, self.capabilities, self, self.warnings)
         self._do_load(scene)
         self.scene = scene
         self._bodies, self._pulls = {}, Pulls()
@@ -333,13 +333,6 @@ class Engine(ABC):
         An engine whose messages come from outside, as from ROS or a recording, replaces the core's parts.
         """
         return usual
-
-    # -- checks
-
-    def _require_movable(self, scene: Scene) -> None:
-        if lacking := self.capabilities.lacking_for(scene):
-            raise self.lacks(lacking)
-        warn_of_loops(scene, self.capabilities, self.warnings)
 
     # -- derived from the scene alone
 

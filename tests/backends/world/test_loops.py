@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nrp_core.findings import Findings
-from nrp_core.world.capabilities import WorldCapabilities, warn_of_loops
+from nrp_core.world.capabilities import WorldCapabilities, check_scene
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Model, Scene
 
@@ -85,6 +85,6 @@ def test_a_loop_within_one_body_changes_nothing(open_world, advance, read) -> No
 
 def test_an_engine_that_leaves_loops_open_says_so(read) -> None:
     warnings = Findings(())
-    warn_of_loops(Scene((linkage(read),)), WorldCapabilities(1_000_000), warnings)
+    check_scene(Scene((linkage(read),)), WorldCapabilities(1_000_000), object(), warnings)
     (warning,) = warnings
     assert "the joint 'd' of 'robot' closes a loop, which this engine leaves open" in str(warning)
