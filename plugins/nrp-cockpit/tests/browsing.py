@@ -7,11 +7,13 @@ import re
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from typing import Any, TypeVar
 from urllib.parse import urlsplit
 
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, FloatRect, Locator, Page, expect, sync_playwright
 from visitors import PATIENCE_S, RefusedError, Visitor
 from websockets.sync.client import connect
 
@@ -30,6 +32,7 @@ PATIENCE_MS = 1000 * PATIENCE_S
 """The longest time that a page may take; what is there already is not waited for."""
 
 HUSKY = ("-s", "world.options.image_scale=0.25")
+T = TypeVar("T")
 
 
 @contextmanager
@@ -51,6 +54,23 @@ def wait_until(page: Page, t_s: float, timeout_ms: float = PATIENCE_MS) -> None:
     page.wait_for_function(
         "t => parseFloat(document.querySelector('[role=timer]')?.innerText) >= t", arg=t_s, timeout=timeout_ms
     )
+
+
+def seen(page: Page, look: Callable[[], T], fits: Callable[[T], Any] = bool) -> T:
+    """Look again until what is seen fits, and return it: a page draws some frames after it is told."""
+    end_s = time.monotonic() + PATIENCE_S
+    while not fits(found := look()):
+        assert time.monotonic() < end_s, f"still seen: {found}"
+        page.wait_for_timeout(50)
+    return found
+
+
+def box_of(one: Locator) -> FloatRect:
+    """Return where something is as soon as it stands still, in pixels of the page."""
+    one.scroll_into_view_if_needed()
+    box = one.bounding_box()
+    assert box is not None
+    return box
 
 
 class Cockpits:
@@ -111,7 +131,10 @@ class Watched:
     def open(
         self, address: str, width: int = 1440, height: int = 900, ready: tuple[str, str] = ("button", "Play")
     ) -> Page:
-        """Return a new page, in a visit of its own, as soon as it shows something of this role and name."""
+        """Return a new page, in a visit of its own, as soon as it shows something of this role and name.
+
+        If that is the button that plays, the run can be steered from then on.
+        """
         context = self._browser.new_context(viewport={"width": width, "height": height})
         context.set_default_timeout(PATIENCE_MS)
         page = context.new_page()
@@ -125,6 +148,8 @@ class Watched:
         page.goto(address)
         role, name = ready
         page.get_by_role(role, name=name).wait_for()  # type: ignore[arg-type]
+        if name == "Play":
+            expect(page.get_by_role("slider", name="Pace")).to_be_enabled()  # also at the end of a run
         return page
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from browsing import HUSKY, Kept, Watched, time_s, wait_until
+from browsing import HUSKY, Kept, Watched, seen, wait_until
 from playwright.sync_api import FrameLocator, Page, expect
 
 EVENT = ("-s", "events.left_red.at=0.2 s")
@@ -34,7 +34,8 @@ def test_a_branch_is_changed_and_the_difference_is_shown(kept: Kept, watched: Wa
     for width, height in ((1280, 720), (640, 360)):  # and at 200 % of it
         page.set_viewport_size({"width": width, "height": height})
         for title in ("The run", "Branch of 1.00 s"):
-            assert frame(page, title).locator(".panel-head").evaluate_all(CUT) == [], (title, width)
+            heads = frame(page, title).locator(".panel-head")
+            seen(page, lambda heads=heads: heads.evaluate_all(CUT), lambda cut: cut == [])  # type: ignore[misc]
     page.set_viewport_size({"width": 1280, "height": 720})
     page.get_by_role("button", name="Step", exact=True).click()
     expect(page.get_by_role("timer")).to_contain_text("1.02 s")
@@ -66,5 +67,4 @@ def test_another_pair_of_engines_is_chosen_in_the_page_and_goes_in_step(kept: Ke
     page.get_by_role("button", name="Play").click()
     wait_until(page, 0.6)
     page.get_by_role("button", name="Pause").click()
-    assert time_s(page) >= 0.6
     expect(table.get_by_role("row", name="left_red")).to_contain_text("0.20 s")

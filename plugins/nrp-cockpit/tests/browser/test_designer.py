@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browsing import HUSKY, PATIENCE_MS, Cockpits, Watched, running
+from browsing import HUSKY, PATIENCE_MS, Cockpits, Watched, box_of, running, seen
 from nrp_bibi import bibi_text, read_bibi
 from nrp_bibi.model.functions import Neuron2Robot, PythonTransferFunction
 from nrp_bibi.model.selectors import Index
@@ -22,7 +22,6 @@ from nrp_core.experiment.reading.find import find_file
 
 MOST_ACTIONS = 60
 MOST_TABS = 120
-MOST_LOOKS = 100
 LOWER_PX = 64
 PAPER = find_file("braitenberg_husky").parent
 OPAQUE = "@nrp.Robot2Neuron()\ndef waits(t):\n    while t > 1:\n        t -= 1"
@@ -61,15 +60,13 @@ class Hand:
     def drag(self, source: Locator, target: Locator) -> None:
         source.hover()
         self.page.mouse.down()
-        where = target.bounding_box()
-        assert where is not None
+        where = box_of(target)
         self.page.mouse.move(where["x"] + 40, where["y"] + 12, steps=6)
         self.page.mouse.up()
 
     def move(self, name: str, by: tuple[int, int]) -> None:
         """Drag a box by its head."""
-        where = self.box(name).bounding_box()
-        assert where is not None
+        where = box_of(self.box(name))
         x, y = where["x"] + 50, where["y"] + 12
         self.page.mouse.move(x, y)
         self.page.mouse.down()
@@ -336,8 +333,7 @@ def test_what_is_typed_before_the_server_answers_is_kept(studio: str, browser: B
     page.keyboard.press("Tab")  # asks the server
     page.keyboard.press("Shift+Tab")
     page.keyboard.type("second")
-    while not late:
-        page.wait_for_timeout(50)
+    seen(page, lambda: late)
     is_slow = False
     for message in late:
         links[-1].send(message)
@@ -374,11 +370,7 @@ def test_boxes_are_dragged_by_mouse_stay_there_and_go_back(drawn: tuple[Hand, Pa
     assert where[1] > LOWER_PX, "it was put lower than the first row of the columns"
     hand.click("button", "Arrange")
     hand.click("button", "Save")
-    for _ in range(MOST_LOOKS):
-        if not file.with_suffix(".layout.json").exists():
-            break
-        hand.page.wait_for_timeout(100)
-    assert not file.with_suffix(".layout.json").exists()
+    seen(hand.page, lambda: not file.with_suffix(".layout.json").exists())
 
 
 def test_a_brain_is_drawn_by_pointer_and_its_populations_are_there_for_functions(

@@ -25,7 +25,6 @@ def test_a_run_is_played_paused_stepped_and_reset(pair: tuple[str, str], kept: K
     wait_until(page, 0.5)
     page.get_by_role("button", name="Pause").click()
     page.get_by_role("button", name="Play").wait_for()
-    page.wait_for_timeout(300)
     paused = time_s(page)
     page.wait_for_timeout(500)
     assert time_s(page) == paused

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
 
 import cv2
 import numpy as np
-from browsing import HUSKY, Cockpits, Watched
-from playwright.sync_api import Locator, Page
+from browsing import HUSKY, Cockpits, Watched, seen
+from playwright.sync_api import Locator
 
 from nrp_core.experiment.reading.find import find_file
 
@@ -22,23 +23,24 @@ POSTER = """<model name="poster"><static>1</static><pose>0 0 0.6 0 0 0</pose><li
 
 def places(canvas: Locator) -> dict[str, tuple[float, float]]:
     """Return where the colours of the poster that are seen are, in pixels to the right and down."""
-    seen = cv2.imdecode(np.frombuffer(canvas.screenshot(), np.uint8), cv2.IMREAD_COLOR).astype(int)
+    image = cv2.imdecode(np.frombuffer(canvas.screenshot(), np.uint8), cv2.IMREAD_COLOR).astype(int)
     found = {}
     for name, color in COLORS.items():
-        rows, columns = np.nonzero((np.abs(seen - color) < 40).all(axis=2))
+        rows, columns = np.nonzero((np.abs(image - color) < 40).all(axis=2))
         if len(rows) > 200:
             found[name] = (float(columns.mean()), float(rows.mean()))
     return found
 
 
-def settled(page: Page, canvas: Locator, *colors: str) -> dict[str, tuple[float, float]]:
-    """Return the places as soon as these colours are seen and no other; screens of the room are blue, too."""
-    for _ in range(100):
-        found = places(canvas)
-        if set(found) - {"blue"} == set(colors) - {"blue"}:
-            return found
-        page.wait_for_timeout(100)
-    raise AssertionError(f"{colors} are expected in the scene, not {found}")
+def is_upright(found: Mapping[str, tuple[float, float]]) -> bool:
+    """Return whether the colours are where the image has them."""
+    if set(found) != set(COLORS):
+        return False
+    columns = (("blue", "red"), ("green", "yellow"))
+    rows = (("blue", "green"), ("red", "yellow"))
+    return all(found[above][1] < found[below][1] - 20 for above, below in columns) and all(
+        found[left][0] < found[right][0] - 20 for left, right in rows
+    )
 
 
 def test_a_body_shows_its_image_until_it_has_another_colour(
@@ -53,13 +55,10 @@ def test_a_body_shows_its_image_until_it_has_another_colour(
     page = watched.open(cockpits.open(str(folder / "experiment.yaml"), *HUSKY), 1280, 720)
     canvas = page.get_by_role("application", name="The scene in three dimensions", exact=False)
     page.get_by_role("region", name="Scene").get_by_text("From above", exact=True).click()
-    seen = settled(page, canvas, *COLORS)  # y is up and x to the right
-    for above, below in (("blue", "red"), ("green", "yellow")):
-        assert seen[above][1] < seen[below][1] - 20
-    for left, right in (("blue", "green"), ("red", "yellow")):
-        assert seen[left][0] < seen[right][0] - 20
+    seen(page, lambda: places(canvas), is_upright)  # y is up and x to the right
     selected = page.get_by_role("region", name="Selected")
     selected.get_by_role("button", name="poster", exact=True).click()
     selected.get_by_text("Red", exact=True).click()
     page.get_by_role("button", name="Step", exact=True).click()
-    settled(page, canvas, "red")
+    # screens of the room are blue, too
+    seen(page, lambda: places(canvas), lambda found: set(found) - {"blue"} == {"red"})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from browsing import HUSKY, Cockpits, Watched, time_s, wait_until
+from browsing import HUSKY, Cockpits, Watched, box_of, time_s, wait_until
 from playwright.sync_api import Page, expect
 
 
@@ -19,8 +19,7 @@ def test_a_click_on_the_timeline_runs_to_a_later_time_and_goes_back_to_an_earlie
 ):
     page = watched.open(husky)
     slider = page.get_by_role("slider", name="Simulated time")
-    box = slider.bounding_box()
-    assert box is not None
+    box = box_of(slider)
     lane = box["y"] + 1.5 * box["height"]
     page.mouse.click(box["x"] + box["width"] * 0.05, lane)  # 2 s of 40 s
     wait_until(page, 1.9)
@@ -71,8 +70,7 @@ def test_an_error_says_where_the_run_stopped_and_opens_the_function(
 
 def test_a_drag_through_a_recording_shows_the_times_that_it_passes(played: str, watched: Watched):
     page = watched.open(played)
-    box = page.get_by_role("slider", name="Simulated time").bounding_box()
-    assert box is not None
+    box = box_of(page.get_by_role("slider", name="Simulated time"))
     page.mouse.move(box["x"] + 0.1 * box["width"], box["y"] + 5)
     page.mouse.down()
     passed = []
