@@ -19,8 +19,11 @@ from pathlib import Path
 
 from platformdirs import user_cache_path
 
+from nrp_core._support.forked import Forker
+
 LIBRARIES = Path("/etc/ld.so.cache")
 """Files that change when a system library is installed or removed."""
+_FORKER = Forker()
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +46,12 @@ def probe_succeeds(module: str, *arguments: str, depends_on: str = "", timeout_s
     return run_probe(module, *arguments, depends_on=depends_on, timeout_s=timeout_s).exit_code == 0
 
 
-def run_module(module: str, *arguments: str, timeout_s: float) -> ChildResult:
-    """Run ``python -m module arguments...`` in a child process; the answer is not kept."""
-    return _run([sys.executable, "-m", module, *arguments], timeout_s)
+def run_module(module: str, *arguments: str, timeout_s: float, is_forked: bool = False) -> ChildResult:
+    """Run ``python -m module arguments...`` in a child process; the answer is not kept.
+
+    ``is_forked`` is that of :func:`run_probe`.
+    """
+    return _run([sys.executable, "-m", module, *arguments], timeout_s, is_forked)
 
 
 def run_probe(
@@ -55,6 +61,7 @@ def run_probe(
     timeout_s: float = 30.0,
     refresh: bool = False,
     keep_failures: bool = True,
+    is_forked: bool = False,
 ) -> ChildResult:
     """Run ``python -m module arguments...`` in a child process and return how it ended.
 
@@ -66,6 +73,7 @@ def run_probe(
         timeout_s: after this time the child, and whatever it started, is ended.
         refresh: ignore a cached result.
         keep_failures: whether to keep the result of a child that failed.
+        is_forked: whether the module may be run as :mod:`nrp_core._support.forked` does.
     """
     question = [sys.executable, "-m", module, *arguments]
     answers = user_cache_path("nrp-core") / "probes"
@@ -74,13 +82,15 @@ def run_probe(
         # not checked yet, or by an older version
         with suppress(OSError, ValueError, KeyError, TypeError):
             return ChildResult(**json.loads(kept.read_text())["answer"])
-    answer = _run(question, timeout_s)
+    answer = _run(question, timeout_s, is_forked)
     if keep_failures or answer.exit_code == 0:
         _keep(kept, {"question": question[1:], "answer": asdict(answer)})
     return answer
 
 
-def _run(command: list[str], timeout_s: float) -> ChildResult:
+def _run(command: list[str], timeout_s: float, is_forked: bool) -> ChildResult:
+    if is_forked and (done := _FORKER.run(command[2], command[3:], timeout_s)) is not None:
+        return ChildResult(done.exit_code, done.output, done.errors[-2000:])
     pipe = subprocess.PIPE
     with subprocess.Popen(
         command, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True, errors="replace",

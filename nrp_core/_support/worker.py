@@ -17,7 +17,8 @@ def serve(descriptor: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal sends Ctrl-C to all processes
     Thread(target=_end_with_parent, args=(descriptor,), daemon=True).start()
     parent: Connection[Any, Any] = Connection(descriptor)
-    sys.path[:] = parent.recv()
+    if (path := parent.recv()) is not None:
+        sys.path[:] = path
     while True:
         try:
             function, task = parent.recv()

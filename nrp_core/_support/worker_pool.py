@@ -104,9 +104,13 @@ class Worker:
     """One process and the socket to it; its output goes to standard error.
 
     It takes pairs of an importable function and its argument, and returns pairs of value and error.
+
+    Args:
+        has_our_path: whether it looks for modules where this process does; otherwise, where a new interpreter
+            does.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, has_our_path: bool = True) -> None:
         ours, theirs = socket.socketpair()
         with theirs:
             command = [sys.executable, "-m", "nrp_core._support.worker", str(theirs.fileno())]
@@ -114,7 +118,7 @@ class Worker:
                 command, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, stdout=_STANDARD_ERROR
             )
         self.connection: Connection[Any, Any] = Connection(ours.detach())
-        self.connection.send(sys.path)
+        self.connection.send(sys.path if has_our_path else None)
 
     def end(self) -> str:
         """End the process, and return how it had ended."""

@@ -30,6 +30,14 @@ _KERNELS = "NUMBA_CACHE_DIR"
 _CONFINED = "a check executes the script without network access, and it can only write temporary files"
 
 
+def load() -> None:
+    """Import what every answer needs."""
+    import nrp_core.analysis.skeleton
+    import nrp_core.brain.files
+    import nrp_core.brain.network.implausible
+    import nrp_core.pynn  # noqa: F401
+
+
 def main(question: str, cpu_s: str, target: str | None = None) -> int:
     """Answer one question; the output of a script goes to standard error.
 
@@ -68,8 +76,7 @@ def _answer(question: str, target: str | None) -> dict[str, Any]:
 
 def _made(make: Callable[[], Network]) -> tuple[Network, dict[str, str | None]]:
     """Return a network and the environment variables that it depends on."""
-    import nrp_core.pynn  # noqa: F401  its libraries read variables of their own when they are loaded
-
+    load()  # before: libraries read variables of their own
     with noting_variables() as noted:
         network = make()
     return network, values_of(noted - {_KERNELS})

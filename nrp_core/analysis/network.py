@@ -89,7 +89,7 @@ class ChildBuilder:
         for refresh in (False, True):
             answer = run_probe(
                 CHILD, question, _cpu_s(self._limit_s), depends_on=depends_on, timeout_s=self._limit_s,
-                keep_failures=False, refresh=refresh,
+                keep_failures=False, refresh=refresh, is_forked=True,
             )  # fmt: skip
             data = _data(answer, self._limit_s)
             if not have_changed(data["variables"]):
@@ -113,7 +113,8 @@ def build_confined(make: Callable[[], Network], limit_s: float | None) -> Networ
     limit_s = limit_s or _DAY_S
     with TemporaryDirectory() as folder:
         file = Path(folder) / "network.nrpnet"
-        _data(run_module(CHILD, question, _cpu_s(limit_s), str(file), timeout_s=limit_s), limit_s)
+        answer = run_module(CHILD, question, _cpu_s(limit_s), str(file), timeout_s=limit_s, is_forked=True)
+        _data(answer, limit_s)
         return read_network(file)
 
 

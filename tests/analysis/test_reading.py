@@ -394,9 +394,9 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     asked: list[str] = []
     run = probe._run
 
-    def counted(command: list[str], timeout_s: float) -> probe.ChildResult:
+    def counted(command: list[str], timeout_s: float, is_forked: bool) -> probe.ChildResult:
         asked.extend(one for one in command if one == analysis_network.CHILD)
-        return run(command, timeout_s)
+        return run(command, timeout_s, is_forked)
 
     monkeypatch.setattr(probe, "_run", counted)
     return asked
