@@ -14,8 +14,16 @@ from nrp_core.conformance.brain.samples import SAMPLES
 from nrp_core.conformance.report import Outcome
 from nrp_core.conformance.run import run_tests
 
+DIFFERENT = {"IF_curr_delta", "IF_cond_exp", "Izhikevich"}
+"""Cells without a synaptic current, with a conductance, and with no refractory time."""
+CELLS = [
+    pytest.param(name, marks=() if name in DIFFERENT else pytest.mark.heavy)
+    for name in SAMPLES
+    if name in CELL_TYPES
+]
 
-@pytest.mark.parametrize("cell", [name for name in SAMPLES if name in CELL_TYPES])
+
+@pytest.mark.parametrize("cell", CELLS)
 def test_a_brain_with_one_cell_type_passes_the_tests_that_concern_it(cell: str):
     class OneCell(EventBackend):
         def capabilities(self, options: BrainOptions) -> BrainCapabilities:
