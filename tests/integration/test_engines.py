@@ -58,24 +58,33 @@ def _installed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     sys.path.remove(str(folder))
 
 
-def verdict(experiment: str, folder: Path, brains: str = "event", worlds: str = "mujoco") -> EngineVerdict:
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """A folder for the runs of each experiment: those of the right engines are made once."""
+    return {experiment: tmp_path_factory.mktemp("runs") for experiment in SETTINGS}
+
+
+def verdict(
+    experiment: str, folders: dict[str, Path], brains: str = "event", worlds: str = "mujoco"
+) -> EngineVerdict:
+    folder = folders[experiment]
     grid = RunGrid.of(experiment, brains.split(","), worlds.split(","), 1, SETTINGS[experiment])
     return compare_engines(grid, folder, EngineMargins(), lambda done, total, last: None)
 
 
 @pytest.mark.parametrize("name", WRONG_WORLDS)
-def test_a_wrong_world_is_named_in_the_headline(name: str, tmp_path: Path) -> None:
+def test_a_wrong_world_is_named_in_the_headline(name: str, folders: dict[str, Path]) -> None:
     experiment, named = WRONG_WORLDS[name]
-    found = verdict(experiment, tmp_path, worlds=f"mujoco,{name}")
+    found = verdict(experiment, folders, worlds=f"mujoco,{name}")
     assert found.agreement is Agreement.DIFFER
     assert re.search(named, found.headline), found.headline
     assert f"world mujoco -> {name}" in found.headline
 
 
 @pytest.mark.parametrize("name", WRONG_BRAINS)
-def test_a_wrong_brain_is_named_in_the_headline(name: str, tmp_path: Path) -> None:
+def test_a_wrong_brain_is_named_in_the_headline(name: str, folders: dict[str, Path]) -> None:
     experiment, named = WRONG_BRAINS[name]
-    found = verdict(experiment, tmp_path, brains=f"event,{name}")
+    found = verdict(experiment, folders, brains=f"event,{name}")
     assert found.agreement is Agreement.DIFFER
     assert re.search(named, found.headline), found.headline
     assert f"brain event -> {name}" in found.headline
@@ -85,11 +94,15 @@ def test_a_wrong_brain_is_named_in_the_headline(name: str, tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("brains", "worlds"), [("event", "mujoco,pybullet"), ("event,SameBrain", "mujoco,SameWorld")]
 )
-def test_engines_without_a_bug_agree(experiment: str, brains: str, worlds: str, tmp_path: Path) -> None:
-    found = verdict(experiment, tmp_path, brains, worlds)
+def test_engines_without_a_bug_agree(
+    experiment: str, brains: str, worlds: str, folders: dict[str, Path]
+) -> None:
+    found = verdict(experiment, folders, brains, worlds)
     assert found.agreement is Agreement.AGREE, found.headline
 
 
-def test_the_two_brains_agree_where_a_millisecond_more_or_less_does_not_matter(tmp_path: Path) -> None:
-    found = verdict(YARD, tmp_path, "event,spinnaker")
+def test_the_two_brains_agree_where_a_millisecond_more_or_less_does_not_matter(
+    folders: dict[str, Path],
+) -> None:
+    found = verdict(YARD, folders, "event,spinnaker")
     assert found.agreement is Agreement.AGREE, found.headline

@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,7 +37,8 @@ from nrp_core.world.rigid.motion import ModelMotion
 from nrp_core.world.rigid.pose import Pose
 
 S = 10**9
-PAIRS = [("event", "mujoco"), ("spinnaker", "pybullet")]
+FIRST, OTHER = ("event", "mujoco"), ("spinnaker", "pybullet")
+PAIRS = [FIRST, pytest.param(OTHER, marks=pytest.mark.heavy)]
 SETTINGS = ("world.options.image_scale=0.2", "events.left_red.at=0.5 s", "duration=3 s", "seed=11")
 
 
@@ -66,9 +66,11 @@ class Made:
 
 
 @pytest.fixture(scope="module", params=PAIRS, ids="-".join)
-def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Made]:
-    brain, world = request.param
-    folder = tmp_path_factory.mktemp("made") / "recording"
+def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Made:
+    return recorded(*request.param, tmp_path_factory.mktemp("made") / "recording")
+
+
+def recorded(brain: str, world: str, folder: Path) -> Made:
     overrides = [*SETTINGS, f"brain.backend={brain}", f"world.backend={world}"]
     with FilesRead() as files, Run(load_experiment("braitenberg_husky", overrides)) as run:
         recording_folder = RecordingFolder(run, folder, files=files, snapshots_ns=S)
@@ -77,7 +79,7 @@ def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
         run.run()
         recording_folder.close("finished")
         assert recording_folder.warnings == []
-        yield Made(folder, run.result().to_dict())
+        return Made(folder, run.result().to_dict())
 
 
 def test_a_run_is_the_same_again(made: Made) -> None:
@@ -85,6 +87,14 @@ def test_a_run_is_the_same_again(made: Made) -> None:
     assert outcome.identical
     assert (outcome.steps, outcome.from_ns, outcome.until_ns) == (150, 0, 3 * S)
     assert outcome.warnings == []
+
+
+def test_runs_of_other_engines_are_the_same_again_too(tmp_path: Path) -> None:
+    made = recorded(*OTHER, tmp_path / "recording")
+    assert made.replay().identical
+    assert made.replay(ReplayRequest(from_ns=round(1.24 * S))).verdict is Verdict.SAME
+    for side in ("world", "brain"):
+        assert made.replay(ReplayRequest(recorded=frozenset({side}))).difference is None  # type: ignore[arg-type]
 
 
 def test_the_recording_is_an_experiment_of_its_own(made: Made) -> None:
@@ -129,16 +139,19 @@ def test_a_recorded_side_gives_the_other_what_it_gave(made: Made, side: str) -> 
 
 @pytest.mark.parametrize("delay_ms", [50, 300])
 def test_a_recorded_body_senses_as_late_as_it_did(delay_ms: int, tmp_path: Path) -> None:
-    late = [f"world.sensors={{'/husky/camera': {{delay: {delay_ms} ms, drop_out: 0.2}}}}", "duration=0.8 s"]
-    with FilesRead() as files, Run(load_experiment("braitenberg_husky", [*SETTINGS, *late])) as run:
+    overrides = [
+        f"world.sensors={{'/husky/camera': {{delay: {delay_ms} ms, drop_out: 0.2}}}}",
+        "duration=0.8 s",
+    ]
+    with FilesRead() as files, Run(load_experiment("braitenberg_husky", [*SETTINGS, *overrides])) as run:
         recording_folder = RecordingFolder(run, tmp_path / "late", files=files)
         run.run()
         recording_folder.close("finished")
-    recorded = Made(tmp_path / "late", {})
-    (first, *_) = recorded.recording.messages({"/husky/camera"})
+    late = Made(tmp_path / "late", {})
+    (first, *_) = late.recording.messages({"/husky/camera"})
     assert first.t_ns >= delay_ms * 1_000_000
     for side in ("world", "brain"):
-        outcome = recorded.replay(ReplayRequest(recorded=frozenset({side})))  # type: ignore[arg-type]
+        outcome = late.replay(ReplayRequest(recorded=frozenset({side})))  # type: ignore[arg-type]
         assert (outcome.difference, outcome.error) == (None, None)
 
 
