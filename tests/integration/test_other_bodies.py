@@ -14,6 +14,8 @@ from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 
 PAIRS = [("event", "mujoco"), ("spinnaker", "mujoco"), ("event", "pybullet")]
+QUICK = {"slalom_pioneer", "following_head"}
+"""The experiments that every pair runs each time, and the first pair the others."""
 SHORT = {
     "slalom_pioneer": ("duration=26 s",),
     "slalom_pioneer/trained": (),
@@ -33,9 +35,15 @@ def engine(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
-@pytest.mark.parametrize("name", SHORT)
-@pytest.mark.parametrize(("brain", "world"), PAIRS)
-def test_each_body_does_what_it_is_for_with_every_brain(name: str, brain: str, world: str) -> None:
+@pytest.mark.parametrize(
+    ("brain", "world", "name"),
+    [
+        pytest.param(*pair, name, marks=() if name in QUICK or pair == PAIRS[0] else pytest.mark.heavy)
+        for pair in PAIRS
+        for name in SHORT
+    ],
+)
+def test_each_body_does_what_it_is_for_with_every_brain(brain: str, world: str, name: str) -> None:
     pytest.importorskip(world)
     with opened(name, f"brain.backend={brain}", f"world.backend={world}") as run:
         run.run()
@@ -44,9 +52,8 @@ def test_each_body_does_what_it_is_for_with_every_brain(name: str, brain: str, w
     assert result.problems == []
 
 
-def test_a_two_wheeler_that_feels_nothing_does_not_get_through(engine: str) -> None:
-    blind = "world.sensors={/pioneer/scan: {drop_out: 1}}"
-    with opened("slalom_pioneer", f"world.backend={engine}", blind) as run:
+def test_a_two_wheeler_that_feels_nothing_does_not_get_through() -> None:
+    with opened("slalom_pioneer", "world.sensors={/pioneer/scan: {drop_out: 1}}") as run:
         run.run()
         result = run.result()
     assert not result.criteria["gets_through"].passed
