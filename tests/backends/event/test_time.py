@@ -24,7 +24,7 @@ Run = Callable[..., Spikes]
 
 END_NS = 60 * NS_PER_MS
 few_runs = settings(
-    max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=6, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 DRIVEN = {
     "IF_curr_exp": 0.5, "IF_curr_alpha": 0.5, "IF_curr_delta": 2.0, "IF_cond_exp": 0.02,
