@@ -78,16 +78,17 @@ def test_nothing_comes_from_the_repository(run: Run, elsewhere: Path) -> None:
 
 def test_the_main_experiment_passes_on_the_pair_of_minimal_backends(run: Run) -> None:
     pair = "--brain", "minimal", "--world", "minimal"
-    done = run("nrp", "run", "braitenberg_husky", *pair, "-s", "duration=24 s", "--json")
+    early = "-s", "events.left_red.at=1 s", "-s", "duration=12 s"
+    done = run("nrp", "run", "braitenberg_husky", *pair, *early, "--json")
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
     assert (result["brain"], result["world"], result["passed"]) == ("minimal", "minimal", True)
     assert list(result["events"]) == ["left_red", "right_red", "all_blue"]
 
 
-@pytest.mark.parametrize("side", ["brain", "world"])
-def test_both_conform(run: Run, side: str) -> None:
-    done = run("nrp", "conformance", side, "minimal", "--level", "contract", "--json")  # all: its own tests
+def test_the_brain_conforms(run: Run) -> None:
+    """The kit for worlds runs in another environment below; all of its tests are those of the plugin."""
+    done = run("nrp", "conformance", "brain", "minimal", "--level", "contract", "--json")
     assert done.returncode == 0, done.stdout[-2000:]
     counts = json.loads(done.stdout)["counts"]
     assert counts["passed"] > 20
