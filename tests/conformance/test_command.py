@@ -4,6 +4,11 @@ import json
 import subprocess
 import sys
 
+import pytest
+
+from nrp_core.conformance.proof import Proof
+from nrp_core.errors import ExperimentError
+
 
 def nrp_conformance(*arguments: str) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "nrp_core", "conformance", *arguments]
@@ -34,7 +39,5 @@ def test_an_option_that_does_not_exist_is_refused_in_one_line():
 
 
 def test_an_invalid_value_of_an_option_is_reported_in_our_own_words():
-    done = nrp_conformance("brain", "spinnaker", "-o", "timestep=3", "--json")
-    assert done.returncode == 3
-    message = json.loads(done.stdout)["error"]["message"]
-    assert message.endswith("option 'timestep': a time needs a unit: '3 ms' or '3 s'?")
+    with pytest.raises(ExperimentError, match=r"option 'timestep': a time needs a unit: '3 ms' or '3 s'\?$"):
+        Proof("brain", "spinnaker", {"timestep": "3"}, "contract").report([])
