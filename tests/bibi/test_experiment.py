@@ -21,18 +21,18 @@ def result_of(variant: str, *overrides: str) -> Result:
 
 @pytest.fixture(scope="module")
 def printed() -> Result:
-    return result_of("", "duration=24 s")
+    return result_of("", "duration=16 s")
 
 
 def test_models_and_printed_listings_give_the_identical_run(printed: Result) -> None:
-    models = result_of("/bibi", "duration=24 s")
+    models = result_of("/bibi", "duration=16 s")
     assert models.trajectory_digest == printed.trajectory_digest
     assert models.spikes == printed.spikes
     assert all(outcome.passed for outcome in models.criteria.values())
 
 
 def test_both_levels_in_one_experiment_give_the_identical_run(printed: Result) -> None:
-    mixed = result_of("/mixed_levels", "duration=24 s")
+    mixed = result_of("/mixed_levels", "duration=16 s")
     assert mixed.trajectory_digest == printed.trajectory_digest
 
 

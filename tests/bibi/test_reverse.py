@@ -21,7 +21,7 @@ PATH = Path("model.bibi")
 
 
 @given(data=st.data())
-@settings(deadline=None, max_examples=20)
+@settings(deadline=None, max_examples=8)
 def test_generated_code_of_a_model_generates_the_same_model(
     models: SearchStrategy[Bibi], data: st.DataObject
 ) -> None:
