@@ -11,7 +11,7 @@ from contextlib import chdir
 from pathlib import Path
 
 from brains import Artist, draw_the_brain_of_the_paper
-from browsing import PATIENCE_MS, Cockpits, Watched, chromium, running, time_s, wait_until
+from browsing import PATIENCE_MS, Cockpits, Pages, Watched, chromium, running, time_s, wait_until
 from nrp_bibi import Bibi, read_bibi, write_bibi
 from playwright.sync_api import Page, expect
 
@@ -41,7 +41,7 @@ def main() -> None:
     """Take the pictures."""
     expect.set_options(timeout=PATIENCE_MS)
     with running() as cockpits, chromium() as browser, tempfile.TemporaryDirectory() as folder:
-        watched = Watched(browser)
+        watched = Watched(Pages(browser))
         _run(watched.open(cockpits.open("braitenberg_husky"), **SIZE))
         _two_futures(watched.open(cockpits.open("braitenberg_husky"), **SIZE))
         _drawing(watched, cockpits, Path(folder) / "drive.bibi")

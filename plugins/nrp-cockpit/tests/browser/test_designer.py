@@ -25,7 +25,7 @@ MOST_TABS = 120
 LOWER_PX = 64
 PAPER = find_file("braitenberg_husky").parent
 OPAQUE = "@nrp.Robot2Neuron()\ndef waits(t):\n    while t > 1:\n        t -= 1"
-FAST = ("-s", "duration=16 s", *HUSKY)
+FAST = ("-s", "events.left_red.at=1 s", "-s", "duration=10 s", *HUSKY)
 """Long enough for both screens."""
 
 
@@ -426,7 +426,7 @@ def test_the_experiment_of_the_paper_is_drawn_from_nothing_and_passes(alone: tup
     hand.click("button", "Run")
     page = hand.page
     expect(page.get_by_role("link", name="Cockpit")).to_have_attribute("aria-current", "page")
-    expect(page.get_by_role("timer")).to_contain_text("16.00 s", timeout=2 * PATIENCE_MS)
+    expect(page.get_by_role("timer")).to_contain_text("10.00 s", timeout=2 * PATIENCE_MS)
     criteria = page.get_by_role("list", name="Criteria")
     for criterion in ("turns_on_the_spot", "reaches_left", "reaches_right", "turns_on_the_spot_again"):
         expect(criteria).to_contain_text(f"{criterion}, met")

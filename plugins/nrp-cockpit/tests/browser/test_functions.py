@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
-from browsing import HUSKY, Cockpits, Watched
+from browsing import Watched
 from playwright.sync_api import Page, expect
 
 """The first check of an experiment reads and compiles it."""
@@ -82,8 +83,10 @@ def test_a_function_is_switched_off_and_on(husky: str, watched: Watched):
     expect(switch).to_be_checked()
 
 
-def test_a_function_in_quarantine_unfolds_its_traceback(cockpits: Cockpits, watched: Watched, broken: Path):
-    page = watched.open(cockpits.open(str(broken), "-s", "on_error=quarantine", *HUSKY))
+def test_a_function_in_quarantine_unfolds_its_traceback(
+    in_process: Callable[..., str], watched: Watched, broken: Path
+):
+    page = watched.open(in_process("on_error=quarantine", experiment=str(broken)))
     page.get_by_role("button", name="Step", exact=True).click()
     functions(page, "broken.py")
     row = page.get_by_role("listitem").filter(has=page.get_by_role("switch", name="divides runs"))
@@ -92,10 +95,12 @@ def test_a_function_in_quarantine_unfolds_its_traceback(cockpits: Cockpits, watc
     expect(row.get_by_text("Traceback (most recent call last):")).to_be_visible()
 
 
-def test_a_file_is_saved_to_the_disk_only_when_asked(cockpits: Cockpits, watched: Watched, broken: Path):
+def test_a_file_is_saved_to_the_disk_only_when_asked(
+    in_process: Callable[..., str], watched: Watched, broken: Path
+):
     file = broken.with_name("broken.py")
     before = file.read_text()
-    page = watched.open(cockpits.open(str(broken), *HUSKY))
+    page = watched.open(in_process(experiment=str(broken)))
     functions(page, "broken.py")
     end_of_line(page, "def divides")
     page.keyboard.type("\nreturn")

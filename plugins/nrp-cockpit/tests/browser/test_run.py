@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 
 import pytest
 from browsing import HUSKY, Kept, Watched, time_s, wait_until
@@ -77,9 +78,22 @@ def test_two_pages_show_one_run_and_a_watcher_cannot_steer(husky: str, watched: 
     expect(first.get_by_text("2 viewers", exact=False)).to_be_attached()
 
 
-@pytest.mark.parametrize("world", ["mujoco", "pybullet"])
-@pytest.mark.parametrize("brain", ["event", "spinnaker"])
-@pytest.mark.parametrize("experiment", ["slalom_pioneer", "walking_hexapod", "following_head"])
+USUAL = {
+    ("slalom_pioneer", "event", "mujoco"),
+    ("walking_hexapod", "event", "pybullet"),
+    ("following_head", "spinnaker", "mujoco"),
+}
+OPENINGS = [
+    pytest.param(*names, marks=() if names in USUAL else pytest.mark.heavy)
+    for names in product(
+        ("slalom_pioneer", "walking_hexapod", "following_head"),
+        ("event", "spinnaker"),
+        ("mujoco", "pybullet"),
+    )
+]
+
+
+@pytest.mark.parametrize(("experiment", "brain", "world"), OPENINGS)
 def test_every_experiment_opens_and_runs_on_every_pair_without_a_complaint(
     experiment: str, brain: str, world: str, watched: Watched
 ):

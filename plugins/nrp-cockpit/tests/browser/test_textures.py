@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import cv2
 import numpy as np
-from browsing import HUSKY, Cockpits, Watched, seen
+from browsing import Watched, seen
 from playwright.sync_api import Locator
 
 from nrp_core.experiment.reading.find import find_file
@@ -44,7 +44,7 @@ def is_upright(found: Mapping[str, tuple[float, float]]) -> bool:
 
 
 def test_a_body_shows_its_image_until_it_has_another_colour(
-    tmp_path: Path, cockpits: Cockpits, watched: Watched
+    tmp_path: Path, in_process: Callable[..., str], watched: Watched
 ):
     folder = tmp_path / "room"
     shutil.copytree(find_file("braitenberg_husky").parent, folder)
@@ -52,7 +52,7 @@ def test_a_body_shows_its_image_until_it_has_another_colour(
     cv2.imwrite(str(folder / "poster.png"), cv2.resize(image, (64, 64), interpolation=cv2.INTER_NEAREST))
     room = folder / "room.sdf"
     room.write_text(room.read_text().replace("</world>", POSTER))
-    page = watched.open(cockpits.open(str(folder / "experiment.yaml"), *HUSKY), 1280, 720)
+    page = watched.open(in_process(experiment=str(folder / "experiment.yaml")), 1280, 720)
     canvas = page.get_by_role("application", name="The scene in three dimensions", exact=False)
     page.get_by_role("region", name="Scene").get_by_text("From above", exact=True).click()
     seen(page, lambda: places(canvas), is_upright)  # y is up and x to the right

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
-from browsing import HUSKY, Cockpits, Watched, box_of, time_s, wait_until
+from browsing import Watched, box_of, time_s, wait_until
 from playwright.sync_api import Page, expect
 
 
@@ -56,9 +57,9 @@ def test_a_snapshot_stands_on_the_timeline_and_a_click_restores_it(husky: str, w
 
 
 def test_an_error_says_where_the_run_stopped_and_opens_the_function(
-    cockpits: Cockpits, watched: Watched, broken: Path
+    in_process: Callable[..., str], watched: Watched, broken: Path
 ):
-    page = watched.open(cockpits.open(str(broken), *HUSKY))
+    page = watched.open(in_process(experiment=str(broken)))
     page.get_by_role("button", name="Play").click()
     banner = page.get_by_role("alert").filter(has_text="ZeroDivisionError")
     expect(banner).to_contain_text("broken.py:5")

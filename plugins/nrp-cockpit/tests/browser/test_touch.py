@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from itertools import cycle, product
 from pathlib import Path
 
 import cv2
 import numpy as np
-from browsing import HUSKY, Cockpits, Watched, box_of, seen, time_s, wait_until
+from browsing import Watched, box_of, seen, time_s, wait_until
 from playwright.sync_api import Locator, Page, expect
 
 VERMILLION, PURPLE = (0, 94, 213), (138, 85, 176)
@@ -38,11 +39,11 @@ def select_in_scene(page: Page, model: str) -> None:
 
 
 def test_a_click_turns_a_screen_red_and_the_robot_drives_to_it(
-    tmp_path: Path, cockpits: Cockpits, watched: Watched
+    tmp_path: Path, in_process: Callable[..., str], watched: Watched
 ):
     file = tmp_path / "touched.yaml"
     file.write_text(ARRIVES)
-    page = watched.open(cockpits.open(str(file), *HUSKY), width=1600, height=1000)
+    page = watched.open(in_process(experiment=str(file)), width=1600, height=1000)
     page.get_by_role("button", name="Play").click()
     wait_until(page, 0.3)
     select_in_scene(page, "right_vr_screen")

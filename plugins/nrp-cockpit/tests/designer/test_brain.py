@@ -38,7 +38,7 @@ def test_the_drawn_brain_of_the_paper_drives_the_robot_as_the_written_one(artist
     draw_the_brain_of_the_paper(artist)
     artist.document.save()
     script = artist.document.path
-    written = ["duration=4 s", "events.left_red.at=0.5 s", "world.options.image_scale=0.25"]
+    written = ["duration=2 s", "events.left_red.at=0.5 s", "world.options.image_scale=0.25"]
     drawn = [*written, "brain.populations=null", f"brain.model={script}"]
     ends = []
     for overrides in (drawn, written):
