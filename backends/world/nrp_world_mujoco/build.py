@@ -29,7 +29,7 @@ from nrp_world_mujoco.native import NativeElements
 from nrp_world_mujoco.shapes import Shapes, placed, scalar_first
 
 FAR_AWAY = 1e9
-HARD = [0.999, 0.999, 0.001, 0.5, 2.0]  # impedance of stiff constraints: friction of joints, couplings
+HARD = [0.999, 0.999, 0.001, 0.5, 2.0]  # impedance of stiff constraints: couplings, joints that rub or stop
 FIRMEST = [0.9999, 0.9999, 0.001, 0.5, 2.0]  # of joints that no load moves off their paths
 SMALLEST = 1e-12  # MuJoCo refuses an empty range
 FEW_GEOMS = 64  # with fewer, testing each pair is faster than bounding volumes
@@ -205,6 +205,8 @@ class _Builder:
             springref=joint.rest,
             solref_friction=self._stiff,
             solimp_friction=HARD,
+            solref_limit=self._stiff,
+            solimp_limit=HARD,
         )
 
     def _add_body(self, model: str, index: int, bodies: Sequence[Body], elements: Sequence[Any]) -> Any:

@@ -34,6 +34,8 @@ _JOINT: dict[str, tuple[str, Any]] = {
     "solimplimit": ("jnt_solimp", _SOLIMP),
     "margin": ("jnt_margin", 0.0),
 }
+_STOP = ("solreflimit", "solimplimit")
+"""Stops of scenes are harder than MuJoCo's own, so that those of a file are always stated."""
 _OF_DOF: dict[str, tuple[str, Any]] = {
     "armature": ("dof_armature", 0.0),
     "solreffriction": ("dof_solref", _SOLREF),
@@ -130,7 +132,8 @@ class NativeElements:
             dof, values = m.jnt_dofadr[joint], {}
             for numbers, at in ((_JOINT, joint), (_OF_DOF, dof)):
                 for name, (field, usual) in numbers.items():
-                    if not np.allclose(getattr(m, field)[at], usual):
+                    stated = name in _STOP and m.jnt_limited[joint]
+                    if stated or not np.allclose(getattr(m, field)[at], usual):
                         values[name] = _text(getattr(m, field)[at])
             if values:
                 yield (

@@ -79,7 +79,8 @@ HOPPER = """<mujoco><option cone="pyramidal" timestep="0.002"/>
       <geom type="box" size="0.1 0.1 0.05" mass="1" contype="0" conaffinity="0"/>
       <body name="thigh" pos="0 0 -0.05"><joint name="swing" axis="0 1 0" damping="0.2"/>
         <geom type="capsule" fromto="0 0 0 0.1 0 -0.2" size="0.02" mass="0.2" contype="0" conaffinity="0"/>
-        <body name="foot" pos="0.1 0 -0.2"><joint name="ankle" axis="0 1 0" stiffness="4" damping="0.03"/>
+        <body name="foot" pos="0.1 0 -0.2"><joint name="ankle" axis="0 1 0" stiffness="4" damping="0.03"
+            range="-1 1"/>
           <geom name="toes" type="mesh" mesh="toes" mass="0.01"/></body></body></body></worldbody>
   <actuator><position joint="swing" kp="30" ctrlrange="-2 2"/></actuator></mujoco>"""
 
