@@ -10,7 +10,7 @@ from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.loops import LOOP_KINDS, Loop
-from nrp_core.world.scene.model import Joint
+from nrp_core.world.scene.model import Joint, Mimic
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.axes import second, with_axis
@@ -113,22 +113,39 @@ def _warn_of_limits(joint: Element, reading: Reading) -> None:
 def with_leaders(joints: Iterable[Joint], model: Element, reading: Reading) -> Iterator[Joint]:
     """Yield joints; those that mimic a joint without exactly one degree of freedom become free.
 
+    One whose limits exclude every position in which it would follow has none: it would lock its leader.
+
     Raises:
         SceneError: one mimics a joint that does not exist.
     """
     joints = tuple(joints)
-    kinds = {joint.name: joint.kind for joint in joints}
+    named = {joint.name: joint for joint in joints}
     for joint in joints:
-        if joint.mimic is not None:
-            leader, element = joint.mimic.leader, _element(model, joint)
-            if leader not in kinds:
-                hint = did_you_mean(leader, kinds)
+        if (follows := joint.mimic) is not None:
+            leader, element = follows.leader, _element(model, joint)
+            if leader not in named:
+                hint = did_you_mean(leader, named)
                 raise element.error(f"the joint '{joint.name}' mimics '{leader}', which does not exist{hint}")
-            if (what := WITHOUT_ONE_WAY.get(kinds[leader])) is not None:
+            if (what := WITHOUT_ONE_WAY.get(named[leader].kind)) is not None:
                 message = f"the joint '{joint.name}' mimics '{leader}', which is {what}: it moves freely"
                 reading.notes.warn(element, Code.NRP263, message, subject=joint.name)
                 joint = replace(joint, mimic=None)
+            elif _locked(joint, follows, named[leader]):
+                message = (
+                    f"the joint '{joint.name}' mimics {follows.multiplier:g} x '{leader}', which its "
+                    f"limits of {joint.lower:g} to {joint.upper:g} exclude: they are not used"
+                )
+                reading.notes.warn(element, Code.NRP263, message, subject=joint.name)
+                joint = replace(joint, lower=-inf, upper=inf)
         yield joint
+
+
+def _locked(joint: Joint, follows: Mimic, leader: Joint) -> bool:
+    """Whether the limits of a joint leave its leader nowhere to go."""
+    if not follows.multiplier:
+        return False
+    ends = sorted(follows.multiplier * limit + follows.offset for limit in (leader.lower, leader.upper))
+    return min(ends[1], joint.upper) <= max(ends[0], joint.lower)
 
 
 def starts_in(model: Element, joints: Sequence[Joint], reading: Reading) -> Iterator[tuple[str, float]]:

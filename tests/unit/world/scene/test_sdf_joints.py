@@ -233,6 +233,24 @@ def test_a_joint_mimics_another_one_from_where_that_is_at_its_reference(model: M
     assert "the joint 'second' mimics 'first', which is fixed: it moves freely" in str(warning)
 
 
+@pytest.mark.parametrize(("multiplier", "limited"), [(-1, False), (0.5, True)])
+def test_a_joint_whose_limits_exclude_the_positions_that_it_mimics_has_none(
+    model: ModelReader, multiplier: float, limited: bool
+) -> None:
+    limit = "<limit><lower>0</lower><upper>0.5</upper></limit>"
+    mimic = f'<mimic joint="first"><multiplier>{multiplier}</multiplier></mimic>'
+    joints = "".join(
+        f'<joint name="{name}" type="revolute"><parent>{parent}</parent><child>{child}</child>'
+        f"<axis>{limit}{more}</axis></joint>"
+        for name, parent, child, more in (("first", "base", "arm", ""), ("second", "arm", "tip", mimic))
+    )
+    read = model(LINKS + '<link name="tip"><inertial/></link>' + joints)
+    assert (read.joints[0].lower, read.joints[0].upper) == (0.0, 0.5)
+    assert ((read.joints[1].lower, read.joints[1].upper) == (0.0, 0.5)) == limited
+    said = "the joint 'second' mimics -1 x 'first', which its limits of 0 to 0.5 exclude: they are not used"
+    assert [said in str(each) for each in read.warnings] == [True] * (not limited)
+
+
 def test_springs_and_friction_are_read(joint: JointReader) -> None:
     spring = "<spring_stiffness>3</spring_stiffness><spring_reference>-0.2</spring_reference>"
     read = joint(f"<axis><dynamics><friction>0.1</friction>{spring}</dynamics></axis>")
