@@ -7,9 +7,9 @@ Give it robot files, or folders with files in URDF, SDF or MJCF; without any it 
 
 Each robot is held by its base. Every joint that can be commanded goes 0.2 rad (5 cm) from its start, within
 its limits, or as far as its limit of velocity allows in half the time; after 1.5 s the table counts those
-that are within 1 mrad (1 mm). Then, without commands, its joints fall for 0.5 s, and the table has the largest
-difference between the engines (rad, m): up to the moment at which a joint comes to one of its stops, and in
-all. No two engines stop a joint alike, and a chain of limp joints is chaotic after it.
+that are within 1 mrad (1 mm). Then, without commands, its joints fall for 0.5 s, and the table has the
+largest difference between the engines (rad, m): up to the moment at which a joint comes to one of its stops,
+and in all. No two engines stop a joint alike, and a chain of limp joints is chaotic after it.
 """
 
 from __future__ import annotations

@@ -19,6 +19,7 @@ from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.frame_names import Misplaced, with_frames
 from nrp_core.world.scene.reading.labels import LABEL, label_in, labelled
 from nrp_core.world.scene.reading.native import native_of
+from nrp_core.world.scene.reading.own_topics import with_own_topics
 from nrp_core.world.scene.reading.plugins import plugin_name, warn_of_plugin
 from nrp_core.world.scene.reading.registered import ModelParts
 from nrp_core.world.scene.reading.repairs import with_default_masses
@@ -200,6 +201,7 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
     if base not in names:
         raise element.error(f"the model '{name}' has no canonical link '{base}'{did_you_mean(base, names)}")
     links = tuple(sorted(parts.links, key=lambda link: link.name != base))
+    links = with_own_topics(links, element, reading.notes)
     without = sorted(line for path, line in reading.without if path == element.path)
     source = Source(element.path, element.attributes.get("name", ""), element.line, tuple(without))
     native = native_of(element)

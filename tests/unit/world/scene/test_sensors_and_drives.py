@@ -135,6 +135,18 @@ def test_other_sensors_are_warned_of_once(model: ModelReader) -> None:
     assert "robot.sdf:5: sensors of type 'thermal' are not simulated (and 1 more)" in str(warning)
 
 
+def test_sensors_that_share_a_topic_get_one_each_in_a_row_of_them(model: ModelReader) -> None:
+    imu = '<sensor name="{}" type="imu"><topic>/sonar</topic><update_rate>50</update_rate></sensor>\n'
+    taken = imu.format("c").replace("/sonar", "/sonar_2")
+    read = model(f'<link name="eye"><inertial/>\n{imu.format("a")}{imu.format("b")}{taken}</link>')
+    assert [each.topic for each in read.links[0].sensors] == ["/sonar", "/sonar_3", "/sonar_2"]
+    (warning,) = read.warnings
+    said = (
+        "the sensors 'a' of 'eye' and 'b' of 'eye' have the topic '/sonar': that of the second is '/sonar_3'"
+    )
+    assert said in str(warning)
+
+
 def test_the_second_of_two_sensors_of_one_name_gets_another_one(model: ModelReader) -> None:
     imu = '<sensor name="a" type="imu"><update_rate>50</update_rate></sensor>\n'
     read = model(f'<link name="eye"><inertial/>\n{imu}{imu}{imu}</link>')

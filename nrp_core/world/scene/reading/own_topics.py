@@ -1,0 +1,45 @@
+"""A topic for each sensor: in real files the sensors of a robot often share one, such as a row of sonars."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import fields, replace
+from typing import Any
+
+from nrp_core.findings import Code
+from nrp_core.world.scene.bodies import free_name
+from nrp_core.world.scene.model import Link
+from nrp_core.world.scene.reading.context import Notes
+from nrp_core.world.scene.reading.xml import Element
+from nrp_core.world.scene.sensing import MountedSensor
+
+
+def with_own_topics(links: Iterable[Link], model: Element, notes: Notes) -> tuple[Link, ...]:
+    """Return links of a model in which no two sensors have a topic in common; each new name is a warning."""
+    owners: dict[str, str] = {}
+    taken = {topic for link in links for sensor in link.sensors for topic in _topics(sensor).values()}
+
+    def own(sensor: MountedSensor, link: str) -> MountedSensor:
+        renamed: dict[str, Any] = {}
+        for name, topic in _topics(sensor).items():
+            if topic in owners:
+                renamed[name] = free_name(topic, taken)
+                taken.add(renamed[name])
+                message = (
+                    f"the sensors {owners[topic]} and '{sensor.name}' of '{link}' have the topic '{topic}': "
+                    f"that of the second is '{renamed[name]}'"
+                )
+                notes.warn(model, Code.NRP266, message, subject=sensor.name)
+            else:
+                owners[topic] = f"'{sensor.name}' of '{link}'"
+        return replace(sensor, **renamed) if renamed else sensor
+
+    return tuple(
+        replace(link, sensors=tuple(own(each, link.name) for each in link.sensors)) for link in links
+    )
+
+
+def _topics(sensor: MountedSensor) -> dict[str, str]:
+    """Return the topics of a sensor by the names of its fields."""
+    values = {each.name: getattr(sensor, each.name) for each in fields(sensor) if each.name.endswith("topic")}
+    return {name: topic for name, topic in values.items() if topic}
