@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import socket
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 from nrp_core.analysis.validate import validate_file
+from nrp_core.cli.app import run_app
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="confinement needs Linux")
@@ -56,20 +55,22 @@ def test_a_file_with_other_contents_has_nothing_to_do_with_rights(husky: Path) -
     ],
 )
 def test_a_check_confines_the_script(
-    husky: Path, tmp_path_factory: pytest.TempPathFactory, statement: str, error: str
+    husky: Path,
+    tmp_path_factory: pytest.TempPathFactory,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    statement: str,
+    error: str,
 ) -> None:
     """The temporary folder of the check is another one, so that the experiment is not in it."""
     brain = husky / "brain.py"
+    monkeypatch.setenv("TMPDIR", str(tmp_path_factory.mktemp("temporary")))
     with socket.create_server(("127.0.0.1", 0)) as server:
         code = statement.format(beside=husky, port=server.getsockname()[1])
         brain.write_text(f"import os, socket, subprocess\n{code}\n{brain.read_text()}")
-        temporary = {"TMPDIR": str(tmp_path_factory.mktemp("temporary"))}
         for command in ("validate", "map") if "open" in statement else ("validate",):
-            done = subprocess.run(
-                [sys.executable, "-m", "nrp_core", command, husky, "-s", "brain.backend=spinnaker"],
-                env={**os.environ, **temporary}, capture_output=True, text=True, check=False,
-            )  # fmt: skip
-            assert done.returncode == 3, done.stdout
-            assert f"brain.py:2: {error}" in done.stderr
+            capsys.readouterr()
+            assert run_app([command, str(husky), "-s", "brain.backend=spinnaker"]) == 3
+            assert f"brain.py:2: {error}" in capsys.readouterr().err
     assert (husky / "room.sdf").is_file()
     assert not {"written", "made", "touched"} & {path.name for path in husky.iterdir()}

@@ -154,7 +154,7 @@ def test_a_loop_is_followed_only_over_known_items(husky: Path) -> None:
 
 
 def test_any_file_can_be_followed() -> None:
-    for path in sorted(Path(sysconfig.get_paths()["stdlib"]).glob("*.py"))[::4]:
+    for path in sorted(Path(sysconfig.get_paths()["stdlib"]).glob("*.py"))[::12]:
         declared = Declarations(python_listing(path))
         assert declared.functions == []
 

@@ -14,6 +14,7 @@ import nrp_experiments
 import pytest
 from nrp_world_mujoco import MujocoBackend
 
+from nrp_core.analysis import evaluation
 from nrp_core.analysis import network as analysis_network
 from nrp_core.analysis.network import ChildBuilder
 from nrp_core.analysis.skeleton import described, skeleton_of
@@ -147,7 +148,8 @@ def test_a_variable_may_get_its_value_first(husky: Path, body: str) -> None:
     assert found_in(husky, f"{VARIABLE}    {body}\n") == []
 
 
-def test_an_infinite_selector_is_abandoned(husky: Path) -> None:
+def test_an_infinite_selector_is_abandoned(husky: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(evaluation, "_LIMIT", 1000)
     text = (
         "N = 10000000000\n"
         "@nrp.MapSpikeSource('a', nrp.map_neurons(N, lambda i: nrp.brain.sensors[i % 5]), nrp.poisson)\n"

@@ -10,11 +10,19 @@ import pytest
 from nrp_core._support.fingerprint import fingerprint
 
 
-def test_agreement_is_reported_and_the_exit_code_is_0(nrp: Any, worlds: Path, tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Results that tests share: what one of them has run, another does not run again."""
+    return tmp_path_factory.mktemp("results") / "kept"
+
+
+def test_agreement_is_reported_and_the_exit_code_is_0(
+    nrp: Any, worlds: Path, tmp_path: Path, kept: Path
+) -> None:
     page = tmp_path / "page.html"
     done = nrp(
         "diff", worlds, "--worlds", "disc,twin", "--seeds", 7, "--jobs", 1,
-        "--results", tmp_path / "results", "--html", page,
+        "--results", kept, "--html", page,
     )  # fmt: skip
     assert done.code == 0
     assert "runs: 14 of 14" in done.err
@@ -27,10 +35,10 @@ def test_agreement_is_reported_and_the_exit_code_is_0(nrp: Any, worlds: Path, tm
     assert 'src="' not in html
 
 
-def test_differences_are_named(nrp: Any, worlds: Path, tmp_path: Path) -> None:
+def test_differences_are_named(nrp: Any, worlds: Path, kept: Path) -> None:
     done = nrp(
         "diff", worlds, "--worlds", "disc,fast", "--seeds", 3, "--jobs", 1,
-        "--results", tmp_path / "results", "--json",
+        "--results", kept, "--json",
     )  # fmt: skip
     assert done.code == 1
     told = json.loads(done.out)
@@ -49,9 +57,9 @@ def test_differences_are_named(nrp: Any, worlds: Path, tmp_path: Path) -> None:
 
 
 def test_where_seeds_make_no_difference_it_says_what_to_do_about_it(
-    nrp: Any, worlds: Path, tmp_path: Path
+    nrp: Any, worlds: Path, tmp_path: Path, kept: Path
 ) -> None:
-    page, results = tmp_path / "page.html", tmp_path / "results"
+    page, results = tmp_path / "page.html", kept
     asked = ("diff", worlds, "--worlds", "disc,fast", "--seeds", 3, "--jobs", 1, "--results", results)
     done = nrp(*asked, "--html", page)
     assert "more than" not in done.out
@@ -105,10 +113,10 @@ def test_a_backend_that_was_worked_on_is_run_again(
     assert sorted(folder.name.split("-")[1] for folder in results.glob("*-*")) == ["disc", "fast", "fast"]
 
 
-def test_a_setting_can_be_drawn_with_the_seed(nrp: Any, worlds: Path, tmp_path: Path) -> None:
+def test_a_setting_can_be_drawn_with_the_seed(nrp: Any, worlds: Path, kept: Path) -> None:
     done = nrp(
         "diff", worlds, "--worlds", "disc,twin", "--seeds", 3, "--jobs", 1,
-        "--vary", "events.red.at=0.5..1.5 s", "--results", tmp_path / "results", "--json",
+        "--vary", "events.red.at=0.5..1.5 s", "--results", kept, "--json",
     )  # fmt: skip
     told = json.loads(done.out)
     part = told["metrics"]["time_to_event"]["parts"]["arrives"]
@@ -160,19 +168,17 @@ def test_a_file_that_is_not_a_recording_is_refused(nrp: Any, worlds: Path, tmp_p
     assert "no recording: no file 'recording.mcap' is in it" in done.err
 
 
-def test_an_experiment_says_itself_what_is_drawn_with_the_seed(
-    nrp: Any, worlds: Path, tmp_path: Path
-) -> None:
+def test_an_experiment_says_itself_what_is_drawn_with_the_seed(nrp: Any, worlds: Path, kept: Path) -> None:
     varied = worlds / "varied.yaml"
     varied.write_text(
         "extends: experiment.yaml\nname: varied\ncomparison: {vary: {events.red.at: 0.5..1.5 s}}\n"
     )
     asked = ("diff", varied, "--worlds", "disc,twin", "--seeds", 3, "--jobs", 1, "--json")
-    told = json.loads(nrp(*asked, "--results", tmp_path / "results").out)
+    told = json.loads(nrp(*asked, "--results", kept).out)
     assert told["varied"] == {"events.red.at": "0.5..1.5 s"}
     part = told["metrics"]["time_to_event"]["parts"]["arrives"]
     assert len(set(part["cells"][0]["values"])) > 1
-    fixed = json.loads(nrp(*asked, "--results", tmp_path / "results", "-s", "comparison=null").out)
+    fixed = json.loads(nrp(*asked, "--results", kept, "-s", "comparison=null").out)
     assert fixed["varied"] == {}
 
 
@@ -198,8 +204,8 @@ def test_a_margin_against_seeds_is_refused_for_two_recordings(nrp: Any, pair: tu
     assert "needs many seeds" in " ".join(done.err.replace("│", " ").split())
 
 
-def test_the_exit_code_is_that_of_the_engines_on_request(nrp: Any, worlds: Path, tmp_path: Path) -> None:
-    asked = ("diff", worlds, "--seeds", 1, "--jobs", 1, "--results", tmp_path / "results")
+def test_the_exit_code_is_that_of_the_engines_on_request(nrp: Any, worlds: Path, kept: Path) -> None:
+    asked = ("diff", worlds, "--seeds", 1, "--jobs", 1, "--results", kept)
     assert nrp(*asked, "--worlds", "disc,twin").code == 1  # one seed decides nothing about the finding
     assert nrp(*asked, "--worlds", "disc,twin", "--engines").code == 0
     done = nrp(*asked, "--worlds", "disc,fast", "--engines")
@@ -207,9 +213,9 @@ def test_the_exit_code_is_that_of_the_engines_on_request(nrp: Any, worlds: Path,
     assert "The engines differ in motion (world disc -> fast, husky/velocity: " in " ".join(done.out.split())
 
 
-def test_a_margin_of_a_measure_says_what_matters(nrp: Any, worlds: Path, tmp_path: Path) -> None:
+def test_a_margin_of_a_measure_says_what_matters(nrp: Any, worlds: Path, kept: Path) -> None:
     asked = ("diff", worlds, "--worlds", "disc,fast", "--seeds", 1, "--jobs", 1, "--engines", "--json")
-    results = ("--results", tmp_path / "results")
+    results = ("--results", kept)
     first = json.loads(nrp(*asked, *results).out)["engines"]
     margins = [x for name in {key.split(": ")[1].split("/", 1)[0] for key in first["new"]}
                for x in ("--margin", f"{name}=1000")]  # fmt: skip

@@ -143,7 +143,7 @@ def verdict(folder: Path, request: ReplayRequest | None = None) -> Verdict:
         return again.verify().verdict
 
 
-@pytest.mark.parametrize("places", [8, pytest.param(60, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("places", [8, pytest.param(60, marks=pytest.mark.heavy)])
 def test_a_recording_with_a_flaw_is_never_identical(folder: Path, places: int) -> None:
     assert verdict(folder) is Verdict.IDENTICAL
     path, refused = folder / MCAP_NAME, 0

@@ -16,7 +16,7 @@ from nrp_core.recording.layout import MCAP_NAME, RUN_NAME
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.writing import writer
 
-CASES = 120
+CASES = 60
 FILES = (MCAP_NAME, RUN_NAME, "experiment.yaml", "experiment/room.sdf")
 QUICK, SLOW = ("inspect", "recover", "export"), ("plot", "replay")
 

@@ -83,9 +83,9 @@ def test_a_row_is_what_a_single_run_gives(sweep: Sweep) -> None:
 
 
 def test_the_same_table_comes_from_any_number_of_workers(sweep: Sweep) -> None:
-    for workers in (1, 3):
+    for workers in (1, 2):
         assert sweep("sweep.yaml", "--workers", workers, "--out", f"with_{workers}")[0] == 0
-    assert table("with_1") == table("with_3")
+    assert table("with_1") == table("with_2")
     assert len({row["time_to_event.arrives"] for row in table("with_1")}) > 1
 
 
@@ -232,12 +232,12 @@ def test_the_results_are_shown_as_text_data_and_figures(sweep: Sweep, here: Path
 
 
 def test_emitted_jobs_are_collected_by_the_same_command(sweep: Sweep) -> None:
-    code, out, _ = sweep("sweep.yaml", "--emit", "snakemake", "--workers", 3)
+    code, out, _ = sweep("sweep.yaml", "--emit", "snakemake", "--workers", 2)
     assert code == 0
     assert "12 runs written to sweep.sweep/Snakefile" in out
     rules = Path("sweep.sweep/Snakefile").read_text()
     shell = rules.split('shell: "')[1].split('"')[0]
-    for job in range(3):
+    for job in range(2):
         command = shell.format(input=f"jobs/{job}.jsonl", output=f"journal.{job}.jsonl")
         done = subprocess.run(command, shell=True, cwd="sweep.sweep", check=False, capture_output=True)
         assert done.returncode == 0, done.stderr
