@@ -35,6 +35,10 @@ def no_cells(backend: str, cell_type: str, population: str, valid: Iterable[str]
 
 def no_synapses(backend: str, synapse_type: str, projection: str, valid: Iterable[str]) -> CapabilityError:
     """Return the error for a synapse type that a brain backend does not have."""
+    if synapse_type == "EquationSynapse":
+        return CapabilityError(
+            f"{backend} has no synapses that are given as equations (projection '{projection}'); 'event' has"
+        )
     return _no_type(backend, f"{synapse_type} synapses (projection '{projection}')", synapse_type, valid)
 
 

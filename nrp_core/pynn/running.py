@@ -106,7 +106,8 @@ class RunningState(State):
             brain.set_weights(label, values["weight"][chosen])
 
     def weights_of(self, projection: Any) -> FloatArray:
-        plastic = projection.synapse_type.kind in PLASTIC
+        own = getattr(projection.synapse_type, "equations", None)
+        plastic = own.model.is_plastic if own is not None else projection.synapse_type.kind in PLASTIC
         if self.brain is None or not plastic or projection not in self._shares:
             return super().weights_of(projection)
         weights = np.empty(len(projection))

@@ -12,6 +12,7 @@ import numpy as np
 from nrp_brain_event.cell_types import diverged, require_variable
 from nrp_brain_event.connections import places_of
 from nrp_brain_event.engine import build_engine, changing, enlarged
+from nrp_brain_event.equations.synapses import keep_kernels
 from nrp_brain_event.handles import handle
 from nrp_brain_event.kernels import READABLE, emit, inject, read, run, set_currents, spread
 from nrp_brain_event.live import change_parameters, change_weights, weights_now
@@ -120,6 +121,7 @@ class EventBrain(Brain):
 
     def _do_restore(self, saved: Any) -> None:
         self._take(self._initial._replace(**saved))
+        keep_kernels(self._engine.short_term, self._initial.short_term)
 
     def _do_close(self) -> None:
         del self._engine, self._places, self._initial

@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from nrp_brain_event.equations.synapses import fill_share
 from nrp_brain_event.plastic_connections import load_plastic, parameter, rows_of_plastic
 from nrp_brain_event.records import JUMP, Array, ShortTerm
 from nrp_brain_event.synapse_laws import SHARES
@@ -33,7 +34,7 @@ def load_connections(network: Network, cells: Array, row_of: IntArray) -> dict[s
     pre = _presynaptic(network)
     targets = [_targets(projection, network, row_of) for projection in projections]
     dynamics, short_term = _short_term(projections, cells, targets)
-    plastic = load_plastic(projections, targets, len(cells))
+    plastic = load_plastic(network, projections, targets, len(cells))
     order = _order(network, pre)
     first = np.concatenate([[0], np.cumsum(np.bincount(pre, minlength=network.size))])
     target = _joined(plastic.targets, np.int32)[order]
@@ -130,7 +131,7 @@ def _targets(projection: Projection, network: Network, row_of: IntArray) -> Arra
 
 def _short_term(projections: Sequence[Projection], cells: Array, targets: list[Array]) -> tuple[Array, Array]:
     """Return each synapse's row in a table of states, or -1, and that table."""
-    dynamic = [projection.synapse_type in SHARES for projection in projections]
+    dynamic = [is_share(projection) for projection in projections]
     size = sum(projection.size for projection, is_so in zip(projections, dynamic, strict=True) if is_so)
     table, rows, n = np.zeros(size, ShortTerm.dtype()), [], 0
     for projection, target, is_so in zip(projections, targets, dynamic, strict=True):
@@ -140,6 +141,11 @@ def _short_term(projections: Sequence[Projection], cells: Array, targets: list[A
             fill_short_term(own, projection, cells[target >> 1], numbers_of(projection))
             n += projection.size
     return _joined(rows, np.int32), table
+
+
+def is_share(projection: Projection) -> bool:
+    """Return whether spikes arrive with a share of the weight."""
+    return projection.synapse_type in SHARES and not projection.is_plastic
 
 
 def numbers_of(projection: Projection) -> IntArray:
@@ -153,13 +159,16 @@ def fill_short_term(table: Array, projection: Projection, targets: Array, number
     Raises:
         NetworkError: a parameter is missing.
     """
-    law = LAWS[projection.synapse_type]
-    for name in law.parameters:
-        table[name] = parameter(projection, name)
-    for name, variable in law.state.items():
-        table[name] = variable.default
+    if projection.equations is not None:
+        fill_share(table, projection)
+    else:
+        law = LAWS[projection.synapse_type]
+        for name in law.parameters:
+            table[name] = parameter(projection, name)
+        for name, variable in law.state.items():
+            table[name] = variable.default
     if "law" in (table.dtype.names or ()):
-        table["law"] = list(SHARES).index(law.name)
+        table["law"] = list(SHARES).index(projection.synapse_type)
     synapse = int(projection.receptor == "inhibitory")
     table["stream"] = numbers
     table["tau_psc"] = np.where(targets["synapse"] == JUMP, 0.0, targets["tau_syn"][:, synapse])

@@ -7,10 +7,11 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from nrp_brain_event.equations.synapses import fill_plastic, rules_of
 from nrp_brain_event.records import Array, Plastic, Rule
 from nrp_brain_event.synapse_laws import RULES
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.network.data import Projection
+from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.synapses.law import SynapseLaw
 from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.errors import CapabilityError, NetworkError
@@ -32,11 +33,14 @@ class PlasticTables(NamedTuple):
     tables: dict[str, Array]
 
 
-def load_plastic(projections: Sequence[Projection], targets: Sequence[Array], n_cells: int) -> PlasticTables:
+def load_plastic(
+    network: Network, projections: Sequence[Projection], targets: Sequence[Array], n_cells: int
+) -> PlasticTables:
     """Return the tables of plastic synapses.
 
     Args:
-        projections: all projections of a network.
+        network: the network.
+        projections: all of its projections, or only the plastic ones.
         targets: the target receptors of each projection's synapses.
         n_cells: number of cells.
 
@@ -52,12 +56,15 @@ def load_plastic(projections: Sequence[Projection], targets: Sequence[Array], n_
     for k, own in zip(plastic, rows, strict=True):
         redirected[k] = ~own
         table["target"][own] = targets[k]
-        rules[own] = _rules(projections[k])
+        rules[own] = _rules(projections[k], network)
         table["weight"][own] = rules[own, _COLUMNS.index("sign")] * projections[k].weight
         table["dendritic_delay"][own] = projections[k].delay_ms * _dendritic_fraction(projections[k])
     distinct, table["rule"] = _distinct(rules)
     table["last_seen"] = -1
     table["pre_t"] = table["post_t"] = _LONG_AGO_MS
+    for k, own in zip(plastic, rows, strict=True):
+        if projections[k].equations is not None:
+            fill_plastic(table, own, projections[k])
     fan_in = np.bincount(table["target"] >> 1, minlength=n_cells)
     first = np.concatenate([[0], np.cumsum(fan_in)]) if len(table) else np.empty(0, np.int64)
     return PlasticTables(redirected, {"plastic": table, "first_plastic": first, "rules": _records(distinct)})
@@ -84,16 +91,30 @@ def parameter(projection: Projection, name: str) -> FloatArray:
     return projection.synapse_parameters[name]
 
 
-def _rules(projection: Projection) -> FloatArray:
+def _rules(projection: Projection, network: Network) -> FloatArray:
     """Return the columns of ``Rule`` for each synapse."""
+    if projection.equations is None:
+        columns, kernel = _parameters(projection)
+    else:
+        unit = network.populations[projection.post].weight_unit(projection.receptor)
+        columns, kernel = rules_of(projection, unit), projection.synapse_type
+    negative = bool((projection.weight < 0).any())
+    if negative and (projection.weight > 0).any():
+        raise NetworkError(f"projection '{projection.label}': plastic weights have one sign, not both")
+    columns["sign"], columns["law"] = 1.0 - 2.0 * negative, list(RULES).index(kernel)
+    rules = np.zeros((projection.size, len(_COLUMNS)))
+    for k, name in enumerate(_COLUMNS):
+        rules[:, k] = columns.get(name, 0.0)
+    return rules
+
+
+def _parameters(projection: Projection) -> tuple[dict[str, float | FloatArray], str]:
+    """Return the parameters of a law by their names, and the name of its kernel."""
     law = LAWS[projection.synapse_type]
     chosen = law.chosen_parts(list(projection.plasticity.values()))
     if chosen is None:
         raise CapabilityError(f"projection '{projection.label}': {_unknown_parts(projection, law)}")
     parts = dict(chosen)
-    negative = bool((projection.weight < 0).any())
-    if negative and (projection.weight > 0).any():
-        raise NetworkError(f"projection '{projection.label}': plastic weights have one sign, not both")
     columns: dict[str, float | FloatArray] = {}
     for part in parts.values():
         columns |= {name: parameter(projection, name) for name in part.parameters} | dict(part.implied)
@@ -102,12 +123,7 @@ def _rules(projection: Projection) -> FloatArray:
     columns |= {
         name: np.abs(columns[name]) for name in _LIMITS if name in columns
     }  # magnitudes, as the weight
-    columns["sign"] = 1.0 - 2.0 * negative
-    columns["law"] = next(number for number, name in enumerate(RULES) if name in (law.name, *parts))
-    rules = np.zeros((projection.size, len(_COLUMNS)))
-    for k, name in enumerate(_COLUMNS):
-        rules[:, k] = columns.get(name, 0.0)
-    return rules
+    return columns, next(name for name in RULES if name in (law.name, *parts))
 
 
 def _unknown_parts(projection: Projection, law: SynapseLaw) -> str:

@@ -8,6 +8,9 @@ kernel that draws calls :func:`nrp_brain_event.random_numbers.uniform` with the 
 
 A law whose spikes change the weight is one entry in :data:`RULES`, by its own name or by that of its part
 that sets it apart: a module with two kernels; see :mod:`nrp_brain_event.rules`.
+
+A law that is given as equations is an entry in both, since its kernel is written for it: see
+:mod:`nrp_brain_event.equations.synapse_kernels`.
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final, Protocol
 
+from nrp_core.brain.network.equations.synapse_model import SYNAPSE_TYPE
 from nrp_core.brain.network.synapses.law import SynapseLaw
 from nrp_core.brain.network.synapses.laws import LAWS, PLASTIC
 from nrp_core.brain.network.synapses.multiquantal import MULTIQUANTAL
@@ -78,11 +82,24 @@ def _spike_triplets() -> PlasticityRule:
     return spike_triplets
 
 
+def _equation_share() -> Share:
+    from nrp_brain_event.equations.synapse_kernels import strength
+
+    return strength
+
+
+def _equation_rule() -> PlasticityRule:
+    from nrp_brain_event.equations import synapse_kernels
+
+    return synapse_kernels
+
+
 SHARES: Final[Mapping[str, Callable[[], Share]]] = {
     TSODYKS_MARKRAM: _tsodyks_markram,
     SIMPLE_STOCHASTIC: _simple_stochastic,
     STOCHASTIC_TSODYKS_MARKRAM: _stochastic_tsodyks_markram,
     MULTIQUANTAL: _multiquantal,
+    SYNAPSE_TYPE: _equation_share,
 }
 """The loader of each law's kernel."""
 
@@ -90,6 +107,7 @@ RULES: Final[Mapping[str, Callable[[], PlasticityRule]]] = {
     "SpikePairRule": _spike_pairs,
     "Vogels2011Rule": _vogels,
     "PfisterSpikeTripletRule": _spike_triplets,
+    SYNAPSE_TYPE: _equation_rule,
 }
 """The loader of each rule's module."""
 
@@ -106,14 +124,21 @@ SYNAPSES: Final = frozenset(
 )
 
 
+_OWN_FIELDS: Final = (("own", "i8"), ("share", "f8"), ("free", "f8"))
+
+
 def share_fields(names: Iterable[str]) -> list[tuple[str, str]]:
-    """Return the fields of a record for all of these laws; ``law`` selects one, if there are two or more."""
-    laws = [LAWS[name] for name in names]
+    """Return the fields of a record for all of these laws; ``law`` selects one, if there are two or more.
+
+    Laws given as equations use the fields of the others, and three of their own: the kernel, the share, and
+    one that makes a record two cache lines long.
+    """
+    laws = [LAWS[name] for name in names if name in LAWS]
     # what the first law uses lies together: a record is longer than a cache line
     numbers = dict.fromkeys(["tau_psc", "t", *_parameters(laws[:1]), *_state(laws)])
     numbers |= dict.fromkeys(_parameters(laws))
     law = [("law", "i8")] if len(laws) > 1 else []
-    return [*law, *((name, "f8") for name in numbers), ("stream", "i8")]
+    return [*law, *((name, "f8") for name in numbers), ("stream", "i8"), *_OWN_FIELDS]
 
 
 def plastic_fields() -> list[tuple[str, str]]:
@@ -123,7 +148,7 @@ def plastic_fields() -> list[tuple[str, str]]:
 
 def rule_fields() -> list[tuple[str, str]]:
     """Return the fields of the parameters of all plastic laws."""
-    return [(name, "f8") for name in _parameters([LAWS[name] for name in sorted(PLASTIC)])]
+    return [*((name, "f8") for name in _parameters([LAWS[name] for name in sorted(PLASTIC)])), _OWN_FIELDS[0]]
 
 
 def _parameters(laws: Iterable[SynapseLaw]) -> dict[str, None]:

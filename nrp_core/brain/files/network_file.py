@@ -9,7 +9,8 @@ digest, so that the network read equals the network written. The layout::
         spike_times_ms, spike_counts    if any; one train after the other, and how many spikes each has
         spike_train    the train of each cell, where cells share them (version 2); else one train a cell
         positions_um    if any
-    projections/0, 1, ...    attributes label, pre, post, receptor, synapse_type; plasticity, origin as JSON
+    projections/0, 1, ...    attributes label, pre, post, receptor, synapse_type; plasticity, origin as JSON;
+                             equations (version 4) as JSON, if any
         pre_index, post_index    one a synapse
         weight, delay_ms, synapse_parameters/*    one a synapse, or one that all share
     views/0, 1, ...    attribute name
@@ -32,13 +33,16 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.files.hdf5 import array, attribute, group, library, reading
 from nrp_core.brain.network.data import Network, Origin, Population, Projection
 from nrp_core.brain.network.equations.cell import CellEquations
+from nrp_core.brain.network.equations.synapse import SynapseEquations
 from nrp_core.brain.network.limits import distinct
 from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import NetworkError
 
 SUFFIX = ".nrpnet"
 FORMAT = "nrp-network"
-VERSION = 3
+VERSION = 4
+_WITH_CELLS = 3
+"""The first version that knows cells as equations."""
 
 _CHECKED = {"fletcher32": True, "shuffle": True, "compression": "gzip", "compression_opts": 1}
 
@@ -141,6 +145,8 @@ def _write(file: Any, network: Network) -> None:
         file.attrs["version"] = max(version, int(file.attrs["version"]))
     for index, projection in enumerate(network.projections):
         _write_projection(file.create_group(f"projections/{index}"), projection)
+        if projection.equations is not None:
+            file.attrs["version"] = VERSION
     for index, (name, ids) in enumerate(network.views.items()):
         part = file.create_group(f"views/{index}")
         _describe(part, name=name)
@@ -164,7 +170,7 @@ def _write_population(part: Any, population: Population) -> int:
     if population.positions_um is not None:
         _put(part, "positions_um", population.positions_um)
     are_shared = bool(population.spike_times_ms) and _write_trains(part, population.spike_times_ms)
-    return VERSION if population.equations is not None else 2 if are_shared else 1
+    return _WITH_CELLS if population.equations is not None else 2 if are_shared else 1
 
 
 def _write_trains(part: Any, trains: Sequence[FloatArray]) -> bool:
@@ -197,12 +203,8 @@ def _read_population(part: Any) -> Population:
         spike_times_ms=trains,
         positions_um=array(part, "positions_um", float) if "positions_um" in part else None,
         hints=_json(part, "hints") if "hints" in part.attrs else {},
-        equations=_equations(part) if "equations" in part.attrs else None,
+        equations=CellEquations.from_data(_json(part, "equations")) if "equations" in part.attrs else None,
     )
-
-
-def _equations(part: Any) -> CellEquations:
-    return CellEquations.from_data(_json(part, "equations"))
 
 
 def _shared(trains: tuple[FloatArray, ...], places: IntArray) -> tuple[FloatArray, ...]:
@@ -221,6 +223,8 @@ def _write_projection(part: Any, projection: Projection) -> None:
         plasticity=json.dumps(dict(projection.plasticity)),
         origin=json.dumps(asdict(projection.origin)),
     )
+    if projection.equations is not None:
+        _describe(part, equations=json.dumps(projection.equations.data()))
     _put(part, "pre_index", projection.pre_index)
     _put(part, "post_index", projection.post_index)
     _put(part, "weight", distinct(projection.weight))
@@ -240,6 +244,7 @@ def _read_projection(part: Any) -> Projection:
         synapse_parameters=_get_all(part, "synapse_parameters", size),
         plasticity=_json(part, "plasticity"),
         origin=_origin(part),
+        equations=SynapseEquations.from_data(_json(part, "equations")) if "equations" in part.attrs else None,
     )
 
 

@@ -20,15 +20,20 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
+from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.drawing.drawn import kept, redrawn
 from nrp_core.brain.network.equations.cell import CellEquations
+from nrp_core.brain.network.equations.synapse import SynapseEquations
+from nrp_core.brain.network.equations.units import Unit, unit_of
 from nrp_core.brain.network.indices import ends_of, folded, indices_of
 from nrp_core.brain.network.limits import (
     check_cells,
     check_spike_times,
     check_synapses,
     check_values,
+    describing,
     limits_of_cells,
+    limits_of_synapses,
 )
 from nrp_core.brain.network.synapses.laws import PLASTIC
 from nrp_core.brain.network.synapses.static import STATIC
@@ -113,6 +118,13 @@ class Population:
             return self.equations.model.is_conductance_based
         return "_cond_" in self.cell_type
 
+    def weight_unit(self, receptor: str) -> Unit:
+        """Return the unit of the weights of synapses onto a receptor."""
+        if self.equations is not None:
+            return self.equations.model.receptors[receptor].unit
+        known = CELLS.get(self.cell_type)
+        return unit_of(known.weight_unit if known else "uS" if self.is_conductance_based else "nA")
+
 
 @dataclass(frozen=True)
 class Origin:
@@ -156,6 +168,8 @@ class Projection:
         synapse_parameters: the law's parameters, PyNN names and units, shape ``(n_synapses,)``.
         plasticity: PyNN's class of each part of the law, if it has parts.
         origin: how the projection was made.
+        equations: the law, if ``synapse_type`` is ``EquationSynapse``; its parameters are then in the units
+            of the equations.
     """
 
     label: str
@@ -170,6 +184,7 @@ class Projection:
     synapse_parameters: Mapping[str, FloatArray] = field(default_factory=dict)
     plasticity: Mapping[str, str] = field(default_factory=dict)
     origin: Origin = LISTED
+    equations: SynapseEquations | None = None
 
     @property
     def size(self) -> int:
@@ -179,6 +194,8 @@ class Projection:
     @property
     def is_plastic(self) -> bool:
         """Whether its weights change by themselves."""
+        if self.equations is not None:
+            return self.equations.model.is_plastic
         return self.synapse_type in PLASTIC
 
     def pairs(self) -> Iterator[tuple[IndexArray, IndexArray]]:
@@ -323,6 +340,8 @@ class Network:
             _feed(state, projection.weight, projection.delay_ms, projection.synapse_type)
             _feed(state, dict(projection.synapse_parameters), dict(projection.plasticity))
             _feed(state, asdict(projection.origin))
+            if projection.equations is not None:
+                _feed(state, projection.equations.data())
         _feed(state, dict(self.views), self.timestep_ms)
         return state.hexdigest()
 
@@ -360,7 +379,14 @@ class Network:
         check_synapses(
             where, projection.ends, {**values, **projection.synapse_parameters},
             receptor=projection.receptor, conductance_based=conductance_based, signed=conductance_based,
+            limits=limits_of_synapses(projection.equations),
         )  # fmt: skip
+        if projection.equations is not None:
+            unit = self.populations[projection.post].weight_unit(projection.receptor)
+            projection.equations.require_weight_unit(where, unit)
+            projection.equations.require_values(
+                where, describing(projection.ends), projection.synapse_parameters
+            )
 
 
 def _feed(state: hashlib.blake2b, *values: object) -> None:

@@ -80,7 +80,8 @@ class Intervention:
         if self.factor == 0.0:
             return projection.only(~synapses)
         share = np.where(synapses, self.factor, 1.0)
-        like_weights = LAWS[projection.synapse_type].in_units_of_weight
+        law = LAWS.get(projection.synapse_type)  # parameters in equations have units of their own
+        like_weights = law.in_units_of_weight if law else frozenset()
         parameters = {
             name: values * share if name in like_weights else values
             for name, values in projection.synapse_parameters.items()

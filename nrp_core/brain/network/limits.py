@@ -20,12 +20,28 @@ from nrp_core.errors import NetworkError
 OF_CELLS: Final = limits_of(
     [*(cell.parameters for cell in CELLS.values()), *(cell.state for cell in CELLS.values())]
 )
+OF_EVERY_SYNAPSE: Final = limits_of([EVERY_SYNAPSE])
 OF_SYNAPSES: Final = limits_of([EVERY_SYNAPSE, *(law.parameters for law in LAWS.values())])
 
 
 def limits_of_cells(equations: object | None) -> Mapping[str, Limit]:
     """Return the limits of the values of cells; in equations names have other meanings than in PyNN."""
     return OF_CELLS if equations is None else {}
+
+
+def limits_of_synapses(equations: object | None) -> Mapping[str, Limit]:
+    """Return the limits of the values of synapses; in equations names have other meanings than in PyNN."""
+    return OF_SYNAPSES if equations is None else OF_EVERY_SYNAPSE
+
+
+def describing(ends: Callable[[int], tuple[int, int]]) -> Callable[[int], str]:
+    """Return a function that describes the synapse at an index, by the cells that it connects."""
+
+    def item(synapse: int) -> str:
+        pre, post = ends(synapse)
+        return f"synapse {synapse} ({pre} -> {post})"
+
+    return item
 
 
 def check_values(
@@ -90,7 +106,7 @@ def _check_dead_time(owner: str, rate_hz: FloatArray, dead_ms: FloatArray) -> No
 
 def check_synapses(
     owner: str, ends: Callable[[int], tuple[int, int]], values: Mapping[str, FloatArray],
-    *, receptor: str, conductance_based: bool, signed: bool,
+    *, receptor: str, conductance_based: bool, signed: bool, limits: Mapping[str, Limit] = OF_SYNAPSES,
 ) -> None:  # fmt: skip
     """Check the values of synapses as :func:`check_values` does, their limits and the sign of their weights.
 
@@ -104,30 +120,27 @@ def check_synapses(
         receptor: ``excitatory`` or ``inhibitory``.
         conductance_based: whether weights are conductances.
         signed: whether to check the sign.
+        limits: the valid values by name.
 
     Raises:
         NetworkError: a value is invalid, exceeds its limit, or has the wrong sign.
     """
     try:  # the extremes of values that are drawn again say whether all are valid, but not which is not
         seen = {name: extremes(array) for name, array in values.items()}
-        _check_synapses(owner, ends, seen, receptor, conductance_based, signed)
+        _check_synapses(owner, describing(ends), seen, receptor, conductance_based, signed, limits)
     except NetworkError:
         if not any(isinstance(array, Drawn) for array in values.values()):
             raise
         every = {name: whole(array) for name, array in values.items()}
-        _check_synapses(owner, ends, every, receptor, conductance_based, signed)
+        _check_synapses(owner, describing(ends), every, receptor, conductance_based, signed, limits)
 
 
 def _check_synapses(
-    owner: str, ends: Callable[[int], tuple[int, int]], values: Mapping[str, FloatArray],
-    receptor: str, conductance_based: bool, signed: bool,
+    owner: str, item: Callable[[int], str], values: Mapping[str, FloatArray],
+    receptor: str, conductance_based: bool, signed: bool, limits: Mapping[str, Limit],
 ) -> None:  # fmt: skip
-    def item(synapse: int) -> str:
-        pre, post = ends(synapse)
-        return f"synapse {synapse} ({pre} -> {post})"
-
-    check_values(owner, values, item, limits=OF_SYNAPSES)
-    if {"w_min", "w_max"} <= values.keys():
+    check_values(owner, values, item, limits=limits)
+    if {"w_min", "w_max"} <= values.keys() & limits.keys():
         least, most = (np.abs(values[name]) for name in ("w_min", "w_max"))  # limits are magnitudes
         wrong = np.flatnonzero(least > most)
         if wrong.size:

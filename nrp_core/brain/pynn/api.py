@@ -20,6 +20,7 @@ from nrp_core.brain.nir.save import save_nir
 from nrp_core.brain.pynn import electrodes, models, populations, projections, rng, synapses
 from nrp_core.brain.pynn.connectors import connector_types
 from nrp_core.brain.pynn.equation_cells import equation_cell
+from nrp_core.brain.pynn.equation_synapses import equation_synapse
 from nrp_core.brain.pynn.export import network_of
 from nrp_core.brain.pynn.invalid import PastTimeError, WrongKindError
 from nrp_core.brain.pynn.nestml import nestml_cell
@@ -54,8 +55,9 @@ def programming_interface(
     """Return a module with every name of a PyNN simulator.
 
     Not part of PyNN: ``network()`` returns a :class:`~nrp_core.brain.network.data.Network`, ``parameter``
-    declares a :class:`~nrp_core.parameters.Parameter`, ``EquationCell`` makes a cell type of equations,
-    ``nestml_cell`` one of a file of NESTML, ``load_nir`` reads a trained network and ``save_nir`` writes one.
+    declares a :class:`~nrp_core.parameters.Parameter`, ``EquationCell`` and ``EquationSynapse`` make types of
+    equations, ``nestml_cell`` one of a file of NESTML, ``load_nir`` reads a trained network and ``save_nir``
+    writes one.
 
     Args:
         simulator: the simulator that the module belongs to.
@@ -69,6 +71,7 @@ def programming_interface(
         **models.cell_types(),
         **models.rule_parts(),
         "EquationCell": equation_cell,
+        "EquationSynapse": equation_synapse,
         "nestml_cell": nestml_cell,
         **models.unavailable_models(),
         **{unbound.__name__: unbound for unbound in _UNBOUND},

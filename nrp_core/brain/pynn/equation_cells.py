@@ -14,9 +14,9 @@ from nrp_core.brain.network.cells.cell_type import CellType
 from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.equations.expressions import TextOrigin
 from nrp_core.brain.network.equations.model import CELL_TYPE, INPUT
-from nrp_core.brain.network.equations.units import Unit, quantity
 from nrp_core.brain.network.parameters import Parameter
 from nrp_core.brain.pynn.models import beyond_pynn, checked
+from nrp_core.brain.pynn.quantities import require_texts, value_with_unit
 from nrp_core.errors import NetworkError, did_you_mean
 
 _NOTHING: Final[Mapping[str, Any]] = MappingProxyType({})
@@ -61,27 +61,11 @@ def equation_cell(
     Raises:
         NetworkError: the texts do not fit together; the message names the line.
     """
-    for argument in unknown:
-        valid = (
-            "equations",
-            "threshold",
-            "reset",
-            "refractory",
-            "parameters",
-            "initial",
-            "receptors",
-            "method",
-        )
-        hint = did_you_mean(argument, valid)
-        raise NetworkError(
-            f"EquationCell has no argument '{argument}'{hint}; parameters are given as "
-            f"parameters={{'{argument}': '20 ms'}}"
-        )
     texts = {"equations": equations, "threshold": threshold, "reset": reset, "refractory": refractory}
-    for what, text in texts.items():
-        if not isinstance(text, str):
-            raise NetworkError(f"EquationCell: {what} is a text, e.g. {_EXAMPLES[what]!r}, not {text!r}")
-    defaults = {key: _quantity("parameters", key, value) for key, value in parameters.items()}
+    require_texts(CELL_TYPE, {**texts}, _EXAMPLES, unknown)
+    defaults = {
+        key: value_with_unit("parameters", key, value, CELL_TYPE) for key, value in parameters.items()
+    }
     units = {key: unit.text for key, (_, unit) in defaults.items()}
     cell = CellEquations(**texts, receptors=dict(receptors), units=units, method=method)
     state = {key: Parameter(0.0, variable.unit.text) for key, variable in cell.model.variables.items()}
@@ -116,19 +100,6 @@ def _bound(kind: CellType, cell: CellEquations) -> type:
     return checked(type(kind.name, (base,), {"__doc__": kind.summary, **body}))
 
 
-def _quantity(where: str, name: str, value: Any) -> tuple[float, Unit]:
-    """Return a number and its unit, from a text or a plain number."""
-    place = TextOrigin(where, f"{name}: {value}")
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (str, int, float, np.number)):
-        place.refuse(
-            "its default is a number with a unit, e.g. '20 ms'; values of each cell go to the cell type"
-        )
-    try:
-        return quantity(str(value))
-    except ValueError as error:
-        place.refuse(str(error))
-
-
 def _initial(cell: CellEquations, name: str, value: Any) -> Parameter:
     """Return a state variable with an initial value, in its unit."""
     if name not in cell.model.variables:
@@ -136,7 +107,7 @@ def _initial(cell: CellEquations, name: str, value: Any) -> Parameter:
             f"EquationCell: initial has no state variable '{name}'{did_you_mean(name, cell.model.variables)}"
         )
     unit = cell.model.variables[name].unit
-    number, given = _quantity("initial", name, value)
+    number, given = value_with_unit("initial", name, value, CELL_TYPE)
     if given.dimension != unit.dimension and number != 0.0:
         TextOrigin("initial", f"{name}: {value}").refuse(f"'{name}' is in {unit.text}")
     return Parameter(number * given.scale / unit.scale, unit.text)

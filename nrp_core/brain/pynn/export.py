@@ -107,6 +107,7 @@ def _parts(projection: Projection, name: str, labels: Mapping[Population, str]) 
             synapse_parameters=values,
             plasticity=projection.synapse_type.plasticity,
             origin=_origin(projection),
+            equations=getattr(projection.synapse_type, "equations", None),
         )
 
 

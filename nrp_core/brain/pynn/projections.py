@@ -18,7 +18,7 @@ from pyNN.space import Space
 from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core.brain.network.drawing.drawn import Columns
 from nrp_core.brain.network.indices import ends_of, folded, indices_of
-from nrp_core.brain.network.limits import check_synapses
+from nrp_core.brain.network.limits import check_synapses, limits_of_synapses
 from nrp_core.brain.pynn.arguments import require_kind, require_names, require_shape
 from nrp_core.brain.pynn.invalid import InvalidSynapseError, UnknownSynapseError, computing, raising
 from nrp_core.brain.pynn.populations import parts_of, require_existing
@@ -254,6 +254,7 @@ class Projection(common.Projection):
             check_synapses(
                 self._name, self.ends, values, receptor=self.receptor_type,
                 conductance_based=conductance_based, signed=signed,
+                limits=limits_of_synapses(getattr(self.synapse_type, "equations", None)),
             )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_brain_event.cell_types import TIME_CONSTANTS, diverged, require_variable
+from nrp_brain_event.equations.synapses import keep_kernels
 from nrp_brain_event.grid.advance import set_currents
 from nrp_brain_event.grid.arrivals import Arrivals
 from nrp_brain_event.grid.equations.blocks import places_of, require_input, require_receptor
@@ -239,6 +240,7 @@ class GridBrain(Brain):
             self._give(given)
         self._given = given
         self._take(handle(self._grid._replace(**arrays)))
+        keep_kernels(self._grid.short_term, self._initial.short_term)
 
     def _do_close(self) -> None:
         if self._threads:

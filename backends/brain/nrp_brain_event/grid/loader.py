@@ -90,7 +90,7 @@ def labels_from(network: Network, populations: frozenset[str]) -> frozenset[str]
 def _load_plastic(network: Network, row_of: IntArray, times: TimeGrid, n_rows: int) -> dict[str, Array]:
     plastic, targets = targets_of_plastic(network, row_of)
     on_grid = [replace(p, delay_ms=times.time_ms(times.delays(p.delay_ms))) for p in plastic]
-    tables = load_plastic(on_grid, targets, n_rows).tables
+    tables = load_plastic(network, on_grid, targets, n_rows).tables
     memories = np.zeros(n_rows if len(tables["plastic"]) else 0, Memory.dtype())
     memories["first_stored"] = memories["last_stored"] = -1
     pool, stored = np.zeros(1, Pool.dtype()), np.zeros(max(2 * len(memories), 1), Event.dtype())

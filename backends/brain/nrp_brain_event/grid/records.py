@@ -81,7 +81,7 @@ class Block(Record):
     """A population whose cells are given as equations; see :mod:`nrp_brain_event.grid.equations`."""
 
     code: int
-    """Its kernel, see :func:`~nrp_brain_event.grid.equations.kernels.call`."""
+    """Its kernel, see :func:`~nrp_brain_event.equations.compiled.call`."""
     first: int
     last: int
     """Its rows."""

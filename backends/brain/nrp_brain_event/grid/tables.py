@@ -13,13 +13,12 @@ from typing import Final
 
 import numpy as np
 
-from nrp_brain_event.connections import delay_range, fill_short_term, numbers_of
+from nrp_brain_event.connections import delay_range, fill_short_term, is_share, numbers_of
 from nrp_brain_event.grid import sorting
 from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, Table
 from nrp_brain_event.grid.runs import line_of
 from nrp_brain_event.plastic_connections import rows_of_plastic
 from nrp_brain_event.records import Array, ShortTerm
-from nrp_brain_event.synapse_laws import SHARES
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.drawing.drawn import extremes, kept
@@ -160,7 +159,7 @@ def _parts(
     targets = cells[post_first : post_first + network.populations[projection.post].size]
     line = line_of(targets[0], int(projection.receptor == "inhibitory"))
     weight, dynamic, dynamics = common(extremes(kept(projection, "weight"))), 0, None
-    if projection.synapse_type in SHARES or projection.is_plastic:  # in the order of the table
+    if is_share(projection) or projection.is_plastic:  # in the order of the table
         steps = grid.delays(projection.delay_ms)
         order = np.lexsort((projection.post_index, steps, projection.pre_index))
         numbers = numbers_of(projection)[order]

@@ -3,27 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, ClassVar
 
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.equations.expressions import names_in
-from nrp_core.brain.network.equations.model import Model, Texts
+from nrp_core.brain.network.equations.model import CELL_TYPE, Model, Texts
 from nrp_core.brain.network.equations.reading import read
+from nrp_core.brain.network.equations.texts import Kept
 from nrp_core.brain.network.equations.values import value_of
 from nrp_core.errors import NetworkError, did_you_mean
 
 
 @dataclass(frozen=True)
-class CellEquations(Texts):
+class CellEquations(Kept, Texts):
     """The texts of a cell, which fit together.
 
     Raises:
         NetworkError: a text contradicts itself or another; the message names its line.
     """
+
+    KIND: ClassVar[str] = CELL_TYPE
 
     def __post_init__(self) -> None:
         _ = self.model
@@ -32,22 +35,6 @@ class CellEquations(Texts):
     def model(self) -> Model:
         """What the texts mean."""
         return read(self)
-
-    def data(self) -> dict[str, Any]:
-        """Return the texts as plain data."""
-        return asdict(self)
-
-    @classmethod
-    def from_data(cls, data: Mapping[str, Any]) -> Self:
-        """Return the cell of texts as plain data.
-
-        Raises:
-            NetworkError: the texts do not fit together, or are not those of a cell.
-        """
-        try:
-            return cls(**data)
-        except TypeError as error:
-            raise NetworkError(f"these are not the texts of an EquationCell: {error}") from None
 
     def require_values(
         self, owner: str, parameters: Mapping[str, FloatArray], states: Mapping[str, FloatArray]

@@ -21,7 +21,7 @@ FUNCTIONS: Final = {
 CONSTANTS: Final = {"pi": pi, "e": e, "inf": inf, "True": True, "False": False}
 TIME: Final = "t"
 WEIGHT: Final = "weight"
-"""The weight of an arriving spike, in the effect of a receptor."""
+"""The weight of an arriving spike in the effect of a receptor, and that of a synapse in its statements."""
 RESERVED: Final = frozenset({*FUNCTIONS, *CONSTANTS, TIME, WEIGHT, "dt", "xi"})
 _NOISE: Final = frozenset({"xi", "rand", "randn", "poisson"})
 
@@ -40,11 +40,13 @@ class TextOrigin:
         where: what it belongs to, e.g. ``equations``.
         text: the text.
         line: its first line, from 1; 0 if it has only one.
+        kind: what is given as equations, by its name in scripts.
     """
 
     where: str
     text: str
     line: int = 0
+    kind: str = "EquationCell"
 
     def refuse(self, problem: str) -> NoReturn:
         """Raise the error for a mistake here.
@@ -53,7 +55,7 @@ class TextOrigin:
             NetworkError: always.
         """
         line = f", line {self.line}" if self.line else ""
-        raise NetworkError(f"EquationCell: {self.where}{line}, '{' '.join(self.text.split())}': {problem}")
+        raise NetworkError(f"{self.kind}: {self.where}{line}, '{' '.join(self.text.split())}': {problem}")
 
 
 def require_ascii(place: TextOrigin) -> None:
@@ -107,7 +109,7 @@ def require_known(node: ast.expr, known: Mapping[str, object], place: TextOrigin
         if name in _NOISE:
             place.refuse(f"'{name}' is random; noise comes from sources and devices, not from equations")
         if name == WEIGHT:
-            place.refuse("'weight' is that of a spike, and only known in the effect of a receptor")
+            place.refuse("'weight' is only known where a spike acts")
         if name == "dt":
             place.refuse("'dt' is not known in equations, which do not depend on the step")
         if name in FUNCTIONS:

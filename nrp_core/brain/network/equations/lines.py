@@ -15,7 +15,10 @@ _NAME: Final = re.compile(r"\w+")
 _BEGINS: Final = re.compile(r"\s*(d\s*\w+\s*/\s*dt\s*=|\w+\s*=(?!=)|\w+\s*:)")
 _UNIT: Final = re.compile(r"([^()#]*?)\s*(?:\(([^()]*)\))?\s*\Z")
 _HELD: Final = "unless refractory"
-_FLAGS: Final = {True: (_HELD,), False: ("constant", "shared")}
+OF_CELLS: Final = (_HELD,)
+"""The flags of state variables of cells."""
+OF_SYNAPSES: Final = ("event-driven",)
+_OTHERS: Final = ("constant", "shared")
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +42,13 @@ class Line:
     held: bool = False
 
 
-def lines_of(text: str) -> list[Line]:
+def lines_of(text: str, kind: str, flags: tuple[str, ...]) -> list[Line]:
     """Return the equations in a text; the first line that is not empty is line 1.
+
+    Args:
+        text: the text.
+        kind: what it describes, by its name in scripts.
+        flags: the valid flags of state variables.
 
     Raises:
         NetworkError: a line is not an equation with a unit.
@@ -52,14 +60,14 @@ def lines_of(text: str) -> list[Line]:
         if not row.strip():
             continue
         if pending and _BEGINS.match(row):
-            _refuse_without_unit(TextOrigin("equations", pending, begun))
+            _refuse_without_unit(TextOrigin("equations", pending, begun, kind))
         begun = begun if pending else number
         pending = f"{pending} {row.strip()}".strip()
         if ":" in pending:
-            found.append(_line(pending, TextOrigin("equations", pending, begun)))
+            found.append(_line(pending, TextOrigin("equations", pending, begun, kind), flags))
             pending = ""
     if pending:
-        _refuse_without_unit(TextOrigin("equations", pending, begun))
+        _refuse_without_unit(TextOrigin("equations", pending, begun, kind))
     return found
 
 
@@ -68,7 +76,7 @@ def _refuse_without_unit(place: TextOrigin) -> None:
     place.refuse("its unit is missing at the end, e.g. ': mV', or ': 1' for a number without a unit")
 
 
-def _line(text: str, place: TextOrigin) -> Line:
+def _line(text: str, place: TextOrigin, of_variables: tuple[str, ...]) -> Line:
     require_ascii(place)
     left, _, right = text.partition(":")
     left = left.strip()
@@ -76,19 +84,18 @@ def _line(text: str, place: TextOrigin) -> Line:
     matched = derivative or definition
     if matched is None and not _NAME.fullmatch(left):
         place.refuse("it is not an equation, e.g. 'dv/dt = (v_rest - v)/tau : mV' or 'I = ge + gi : nA'")
-    unit, flags = _unit(right, place, is_derivative=derivative is not None)
+    unit, flags = _unit(right, place, of_variables if derivative is not None else _OTHERS)
     if matched is None:
         return Line(left, unit, place)
     name, expression = matched.groups()
     return Line(name, unit, place, expression, derivative is not None, _HELD in flags)
 
 
-def _unit(text: str, place: TextOrigin, *, is_derivative: bool) -> tuple[Unit, list[str]]:
+def _unit(text: str, place: TextOrigin, valid: tuple[str, ...]) -> tuple[Unit, list[str]]:
     match = _UNIT.fullmatch(text.strip())
     if match is None:
         place.refuse(f"'{text.strip()}' is not a unit, and flags in parentheses")
     written, flags = match.group(1), [one.strip() for one in (match.group(2) or "").split(",") if one.strip()]
-    valid = _FLAGS[is_derivative]
     for flag in flags:
         if flag not in valid:
             place.refuse(f"the flag '{flag}' has no meaning here; valid: {', '.join(valid)}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from nrp_brain_event.grid.equations.kernels import call
+from nrp_brain_event.equations.compiled import call
 from nrp_brain_event.grid.records import Grid, GridClock, Run
 from nrp_core._support.jit import jit
 

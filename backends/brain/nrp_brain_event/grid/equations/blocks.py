@@ -8,8 +8,8 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_brain_event.cells import NANO
-from nrp_brain_event.grid.equations.kernels import kernel_of
-from nrp_brain_event.grid.equations.source import hidden
+from nrp_brain_event.equations.compiled import compiled
+from nrp_brain_event.grid.equations.source import ARGUMENTS, hidden, kernel_source
 from nrp_brain_event.grid.records import Block, Grid
 from nrp_brain_event.records import Array
 from nrp_core._support.arrays import FloatArray, IntArray
@@ -31,7 +31,7 @@ def load_blocks(network: Network, row_of: IntArray, step_ms: float) -> dict[str,
     blocks = np.zeros(len(owners), Block.dtype())
     values, constants = [np.empty(0)], [np.empty(0)]
     for block, (population, cell) in zip(blocks, owners, strict=True):
-        block["code"] = kernel_of(cell.model)
+        block["code"] = compiled(kernel_source(cell.model), "advance", ARGUMENTS)
         block["first"] = row_of[network.offsets[population.label]]
         block["last"] = block["first"] + population.size
         block["value"], block["constant"] = sum(map(len, values)), sum(map(len, constants))

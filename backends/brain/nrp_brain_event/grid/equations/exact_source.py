@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from nrp_brain_event.grid.equations.expressions import PARAMETER, STATE, needed, source_of
+from nrp_brain_event.equations.expressions import PARAMETER, STATE, needed, source_of
 from nrp_core.brain.network.equations.linear import ONE
 from nrp_core.brain.network.equations.model import INPUT, Model
 from nrp_core.brain.network.equations.propagators import columns_of, pattern

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Final
 
+from nrp_brain_event.equations.expressions import PARAMETER, STATE, needed, source_of
 from nrp_brain_event.grid.equations.exact_source import reset
-from nrp_brain_event.grid.equations.expressions import PARAMETER, STATE, needed, source_of
 from nrp_brain_event.runge_kutta import ERROR, NODES, STAGES, WEIGHTS
 from nrp_core.brain.network.equations.model import Model, Variable
 from nrp_core.brain.network.equations.units import AMPERE, NONE, SECOND, SIEMENS, VOLT

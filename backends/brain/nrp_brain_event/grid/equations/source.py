@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from textwrap import indent
 from typing import Final
 
+from nrp_brain_event.equations.expressions import IMPORTS, PARAMETER, STATE, needed, source_of
 from nrp_brain_event.grid.equations import exact_source, runge_kutta_source
-from nrp_brain_event.grid.equations.expressions import PARAMETER, STATE, needed, source_of
 from nrp_brain_event.grid.records import X
 from nrp_core.brain.network.equations.model import EXACT, INPUT, Model
 
@@ -24,15 +24,7 @@ ARGUMENTS: Final = (
 )  # fmt: skip
 """The arguments of a kernel, and their types for :func:`nrp_core._support.jit.c_function`."""
 _RECEPTORS: Final = ("excitatory", "inhibitory")
-_HEAD: Final = '''"""Advances cells that a user gave as equations; written by nrp_brain_event."""
-
-from math import (
-    acos, asin, atan, ceil, cos, cosh, exp, expm1, floor, inf, log, log1p, log10, sin, sinh, sqrt, tan, tanh
-)
-
-from nrp_brain_event.grid.equations.functions import exprel, sign
-from nrp_core._support.jit import jit
-'''
+_HEAD: Final = f'"""Advances cells that a user gave as equations; written by nrp_brain_event."""\n{IMPORTS}'
 
 
 def hidden(model: Model) -> Sequence[str]:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from math import expm1
 
-from nrp_core._support.jit import inlined
+from nrp_core._support.jit import inlined, jit
+from nrp_core.brain.network import filters
+
+driven = jit(filters.driven)
 
 
 @inlined

@@ -6,27 +6,38 @@ import ast
 from collections.abc import Iterable, Iterator
 from typing import Final
 
-from nrp_core.brain.network.equations.expressions import TIME, names_in
+from nrp_core.brain.network.equations.expressions import TIME, WEIGHT, names_in
 from nrp_core.brain.network.equations.model import Model
+from nrp_core.brain.network.equations.synapse_model import SHARE, SynapseModel
 
 STATE: Final = "x_"
 DEFINITION: Final = "d_"
 PARAMETER: Final = "p_"
+IMPORTS: Final = """
+from math import (
+    acos, asin, atan, ceil, cos, cosh, exp, expm1, floor, inf, log, log1p, log10, sin, sinh, sqrt, tan, tanh
+)
+
+from nrp_brain_event.equations.functions import driven, exprel, sign
+from nrp_core._support.jit import jit
+"""
+"""The names in the source of a kernel."""
+_UNCHANGED: Final = frozenset({TIME, WEIGHT})
 _OTHER_NAMES: Final = {"arcsin": "asin", "arccos": "acos", "arctan": "atan"}
 
 
-def source_of(node: ast.expr, model: Model, state: str = STATE) -> str:
+def source_of(node: ast.expr, model: Model | SynapseModel, state: str = STATE) -> str:
     """Return the source of an expression.
 
     Args:
         node: the expression.
-        model: the cell.
+        model: the cell or synapse.
         state: what the names of state variables begin with.
     """
     return ast.unparse(ast.fix_missing_locations(_Renamed(model, state).visit(ast.parse(ast.unparse(node)))))
 
 
-def needed(nodes: Iterable[ast.expr], model: Model, state: str = STATE) -> Iterator[str]:
+def needed(nodes: Iterable[ast.expr], model: Model | SynapseModel, state: str = STATE) -> Iterator[str]:
     """Yield the assignments of the definitions that expressions need, in order."""
     wanted: set[str] = set()
     waiting = list(nodes)
@@ -41,11 +52,11 @@ def needed(nodes: Iterable[ast.expr], model: Model, state: str = STATE) -> Itera
 
 
 class _Renamed(ast.NodeTransformer):
-    def __init__(self, model: Model, state: str) -> None:
+    def __init__(self, model: Model | SynapseModel, state: str) -> None:
         self._model, self._state = model, state
 
     def visit_Name(self, node: ast.Name) -> ast.Name:
-        if node.id == TIME:
+        if node.id in _UNCHANGED or (node.id == SHARE and isinstance(self._model, SynapseModel)):
             return node
         kinds = {self._state: self._model.variables, DEFINITION: self._model.definitions}
         prefix = next((prefix for prefix, names in kinds.items() if node.id in names), PARAMETER)

@@ -1,7 +1,8 @@
 """Compiles kernels, and calls them by their address from compiled code.
 
-The grid is compiled once for all cells; a kernel is compiled for its own equations, once on a machine. So
-a new equation costs the compilation of one small function, and the grid calls it through a pointer.
+The engine is compiled once for all cells and synapses; a kernel is compiled for its own equations, once on a
+machine. So a new equation costs the compilation of one small function, and the engine calls it through a
+pointer.
 """
 
 from __future__ import annotations
@@ -15,34 +16,36 @@ from pathlib import Path
 from tempfile import NamedTemporaryFile, mkdtemp
 from typing import Any, Final
 
-from nrp_brain_event.grid.equations.source import ARGUMENTS, kernel_source
 from nrp_core._support.jit import COMPILED, cache_folder
-from nrp_core.brain.network.equations.model import Model
 
+Arguments = tuple[tuple[str, str], ...]
+"""Names of arguments, and their types for :func:`nrp_core._support.jit.c_function`."""
 _kept: Final[list[Any]] = []
 """The kernels in this process, which must stay in memory."""
 
 
-def kernel_of(model: Model) -> int:
-    """Return what :func:`call` needs to call the kernel of a cell; its address, if code is compiled."""
-    return _loaded(kernel_source(model))
-
-
 @cache
-def _loaded(source: str) -> int:
-    advance = _imported(source + _entry())
+def compiled(source: str, name: str, arguments: Arguments) -> int:
+    """Return what :func:`call` needs to call a function; its address, if code is compiled.
+
+    Args:
+        source: the module of the function.
+        name: the name of the function, which returns an integer.
+        arguments: its arguments.
+    """
+    kernel = _imported(source + _entry(name, arguments), name)
     if not COMPILED:
-        _kept.append(advance)
+        _kept.append(kernel)
         return len(_kept) - 1
     from nrp_core._support.jit import c_function
 
-    kernel = c_function(advance, "int64", tuple(kind for _, kind in ARGUMENTS))
+    kernel = c_function(kernel, "int64", tuple(kind for _, kind in arguments))
     _kept.append(kernel)
     return int(kernel.address)
 
 
-def _imported(source: str) -> Callable[..., int]:
-    """Return the kernel of a module, which is kept as a file because Numba keeps code by files."""
+def _imported(source: str, function: str) -> Callable[..., int]:
+    """Return the function of a module, which is kept as a file because Numba keeps code by files."""
     name = f"nrp_brain_event_equations_{hashlib.blake2b(source.encode(), digest_size=12).hexdigest()}"
     specification = importlib.util.spec_from_file_location(name, _written(source, name))
     assert specification is not None
@@ -50,7 +53,7 @@ def _imported(source: str) -> Callable[..., int]:
     module = importlib.util.module_from_spec(specification)
     sys.modules[name] = module  # Numba restores compiled code by the name of its module
     specification.loader.exec_module(module)
-    entry: Callable[..., int] = module.entry if COMPILED else module.advance
+    entry: Callable[..., int] = getattr(module, "entry" if COMPILED else function)
     return entry
 
 
@@ -68,15 +71,15 @@ def _written(source: str, name: str) -> Path:
     return path
 
 
-def _entry() -> str:
+def _entry(function: str, arguments: Arguments) -> str:
     """Return the source of the function that is called from outside, with pointers instead of arrays."""
     if not COMPILED:
         return ""
-    names = [name for name, _ in ARGUMENTS]
-    passed = [f"carray({name}, 1)" if kind.startswith("*") else name for name, kind in ARGUMENTS]
+    names = [name for name, _ in arguments]
+    passed = [f"carray({name}, 1)" if kind.startswith("*") else name for name, kind in arguments]
     return (
         f"\n\nfrom numba import carray\n\n\ndef entry({', '.join(names)}):\n"
-        f"    return advance({', '.join(passed)})\n"
+        f"    return {function}({', '.join(passed)})\n"
     )
 
 
@@ -88,7 +91,7 @@ if COMPILED:
 
     @intrinsic  # type: ignore[untyped-decorator]
     def call(_typing: Any, code: Any, arguments: Any) -> Any:
-        """Call a kernel with the elements of a tuple, and return its result; arrays become pointers."""
+        """Call a kernel with the elements of a tuple; arrays and records become pointers."""
 
         def generate(context: Any, builder: Any, _signature: Any, given: Any) -> Any:
             values = []
