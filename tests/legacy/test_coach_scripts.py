@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import runpy
 import subprocess
 import sys
 from collections.abc import Callable
@@ -11,8 +12,9 @@ from pathlib import Path
 import pytest
 from nrp_experiments import braitenberg_husky
 
+from nrp_core.cli import app
+
 SCRIPTS = Path(__file__).with_name("coach_scripts")
-BIN = Path(sys.executable).parent
 
 Ran = Callable[..., str]
 
@@ -44,10 +46,24 @@ def ran(corpus: Path, tmp_path: Path) -> Ran:
     return run
 
 
+@pytest.fixture
+def nrp_run(corpus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Runs an experiment by ``nrp run``, in this process and in an empty folder."""
+
+    def run(*arguments: str | Path) -> None:
+        assert app.run_app(["run", *map(str, arguments)]) == 0
+
+    monkeypatch.setenv("NRP_MODELS", str(corpus / "models"))
+    monkeypatch.chdir(tmp_path)
+    return run
+
+
 @pytest.mark.slow
-def test_a_status_callback_ends_a_trial_at_its_second(ran: Ran, corpus: Path, tmp_path: Path) -> None:
+def test_a_status_callback_ends_a_trial_at_its_second(
+    ran: Ran, nrp_run: Callable[..., None], corpus: Path, tmp_path: Path
+) -> None:
     experiment = corpus / "p3dx_2018"
-    ran(BIN / "nrp", "run", experiment, "--allow-incomplete", "--until", "1s", "-s", "duration=2 s")
+    nrp_run(experiment, "--allow-incomplete", "--until", "1s", "-s", "duration=2 s")
     expected = (experiment / "csv" / "spikes.csv").read_text()
     assert expected.count("\n") > 100
     said = ran(sys.executable, SCRIPTS / "trial.py", tmp_path, NRP_SET="duration=2s")
@@ -56,9 +72,26 @@ def test_a_status_callback_ends_a_trial_at_its_second(ran: Ran, corpus: Path, tm
     assert (experiment / "csv" / "run_0" / "spikes.csv").read_text() == expected
 
 
-@pytest.mark.slow
-def test_generations_edit_functions_and_reset(ran: Ran) -> None:
-    said = ran(sys.executable, SCRIPTS / "generations.py", NRP_SET="duration=60s", NRP_PACE="realtime")
+@pytest.fixture
+def ran_here(
+    corpus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Ran:
+    """Runs a script in this process, which starts sooner, and returns its output."""
+
+    def run(script: str, **variables: str) -> str:
+        folders = {"NRP_EXPERIMENTS": str(corpus), "NRP_MODELS": str(corpus / "models"), "NRP_PACE": "max"}
+        for name, value in {**folders, **variables}.items():
+            monkeypatch.setenv(name, value)
+        monkeypatch.chdir(tmp_path)
+        capsys.readouterr()
+        runpy.run_path(str(SCRIPTS / script), run_name="__main__")
+        return capsys.readouterr().out
+
+    return run
+
+
+def test_generations_edit_functions_and_reset(ran_here: Ran) -> None:
+    said = ran_here("generations.py", NRP_SET="duration=60s", NRP_PACE="realtime")
     generations = [[float(word) for word in line.split()] for line in said.splitlines()]
     assert [gain for gain, _, _ in generations] == [0.25, 0.5]
     for gain, time, speed in generations:
@@ -66,17 +99,18 @@ def test_generations_edit_functions_and_reset(ran: Ran) -> None:
         assert speed == pytest.approx(gain * time)  # of this step: what was added runs last
 
 
-@pytest.mark.slow
-def test_an_installed_experiment_runs_with_a_function_more(ran: Ran, tmp_path: Path) -> None:
+def test_an_installed_experiment_runs_with_a_function_more(
+    ran_here: Ran, nrp_run: Callable[..., None], tmp_path: Path
+) -> None:
     (tmp_path / "spikes.py").write_text(SPIKES)
     small = "duration=1s world.options.image_scale=0.25"
-    said = ran(sys.executable, SCRIPTS / "shipped.py", NRP_SET=small)
+    said = ran_here("shipped.py", NRP_SET=small)
     folder = Path(str(braitenberg_husky.__file__)).parent
     files = f"{folder}/listing1.py, {folder}/listing2.py, spikes.py"
     (tmp_path / "twin.yaml").write_text(
         f"{{extends: braitenberg_husky/no_red, transfer_functions: [{files}]}}"
     )
-    ran(BIN / "nrp", "run", tmp_path / "twin.yaml", *(part for one in small.split() for part in ("-s", one)))
+    nrp_run(tmp_path / "twin.yaml", *(part for one in small.split() for part in ("-s", one)))
     assert said == (tmp_path / "csv" / "all_spikes.csv").read_text()
     assert said.count("\n") > 10
 
