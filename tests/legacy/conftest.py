@@ -40,7 +40,12 @@ def opened(corpus: Path) -> Iterator[Opened]:
         yield open_run
 
 
-@pytest.fixture(params=ENGINES.values(), ids=ENGINES)
+@pytest.fixture(
+    params=[
+        pytest.param(pair, id=name, marks=pytest.mark.heavy if number else ())
+        for number, (name, pair) in enumerate(ENGINES.items())
+    ]
+)
 def played(request: pytest.FixtureRequest, opened: Opened) -> Callable[..., Run]:
     """Runs an experiment of the corpus to its end."""
 
