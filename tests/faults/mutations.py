@@ -21,7 +21,7 @@ from types import FrameType
 
 from nrp_core.errors import NrpError
 
-COUNT = int(os.environ.get("NRP_MUTATIONS", "15"))
+COUNT = int(os.environ.get("NRP_MUTATIONS", "8"))
 FIRST = int(os.environ.get("NRP_MUTATIONS_FROM", "0"))
 PATIENCE_S = 20.0
 """Longer than any sound file takes, by far."""
