@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable
@@ -14,6 +12,7 @@ from typing import Any
 import pytest
 
 from nrp_core.cle.time_limit import TimeLimit, TimeLimitExceeded
+from nrp_core.cli import app
 from nrp_core.errors import ExperimentError, TransferFunctionRaisedError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
@@ -114,19 +113,20 @@ def test_in_another_thread_a_function_that_computes_is_interrupted(hanging: Call
     assert "did not return within 1 s" in str(failures[0])
 
 
-def test_the_command_line_says_it_in_one_error(hanging: Callable[..., Any], tmp_path: Path) -> None:
+def test_the_command_line_says_it_in_one_error(
+    hanging: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: Any
+) -> None:
     hanging("sleeps")
+    monkeypatch.setattr(app, "reserve_stdout", lambda: None)
     command = [
-        *(sys.executable, "-m", "nrp_core", "run", "braitenberg_husky", "--json", "--record"),
+        *("run", "braitenberg_husky", "--json", "--record"),
         *(str(tmp_path / "recording"), "-s", QUICK, "-s", "world.options.image_scale=0.1"),
         *("-s", f"transfer_functions=[{tmp_path / 'hangs.py'}]"),
     ]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
-    assert done.returncode == 1
-    assert (
-        "hangs.py:20: transfer function 'hangs' did not return" in json.loads(done.stdout)["error"]["message"]
-    )
-    assert "Traceback" not in done.stderr
+    assert app.run_app(command) == 1
+    done = capfd.readouterr()
+    assert "hangs.py:20: transfer function 'hangs' did not return" in json.loads(done.out)["error"]["message"]
+    assert "Traceback" not in done.err
     assert Recording(tmp_path / "recording").run["state"] == "failed"
 
 
