@@ -5,7 +5,7 @@ from dataclasses import replace
 from nrp_brain_minimal.brain import MinimalBackend, MinimalBrain
 
 from nrp_core.brain import Brain
-from nrp_core.conformance import BrainBackendTests
+from nrp_core.conformance import BrainContractTests
 
 
 class FewestBrain(MinimalBrain):
@@ -22,7 +22,7 @@ class FewestBackend(MinimalBackend):
         return FewestBrain(network, seed=seed, capabilities=self.capabilities(options))
 
 
-class TestFewest(BrainBackendTests):
+class TestFewest(BrainContractTests):
     @classmethod
     def make_backend(cls):
         return FewestBackend()

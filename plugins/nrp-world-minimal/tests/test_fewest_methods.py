@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from nrp_world_minimal.engine import MinimalBackend, MinimalEngine
 
-from nrp_core.conformance import WorldBackendTests
+from nrp_core.conformance import WorldContractTests
 from nrp_core.world import Engine
 
 
@@ -21,7 +21,7 @@ class FewestBackend(MinimalBackend):
         return FewestEngine(scene, self.capabilities(options), seed=seed)
 
 
-class TestFewest(WorldBackendTests):
+class TestFewest(WorldContractTests):
     @classmethod
     def make_backend(cls):
         return FewestBackend()
