@@ -91,10 +91,10 @@ def test_both_engines_end_at_the_same_pose(engines, parts, driver, commands):
     assert angle < 0.02  # degrees, as against the unicycle
 
 
-def test_spinning_for_a_minute_the_robot_stays_where_it_is(open_world, parts, driver):
+def test_spinning_for_half_a_minute_the_robot_stays_where_it_is(open_world, parts, driver):
     world = open_world(parts.floor(), parts.husky())
     robot = driver(world)
-    for _ in range(12):
+    for _ in range(6):
         pose = robot.drive(0.0, 4.0, 5.0)
         assert hypot(*pose.position[:2]) < 0.005
         assert pose.position[2] == pytest.approx(parts.standing, abs=1e-3)

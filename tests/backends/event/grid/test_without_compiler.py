@@ -37,7 +37,7 @@ inside = [
 options = EventOptions(resolution="0.1 ms", poisson="grid")
 with EventBackend().open(network(noise, *busy, onto, tiring, *inside), seed=1, options=options) as brain:
     recorder = brain.add_sink(SpikeRecorder(), np.arange(40), name="all")
-    brain.run_until(6_000_000)
+    brain.run_until(4_000_000)
     spikes = recorder.spikes()
     print(json.dumps([spikes.neurons.tolist(), spikes.times_ms.tolist()]))
 """
