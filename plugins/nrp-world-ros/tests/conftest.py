@@ -169,6 +169,16 @@ def ros2(tmp_path: Path) -> Iterator[Ros2]:
     programs.end()
 
 
+@pytest.fixture(scope="module")
+def bridged(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ros]:
+    """Programs of ROS 1 beside a body that all tests of a module share: each may leave it anywhere."""
+    ros = Ros(tmp_path_factory.mktemp("ros"))
+    ros.start_master()
+    ros.body()
+    yield ros
+    ros.end()
+
+
 @pytest.fixture
 def no_master(tmp_path: Path) -> Iterator[Ros]:
     ros = Ros(tmp_path)

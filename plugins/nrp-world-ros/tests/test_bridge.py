@@ -14,8 +14,8 @@ from conftest import Ros, needs_ros
 pytestmark = [needs_ros, pytest.mark.slow]
 
 
-def test_nodes_of_ros_see_the_robot_and_drive_it(ros: Ros) -> None:
-    ros.body()
+def test_nodes_of_ros_see_the_robot_and_drive_it(bridged: Ros) -> None:
+    ros = bridged
     topics = ros.run("rostopic", "list").split()
     assert {"/clock", "/tf", "/husky/camera", "/husky/odom", "/husky/cmd_vel"} <= set(topics)
     assert ros.run("rostopic", "type", "/husky/camera").strip() == "sensor_msgs/Image"
@@ -25,12 +25,14 @@ def test_nodes_of_ros_see_the_robot_and_drive_it(ros: Ros) -> None:
         return float(ros.run("rostopic", "echo", "-n", "1", "/husky/odom/pose/pose/position/x").split()[0])
 
     before = forward()
-    ros.start("rostopic", "pub", "-r", "20", "/husky/cmd_vel", "geometry_msgs/Twist", "{linear: {x: 1.0}}")
+    drives = ("rostopic", "pub", "-r", "20", "/husky/cmd_vel", "geometry_msgs/Twist", "{linear: {x: 1.0}}")
+    driver = ros.start(*drives)
     ros.until(lambda: forward() > before + 0.5)
+    driver.terminate()
 
 
-def test_rosbag_records_what_another_reader_understands(ros: Ros) -> None:
-    ros.body()
+def test_rosbag_records_what_another_reader_understands(bridged: Ros) -> None:
+    ros = bridged
     ros.run(
         "rosbag", "record", "-O", "seen", "--duration", "3", "/clock", "/tf", "/husky/odom", "/husky/camera"
     )
@@ -66,12 +68,11 @@ def test_a_wrong_message_from_ros_is_dropped_with_a_warning(ros: Ros) -> None:
     assert "linear.x" in said
 
 
-def test_the_check_sums_are_those_of_the_message_packages(ros: Ros) -> None:
+def test_the_check_sums_are_those_of_the_message_packages(bridged: Ros) -> None:
     """A node with other check sums would be refused: ROS's program compares them."""
-    ros.body()
     for topic in ("/husky/odom", "/husky/joint_states", "/clock"):
         done = subprocess.run(
-            ["rostopic", "echo", "-n", "1", topic], env=ros.env, capture_output=True, text=True,
+            ["rostopic", "echo", "-n", "1", topic], env=bridged.env, capture_output=True, text=True,
             timeout=20, check=False,
         )  # fmt: skip
         assert done.returncode == 0, done.stderr

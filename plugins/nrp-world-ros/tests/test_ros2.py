@@ -34,6 +34,7 @@ from nrp_world_ros.ros2.types import DdsTypes, dds_name, dds_topic
 
 PEER = Path(__file__).with_name("ros2_peer.py")
 RUN = (sys.executable, "-m", "nrp_core", "run", "braitenberg_husky", "--json")
+SOON = ("-s", "events.left_red.at=1 s", "--until", "4 s")
 
 
 @pytest.fixture
@@ -238,8 +239,8 @@ def test_in_lockstep_a_run_through_ros_2_is_bit_for_bit_the_run_in_one_process(r
     apart, together = (
         json.loads(ros2.run(*RUN, *arguments, timeout_s=300))
         for arguments in (
-            ("--until", "15 s", "--world", "ros", "-s", "world.options={ros: 2, time: lockstep}"),
-            ("--until", "15 s", "-s", "world.options.image_scale=0.25"),
+            (*SOON, "--world", "ros", "-s", "world.options={ros: 2, time: lockstep}"),
+            (*SOON, "-s", "world.options.image_scale=0.25"),
         )
     )
     assert apart["events"]  # a screen has turned red

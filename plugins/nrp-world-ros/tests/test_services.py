@@ -72,15 +72,14 @@ def call(ros: Ros, service: str, md5: str, request: bytes) -> tuple[bool, bytes]
 
 @needs_ros
 @pytest.mark.slow
-def test_a_node_of_ros_puts_the_robot_elsewhere_and_hears_what_is_wrong(ros: Ros) -> None:
-    ros.body()
+def test_a_node_of_ros_puts_the_robot_elsewhere_and_hears_what_is_wrong(bridged: Ros) -> None:
     motion = struct.pack("<7d", 1.0, 2.0, 0.2, 0, 0, 0, 1) + bytes(48)
     service, md5 = "/gazebo/set_model_state", SUMS["SetModelState"]
-    assert call(ros, service, md5, text("husky") + motion + text("world")) == (True, b"\x01" + text(""))
-    reply = call(ros, "/gazebo/get_model_state", SUMS["GetModelState"], text("husky") + text("world"))[1]
+    assert call(bridged, service, md5, text("husky") + motion + text("world")) == (True, b"\x01" + text(""))
+    reply = call(bridged, "/gazebo/get_model_state", SUMS["GetModelState"], text("husky") + text("world"))[1]
     frame = struct.unpack_from("<I", reply, 12)[0]
     assert struct.unpack_from("<2d", reply, 16 + frame) == pytest.approx((1.0, 2.0), abs=0.05)
-    done, answer = call(ros, service, md5, text("huskie") + motion + text("world"))
+    done, answer = call(bridged, service, md5, text("huskie") + motion + text("world"))
     assert done
     assert answer.startswith(b"\x00")
     assert b"no model 'huskie'; did you mean 'husky'" in answer
@@ -88,11 +87,11 @@ def test_a_node_of_ros_puts_the_robot_elsewhere_and_hears_what_is_wrong(ros: Ros
 
 @needs_ros
 @pytest.mark.slow
-def test_answers_without_a_field_are_empty_and_have_room_for_an_error(ros: Ros) -> None:
-    ros.body()
+def test_answers_without_a_field_are_empty_and_have_room_for_an_error(bridged: Ros) -> None:
     empty = "d41d8cd98f00b204e9800998ecf8427e"
-    assert call(ros, "/gazebo/pause_physics", empty, b"") == (True, b"")
-    done, why = call(ros, "/gazebo/clear_body_wrenches", SUMS["BodyRequest"], text("husky::nose"))
+    for service in ("/gazebo/pause_physics", "/gazebo/unpause_physics"):
+        assert call(bridged, service, empty, b"") == (True, b"")
+    done, why = call(bridged, "/gazebo/clear_body_wrenches", SUMS["BodyRequest"], text("husky::nose"))
     assert not done
     assert b"no link 'nose'" in why
 
