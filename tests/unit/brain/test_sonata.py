@@ -332,6 +332,12 @@ def _cut(folder: Path) -> None:
     ("change", "error", "message"),
     [
         (_text("circuit_config.json", '"networks"', '"network_"'), NetworkError, "no 'networks' with"),
+        (_text("circuit_config.json", '"edges": [', '"edgs": ['), NetworkError, "'edgs'; did you mean 'ed"),
+        (_text("models/exc.json", "12.0", "NaN"), NetworkError, "all_types.csv:2: .*NaN is not a value"),
+        (_data("edges.h5", "edges/lgn_to_v1/0/nsyns", [5, 4, 3, 2, -1]), NetworkError,
+         "edge 0 of 'lgn_to_v1' has nsyns -1; it must be 0 or more"),
+        (_text("circuit_config.json", '"edges": [', '"edges": [{"edges_file": "$BASE/edges.h5", '
+               '"edge_types_file": "edge_types.csv"}, '), NetworkError, "two populations of edges have"),
         (_text("circuit_config.json", "{", "{,"), NetworkError, "circuit_config.json:1: .*not JSON"),
         (_text("circuit_config.json", "nodes.h5", "node.h5"), NetworkError, "node.h5: there is no such file"),
         (_text("circuit_config.json", "edge_types.csv", "edge_type.csv"), NetworkError,
@@ -373,3 +379,30 @@ def test_a_circuit_that_cannot_be_used_says_where_and_why(
     change(circuit.parent)
     with pytest.raises(error, match=message):
         read_sonata(circuit)
+
+
+@pytest.mark.parametrize(
+    ("change", "remark"),
+    [
+        (
+            _text("models/exc.json", "V_th", "V_thr"),
+            "'V_thr' of the nodes 'v1' is not used; did you mean 'V_th'?",
+        ),
+        (_text("models/exc.json", "V_th", "comment"), ""),
+        (
+            _text(
+                "edge_types.csv",
+                "delay\n1 static_synapse 100.0 1.5",
+                "delay weight_function\n1 static_synapse 100.0 1.5 wmax",
+            ),
+            "weight_function of the edges 'lgn_to_v1' is 'wmax': the weights are used as given",
+        ),
+        (
+            _text("circuit_config.json", '{"manifest"', '{"conditions": {"v_init": -80}, "manifest"'),
+            "'conditions.v_init' is -80 and has no effect: cells begin as their models say",
+        ),
+    ],
+)
+def test_an_attribute_that_is_not_used_is_told(change: Change, remark: str, circuit: Path) -> None:
+    change(circuit.parent)
+    assert read_sonata(circuit).remarks == ((remark,) if remark else ())

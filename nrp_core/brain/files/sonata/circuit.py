@@ -11,8 +11,8 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.files.hdf5 import array, attribute, group, groups, reading
 from nrp_core.brain.files.sonata.config import Config, Files, read_config
-from nrp_core.brain.files.sonata.edges import read_edges
-from nrp_core.brain.files.sonata.items import SonataItems, read_items, read_types
+from nrp_core.brain.files.sonata.edges import EDGE_NAMES, read_edges
+from nrp_core.brain.files.sonata.items import SonataItems, misspelt, read_items, read_types
 from nrp_core.brain.files.sonata.node_sets import read_node_sets
 from nrp_core.brain.files.sonata.nodes import Nodes, Trains, read_nodes
 from nrp_core.brain.network.data import Network, Projection
@@ -52,12 +52,15 @@ def read_sonata(
     try:
         nodes = _nodes(config)
         cells = {p.label: p for part in nodes.values() for p in part.populations}
-        network = Network(cells, tuple(_projections(config, nodes)))
+        remarks = list(config.unused)
+        for part in nodes.values():
+            remarks += misspelt(part.items, {name for model, _ in part.models for name in model.names})
+        network = Network(cells, tuple(_projections(config, nodes, remarks)))
         views = _views(network, nodes)
         ids = {name: views[name] for name in nodes}
         for path_of_sets in config.node_sets:
             _add_sets(views, path_of_sets, read_node_sets(path_of_sets, nodes, ids))
-        network = Network(cells, network.projections, views)
+        network = Network(cells, network.projections, views, remarks=tuple(remarks))
         return with_views(network, populations or {})
     except ExperimentError as error:
         error.path = error.path or path
@@ -91,14 +94,24 @@ def _nodes(config: Config) -> dict[str, Nodes]:
     return nodes
 
 
-def _projections(config: Config, nodes: Mapping[str, Nodes]) -> list[Projection]:
-    found: list[Projection] = []
+def _projections(config: Config, nodes: Mapping[str, Nodes], remarks: list[str]) -> list[Projection]:
+    """Return the projections of all edges; sentences about unused attributes are added to the remarks."""
+    found: dict[str, list[Projection]] = {}
+
+    def read(part: Any, items: SonataItems) -> None:
+        if items.name in found:
+            raise NetworkError(f"two populations of edges have the name '{items.name}'")
+        found[items.name] = list(read_edges(part, items, nodes))
+        remarks.extend(misspelt(items, EDGE_NAMES))
+        if functions := {name for name in items.texts("weight_function").values() if name}:
+            shown = ", ".join(f"'{name}'" for name in sorted(functions))
+            remarks.append(
+                f"weight_function of the edges '{items.name}' is {shown}: the weights are used as given"
+            )
+
     for files in config.edges:
-        for several in _read(
-            files, "edge", config.synaptic_models, lambda part, items: list(read_edges(part, items, nodes))
-        ):
-            found += several
-    return found
+        _read(files, "edge", config.synaptic_models, read)
+    return [projection for some in found.values() for projection in some]
 
 
 def _read(files: Files, kind: str, parameters: Path, read: Callable[[Any, SonataItems], T]) -> list[T]:

@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from nrp_core.errors import NetworkError
+
+_NETWORKS: Final = ("nodes", "edges")
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +31,7 @@ class Config:
         point_neuron_models, synaptic_models: folders with parameters of types.
         spikes: the spikes of virtual nodes, one file for each input.
         node_sets: files of node sets; a later set overrides an earlier one of the same name.
+        unused: sentences about settings of the simulation that no network has.
     """
 
     nodes: tuple[Files, ...]
@@ -36,6 +40,7 @@ class Config:
     synaptic_models: Path
     spikes: tuple[Path, ...] = ()
     node_sets: tuple[Path, ...] = ()
+    unused: tuple[str, ...] = ()
 
 
 def read_config(path: Path) -> Config:
@@ -51,6 +56,9 @@ def read_config(path: Path) -> Config:
     networks, components = _section(path, circuit, "networks"), circuit.get("components") or {}
     if not networks.get("nodes"):
         raise NetworkError("the configuration has no 'networks' with 'nodes'", path=path)
+    for key in networks:
+        if key not in _NETWORKS and (near := get_close_matches(key, _NETWORKS, 1)):
+            raise NetworkError(f"'networks' has no key '{key}'; did you mean '{near[0]}'?", path=path)
     sets = {name: None for part in (circuit, given) if isinstance(name := part.get("node_sets_file"), str)}
     inputs = (given.get("inputs") or {}).values()
     return Config(
@@ -64,6 +72,11 @@ def read_config(path: Path) -> Config:
             if entry.get("input_type") == "spikes" and "input_file" in entry
         ),
         node_sets=tuple(map(Path, sets)),
+        unused=tuple(
+            f"'conditions.{key}' is {value!r} and has no effect: cells begin as their models say"
+            for key, value in _section(path, given, "conditions").items()
+            if key == "v_init"
+        ),
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from itertools import product
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from nrp_core.brain.files.sonata.nodes import Nodes
 from nrp_core.brain.files.sonata.synapses import Chosen, Values, models_of
 from nrp_core.brain.network.data import RECEPTORS, Population, Projection
 from nrp_core.errors import NetworkError, did_you_mean
+
+EDGE_NAMES: Final = frozenset({"syn_weight", "weight", "delay", "nsyns", "receptor_type"})
+"""The attributes of every edge that are used; a model of synapses has more."""
 
 
 def read_edges(part: Any, items: SonataItems, nodes: Mapping[str, Nodes]) -> Iterator[Projection]:
@@ -103,6 +106,9 @@ def _weights(items: SonataItems) -> FloatArray:
 def _times(items: SonataItems) -> FloatArray:
     """Return the number of synapses of each edge."""
     n = items.numbers("nsyns")
+    if (n < 0).any():
+        edge = int(np.argmax(n < 0))
+        raise NetworkError(f"edge {edge} of '{items.name}' has nsyns {n[edge]:g}; it must be 0 or more")
     return np.where(np.isnan(n), 1.0, n)
 
 

@@ -53,6 +53,12 @@ class CellModel:
     initial: Mapping[str, Parameter] = field(default_factory=dict)
     fixed: Mapping[str, float] = field(default_factory=dict)
 
+    @property
+    def names(self) -> set[str]:
+        """The names of its parameters in the file."""
+        given = {one.name for one in (*self.parameters.values(), *self.initial.values())}
+        return given | self.fixed.keys() | (CELLS[self.cell_type].parameters.keys() - self.parameters.keys())
+
 
 def _lif(e_l: float = -70.0, v_reset: float = -70.0) -> dict[str, Parameter]:
     return {
