@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from nrp_core.clock import seconds
+from nrp_core.clock import milliseconds, seconds
 from nrp_core.comparison.grid import digest_of_files, require_there
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.backends import code_of
@@ -35,6 +35,7 @@ MOST_RUNS = 100_000
 """The largest number of runs that needs no confirmation."""
 _BACKENDS = ("brain.backend", "world.backend")
 _MOST_CHECKED = 20
+_PAIR = 2
 
 
 @dataclass(frozen=True)
@@ -114,6 +115,16 @@ class Plan:
         for place, criterion in enumerate(sweep.stop_when_failed):
             with mistakes.at("stop_when_failed", place):
                 _require_criterion(own, criterion)
+        mistakes.raise_all()
+        if (
+            sweep.until is not None
+            and own.strict
+            and "timestep" not in sweep.vary
+            and sweep.until % own.timestep
+        ):
+            with mistakes.at("until"):
+                end, step = f"{seconds(sweep.until):g} s", f"{milliseconds(own.timestep):g} ms"
+                raise ExperimentError(f"until: {end} is not a whole number of steps of {step}")
         mistakes.raise_all()
         backends = [_names(sweep, key, own) for key in _BACKENDS]
         code: dict[str, str] = {}
@@ -229,7 +240,12 @@ def _remarks(sweep: SweepFile, own: Experiment) -> Iterator[str]:
     if until_ns > own.duration:
         beyond = f"beyond the duration of the experiment, {seconds(own.duration):g} s"
         yield f"'until', {end}, is {beyond}; the runs continue after it"
+    if number_of_runs(sweep) == 1:
+        yield "the sweep has one run: nothing in it varies"
+    seeds = sweep.vary.get(SEED)
     for key, axis in sweep.vary.items():
+        if isinstance(axis, Range) and (seeds is None or len(seeds) < _PAIR):  # type: ignore[arg-type]
+            yield f"'{key}' is drawn once, because there is one seed: give several under 'vary', as 'seed'"
         if key in ("name", "description"):
             yield f"'{key}' has no effect on a run"
         if fnmatchcase(key, "events.*.at"):

@@ -139,3 +139,26 @@ def test_what_the_runs_never_reach_is_reported(until: str | None, times: Any, wo
     vary = {"events.left_red.at": times, "seed": [1, 2]}
     sweep = SweepFile.model_validate({"experiment": "braitenberg_husky", "vary": vary, "until": until})
     assert [words in remark for remark in Plan.of(sweep).remarks] == [True] * bool(words)
+
+
+@pytest.mark.parametrize(
+    ("vary", "words"),
+    [
+        ({}, "the sweep has one run: nothing in it varies"),
+        (
+            {"world.options.timestep": ["1 ms", "2 ms"], "events.left_red.at": "4..8 s"},
+            "is drawn once, because",
+        ),
+        ({"seed": [1, 2], "events.left_red.at": "4..8 s"}, ""),
+    ],
+)
+def test_a_sweep_that_varies_less_than_it_seems_is_reported(vary: dict[str, Any], words: str) -> None:
+    sweep = SweepFile.model_validate({"experiment": "braitenberg_husky", "vary": vary})
+    assert [words in remark for remark in Plan.of(sweep).remarks] == [True] * bool(words)
+
+
+def test_an_end_within_a_step_is_refused_before_the_first_run() -> None:
+    sweep = SweepFile.model_validate({"experiment": "braitenberg_husky", "until": "30 ms"})
+    with pytest.raises(InvalidExperimentError) as raised:
+        Plan.of(sweep)
+    assert "until: 0.03 s is not a whole number of steps of 20 ms" in str(raised.value)
