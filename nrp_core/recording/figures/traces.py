@@ -110,15 +110,33 @@ def draw_raster(axes: Axes, story: Story) -> None:
         axes.axhline(rows - 0.5, color=FAINT, linewidth=0.3)
     axes.set_ylim(rows - 0.5, -0.5)
     apart = _rows_of_a_line(axes, rows)
-    written: list[tuple[float, int, str, str]] = []
-    for one in sorted(labels, key=lambda label: -label[1]):  # larger groups first, where space is short
-        if all(abs(one[0] - other[0]) >= apart for other in written):
-            written.append(one)
-    axes.set_yticks([label[0] for label in written], [label[2] for label in written])
+    larger = sorted(labels, key=lambda label: -label[1])  # come first, where space is short
+    written = sorted(larger[: max(1, int(rows / apart))])
+    axes.set_yticks(
+        spread([label[0] for label in written], apart, rows - 1.0), [label[2] for label in written]
+    )
     for tick, label in zip(axes.get_yticklabels(), written, strict=True):
         tick.set_color(label[3])
     axes.tick_params(axis="y", length=0)
     _number_neurons(axes, numbers, apart)
+
+
+def spread(places: Sequence[float], apart: float, last: float) -> list[float]:
+    """Return ascending places moved apart, as little as a pass from each end needs.
+
+    Args:
+        places: where labels should be, from 0 to ``last``.
+        apart: the least distance between two.
+        last: the last place, which only labels that do not all fit move beyond.
+    """
+    moved: list[float] = []
+    for place in places:
+        moved.append(max(place, moved[-1] + apart) if moved else place)
+    below = last
+    for i in reversed(range(len(moved))):
+        moved[i] = min(moved[i], below)
+        below = moved[i] - apart
+    return moved
 
 
 def rows_of(sizes: Sequence[int]) -> list[int]:

@@ -3,7 +3,7 @@
 import re
 import sys
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,16 @@ from nrp_core.recording.figures.options import Panel, PlotOptions, panels_of, si
 from nrp_core.recording.figures.page import draw_page
 from nrp_core.recording.figures.story import Coloured, StepSeries, Story, Track
 from nrp_core.recording.figures.style import style
-from nrp_core.recording.figures.traces import by_unit, chosen, groups, moving, rows_of, short_labels
+from nrp_core.recording.figures.traces import (
+    by_unit,
+    chosen,
+    draw_raster,
+    groups,
+    moving,
+    rows_of,
+    short_labels,
+    spread,
+)
 from nrp_core.recording.figures.view import footprint
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Images, Role
 from nrp_core.recording.reading.columns import numbers_in
@@ -482,3 +491,26 @@ def test_a_sample_at_equal_distances_would_show_a_group_as_silent_that_fires() -
 def test_groups_of_a_raster_up_to_its_height_are_shown_whole() -> None:
     assert rows_of([20, 1, 379]) == [20, 1, 379]
     assert rows_of([20, 1, 100_000]) == [20, 1, 379]
+
+
+@pytest.mark.parametrize(("groups_", "named"), [(14, 14), (40, 15)])
+def test_a_raster_names_every_group_that_has_room_and_no_two_names_overlap(groups_: int, named: int) -> None:
+    sizes = [390 - groups_, *[1] * groups_]
+    populations = {f"group {i}": {"size": size} for i, size in enumerate(sizes[:groups_])}
+    figure = Figure(figsize=(8, 1.7))
+    axes = figure.add_axes((0.2, 0.0, 0.7, 1.0))
+    draw_raster(axes, Story({"brain": {"populations": populations}}))
+    names = [label for label in axes.get_yticklabels() if label.get_text()]
+    assert len(names) == named
+    heights = sorted(label.get_window_extent().y0 for label in names)
+    assert min(np.diff(heights)) >= 0.99 * 8.0 * figure.dpi / 72  # lines of 8 points
+
+
+@given(st.lists(st.floats(0, 100), min_size=1, max_size=9).map(sorted))
+def test_labels_are_moved_apart_in_their_order_and_stay_within_the_panel(places: list[float]) -> None:
+    moved = spread(places, 10.0, 100.0)
+    assert moved[0] >= 0
+    assert moved[-1] <= 100
+    assert all(b - a >= 10 - 1e-9 for a, b in pairwise(moved))
+    if all(b - a >= 10 for a, b in pairwise(places)):
+        assert moved == places
