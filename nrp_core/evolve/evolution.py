@@ -90,7 +90,11 @@ class Evolution:
             tell_generation(history)
             if reason := self._reason_to_end(latest):
                 self.ended = reason
-                break
+                return history
+        if self.file.goal is not None:
+            self.ended = (
+                f"the goal {self.file.goal:g} is not reached; the best is {np.nanmax(history.values):.5g}"
+            )
         return history
 
     def _run_generation(self, executor: Executor, tell: Tell) -> None:

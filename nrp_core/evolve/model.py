@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, PlainValidator, PositiveInt, WithJsonSchema, model_validator
 
 from nrp_core.sweep.axes import Choices
 from nrp_core.sweep.model import SEED, Design, ManyRuns, SweepFile
 
+_UP_TO_1: Final = "criteria."
+"""The measures that are 0 or 1."""
 Weights = dict[str, float]
 """The factor of each measure, ``metric.part``, in a weighted sum."""
 
@@ -67,6 +69,11 @@ class EvolveFile(ManyRuns):
                 )
         if self.goal is not None and len(self.objective) > 1:
             raise ValueError("goal: a search with several objectives has no goal")
+        if self.goal is not None and all(name.startswith(_UP_TO_1) for name in self.names):
+            (weights,) = self.objective
+            highest = sum(weight for weight in weights.values() if weight > 0)
+            if self.goal > highest:
+                raise ValueError(f"goal: {self.goal:g} is out of reach: the objective is at most {highest:g}")
         return self
 
     @property

@@ -25,7 +25,7 @@ class Evolved:
     Args:
         history: all candidates with their values.
         files: the best candidate as an experiment file, or the best ones of several objectives.
-        ended: why it ended before the last generation; empty if it did not.
+        ended: why it ended before the last generation, or that its goal is not reached; empty otherwise.
     """
 
     history: History

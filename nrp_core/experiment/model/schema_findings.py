@@ -47,7 +47,8 @@ def _finding(
     detail: ErrorDetails, schema: dict[str, Any], tree: Tree, above: Sequence[Key], whole: str
 ) -> tuple[Finding, tuple[Key, ...]]:
     """Return a finding and its subject; two findings about the same subject are merged."""
-    reached, keys = tree.nearest([*above, *detail["loc"]])
+    named = detail["loc"] or _named(detail)
+    reached, keys = tree.nearest([*above, *named])
     last, what = detail["loc"][-1] if detail["loc"] else "", _dotted(keys)
     if detail["type"] == "extra_forbidden":
         section = f"'{_dotted(keys[:-1])}'" if len(keys) > 1 else whole
@@ -60,10 +61,18 @@ def _finding(
         return reached.place.finding(Code.NRP203, f"{section} needs {thing}"), (*keys, last)
     cause = detail.get("ctx", {}).get("error")
     code = Code.NRP204 if isinstance(cause, MissingFileError) else Code.NRP202
-    message = f"{what}: {reason(detail)}" if what else reason(detail)
+    message = f"{what}: {reason(detail)}" if what and detail["loc"] else reason(detail)
     if last == "[key]":
         return (reached.key_place or reached.place).finding(code, message), (*keys, last)
     return reached.place.finding(code, message), keys
+
+
+def _named(detail: ErrorDetails) -> tuple[str, ...]:
+    """Return the keys that the message about a whole file begins with, as in ``vary.seed: ...``."""
+    if detail["type"] != "value_error":
+        return ()
+    section, _, key = reason(detail).partition(":")[0].partition(".")
+    return (section, key) if key else (section,)
 
 
 _KINDS = {

@@ -137,6 +137,9 @@ def test_a_search_comes_closer_to_the_best_of_all_settings_and_ends_at_its_goal(
     Path("search.yaml").write_text(text)
     found = evolve("search.yaml", "found", workers=1)
     first = found.history.generations[0].max()
+    Path("search.yaml").write_text(text.replace("generations: 30", "generations: 1").replace("1.9", "99"))
+    missed = evolve("search.yaml", "missed", workers=1)
+    assert missed.ended == f"the goal 99 is not reached; the best is {missed.value:.5g}"
     best = nrp_core.run(found.files[0]).criteria
     assert best["stays_near"].distance is not None
     assert found.value > max(1.9, first)
@@ -195,7 +198,16 @@ def test_the_results_are_shown_and_drawn(command: Evolve, here: Path) -> None:
     [
         ("red.at", "rad.at", "search.yaml:6:18: there is no 'rad' to vary"),
         ("from: 0.1, to: 2.0", "from: 2.0, to: 0.1", "search.yaml:5:28: vary.events.go.publish.value: 'to'"),
-        ("{from: 0.1, to: 2.0}", "[1, 2]", "a search needs a range, as in"),
+        (
+            "{from: 0.1, to: 2.0}",
+            "[1, 2]",
+            "search.yaml:5:28: vary.events.go.publish.value: a search needs a r",
+        ),
+        (
+            f"{{criterion_distance.stays_near: 1, time_to_event.arrives: -1}}\n{MISSING}",
+            "{criteria.arrives: 2, criteria.stays_near: -1}\ngoal: 3\n",
+            "search.yaml:9:7: goal: 3 is out of reach: the objective is at most 2",
+        ),
         (
             "population: 3",
             "population: 3\noptimizer: cma",
