@@ -33,11 +33,19 @@ _LFS = b"version https://git-lfs"
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A part of a converted mesh: a binary STL file, and its colour and the image on it if it has them."""
+    """A part of a converted mesh.
+
+    Args:
+        path: a binary STL file.
+        rgba: its colour; None if it has none.
+        image: the image on it; None for none.
+        left_out: number of triangles of the whole mesh that were left out, because a corner is not a number.
+    """
 
     path: Path
     rgba: Rgba | None
     image: Path | None = None
+    left_out: int = 0
 
 
 def mesh_pieces(path: Path, wanted: Wanted) -> list[Piece]:
@@ -66,7 +74,10 @@ def mesh_pieces(path: Path, wanted: Wanted) -> list[Piece]:
         raise SceneError(f"cannot be read: {error}", path=path) from error
     return [
         Piece(
-            folder / name, tuple(rgba) if rgba else None, _found(image, listing["files"], folder, path.parent)
+            folder / name,
+            tuple(rgba) if rgba else None,
+            _found(image, listing["files"], folder, path.parent),
+            listing.get("left_out", 0),
         )
         for name, rgba, image in listing["pieces"]
     ]
@@ -81,7 +92,7 @@ def _found(image: str | None, kept: list[str], folder: Path, home: Path) -> Path
 
 def _fill(key: str, data: bytes, suffix: str, home: Path, wanted: Wanted, folder: Path) -> None:
     """Write the pieces of a mesh and a list of them with all source files."""
-    surfaces, beside = _parsed(data, suffix, home)
+    surfaces, left_out, beside = _parsed(data, suffix, home)
     pieces = []
     for number, piece in enumerate(pieces_of(surfaces, wanted)):
         image = piece.image if piece.held is None else f"{key}-{number}.image"
@@ -92,7 +103,8 @@ def _fill(key: str, data: bytes, suffix: str, home: Path, wanted: Wanted, folder
         if piece.coordinates is not None:
             write_coordinates(folder / pieces[-1][0], piece.coordinates)
     files = sorted(file.name for file in folder.iterdir())
-    (folder / _LISTING).write_text(json.dumps({"pieces": pieces, "files": files, "beside": beside}))
+    listing = {"pieces": pieces, "files": files, "beside": beside, "left_out": left_out}
+    (folder / _LISTING).write_text(json.dumps(listing))
 
 
 def _is_whole(folder: Path) -> bool:
@@ -104,8 +116,8 @@ def _is_whole(folder: Path) -> bool:
 
 
 @lru_cache(maxsize=1)  # visuals and collisions often use the same file
-def _parsed(data: bytes, suffix: str, home: Path) -> tuple[list[Surface], dict[str, str]]:
-    """Return the surfaces of a mesh, and a digest of each file that it refers to."""
+def _parsed(data: bytes, suffix: str, home: Path) -> tuple[list[Surface], int, dict[str, str]]:
+    """Return the surfaces of a mesh, the triangles left out, and a digest of each file that it refers to."""
     beside: dict[str, str] = {}
 
     def read(name: str) -> bytes | None:
@@ -113,7 +125,7 @@ def _parsed(data: bytes, suffix: str, home: Path) -> tuple[list[Surface], dict[s
         beside[name] = digest(contents)
         return contents
 
-    return parse(data, suffix, read), beside
+    return *parse(data, suffix, read), beside
 
 
 def _contents(path: Path) -> bytes:

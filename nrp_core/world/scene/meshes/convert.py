@@ -38,8 +38,10 @@ class Wanted:
     centered: bool = False
 
 
-def parse(data: bytes, suffix: str, beside: ReadBeside) -> list[Surface]:
-    """Return the surfaces of a mesh file.
+def parse(data: bytes, suffix: str, beside: ReadBeside) -> tuple[list[Surface], int]:
+    """Return the surfaces of a mesh file, and the number of triangles that were left out.
+
+    A triangle is left out if a corner is not a number or too far away.
 
     Args:
         data: its contents.
@@ -49,11 +51,16 @@ def parse(data: bytes, suffix: str, beside: ReadBeside) -> list[Surface]:
     Raises:
         ValueError: it cannot be read, or has no triangles.
     """
-    surfaces = [_whole(surface) for surface in KINDS[suffix](data, beside)]
-    surfaces = [surface for surface in surfaces if len(surface.triangles)]
+    given = KINDS[suffix](data, beside)
+    surfaces = [surface for surface in map(_whole, given) if len(surface.triangles)]
+    total, kept = (sum(len(surface.triangles) for surface in some) for some in (given, surfaces))
     if not surfaces:
-        raise ValueError("it has no triangles")
-    return surfaces
+        raise ValueError(
+            f"it has no triangles whose corners are numbers below 1e9 ({total} others)"
+            if total
+            else "it has no triangles"
+        )
+    return surfaces, total - kept
 
 
 def pieces_of(surfaces: Sequence[Surface], wanted: Wanted) -> list[Surface]:

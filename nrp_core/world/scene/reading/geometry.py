@@ -162,6 +162,10 @@ def _mesh(shape: Element, form: Form, reading: Reading) -> list[Shape]:
             subject=uri.text,
         )
         return []
+    if pieces[0].left_out:
+        left_out = f"{pieces[0].left_out} triangles of the mesh '{uri.text}' are left out"
+        message = f"{left_out}: a corner is not a number below 1e9"
+        reading.notes.warn(uri, Code.NRP258, message, subject=uri.text)
     return [
         Shape(Mesh(piece.path, (x, y, z)), Pose(), piece.rgba, texture_of(piece.image)) for piece in pieces
     ]

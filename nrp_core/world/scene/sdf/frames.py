@@ -146,6 +146,16 @@ class Frames:
             name, user = frame.relative_to, frame.element
         return reduce(matmul, reversed(chain.values()), Pose())
 
+    def require(self, element: Element) -> None:
+        """Check that an element that was added has a pose and moves with a link, also if nothing uses it.
+
+        Raises:
+            SceneError: it is placed or attached in a cycle, or by a frame that does not exist.
+        """
+        name = self.name_of(element)
+        self.body(name, element)
+        self.pose(name, element)
+
     def place_in(self, element: Element, frame: str) -> Pose:
         """Return an element's ``<pose>`` in a frame, which is its default."""
         pose, relative_to = read_pose(element, frame)

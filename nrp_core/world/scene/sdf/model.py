@@ -148,6 +148,8 @@ def _frames(model: Element, nested: Iterable[tuple[Placed, Parts]], version: tup
     for inner, parts in nested:
         placed = inner.pose(MODEL, parts.frames)
         frames.add_model(inner.name, placed, parts.frames, inner.user, merged=inner.merged)
+    for frame in model.all("frame"):
+        frames.require(frame)
     return frames
 
 

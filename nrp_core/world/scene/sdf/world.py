@@ -104,7 +104,7 @@ def _models(
         read.append((model, parts, own))
     add_joint_frames(world, frames)
     for frame in world.all("frame"):
-        frames.body(frame.attribute("name"), frame)  # an error if it is attached to nothing
+        frames.require(frame)
     held = list(read_world_joints(world, frames, version, reading))
     for model, parts, own in read:
         pose = frames.pose(model.name, model.user)

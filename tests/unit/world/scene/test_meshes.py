@@ -21,6 +21,7 @@ from nrp_core.world.scene.meshes.convex import MAX_CORNERS, MAX_PIECES, convex_p
 from nrp_core.world.scene.meshes.solid import solid_of
 from nrp_core.world.scene.meshes.stl import read_stl, write_stl
 from nrp_core.world.scene.meshes.triangles import Triangles
+from nrp_core.world.scene.sdf import read_model
 
 FACES = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
 CORNERS = ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
@@ -352,6 +353,23 @@ def test_an_unusable_mesh_is_refused_in_one_sentence(
     assert "\n" not in refusal.value.message
 
 
+@pytest.mark.parametrize(("height", "left_out"), [(1.0, 0), (np.nan, 1), (np.inf, 1), (1e10, 1)])
+def test_triangles_that_cannot_be_drawn_are_left_out_and_counted(
+    pieces: Pieces, tmp_path: Path, height: float, left_out: int
+) -> None:
+    content = bytearray(binary_stl())
+    struct.pack_into("<f", content, 84 + 12, height)  # x of the first corner
+    (piece,) = pieces("a.stl", bytes(content))
+    assert (len(read_stl(piece.path)), piece.left_out) == (4 - left_out, left_out)
+    shape = "<geometry><mesh><uri>a.stl</uri></mesh></geometry>"
+    (tmp_path / "a.sdf").write_text(
+        '<sdf version="1.7"><model name="m"><static>true</static><link name="a">'
+        f'<visual name="v">{shape}</visual></link></model></sdf>'
+    )
+    said = [str(one) for one in read_model(tmp_path / "a.sdf").warnings]
+    assert ["1 triangles of the mesh 'a.stl' are left out" in one for one in said] == [True] * left_out
+
+
 def test_a_submesh_that_is_not_there_is_named_with_those_that_are(pieces: Pieces) -> None:
     with pytest.raises(SceneError, match="no submesh 'squar'; it has: corner, square"):
         pieces("a.obj", TWO_THINGS, submesh="squar")
@@ -371,7 +389,7 @@ def test_a_damaged_file_is_read_or_refused_but_never_crashes(suffix: str, data: 
     end = data.draw(st.integers(start, len(sound)))
     damaged = sound[:start] + data.draw(st.binary(max_size=20)) + sound[end:]
     try:
-        pieces = pieces_of(parse(damaged, suffix, lambda _: None), Wanted("convex"))
+        pieces = pieces_of(parse(damaged, suffix, lambda _: None)[0], Wanted("convex"))
     except (ValueError, IndexError):
         return
     assert all(np.isfinite(triangles).all() for triangles in (piece.triangles for piece in pieces))

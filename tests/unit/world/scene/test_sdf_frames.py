@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from math import pi
 from pathlib import Path
 
@@ -97,6 +98,25 @@ def test_poses_in_a_circle_are_refused(model: ModelReader) -> None:
             link("a", '<pose relative_to="b">0 0 0 0 0 0</pose>')
             + link("b", '<pose relative_to="a">0 0 0 0 0 0</pose>')
         )
+
+
+@pytest.mark.parametrize(
+    ("frames", "words"),
+    [
+        ('<frame name="f" attached_to="base"/>', ""),
+        ('<frame name="f" attached_to="g"/><frame name="g" attached_to="f"/>', "'f' is attached to itself"),
+        (
+            '<frame name="f"><pose relative_to="f">0 0 1 0 0 0</pose></frame>',
+            "the frame 'f' is relative to itself",
+        ),
+        ('<frame name="f" attached_to="bsae"/>', "has no frame 'bsae'; did you mean 'base'"),
+    ],
+)
+def test_a_frame_without_a_place_is_refused_even_if_nothing_uses_it(
+    model: ModelReader, frames: str, words: str
+) -> None:
+    with pytest.raises(SceneError, match=words) if words else nullcontext():
+        model(link("base") + frames)
 
 
 def test_frames_attached_in_a_circle_are_refused(model: ModelReader) -> None:
