@@ -83,7 +83,11 @@ def _read(m: Any, number: int) -> Actuator | None:
         return None
     gain = float(m.actuator_gainprm[number][0])
     constant, spring, brake = (float(value) for value in m.actuator_biasprm[number][:3])
-    force = abs(gear) * float(m.actuator_forcerange[number][1]) if m.actuator_forcelimited[number] else inf
+    force = (
+        abs(gear) * float(abs(m.actuator_forcerange[number]).max())
+        if m.actuator_forcelimited[number]
+        else inf
+    )
     if (constant, spring, brake) == (0, 0, 0):
         commanded = float(abs(m.actuator_ctrlrange[number]).max()) if m.actuator_ctrllimited[number] else inf
         return Actuator(number, joint, "effort", 0.0, 0.0, min(force, abs(gear * gain) * commanded))

@@ -62,7 +62,9 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
         left_out.append(f"the limits of {limited} ball joints")
     warnings = Findings()
     root = read_xml(path)
-    warn_of_slips(root, warnings)
+    warn_of_slips(root, model, warnings)
+    if model.nkey:
+        left_out.append(f"{model.nkey} keyframes; 'joints' of the robot sets where its joints start")
     for part in left_out:
         warnings.add(Code.NRP260, f"left out of this MJCF file: {part}", path=path)
     cones = [one.attributes["cone"] for one in root.all("option") if "cone" in one.attributes]

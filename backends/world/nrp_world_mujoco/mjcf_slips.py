@@ -1,14 +1,15 @@
-"""Values of an MJCF file that MuJoCo accepts and that contradict the unit of angles of the file."""
+"""Values of an MJCF file that MuJoCo accepts, but that are probably mistakes or have no equal in a scene."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from math import pi
-from typing import Final
+from typing import Any, Final
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Findings
 from nrp_core.world.scene.reading.xml import Element
+from nrp_world_mujoco.actuators import actuators_of
 
 _TURNS_RAD: Final = 4 * pi
 """Two turns: an orientation needs half of one."""
@@ -18,16 +19,25 @@ _RIGHT_ANGLES_RAD: Final = (pi / 4, pi / 2, pi, 3 * pi / 2)
 _ROUNDED: Final = 2e-3
 _RANGES: Final = ("range", "forcerange", "ctrlrange", "actuatorfrcrange")
 _HINGED: Final = ("", "hinge")
+_HEAVIEST: Final = 1e4
+"""Of an armature, in inertias of the links that it turns; a gear of 100 to 1 has some thousands."""
 
 
-def warn_of_slips(root: Element, warnings: Findings) -> None:
-    """Warn of angles in the other unit, and of ranges whose ends are exchanged.
+def warn_of_slips(root: Element, model: Any, warnings: Findings) -> None:
+    """Warn of angles in the other unit, ranges whose ends are exchanged, and forces that a scene lacks.
 
     Args:
         root: the root of an MJCF file; the files that it includes are not looked at.
+        model: the compiled model.
         warnings: receives the findings.
     """
     elements = list(_all(root))
+    for code, name, message in (*_one_sided(model), *_armatures(model)):
+        place = next(
+            (one for one in elements if name in (one.attributes.get("name"), one.attributes.get("joint"))),
+            root,
+        )
+        warnings.add(code, message, path=place.path, line=place.line)
     units = [one.attributes.get("angle") for one in elements if one.tag == "compiler"]
     in_degrees = "radian" not in units
     for element in elements:
@@ -87,3 +97,38 @@ def _warn_of_limits(elements: list[Element], warnings: Findings) -> None:
             '<compiler angle="radian"/>'
         )
         warnings.add(Code.NRP298, message, path=first.path, line=first.line)
+
+
+def _one_sided(model: Any) -> Iterator[tuple[Code, str, str]]:
+    """Yield the actuators of joints whose force has another limit in each direction."""
+    for each in actuators_of(model):
+        actuator, joint = model.actuator(each.number).name, model.joint(each.joint).name
+        low, high = model.actuator_forcerange[each.number].tolist()
+        if model.actuator_forcelimited[each.number] and low != -high:
+            yield (
+                Code.NRP264,
+                actuator or joint,
+                f"the forcerange of the actuator of the joint '{joint}' is {low:g} to {high:g}, and joints "
+                f"have one limit for both directions: the limit used is {max(abs(low), abs(high)):g}",
+            )
+
+
+def _armatures(model: Any) -> Iterator[tuple[Code, str, str]]:
+    """Yield the armatures that are negative, or far beyond the inertia of the links that they turn."""
+    for joint in range(model.njnt):
+        dof, name = int(model.jnt_dofadr[joint]), model.joint(joint).name
+        armature = float(model.dof_armature[dof])
+        links = float(model.dof_M0[dof]) - armature
+        if armature < 0:
+            yield (
+                Code.NRP298,
+                name,
+                f"the armature of the joint '{name}' is {armature:g}: an inertia is above 0",
+            )
+        elif armature > _HEAVIEST * links > 0:
+            yield (
+                Code.NRP298,
+                name,
+                f"the armature of the joint '{name}' is {armature:g}, {armature / links:.2g} times the "
+                f"inertia of the links that it turns ({links:.2g}): commands hardly move it",
+            )

@@ -45,6 +45,7 @@ def implausible_drives(model: Model, timestep_s: float) -> Iterator[str]:
     for drive in model.drives:
         owner = f"the drive '{drive.name}' of '{model.name}'"
         yield from _too_short(owner, drive, timestep_s)
+        yield from _of_controllers(owner, drive, model)
         if isinstance(drive, _Wheeled):
             yield from _of_wheels(owner, drive, model)
 
@@ -55,6 +56,26 @@ def _too_short(owner: str, drive: MountedDrive, timestep_s: float) -> Iterator[s
         yield (
             f"{owner} stops {timeout_s:g} s after a command, and the loop commands it only "
             f"every {timestep_s:g} s"
+        )
+
+
+def _of_controllers(owner: str, drive: MountedDrive, model: Model) -> Iterator[str]:
+    """Yield that a joint of a drive has a controller too."""
+    both: list[tuple[str, str, str]] = [
+        (one.joint, one.kind, one.topic) for one in model.controllers if one.joint in drive.joints
+    ]
+    both += [
+        (joint, "trajectory", leader.command_topic)
+        for leader in model.trajectory_controllers
+        for joint in leader.joints
+        if joint in drive.joints
+    ]
+    if both:
+        joint, kind, topic = both[0]
+        more = f" (and {len(both) - 1} more of its joints)" if len(both) > 1 else ""
+        yield (
+            f"{owner} moves the joint '{joint}'{more}, and so does a {kind} controller on '{topic}': one "
+            "works against the other, also without a command"
         )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import dist, isfinite, pi, sqrt
+from math import dist, inf, isfinite, pi, sqrt
 from typing import Final
 
 import numpy as np
@@ -81,6 +81,11 @@ def _of_controller(owner: str, joint: Joint, controller: JointController) -> Ite
                 f"the controller of {owner} has a gain of {gains.p:g}, and the damping is "
                 f"{joint.damping + gains.d:g}: it nears its target with a time constant of {time_s:.3g} s"
             )
+    if joint.friction > 0 and joint.friction >= _strongest(joint, controller):
+        yield (
+            f"{owner} has a friction of {joint.friction:g}, and its controller exerts at most "
+            f"{_strongest(joint, controller):g}: no command moves it"
+        )
     if controller.kind == "position" and gains is not None and 0 < _FIRM * gains.p < joint.stiffness:
         yield (
             f"the spring of {owner} has a stiffness of {joint.stiffness:g}, and its controller a gain of "
@@ -92,6 +97,13 @@ def _of_controller(owner: str, joint: Joint, controller: JointController) -> Ite
             f"the controller of {owner} starts with {start:g}, outside the limits of the joint of "
             f"{joint.lower:g} to {joint.upper:g}"
         )
+
+
+def _strongest(joint: Joint, controller: JointController) -> float:
+    """Return the largest force or torque that commands within a joint's limits lead to; inf if unknown."""
+    gains, span = controller.gains, joint.upper - joint.lower
+    is_spring = controller.kind == "position" and gains is not None and gains.i == 0
+    return min(joint.effort, gains.p * span if is_spring and gains is not None else inf)
 
 
 def _of_strength(owner: str, joint: Joint, model: Model) -> Iterator[str]:

@@ -11,6 +11,7 @@ import pytest
 from nrp_core.errors import SceneError
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.scene.acting import JointController, Pid
+from nrp_core.world.scene.implausible_joints import of_joints
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import Box, Capsule, Mesh, Scene
 from nrp_core.world.scene.sdf import read_model, read_scene
@@ -192,5 +193,35 @@ def test_angles_in_the_other_unit_than_that_of_the_file_are_reported(
 ) -> None:
     (tmp_path / "arm.xml").write_text(_ARM.format(compiler=compiler, turned=turned, range=span))
     found = [str(one) for one in read_model(tmp_path / "arm.xml").warnings if "NRP298" in str(one)]
+    assert len(found) == bool(words)
+    assert all(words in one for one in found)
+
+
+_SERVO = """<mujoco model="arm">{more}<worldbody><body name="upper" pos="0 0 1">
+  <joint name="shoulder" axis="0 1 0" range="-90 90" {joint}/>
+  <geom type="sphere" size="0.1" pos="0.3 0 0" mass="1"/></body></worldbody>
+<actuator><position joint="shoulder" kp="20" {force}/></actuator></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("joint", "force", "more", "words"),
+    [
+        ('armature="0.1" frictionloss="1"', 'forcerange="-50 50"', "", ""),
+        ("", 'forcerange="-5 50"', "", "and joints have one limit for both directions: the limit used is 50"),
+        ("", 'forcerange="-5 50" forcelimited="false"', "", ""),
+        ('armature="1000"', "", "", "the armature of the joint 'shoulder' is 1000, 1.1e+04 times"),
+        ('armature="-0.01"', "", "", "is -0.01: an inertia is above 0"),
+        ('frictionloss="70"', "", "", "has a friction of 70, and its controller exerts at most 62.8"),
+        ('frictionloss="30"', 'forcerange="-29 29"', "", "30, and its controller exerts at most 29"),
+        ("", "", '<keyframe><key qpos="1"/></keyframe>', "1 keyframes; 'joints' of the robot sets where"),
+    ],
+)  # fmt: skip
+def test_forces_that_are_lost_or_move_nothing_are_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, joint: str, force: str, more: str, words: str
+) -> None:
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes its warnings into the current folder
+    (tmp_path / "arm.xml").write_text(_SERVO.format(joint=joint, force=force, more=more))
+    model = read_model(tmp_path / "arm.xml")
+    found = [*map(str, model.warnings), *of_joints(model)]
     assert len(found) == bool(words)
     assert all(words in one for one in found)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import nrp_experiments.braitenberg_husky
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from nrp_core import Model, Pose, Scene, read_model, read_scene
 from nrp_core.findings import Code
 from nrp_core.world.drives.implausible import implausible_drives
+from nrp_core.world.fitting import Fitting, JointControl, fitted
 from nrp_core.world.scene.implausible import implausible
 
 _SHIPPED = Path(nrp_experiments.braitenberg_husky.__path__[0])
@@ -37,6 +39,29 @@ def test_the_husky_that_ships_fits_its_drive(tmp_path: Path) -> None:
 
 def test_a_wheel_whose_axis_points_right_is_turned_the_other_way_and_is_not_reported(tmp_path: Path) -> None:
     assert _sentences(_husky(tmp_path, _AXIS, "<axis><xyz>0 -1 0</xyz></axis>")) == []
+
+
+@pytest.mark.parametrize(
+    ("pattern", "mode", "words"),
+    [
+        (
+            "back_left_joint",
+            "velocity",
+            "moves the joint 'back_left_joint', and so does a velocity controller on",
+        ),
+        (
+            ".*",
+            "trajectory",
+            "'back_left_joint' (and 3 more of its joints), and so does a trajectory controller on",
+        ),
+    ],
+)
+def test_wheels_that_a_controller_moves_as_well_are_reported(
+    tmp_path: Path, pattern: str, mode: Literal["velocity", "trajectory"], words: str
+) -> None:
+    model = fitted(_husky(tmp_path), Fitting(control=((pattern, JointControl(mode)),)))
+    (sentence,) = _sentences(model)
+    assert words in sentence
 
 
 @pytest.mark.parametrize(
