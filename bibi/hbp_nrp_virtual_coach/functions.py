@@ -8,6 +8,7 @@ from nrp_legacy.code import Source
 
 from hbp_nrp_virtual_coach.codes import each_of, load, sources_of
 from hbp_nrp_virtual_coach.live import Live
+from hbp_nrp_virtual_coach.once import log
 from hbp_nrp_virtual_coach.storage import Stored
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.model.experiment import Experiment
@@ -97,6 +98,10 @@ class Functions(Live):
         self._runner.call(lambda run: self._apply(run, name, drafts))
         if name is not None:
             self._sources.pop(name, None)
+            if name not in drafts:
+                log.warning(
+                    "the transfer function '%s' is now called '%s', as in its text", name, min(drafts)
+                )
         self._sources.update(drafts)
 
     def _apply(self, run: Run, name: str | None, drafts: dict[str, Source]) -> None:

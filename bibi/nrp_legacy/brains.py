@@ -227,6 +227,13 @@ def remark(path: Path, populations: Mapping[str, Element], network: Network, not
                 "are left out"
             )
             notes(Code.NRP211, message, subject=name)
+        elif (count := number(element, "count")) is not None:
+            size = len(network.neurons(name))
+            if size != count:
+                message = (
+                    f"count of the population '{name}' is {count:g}, and {path.name} has {size}: all are used"
+                )
+                notes(Code.NRP287, message, subject=name)
 
 
 def _last(element: Element) -> int | None:

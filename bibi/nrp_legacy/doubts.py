@@ -6,6 +6,7 @@ The platform read what it knew and passed over the rest. So does this package, a
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from typing import Final
 
 from nrp_core._support.xml import Element
@@ -21,6 +22,8 @@ _ONCE_IN_EXC: Final = ("bibiConf", "environmentModel", "timeout", "rngSeed", "ph
 _ONCE_IN_BIBI: Final = ("brainModel", "timestep", "mode")
 _LEAST_MS: Final = 0.1
 """A tenth of the smallest time step that the platform accepts."""
+_TURN_RAD: Final = 6.3
+"""A full turn, rounded up."""
 _LARGEST_PART: Final = 1.1
 """Of a quaternion; files round."""
 
@@ -81,7 +84,12 @@ def _places(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
 
 
 def _orientation(pose: Element) -> Iterator[Finding]:
-    """Yield that a quaternion has no direction, or parts that none has."""
+    """Yield angles of more than a turn, and that a quaternion has no direction, or parts that none has."""
+    for name in ("roll", "pitch", "yaw"):
+        with suppress(ExperimentError):  # reported where it is read
+            angle = number(pose, name)
+            if angle is not None and abs(angle) > _TURN_RAD:
+                yield _doubt(pose, f"the {name} of a start pose is {angle:g} rad; is it meant in degrees?")
     said = [attribute(pose, name) for name in ("ux", "uy", "uz", "theta")]
     try:
         parts = [float(part) for part in said if part is not None]

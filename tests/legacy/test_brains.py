@@ -85,6 +85,12 @@ def test_populations_are_chosen_in_every_form(tmp_path: Path, element: str, ids:
     assert notes == []
 
 
+def test_a_count_of_neurons_that_a_population_does_not_have_is_reported(tmp_path: Path) -> None:
+    network, notes = loaded(tmp_path, CELLS, '<populations population="p" xsi:type="Population" count="9"/>')
+    assert len(network.views["p"]) == 6
+    assert notes.messages == ["count of the population 'p' is 9, and brain.py has 6: all are used"]
+
+
 def test_a_population_beyond_the_brain_has_the_neurons_that_are_there_and_is_reported(tmp_path: Path) -> None:
     network, notes = loaded(tmp_path, CELLS, '<populations population="p" from="4" to="9"/>')
     assert np.asarray(network.views["p"]).tolist() == [4, 5]

@@ -108,6 +108,18 @@ def test_an_edited_function_acts_and_keeps_its_source_and_the_state(launched: La
     simulation.pause()
 
 
+def test_an_edit_that_gives_a_function_another_name_says_so(
+    launched: Launched, caplog: pytest.LogCaptureFixture
+) -> None:
+    simulation = launched()
+    simulation.edit_transfer_function("drive", AHEAD)
+    assert "is now called" not in caplog.text
+    simulation.edit_transfer_function("drive", AHEAD.replace("def drive", "def steer"))
+    assert "the transfer function 'drive' is now called 'steer', as in its text" in caplog.text
+    with pytest.raises(ExperimentError, match="no transfer function 'drive'"):
+        simulation.delete_transfer_function("drive")
+
+
 def test_an_edit_that_is_wrong_changes_nothing(launched: Launched) -> None:
     simulation = launched()
     before = simulation.get_transfer_function("drive")

@@ -43,6 +43,7 @@ def test_an_experiment_without_slips_is_not_doubted(tmp_path: Path) -> None:
         ("</timeout>", "</timeout><timeout>9</timeout>", "a second <timeout> is ignored: the one of line 2"),
         ('<robotPose robotId="husky"', '<robotPose robotId="huskyy"', "no robot 'huskyy', whose start pose"),
         ('uz="0.7" theta="0.7"', 'uz="0" theta="0"', "0 0 0 0, which is no orientation: none is used"),
+        ('uz="0.7" theta="0.7"', 'yaw="180"', "the yaw of a start pose is 180 rad; is it meant in degrees?"),
         ('uz="0.7"', 'uz="90"', "0 0 90 0.7 (ux uy uz theta); none exceeds 1"),
         ("<timestep>20", "<timestep>0.02", "the <timestep> is 0.02 ms; is it meant in s?"),
         ('"Range"', '"Rnage"', "the population 'all' is of an unknown type 'Rnage'; did you mean 'Range'?"),
