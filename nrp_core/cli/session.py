@@ -127,10 +127,6 @@ class Session:
                 raise ValueError(f"{self._request.until} is not a whole number of steps of {step}")
             if too_far_ns:  # an experiment with the old platform's time step rounds up
                 until_ns += experiment.timestep - too_far_ns
-        if until_ns > experiment.duration:
-            duration = f"{seconds(experiment.duration):g} s"
-            beyond = f"--until {self._request.until} is beyond the duration of the experiment, {duration}"
-            complain(f"{beyond}; the run continues after it", label="note", color="blue")
         return seconds(until_ns)
 
     # -- the run

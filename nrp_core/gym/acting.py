@@ -7,10 +7,12 @@ from collections.abc import Mapping, Sequence
 from math import isfinite, nan
 from typing import Any
 
+import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
 
 from nrp_core.brain.devices.trains import PoissonSource
+from nrp_core.brain.network.implausible import too_strong
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.running.run import Run
 from nrp_core.gym.observing import neurons_of
@@ -83,8 +85,15 @@ class ActedSource(Acted):
 
     def __init__(self, run: Run, group: str, bounds: tuple[float, float], weight: float) -> None:
         _pair(f"the rate of '{group}'", bounds)
-        source = PoissonSource(weight=weight)
-        self._port = run.brain.add_source(source, neurons_of(run, group), name=f"gym/{group}")
+        neurons, network = neurons_of(run, group), run.brain.network
+        self._port = run.brain.add_source(PoissonSource(weight=weight), neurons, name=f"gym/{group}")
+        driven = (one for one in network.populations if np.isin(network.ids_of(one), neurons).any())
+        if wrong := next(
+            filter(None, (too_strong(abs(weight), network.populations[one]) for one in driven)), ""
+        ):
+            gymnasium.logger.warn(
+                f"the weight of 'source:{group}' is {wrong} Bounds are (lowest, highest, weight)"
+            )
         self.space = Box(*bounds, (1,), np.float64)
 
     def apply(self, values: Sequence[float]) -> None:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from copy import copy
 from typing import Any, Final
 
@@ -58,13 +59,8 @@ def expected_synapses(connector: Any, projection: Any) -> float:
             return float(n * n_pre)
         case connectors.FixedTotalNumberConnector():
             return float(n)
-        case connectors.DistanceDependentProbabilityConnector():
-            distances = connector._generate_distance_map(projection)
-            return _by_columns(connector.distance_function(distances), n_pre, n_post)
-        case connectors.IndexBasedProbabilityConnector():
-            expression = copy(connector.index_expression)
-            expression.projection = projection
-            return _by_columns(LazyArray(expression, projection.shape), n_pre, n_post)
+        case connectors.DistanceDependentProbabilityConnector() | connectors.IndexBasedProbabilityConnector():
+            return _by_columns(_probabilities(connector, projection), n_pre, n_post)
         case connectors.SmallWorldConnector():
             near = connector._generate_distance_map(projection) < connector.degree
             kept = np.inf if connector.n_connections is None else connector.n_connections * n_pre
@@ -72,15 +68,43 @@ def expected_synapses(connector: Any, projection: Any) -> float:
     return 0.0
 
 
+def highest_probability(connector: Any, projection: Any) -> float:
+    """Return the highest probability that the function of a connector gives to sampled pairs; 0 without one.
+
+    Cells are sampled as for the number of synapses, so a single higher value between two of many cells may
+    be missed.
+    """
+    if not isinstance(
+        connector,
+        connectors.DistanceDependentProbabilityConnector | connectors.IndexBasedProbabilityConnector,
+    ):
+        return 0.0
+    columns = _columns(_probabilities(connector, projection), projection.pre.size, projection.post.size)
+    return max((float(np.max(column)) for column in columns), default=0.0)
+
+
+def _probabilities(connector: Any, projection: Any) -> LazyArray:
+    """Return the probability of each pair of cells."""
+    if isinstance(connector, connectors.DistanceDependentProbabilityConnector):
+        return connector.distance_function(connector._generate_distance_map(projection))
+    expression = copy(connector.index_expression)
+    expression.projection = projection
+    return LazyArray(expression, projection.shape)
+
+
 def _by_columns(probabilities: LazyArray, n_pre: int, n_post: int) -> float:
     """Return an estimate of the sum of a matrix of probabilities from some of its columns.
 
     Samples whole columns, since randomly sampled pairs would rarely include nearby cells.
     """
-    everyone, n = np.arange(n_pre), min(n_post, _COLUMNS)
-    chosen = ((np.arange(n) + 0.5) * n_post / n).astype(int)
-    sums = [np.clip(probabilities[everyone, int(j)], 0.0, 1.0).sum() for j in chosen]
+    sums = [np.clip(column, 0.0, 1.0).sum() for column in _columns(probabilities, n_pre, n_post)]
     return float(np.mean(sums)) * n_post if sums else 0.0
+
+
+def _columns(probabilities: LazyArray, n_pre: int, n_post: int) -> Iterator[Any]:
+    everyone, n = np.arange(n_pre), min(n_post, _COLUMNS)
+    for j in ((np.arange(n) + 0.5) * n_post / max(n, 1)).astype(int):
+        yield probabilities[everyone, int(j)]
 
 
 def _repeats(connector: Any) -> bool:

@@ -7,10 +7,12 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from nrp_core.brain.pynn.electrodes import DCSource
+from nrp_core.brain.pynn.expected import highest_probability
 from nrp_core.brain.pynn.populations import ids_of
 from nrp_core.brain.pynn.simulator import State
 
 _ROUNDING_MS = 1e-9
+_ROUNDING = 1e-9
 
 
 def remarks_on(state: State, populations: Sequence[str], projections: Sequence[str]) -> tuple[str, ...]:
@@ -29,6 +31,7 @@ def remarks_on(state: State, populations: Sequence[str], projections: Sequence[s
         *_beyond(state, projections),
         *_unpaired(state, projections),
         *_multiple(state, projections),
+        *_certain(state, projections),
     )
 
 
@@ -106,3 +109,14 @@ def _multiple(state: State, labels: Sequence[str]) -> Iterator[str]:
             f"n of the {name} of the projection '{label}' is {n}, and '{among.label}' has {among.size} "
             f"cells: pairs of cells have {n / among.size:.3g} synapses each"
         )
+
+
+def _certain(state: State, labels: Sequence[str]) -> Iterator[str]:
+    """Yield the projections with a probability above 1, which connects pairs of cells as 1 does."""
+    for one, label in zip(state.projections, labels, strict=True):
+        highest = highest_probability(one.connector, one)
+        if highest > 1.0 + _ROUNDING:
+            yield (
+                f"the {type(one.connector).__name__} of the projection '{label}' gives probabilities up to "
+                f"{highest:.3g}; above 1 it connects every pair"
+            )

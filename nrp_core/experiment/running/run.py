@@ -46,9 +46,9 @@ from nrp_core.experiment.making.renewed import renewed
 from nrp_core.experiment.making.watch import Watch, declare_missing_topics, declare_own
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Build, Experiment
+from nrp_core.experiment.running.at_the_end import at_the_end
 from nrp_core.experiment.running.falls import FallWatch
 from nrp_core.experiment.running.judgement import passed_of
-from nrp_core.experiment.running.missed_events import missed_events
 from nrp_core.experiment.running.observation import Observation
 from nrp_core.experiment.running.opening import open_beside, open_side
 from nrp_core.experiment.running.pace import too_fast
@@ -164,7 +164,7 @@ class Run(Closing):
             falls = FallWatch(plan.scene, robots, self.world.capabilities)
             self._observation = Observation(self._watch, falls, robots)
             unheard = UnheardCommands(self.world, experiment.topics, lambda: self.loop.functions)
-            self.reporters = [unheard.findings, falls.findings, self._missed_events, self._too_fast]
+            self.reporters = [unheard.findings, falls.findings, self._at_the_end, self._too_fast]
             self.loop: ClosedLoop = opened.enter_context(self._close_loop(plan))
             neurons = np.arange(self.brain.network.size)
             self._counter = self.brain.add_sink(SpikeCounter(), neurons, name="result")
@@ -436,8 +436,9 @@ class Run(Closing):
     def _too_fast(self) -> Iterator[Finding]:
         return too_fast(self.experiment, self.brain.network, self.spikes, self.now_s)
 
-    def _missed_events(self) -> Iterator[Finding]:
-        return missed_events(self.experiment, self._watch.events.times) if self._is_over else iter(())
+    def _at_the_end(self) -> Iterator[Finding]:
+        times, now_ns = self._watch.events.times, self.loop.now_ns
+        return at_the_end(self.experiment, times, now_ns) if self._is_over else iter(())
 
     def result(self) -> Result:
         """Return the result so far."""

@@ -159,6 +159,7 @@ class Code(Enum):
     NRP350 = brain.REFUSED_NETWORK
     NRP351 = experiment.CONTRADICTORY_PARAMETER
     NRP352 = experiment.LATE_PARAMETER
+    NRP353 = running.BEYOND_THE_END
 
     def __repr__(self) -> str:
         return f"Code.{self.name}"

@@ -121,3 +121,11 @@ INTERRUPTED = Explanation(
     "{n} interruptions",
     Weight.INCOMPLETE,
 )
+
+BEYOND_THE_END = Explanation(
+    "A run that went on beyond the duration of its experiment.",
+    "Criteria and results are those of the longer run, which other runs of the experiment do not have.",
+    "Raise `duration` in the experiment, or end the run in time: `run.run()` ends at the duration.",
+    "{n} runs went on beyond the duration of the experiment",
+    Weight.REMARK,
+)

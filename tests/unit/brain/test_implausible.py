@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pyNN.space import Line
 
 from nrp_core.brain.files.script import load_network
 from nrp_core.brain.network.implausible import implausible
@@ -194,6 +195,18 @@ def test_groups_of_two_sizes_that_are_connected_one_to_one_are_reported() -> Non
     )
     assert second.startswith("the projection 'views' is one to one")
     assert implausible(sim.network()) == []
+
+
+@pytest.mark.parametrize(("expression", "highest"), [("exp(-d)", ""), ("d < 3", ""), ("5 * exp(-d)", "5")])
+def test_probabilities_above_1_are_reported(expression: str, highest: str) -> None:
+    sim = builder()
+    cells = sim.Population(40, sim.IF_cond_exp(), structure=Line())
+    connector = sim.DistanceDependentProbabilityConnector(expression)
+    sim.Projection(cells, cells, connector, sim.StaticSynapse(weight=0.01), label="near")
+    assert sim.network().remarks == (
+        "the DistanceDependentProbabilityConnector of the projection 'near' gives probabilities up to "
+        f"{highest}; above 1 it connects every pair",
+    ) * bool(highest)
 
 
 @pytest.mark.parametrize(("cell", "weight"), [("IF_cond_exp", 0.01), ("IF_curr_alpha", 1.0)])

@@ -367,11 +367,9 @@ def test_a_slow_brain_script_without_a_limit_runs(nrp, experiment):
 
 
 def test_a_run_beyond_the_end_of_the_experiment_is_noted(nrp, experiment):
-    assert (
-        "note: --until 4s is beyond the duration of the experiment, 3 s"
-        in nrp("run", experiment, "--until", "4s").err
-    )
-    assert "beyond" not in nrp("run", experiment, "--until", "3s").err
+    done = nrp("run", experiment, "--until", "4s")
+    assert "the run went on to 4 s, and the duration of the experiment is 3 s" in done.out
+    assert "went on" not in nrp("run", experiment, "--until", "3s").out
 
 
 def test_every_figure_that_is_asked_for_is_drawn(nrp, experiment, tmp_path):

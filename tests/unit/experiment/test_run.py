@@ -20,7 +20,7 @@ from nrp_core.errors import (
 )
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
-from nrp_core.findings import InvalidExperimentError
+from nrp_core.findings import Code, InvalidExperimentError
 from nrp_core.simulation import State
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.rigid.motion import ModelMotion
@@ -156,8 +156,11 @@ def test_a_run_goes_on_after_its_result_was_asked_for_at_the_end(open_run: Open)
     run = open_run("events.red.at=4 s", "criteria.arrives.within_of.time=1 s", "criteria.stays_near=null")
     run.run()
     assert run.result().passed is False
+    assert Code.NRP353 not in {one.code for one in run.problems}
     run.run_until(4.5)
     assert run.result().passed is True
+    (problem,) = (one for one in run.problems if one.code is Code.NRP353)
+    assert "went on to 4.5 s, and the duration of the experiment is 3 s" in problem.message
 
 
 def test_a_run_can_be_looked_at_before_its_first_step(open_run: Open) -> None:
