@@ -93,6 +93,9 @@ class _Loader:
             reason = never_fires(cells[end], signal.parts.values(), self._step)
             if reason:
                 self._sim.state.remark(f"no cell of '{end}' can fire: {reason}")
+        for name in self._order:
+            if self._kinds[name] == "Input" and all(name != start for start, _ in edges):
+                self._sim.state.remark(f"the input '{name}' reaches no cell")
         return populations
 
     def _refuse_graded(self) -> None:

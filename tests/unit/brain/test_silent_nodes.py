@@ -14,7 +14,9 @@ DT = 1e-4
 KEPT = 0.9  # of a voltage in a step: it rises to 10 times what comes in each step
 
 
-def _remarks(folder: Path, weight: float, current_based: bool, bias: float = 0.0) -> list[str]:
+def _remarks(
+    folder: Path, weight: float, current_based: bool, bias: float = 0.0, is_joined: bool = True
+) -> list[str]:
     tau, each = np.full(2, DT / (1.0 - KEPT)), np.ones(2)
     membrane = {"r": tau / DT, "v_leak": 0 * each, "v_threshold": each, "v_reset": 0 * each}
     cells = (
@@ -28,9 +30,10 @@ def _remarks(folder: Path, weight: float, current_based: bool, bias: float = 0.0
         "wheels": cells,
         "output": nir.Output(np.array([2])),
     }
-    edges = [("eyes", "weights"), ("weights", "wheels"), ("wheels", "output")]
+    edges = [("weights", "wheels"), ("wheels", "output")]
+    edges += [("eyes", "weights")] if is_joined else []
     nir.write(folder / "net.nir", nir.NIRGraph(nodes, edges))
-    return [one for one in read_nir(folder / "net.nir").remarks if "can fire" in one]
+    return list(read_nir(folder / "net.nir").remarks)
 
 
 @pytest.mark.parametrize(
@@ -50,3 +53,9 @@ def test_a_node_that_no_input_makes_fire_is_reported(
     remarks = _remarks(tmp_path, weight, current_based, bias)
     assert len(remarks) == found
     assert all("no cell of 'wheels' can fire: all inputs together, in every step" in one for one in remarks)
+
+
+def test_an_input_that_reaches_no_cell_is_reported(tmp_path: Path) -> None:
+    """The library puts inputs before nodes without one, so nothing else is missing."""
+    assert _remarks(tmp_path, 0.034, False) == []
+    assert "the input 'eyes' reaches no cell" in _remarks(tmp_path, 0.034, False, is_joined=False)
