@@ -16,11 +16,18 @@ import pytest
 from nrp_core import Recording
 from nrp_core.recording.video import VideoOptions, View, video
 
-PAGE = """<video id="v" src="{name}" muted></video><script>
-const v = document.getElementById("v"), say = (what) => fetch("/done?" + new URLSearchParams(what));
-v.addEventListener("error", () => say({{error: v.error.message}}));
-v.addEventListener("ended", () => say({{width: v.videoWidth, height: v.videoHeight, duration: v.duration}}));
-v.play();
+PAGE = """<script>
+for (const name of {names}) {{
+  const v = document.createElement("video");
+  const say = (what) => fetch("/done?" + new URLSearchParams({{name, ...what}}));
+  v.muted = true;
+  v.addEventListener("error", () => say({{error: v.error.message}}));
+  v.addEventListener("ended", () =>
+    say({{width: v.videoWidth, height: v.videoHeight, duration: v.duration}}));
+  v.src = name;
+  document.documentElement.append(v);
+  v.play();
+}}
 </script>"""
 
 
@@ -57,9 +64,9 @@ def served(folder: Path, said: "Queue[dict[str, list[str]]]") -> Iterator[str]:
         server.shutdown()
 
 
-def played(folder: Path, name: str) -> dict[str, list[str]]:
-    """Return what a page says of a video when Chromium has played it to its end."""
-    (folder / "page.html").write_text(PAGE.format(name=name))
+def played(folder: Path, *names: str) -> dict[str, dict[str, list[str]]]:
+    """Return what a page says of each video when Chromium has played them to their ends."""
+    (folder / "page.html").write_text(PAGE.format(names=list(names)))
     said: Queue[dict[str, list[str]]] = Queue()
     with served(folder, said) as address:
         command = [
@@ -69,21 +76,21 @@ def played(folder: Path, name: str) -> dict[str, list[str]]:
         ]  # fmt: skip
         browser = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
-            return said.get(timeout=60)
+            answers = [said.get(timeout=60) for _ in names]
         finally:
             browser.kill()
             browser.wait()
+    return {answer["name"][0]: answer for answer in answers}
 
 
-@pytest.mark.parametrize("name", ["walk.mp4", "walk.webm"])
-def test_chromium_plays_a_video_to_its_end(recording: Recording, tmp_path: Path, name: str) -> None:
-    count = video(recording, tmp_path / name, VideoOptions(view=View.FOLLOW, width=320, height=240))
-    said = played(tmp_path, name)
-    assert count == 26
-    assert (said.get("width"), said.get("height")) == (["320"], ["240"]), said
-    assert float(said["duration"][0]) == pytest.approx(26 / 25, abs=0.05)
-
-
-def test_a_file_that_is_not_a_video_is_not_played(tmp_path: Path) -> None:
-    (tmp_path / "walk.mp4").write_bytes(bytes(1000))
-    assert "error" in played(tmp_path, "walk.mp4")
+def test_chromium_plays_videos_to_their_ends_and_no_other_file(recording: Recording, tmp_path: Path) -> None:
+    videos = "walk.mp4", "walk.webm"
+    for name in videos:
+        assert video(recording, tmp_path / name, VideoOptions(view=View.FOLLOW, width=320, height=240)) == 26
+    (tmp_path / "wrong.mp4").write_bytes(bytes(1000))
+    said = played(tmp_path, *videos, "wrong.mp4")
+    assert "error" in said["wrong.mp4"]
+    for name in videos:
+        one = said[name]
+        assert (one.get("width"), one.get("height")) == (["320"], ["240"]), one
+        assert float(one["duration"][0]) == pytest.approx(26 / 25, abs=0.05)
