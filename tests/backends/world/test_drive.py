@@ -160,8 +160,7 @@ def test_a_wall_stops_the_robot_which_neither_climbs_nor_tips(open_world, parts,
         assert abs(pose.rpy[0]) + abs(pose.rpy[1]) < 0.01
 
 
-@pytest.mark.parametrize("heading", [0.0, 0.4, 0.9])
-@pytest.mark.parametrize("turn", [3.0, -3.0])
+@pytest.mark.parametrize(("heading", "turn"), [(0.0, 3.0), (0.4, -3.0), (0.9, 3.0)])
 def test_a_robot_that_pushes_against_a_wall_can_turn_away(open_world, parts, driver, heading, turn):
     place = Pose.from_rpy((0, 0, parts.standing), 0, 0, heading)
     world = open_world(parts.floor(), parts.wall(1.5), parts.husky(pose=place))

@@ -82,7 +82,8 @@ class SmallBrain(Brain):
             self.receive(target, weight, receptor)
         self.integrate()
         s.tick += 1
-        for neuron in np.flatnonzero(self.alive & (s.v >= self.p["v_thresh"])).tolist():
+        (fired,) = (self.alive & (s.v >= self.p["v_thresh"])).nonzero()
+        for neuron in fired.tolist():
             self.fire(neuron)
 
     def receive(self, target: int, weight: float, receptor: str) -> None:
