@@ -13,6 +13,7 @@ from typing import Final
 from nrp_brain_event.equations.compiled import Arguments
 from nrp_brain_event.equations.expressions import IMPORTS, PARAMETER, STATE, needed, source_of
 from nrp_brain_event.equations.places import Places
+from nrp_core.brain.network.equations.courses import ZERO
 from nrp_core.brain.network.equations.declarations import Assignments
 from nrp_core.brain.network.equations.expressions import WEIGHT
 from nrp_core.brain.network.equations.synapse_model import SHARE, SynapseModel
@@ -89,10 +90,9 @@ def _loaded(model: SynapseModel, places: Places) -> Iterator[str]:
         yield f"r_{name} = {source_of(course.rate, model)}"
         yield f"k_{name} = exp(r_{name} * dt)"
     for name, course in model.courses.items():
-        terms = [
-            f"{STATE}{name} * k_{name}",
-            f"({source_of(course.constant, model)}) * dt * exprel(r_{name} * dt)",
-        ]
+        terms = [f"{STATE}{name} * k_{name}"]
+        if course.constant is not ZERO:  # the product with a zero would be computed
+            terms.append(f"({source_of(course.constant, model)}) * dt * exprel(r_{name} * dt)")
         terms += [
             f"driven(dt, k_{name}, k_{driver}, r_{name} - r_{driver}, "
             f"({source_of(factor, model)}) * {STATE}{driver}, 0.0)"

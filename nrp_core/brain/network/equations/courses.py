@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Final
 
 from nrp_core.brain.network.equations.expressions import TIME, TextOrigin
 from nrp_core.brain.network.equations.linear import ONE, Coefficients, coefficients_of
@@ -14,7 +15,8 @@ _VALID = (
     "between spikes a variable has a closed form if it is linear in itself, e.g. 'dx/dt = (1 - x)/tau : 1', "
     "and in variables that only decay, e.g. 'dy/dt = -y/tau_y : 1'"
 )
-_ZERO = ast.Constant(0.0)
+ZERO: Final = ast.Constant(0.0)
+"""The coefficient of what an equation does not have."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,8 +29,8 @@ class Course:
         drivers: the factors of other variables, which only decay: ``dy/dt = rate y``.
     """
 
-    rate: ast.expr = _ZERO
-    constant: ast.expr = _ZERO
+    rate: ast.expr = ZERO
+    constant: ast.expr = ZERO
     drivers: Mapping[str, ast.expr] = field(default_factory=dict)
 
     @property
@@ -50,7 +52,7 @@ def courses_of(variables: Mapping[str, Variable], definitions: Mapping[str, ast.
         for driver in drivers:
             if found[driver].keys() - {driver}:
                 variables[name].place.refuse(f"'{driver}' does not only decay; {_VALID}")
-        courses[name] = Course(coefficients.get(name, _ZERO), coefficients.get(ONE, _ZERO), drivers)
+        courses[name] = Course(coefficients.get(name, ZERO), coefficients.get(ONE, ZERO), drivers)
     return courses
 
 
