@@ -42,6 +42,32 @@ def husky(_place: Path) -> Path:
     return _place
 
 
+FLOOR = """\
+<sdf version="1.6"><world name="floor"><model name="ground"><static>true</static><link name="link">
+  <collision name="all"><geometry><plane><normal>0 0 1</normal></plane></geometry></collision>
+</link></model></world></sdf>
+"""
+FUNCTIONS = """\
+name: functions
+duration: 40 s
+brain: {backend: event, model: brain.py, populations: {sensors: "0:5", actors: "6:8"}}
+world:
+  backend: mujoco
+  scene: floor.sdf
+  robots: {husky: {model: husky.sdf, pose: [0, 0, 0.2, 0, 0, 0]}}
+transfer_functions: [listing1.py, listing2.py]
+"""
+
+
+@pytest.fixture
+def functions(husky: Path) -> Path:
+    """The file of an experiment with the brain and the robot of ``husky``, for checks of functions alone."""
+    (husky / "floor.sdf").write_text(FLOOR)
+    path = husky / "functions.yaml"
+    path.write_text(FUNCTIONS)
+    return path
+
+
 @pytest.fixture
 def broken(husky: Path) -> Broken:
     """Return a function that replaces a text in a file, and gives the errors and warnings of what is left.

@@ -47,13 +47,13 @@ Check = Callable[[str], list[Finding]]
 
 
 @pytest.fixture
-def check(husky: Path) -> Check:
+def check(husky: Path, functions: Path) -> Check:
     """Return a function that gives all findings about a body but the latency of the loop."""
 
     def checked(body: str) -> list[Finding]:
         lines = "".join(f"    {line}\n" for line in body.splitlines())
         (husky / "drive.py").write_text(HEAD + lines + TAIL)
-        found = validate_file(husky / "experiment.yaml", [f"transfer_functions=[{husky}/drive.py]"])
+        found = validate_file(functions, [f"transfer_functions=[{husky}/drive.py]"])
         return [finding for finding in found if finding.code.name != "NRP238"]
 
     return checked
