@@ -26,7 +26,7 @@ from nrp_core.cle.time_limit import DEFAULT_S, TimeLimit, TimeLimitExceeded
 from nrp_core.cle.wiring import Wiring
 from nrp_core.clock import StepPlan, milliseconds, seconds
 from nrp_core.dsl.functions.function import TransferFunction
-from nrp_core.errors import LifecycleError, SimulationError, TimestepError
+from nrp_core.errors import ExperimentError, LifecycleError, SimulationError, TimestepError
 from nrp_core.world.topics import Publication, check_message
 from nrp_core.world.world import World
 
@@ -267,8 +267,10 @@ class ClosedLoop(Closing):
         """Activate or deactivate a transfer function between two steps; any thread may call this.
 
         Raises:
-            ExperimentError: there is no function of this name.
+            ExperimentError: there is no function of this name, or ``active`` is not true or false.
         """
+        if not isinstance(active, bool):
+            raise ExperimentError(f"'{name}' is made active by True, inactive by False, not by {active!r}")
         self.between_steps(lambda: setattr(self._wiring[name], "active", active))
 
     def _resume(self, functions: Iterable[TransferFunction]) -> None:

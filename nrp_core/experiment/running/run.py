@@ -266,12 +266,12 @@ class Run(Closing):
 
         Args:
             add: functions, or files with functions; each replaces the function of the same name.
-            remove: names of functions to remove.
+            remove: names of functions to remove, or one name.
 
         Raises:
             ExperimentError: a file or a function is wrong, or a name does not exist.
         """
-        added, names = tuple(add), tuple(remove)
+        added, names = tuple(add), (remove,) if isinstance(remove, str) else tuple(remove)
         given = ([one] if isinstance(one, TransferFunction) else self._load(one) for one in added)
         functions = [function for some in given for function in some]
 

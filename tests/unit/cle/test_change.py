@@ -147,6 +147,8 @@ def test_a_function_in_quarantine_runs_again_once_it_is_replaced() -> None:
 def test_one_that_was_switched_off_stays_off_when_it_is_replaced() -> None:
     loop = loop_of(counting(1))
     loop.activate("count", False)
+    with pytest.raises(ExperimentError, match="made active by True, inactive by False, not by 'no'"):
+        loop.activate("count", "no")  # type: ignore[arg-type]
     loop.change([counting(2)])
     loop.run_until(2 * PERIOD)
     assert said(loop) == []
