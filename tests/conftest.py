@@ -15,6 +15,8 @@ signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's job in the
 
 # where kernels are kept anyway: tests with a cache folder of their own would compile all of them again
 os.environ.setdefault("NUMBA_CACHE_DIR", str(platformdirs.user_cache_path("nrp-core") / "kernels"))
+# and where Matplotlib keeps its list of fonts, which takes it seconds to make
+os.environ.setdefault("MPLCONFIGDIR", str(platformdirs.user_cache_path("matplotlib")))
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
