@@ -15,23 +15,28 @@ from nrp_core.world.scene.sensing import MountedSensor
 
 
 def with_own_topics(links: Iterable[Link], model: Element, notes: Notes) -> tuple[Link, ...]:
-    """Return links of a model in which no two sensors have a topic in common; each new name is a warning."""
+    """Return links of a model in which no two sensors have a topic in common; each new name is a warning.
+
+    Two topics of one sensor may be the same: a sonar has its ranges instead of its scans.
+    """
     owners: dict[str, str] = {}
     taken = {topic for link in links for sensor in link.sensors for topic in _topics(sensor).values()}
 
     def own(sensor: MountedSensor, link: str) -> MountedSensor:
-        renamed: dict[str, Any] = {}
-        for name, topic in _topics(sensor).items():
+        topics = _topics(sensor)
+        others: dict[str, str] = {}
+        for topic in dict.fromkeys(topics.values()):
             if topic in owners:
-                renamed[name] = free_name(topic, taken)
-                taken.add(renamed[name])
+                others[topic] = free_name(topic, taken)
+                taken.add(others[topic])
                 message = (
                     f"the sensors {owners[topic]} and '{sensor.name}' of '{link}' have the topic '{topic}': "
-                    f"that of the second is '{renamed[name]}'"
+                    f"that of the second is '{others[topic]}'"
                 )
                 notes.warn(model, Code.NRP266, message, subject=sensor.name)
             else:
                 owners[topic] = f"'{sensor.name}' of '{link}'"
+        renamed: dict[str, Any] = {name: others[topic] for name, topic in topics.items() if topic in others}
         return replace(sensor, **renamed) if renamed else sensor
 
     return tuple(

@@ -12,6 +12,7 @@ from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.sensing import Noise
 from nrp_core.world.sensors.camera import Camera
+from nrp_core.world.sensors.laser import Laser
 
 ModelReader = Callable[..., Model]
 
@@ -145,6 +146,14 @@ def test_sensors_that_share_a_topic_get_one_each_in_a_row_of_them(model: ModelRe
         "the sensors 'a' of 'eye' and 'b' of 'eye' have the topic '/sonar': that of the second is '/sonar_3'"
     )
     assert said in str(warning)
+
+
+def test_a_sonar_has_its_ranges_on_the_topic_of_its_scans_also_if_that_is_taken(model: ModelReader) -> None:
+    ranges = "<topic>/sonar</topic><sonar><min>0.1</min><max>2</max></sonar>"
+    sonar = f'<sensor name="{{}}" type="sonar">{ranges}</sensor>'
+    read = model(f'<link name="eye"><inertial/>{sonar.format("a")}{sonar.format("b")}</link>')
+    topics = [(each.topic, each.range_topic) for each in read.links[0].sensors if isinstance(each, Laser)]
+    assert topics == [("/sonar", "/sonar"), ("/sonar_2", "/sonar_2")]
 
 
 def test_the_second_of_two_sensors_of_one_name_gets_another_one(model: ModelReader) -> None:
