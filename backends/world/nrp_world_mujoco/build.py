@@ -179,11 +179,12 @@ class _Builder:
             if name in joints:
                 limit = next(joint.effort for joint in model.joints if joint.name == name)
                 self._servos[model.name, name] = self._add_joint_servo(joints[name], limit)
-        for name, firm in firm_joints(model, bodies).items():
-            joints[name].solimp_friction = FIRMEST
-            self._firm[model.name, name] = firm
         self._close(model)
         self._native.apply(BuiltParts(model, self._links, joints, self._collisions))
+        armatures = {name: float(joint.armature) for name, joint in joints.items()}
+        for name, firm in firm_joints(model, bodies, armatures).items():
+            joints[name].solimp_friction = FIRMEST
+            self._firm[model.name, name] = firm
 
     def _owners_of(self, compiled: Any) -> Sequence[BodyPath]:
         owners = [("", 0)] * compiled.ngeom

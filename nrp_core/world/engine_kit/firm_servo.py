@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import dist, inf
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ STRENGTH = 10.0
 BRAKING = 0.5
 """The share of a joint's effort with which it can brake; gravity and the other joints may take the rest."""
 GRAVITY = 9.81
+_NONE: Mapping[str, float] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,15 +51,19 @@ class FirmJoint:
         return BRAKING * self.joint.effort / self.inertia if self.inertia else inf
 
 
-def firm_joints(model: Model, bodies: Sequence[Body]) -> Mapping[str, FirmJoint]:
+def firm_joints(
+    model: Model, bodies: Sequence[Body], armatures: Mapping[str, float] = _NONE
+) -> Mapping[str, FirmJoint]:
     """Return the joints of a model with a controller without gains.
 
     Those without a limit of effort get one, so that they do not crush what is in their way: the effort that
-    holds :data:`STRENGTH` times the whole model at the distance of its farthest body.
+    holds :data:`STRENGTH` times the whole model at the distance of its farthest body, and that moves its own
+    motor as fast.
 
     Args:
         model: the model.
         bodies: its bodies.
+        armatures: the inertia (kg m^2) or mass (kg) of the motors of joints that have one.
     """
     led = [leader.of_joint(joint) for leader in model.leaders for joint in leader.joints]
     names = {each.joint for each in (*model.controllers, *led) if each.is_firm}
@@ -68,9 +74,10 @@ def firm_joints(model: Model, bodies: Sequence[Body]) -> Mapping[str, FirmJoint]
     for joint in model.joints:
         if joint.name in names and joint.coordinates:
             lever = max((dist(pose.position, joint.pose.position) for _, pose in masses), default=0.0)
-            largest = weight if joint.kind == "prismatic" else weight * lever
+            motor = armatures.get(joint.name, 0.0)
+            largest = weight * (1.0 if joint.kind == "prismatic" else lever) + STRENGTH * GRAVITY * motor
             limited = replace(joint, effort=largest) if joint.effort == inf and largest else joint
-            joints[joint.name] = FirmJoint(limited, inertias[joint.name])
+            joints[joint.name] = FirmJoint(limited, inertias[joint.name] + motor)
     return joints
 
 

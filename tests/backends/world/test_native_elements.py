@@ -11,9 +11,11 @@ import pytest
 
 from nrp_core import Scene, World, read_model, worlds
 from nrp_core.errors import SceneError
+from nrp_core.world.fitting import Fitting, JointControl, fitted
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.gazebo_msgs import ModelState
 from nrp_core.world.messages.geometry_msgs import Point, Pose, Twist, Vector3
+from nrp_core.world.messages.std_msgs import Float64
 
 Open = Callable[..., World]
 
@@ -71,6 +73,24 @@ def test_the_inertia_of_a_rotor_behind_a_gear_counts_in_mujoco(
     world.call("/gazebo/apply_joint_effort", "model0::axle", effort=2.0, duration=Duration(10))
     world.run_until(1_000_000_000)
     assert world.joint_states("model0").velocities[0] == pytest.approx(2.0 / (0.5 + armature), rel=0.01)
+
+
+@pytest.mark.parametrize("limit", ["", "<limit><effort>20</effort></limit>"])
+def test_a_joint_without_gains_stops_a_heavy_rotor_at_its_target(tmp_path: Path, limit: str) -> None:
+    """Its path brakes for the rotor as well: the disc alone could stop twenty times as fast."""
+    text = ROTOR.format(native='<mujoco:joint name="axle" armature="10"/>')
+    text = text.replace("</xyz></axis>", f"</xyz>{limit}</axis>")
+    path = tmp_path / "rotor.sdf"
+    path.write_text(f'<sdf version="1.9">{text}</sdf>')
+    model = fitted(read_model(path), Fitting(control=((".*", JointControl("position")),)))
+    backend, largest = worlds().load("mujoco"), 0.0
+    with backend.open(Scene((model,)), seed=1, options=backend.options()) as world:
+        world.advertise(model.controllers[0].topic).publish(Float64(0.2))
+        for step in range(1, 126):
+            world.run_until(step * 20_000_000)
+            largest = max(largest, float(world.joint_states("rotor").positions[0]))
+        assert world.joint_states("rotor").positions[0] == pytest.approx(0.2, abs=1e-4)
+    assert largest < 0.201
 
 
 ROLLS = '<mujoco:geom link="ball" condim="6" friction="1 0.005 0.02"/>'
