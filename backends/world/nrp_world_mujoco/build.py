@@ -23,7 +23,7 @@ from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Link, Model, Scene
 from nrp_world_mujoco.gl import GlRenderer
-from nrp_world_mujoco.library import mujoco
+from nrp_world_mujoco.library import compiled, mujoco
 from nrp_world_mujoco.mechanisms import BuiltParts
 from nrp_world_mujoco.native import NativeElements
 from nrp_world_mujoco.shapes import Shapes, placed, scalar_first
@@ -142,18 +142,18 @@ class _Builder:
         actuators = self._native.finish()
         if len(self._spec.geoms) < FEW_GEOMS:
             self._spec.option.disableflags |= SAME_CONTACTS
-        compiled = self._spec.compile()
+        model = compiled(self._spec)
         return Built(
-            compiled,
+            model,
             {name: [(body, element.id) for body, element in each] for name, each in self._bodies.items()},
-            {name: dict(_freedoms(each, compiled)) for name, each in self._joints.items()},
+            {name: dict(_freedoms(each, model)) for name, each in self._joints.items()},
             {path: (servo, [e.id for e in each]) for path, (servo, each) in self._drives.items()},
             {path: element.id for path, element in self._visuals.items()},
             {path: element.id for path, element in self._cameras.items()},
             {path: element.id for path, element in self._servos.items()},
             self._native.declared,
             self._firm,
-            self._owners_of(compiled),
+            self._owners_of(model),
             {path: element.id for path, element in actuators.items()},
             self._native.warnings,
         )
@@ -186,8 +186,8 @@ class _Builder:
             joints[name].solimp_friction = FIRMEST
             self._firm[model.name, name] = firm
 
-    def _owners_of(self, compiled: Any) -> Sequence[BodyPath]:
-        owners = [("", 0)] * compiled.ngeom
+    def _owners_of(self, model: Any) -> Sequence[BodyPath]:
+        owners = [("", 0)] * model.ngeom
         for path, element in self._owners:
             owners[element.id] = path
         return owners
@@ -308,10 +308,10 @@ class _Builder:
             self._spec.add_exclude(bodyname1=one, bodyname2=other)
 
 
-def _freedoms(joints: Sequence[tuple[Joint, Any]], compiled: Any) -> Iterator[tuple[str, int]]:
+def _freedoms(joints: Sequence[tuple[Joint, Any]], model: Any) -> Iterator[tuple[str, int]]:
     """Yield the coordinates of joints, each with its degree of freedom."""
     for joint, element in joints:
-        first = int(compiled.jnt_dofadr[element.id])
+        first = int(model.jnt_dofadr[element.id])
         yield from zip(joint.coordinates, count(first))
 
 

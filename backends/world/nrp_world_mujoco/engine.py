@@ -26,7 +26,7 @@ from nrp_world_mujoco.build import Built, build
 from nrp_world_mujoco.cameras import frame_reader, open_cameras
 from nrp_world_mujoco.control import Control
 from nrp_world_mujoco.drive import Drive
-from nrp_world_mujoco.library import mujoco
+from nrp_world_mujoco.library import SAID, mujoco
 from nrp_world_mujoco.motion import Floating, JointReader, motion_of
 from nrp_world_mujoco.options import MujocoOptions
 from nrp_world_mujoco.shapes import scalar_first
@@ -112,7 +112,7 @@ class MujocoEngine(JointedEngine):
         else:
             mujoco.mj_step(self._model, self._data, steps)
         self._stale = True
-        if self._warned.tobytes() != self._calm:
+        if SAID or self._warned.tobytes() != self._calm:
             self._report_warnings()
 
     def check_finite(self, t_ns: int) -> None:
@@ -218,4 +218,6 @@ class MujocoEngine(JointedEngine):
         for kind, count in enumerate(self._warned):
             if count > 1:
                 self.warnings.add(Code.NRP277, f"MuJoCo: {mujoco.mju_warningText(kind, 0)}")
+        while SAID:
+            self.warnings.add(Code.NRP277, f"MuJoCo: {SAID.popitem()[0]}")
         self._mute_warnings()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from ctypes.util import find_library
 from typing import Any
 
@@ -10,6 +11,12 @@ VISUALS = 1
 """The geom group of visuals."""
 COLLISIONS = 3
 """The geom group of collisions."""
+
+SAID: dict[str, None] = {}
+"""What MuJoCo warned of beside the warnings that it counts, each once, until an engine reports it.
+
+Without a handler MuJoCo prints them and writes a file into the current folder.
+"""
 
 _NEEDS = {"egl": "EGL", "osmesa": "OSMesa"}
 
@@ -28,4 +35,23 @@ def _import() -> Any:
     return mujoco
 
 
+def _note(message: str) -> None:
+    SAID[" ".join(message.split())] = None
+
+
+def compiled(spec: Any) -> Any:
+    """Compile a specification; what MuJoCo warns of is noted.
+
+    Raises:
+        ValueError: MuJoCo refuses it.
+    """
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        model = spec.compile()
+    for each in told:
+        _note(str(each.message))
+    return model
+
+
 mujoco = _import()
+mujoco.set_mju_user_warning(_note)

@@ -217,9 +217,8 @@ _SERVO = """<mujoco model="arm">{more}<worldbody><body name="upper" pos="0 0 1">
     ],
 )  # fmt: skip
 def test_forces_that_are_lost_or_move_nothing_are_reported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, joint: str, force: str, more: str, words: str
+    tmp_path: Path, joint: str, force: str, more: str, words: str
 ) -> None:
-    monkeypatch.chdir(tmp_path)  # MuJoCo writes its warnings into the current folder
     (tmp_path / "arm.xml").write_text(_SERVO.format(joint=joint, force=force, more=more))
     model = read_model(tmp_path / "arm.xml")
     found = [*map(str, model.warnings), *of_joints(model)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,8 @@ import mujoco
 import pytest
 
 from nrp_core import Scene, World, read_model, worlds
-from nrp_core.errors import SceneError
+from nrp_core.errors import SceneError, SimulationError
+from nrp_core.findings import Code
 from nrp_core.world.fitting import Fitting, JointControl, fitted
 from nrp_core.world.messages.base import Duration
 from nrp_core.world.messages.gazebo_msgs import ModelState
@@ -91,6 +93,21 @@ def test_a_joint_without_gains_stops_a_heavy_rotor_at_its_target(tmp_path: Path,
             largest = max(largest, float(world.joint_states("rotor").positions[0]))
         assert world.joint_states("rotor").positions[0] == pytest.approx(0.2, abs=1e-4)
     assert largest < 0.201
+
+
+def test_what_mujoco_warns_of_is_a_finding_and_no_file(
+    open_in: Open, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (here := tmp_path / "here").mkdir()
+    monkeypatch.chdir(here)
+    world = open_in("mujoco", ROTOR.format(native='<mujoco:joint name="axle" armature="-0.5"/>'))
+    with suppress(SimulationError):
+        world.run_until(20_000_000)
+    told = [each for each in world.warnings if each.code is Code.NRP277]
+    assert told
+    assert all("MuJoCo: Inertia matrix is too close to singular" in str(each) for each in told)
+    assert not list(here.iterdir())
+    assert capfd.readouterr() == ("", "")
 
 
 ROLLS = '<mujoco:geom link="ball" condim="6" friction="1 0.005 0.02"/>'
