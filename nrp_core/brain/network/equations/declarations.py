@@ -65,7 +65,7 @@ def parameters_of(given: Mapping[str, str], lines: list[Line], kind: str) -> dic
         place = TextOrigin("parameters", f"{name}: {text}", kind=kind)
         require_ascii(place)
         try:
-            found[name] = unit_of(text) if text != "1" else Unit("1", 1.0, NONE)
+            found[name] = unit_of(text)
         except ValueError as error:
             place.refuse(str(error))
     for line in lines:

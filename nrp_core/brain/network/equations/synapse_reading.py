@@ -68,7 +68,7 @@ def _require_free(lines: list[Line], units: Mapping[str, str]) -> None:
 
 def _unit(text: str) -> Unit:
     try:
-        return Unit("1", 1.0, NONE) if text == "1" else unit_of(text)
+        return unit_of(text)
     except ValueError as error:
         TextOrigin("weight_unit", text, kind=SYNAPSE_TYPE).refuse(str(error))
 

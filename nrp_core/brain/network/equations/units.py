@@ -112,7 +112,7 @@ def quantity(text: str) -> tuple[float, Unit]:
     if match is None:
         raise ValueError(f"'{text}' is not a number with a unit; write e.g. '20 ms'")
     number, unit = match.groups()
-    return float(number), unit_of(unit) if unit else Unit("1", 1.0, NONE)
+    return float(number), unit_of(unit or "1")
 
 
 def described(of: Dimension) -> str:
