@@ -99,10 +99,113 @@ def test_functions_peaks_and_pulses_become_equations() -> None:
     assert pulses["parameters"]["V_th"] == "-55.0 mV"
 
 
+def test_a_cell_that_counts_steps_fires_when_its_period_is_over() -> None:
+    sim = new_simulator()
+    sim.setup(timestep=STEP_MS)
+    rates = [10.0, 30.0, 2000.0]
+    cells = sim.Population(3, sim.nestml_cell(MODELS / "ignore_and_fire_neuron.nestml")(firing_rate=rates))
+    cells.initialize(phase_steps=0.0)
+    cells.record("spikes")
+    sim.run(1000.0)
+    for rate, train in zip(rates, cells.get_data().segments[0].spiketrains, strict=True):
+        period = np.ceil(1000.0 / rate / STEP_MS - 1e-6)
+        steps = np.rint(np.asarray(train) / STEP_MS).astype(int)
+        assert steps.tolist() == (np.arange(1, 10000 // period + 1) * period).astype(int).tolist()
+
+
+class Reference(NamedTuple):
+    """A model, its spike ports with receptors, weights and numbers of spikes, and NESTML's own result.
+
+    Args:
+        apart: steps between two spikes; a spike in the last step of a refractory period is lost here.
+        step_ms: of NESTML, which holds the input of a step.
+        late_ms: the largest difference of a spike.
+        most: the largest difference of the variable up to the first spike, and later.
+    """
+
+    model: str
+    variable: str
+    ports: dict[str, tuple[str, float, int]]
+    apart: int
+    step_ms: float
+    late_ms: float
+    most: tuple[float, float]
+
+
+REFERENCES = (
+    Reference(
+        "iaf_psc_delta_fixed_timestep_neuron", "V_m", {"spikes": ("excitatory", 4.0, 400)}, 3, 0.1, 1e-9,
+        (1e-9, 1e-9),
+    ),
+    Reference("ignore_and_fire_neuron", "phase_steps", {}, 1, 0.1, 1e-9, (1e-9, 1e-9)),
+    Reference(
+        "iaf_chxk_2008_neuron", "V_m",
+        {"exc_spikes": ("excitatory", 60.0, 60), "inh_spikes": ("inhibitory", 20.0, 20)}, 1, 0.005, 0.1,
+        (1e-6, np.inf),
+    ),
+)  # fmt: skip
+
+
+def of_nestml(cell: Any, case: Reference, steps: dict[str, set[int]], weights: dict[str, float]) -> Any:
+    """Return the variable in each step, and the times of spikes (ms), of a neuron in NESTML's own Python."""
+    per, values, fired = round(STEP_MS / case.step_ms), [], []
+    for k in range(1, 3000 * per + 1):
+        for port, arrivals in steps.items():
+            if k % per == 0 and k // per in arrivals:
+                cell.handle(k * case.step_ms, weights[port], port)
+        cell.step((k - 1) * case.step_ms, case.step_ms)
+        if cell.pop_emitted_spikes():
+            fired.append(k * case.step_ms)
+        if k % per == 0:
+            state, names = cell.S_, getattr(cell.S_, "ode_state_variable_name_to_index", {})
+            in_ode = case.variable in names
+            values.append(state.ode_state[names[case.variable]] if in_ode else getattr(state, case.variable))
+    return np.array(values), np.array(fired)
+
+
+@pytest.mark.heavy
+def test_neurons_that_pynn_lacks_are_those_of_nestmls_own_python(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from importlib import import_module
+
+    from pynestml.frontend.pynestml_frontend import generate_python_standalone_target
+
+    files = [str(MODELS / f"{case.model}.nestml") for case in REFERENCES]
+    generate_python_standalone_target(files, target_path=str(tmp_path / "made"), logging_level="ERROR")
+    monkeypatch.syspath_prepend(tmp_path)
+    for case in REFERENCES:
+        rng = np.random.default_rng(4)
+        sim = new_simulator()
+        sim.setup(timestep=STEP_MS)
+        cells = sim.Population(1, sim.nestml_cell(MODELS / f"{case.model}.nestml")())
+        steps, weights = {}, {}
+        for port, (receptor, weight, n) in case.ports.items():
+            arrivals = np.unique(rng.choice(np.arange(12, 2900), n, replace=False) // case.apart) * case.apart
+            steps[port], weights[port] = set(arrivals.tolist()), weight
+            source = sim.Population(1, sim.SpikeSourceArray(spike_times=((arrivals - 10) * STEP_MS).tolist()))
+            synapse = sim.StaticSynapse(weight=weight, delay=1.0)
+            sim.Projection(source, cells, sim.OneToOneConnector(), synapse, receptor_type=receptor)
+        cells.record(["spikes", case.variable])
+        sim.run(300.0)
+        data = cells.get_data().segments[0]
+        mine = np.asarray(data.filter(name=case.variable)[0])[1:, 0]
+        theirs_class = getattr(import_module(f"made.{case.model}"), f"Neuron_{case.model}")
+        theirs, fired = of_nestml(theirs_class(case.step_ms), case, steps, weights)
+        theirs = theirs * STEP_MS if case.variable == "phase_steps" else theirs
+        spikes = np.asarray(data.spiketrains[0])
+        assert len(spikes) == len(fired) > 2, case.model
+        assert np.abs(spikes - fired).max() < case.late_ms + 1e-6
+        first = int(fired[0] / STEP_MS) - 1
+        apart = np.abs(mine - theirs)
+        assert apart[:first].max() < case.most[0]
+        assert apart.max() < case.most[1]
+
+
 @pytest.mark.parametrize(
     ("model", "message"),
     [
-        ("iaf_psc_exp_htum_neuron", r"line \d+: steps\(...\) has no meaning in an equation"),
+        ("iaf_psc_exp_htum_neuron", r"line \d+: an update has no conditions but 'if refr_t > 0 ms'"),
         pytest.param(
             "traub_cond_multisyn_neuron",
             r"line \d+: it has more than one excitatory port",
@@ -133,4 +236,4 @@ def test_most_neurons_that_nestml_ships_are_cells_here() -> None:
             made.append(path.stem)
         except NetworkError:
             refused.append(path.stem)
-    assert len(made) >= 22, refused
+    assert len(made) >= 25, refused

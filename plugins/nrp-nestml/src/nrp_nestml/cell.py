@@ -37,11 +37,14 @@ class _Cell:
         self._given = Declarations(model)
         self._dynamics = Dynamics(model, self._given)
         self._does = self._behaviour(model)
-        gone = {self._does.timer, *self._does.previous}
-        rates = {**self._dynamics.rates, **self._does.decays}
+        gone = {self._does.timer, *self._does.previous, *self._does.shares}
+        rates = {**self._dynamics.rates, **self._does.rates}
+        if self._does.counter:  # the time that its steps take
+            self._given.units[self._does.counter] = "ms"
+            rates[self._does.counter] = "1.0"
         rates |= dict.fromkeys(self._given.initial.keys() - rates.keys(), "0.0")  # changes at spikes alone
         self._rates = {name: rate for name, rate in rates.items() if name not in gone}
-        self._inlines = dict(self._dynamics.inlines)
+        self._inlines = self._dynamics.inlines | self._does.shares
         for name in {one for one in self._does.previous.values() if f"{one}_falls" in self._does.threshold}:
             self._inlines[f"{name}_falls"] = self._rates[name]
         for name in filter(None, gone):
@@ -71,11 +74,12 @@ class _Cell:
     def arguments(self) -> dict[str, Any]:
         """Return the arguments."""
         does = self._does
+        refractory = f"({self._final(does.period)})*ms" if does.period else self._final(does.waits)
         result = {
             "equations": "\n".join([*self._definitions(), *self._derivatives()]),
             "threshold": self._final(does.threshold),
             "reset": "\n".join(map(self._assignment, does.reset)),
-            "refractory": f"({self._final(does.period)})*ms" if does.period else "0 ms",
+            "refractory": refractory or "0 ms",
             "receptors": self._receptors(), "name": self._name,
         }  # fmt: skip
         return {**result, "parameters": self._parameters(result), "initial": self._initial()}
@@ -158,4 +162,6 @@ class _Cell:
 
 
 def _quantity(number: float, unit: str) -> str:
+    if unit == "kHz":
+        return f"{1e3 * number!r} Hz"
     return f"{number!r}" if unit == "1" else f"{number!r} {unit}"

@@ -27,7 +27,8 @@ _FUNCTIONS: Final = (
 )
 _NUMBERS: Final[dict[str, Any]] = {
     **{name: getattr(math, name) for name in _FUNCTIONS},
-    "abs": abs, "min": min, "max": max, "int": int, "inf": math.inf, "e": math.e, "__builtins__": {},
+    "abs": abs, "min": min, "max": max, "int": int, "inf": math.inf, "e": math.e,
+    "steps": float, "__builtins__": {},
 }  # fmt: skip
 STEP: Final = "resolution()"
 _NAME: Final = re.compile(r"[A-Za-z_]\w*")
@@ -39,6 +40,12 @@ class Declarations:
     Args:
         model: NESTML's syntax tree.
 
+    Attributes:
+        units: the units of parameters, internals and variables, as they are written.
+        ports: the input ports.
+        writer: writes expressions with these names.
+        parameters, internals, initial: texts of values.
+
     Raises:
         NestmlError: a vector, or a value that is missing.
     """
@@ -48,15 +55,15 @@ class Declarations:
             "parameters": model.get_parameters_blocks(), "internals": model.get_internals_blocks(),
             "state": model.get_state_blocks(),
         }  # fmt: skip
-        self._units: dict[str, str] = {}
+        self.units: dict[str, str] = {}
         for each in blocks.values():
             for declaration, name in _declared(each):
                 if declaration.has_size_parameter():
                     raise NestmlError(f"{at(declaration)}: '{name}' is a vector, which equations do not have")
-                self._units[name] = str(declaration.get_data_type()).strip()
+                self.units[name] = str(declaration.get_data_type()).strip()
         self.ports = [port for block in model.get_input_blocks() for port in block.get_input_ports()]
         self.writer = Writer(
-            {*self._units, *_named(model), *(plain(one.get_name()) for one in self.ports)}, {}, {}
+            {*self.units, *_named(model), *(plain(one.get_name()) for one in self.ports)}, {}, {}
         )
         read_functions(list(model.get_functions()), self.writer)
         self.parameters, self.internals, self.initial = (
@@ -66,13 +73,18 @@ class Declarations:
 
     def unit(self, name: str) -> str:
         """Return the unit of a value in equations: NEST's of its kind, or 1."""
-        return nest_unit(self._units.get(name, "")) or "1"
+        return nest_unit(self.units.get(name, "")) or "1"
 
     def _text(self, declaration: Any) -> str:
         expression = declaration.get_expression()
         if expression is None:
             raise NestmlError(f"{at(declaration)}: a value is missing")
-        return STEP if str(expression).strip() == STEP else self.writer.text(expression)
+        if str(expression).strip() == STEP:
+            return STEP
+        call = expression.get_function_call() if hasattr(expression, "get_function_call") else None
+        if call is not None and call.get_name() == "steps":
+            return f"steps({self.writer.text(call.get_args()[0])})"
+        return self.writer.text(expression)
 
     def number(self, name: str, path: tuple[str, ...] = ()) -> float:
         """Return the value of a parameter, or of a variable at the start.

@@ -15,7 +15,7 @@ _BASES: Final = {
 }  # fmt: skip
 """The power of ten of NEST's unit of each kind, in SI units; a Hz is one in a ms there."""
 _NAMES: Final = {
-    "V": "mV", "A": "pA", "s": "ms", "S": "nS", "F": "pF", "Ohm": "Gohm",
+    "V": "mV", "A": "pA", "s": "ms", "S": "nS", "F": "pF", "Ohm": "Gohm", "Hz": "kHz", "Bq": "kHz",
 }  # fmt: skip
 _UNIT: Final = re.compile(rf"([{''.join(_PREFIXES)}]?)({'|'.join(_BASES)})")
 _FUNCTIONS: Final = {
@@ -84,7 +84,7 @@ class Writer:
         if node.is_inf_literal:
             return "inf"
         if node.get_boolean_literal() is not None:
-            return str(node.get_boolean_literal())
+            return str(int(node.get_boolean_literal()))
         number = node.get_numeric_literal()
         if number is not None:
             unit = node.unitType or node.get_variable()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from nrp_nestml.bodies import small
 from nrp_nestml.errors import NestmlError, at
 from nrp_nestml.expressions import Writer, plain, substituted
-from nrp_nestml.statements import small
 
 
 def read_functions(functions: list[Any], writer: Writer) -> None:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
+from nrp_nestml.bodies import SpikeBody, is_emitted, small, target
 from nrp_nestml.errors import NestmlError, at
 from nrp_nestml.expressions import Writer, plain
+
+_NEARLY: Final = "(1 - 1e-9)"
+"""Of a period, so that rounding does not delay a cell that counts steps by one."""
 
 
 @dataclass
@@ -20,9 +23,12 @@ class Behaviour:
         held: variables that stay in the refractory period.
         effects: the variable and the text that a spike of a port adds, by port.
         previous: variables that hold the value of another one before the step.
-        decays: rates of variables that an update multiplies by ``exp(-step/tau)``.
+        rates: rates of variables that an update multiplies by ``exp(-step/tau)``.
+        counter: the variable that counts the steps since the last spike.
+        shares: expressions in the place of variables that an update computes.
         timer: the variable that counts the refractory period down.
         period: the text of its start value.
+        waits: the condition in which there is no spike, where it is not a period.
         threshold: the condition for a spike.
         reset: assignments.
     """
@@ -30,9 +36,12 @@ class Behaviour:
     held: set[str] = field(default_factory=set)
     effects: dict[str, tuple[str, str]] = field(default_factory=dict)
     previous: dict[str, str] = field(default_factory=dict)
-    decays: dict[str, str] = field(default_factory=dict)
+    rates: dict[str, str] = field(default_factory=dict)
+    counter: str = ""
+    shares: dict[str, str] = field(default_factory=dict)
     timer: str = ""
     period: str = ""
+    waits: str = ""
     threshold: str = ""
     reset: list[str] = field(default_factory=list)
 
@@ -54,14 +63,6 @@ def _timer(condition: ast.expr, comparison: str) -> str:
     return match[1] if match else ""
 
 
-def small(body: Any) -> Iterator[Any]:
-    """Yield the statements of a body that is not divided by conditions."""
-    for statement in body.get_stmts():
-        if statement.is_compound_stmt():
-            raise NestmlError(f"{at(statement)}: a condition or loop here has no meaning in an equation")
-        yield statement.small_stmt
-
-
 class Reader:
     """Reads the statements of a model.
 
@@ -77,6 +78,8 @@ class Reader:
     ) -> None:
         self._writer, self._variables = writer, variables
         self._internals, self._ports = internals, ports
+        self._counter = ""
+        self._shares: dict[str, str] = {}
         self.found = Behaviour()
 
     def update(self, body: Any) -> None:
@@ -90,7 +93,15 @@ class Reader:
                 self._assigned(statement.small_stmt)
 
     def received(self, port: str, body: Any) -> None:
-        """Read what a spike does."""
+        """Read what a spike does; that it does nothing in the refractory period is what held variables do."""
+        statements = body.get_stmts()
+        if len(statements) == 1 and statements[0].is_compound_stmt() and self.found.timer:
+            chosen = statements[0].compound_stmt.get_if_stmt()
+            text = self._writer.text(chosen.get_if_clause().get_condition()) if chosen else ""
+            if text == f"({self.found.timer} == 0)" and not (
+                chosen.has_elif_clauses() or chosen.has_else_clause()
+            ):
+                body = chosen.get_if_clause().get_stmts_body()
         for one in small(body):
             self._effect(one, port)
 
@@ -98,26 +109,43 @@ class Reader:
         """Read the condition for a spike, and what follows."""
         if self.found.threshold:
             raise NestmlError(f"{at(block)}: a cell has one onCondition block")
-        parts = conjuncts(self._writer.text(block.get_cond_expr()))
+        parts = self._crossing(conjuncts(self._writer.text(block.get_cond_expr())))
         timers = [_timer(part, "<=") for part in parts]
-        self.found.timer = next((name for name in timers if name in self._variables), "")
-        emits = False
-        for one in small(block.get_stmts_body()):
-            if one.is_function_call() and one.get_function_call().get_name() == "emit_spike":
-                emits = True
-            elif one.is_assignment():
-                self._reset(one.get_assignment())
+        self.found.timer = next((name for name in timers if name in self._variables), self.found.timer)
+        body = SpikeBody(self._writer, self.found.previous if self.found.waits else {})
+        body.read(block.get_stmts_body())
+        for name, value in body.assignments:
+            if name == self.found.timer:
+                self.found.period = self._steps(value) or value
             else:
-                raise NestmlError(f"{at(one)}: a spike only sets state variables")
+                self.found.reset.append(f"{name} = {value}")
         if self.found.timer and not self.found.period:
             raise NestmlError(f"{at(block)}: a spike does not start the timer '{self.found.timer}'")
-        if not emits:
+        if not body.emits:
             raise NestmlError(f"{at(block)}: an onCondition block emits a spike")
         self.found.threshold = " and ".join(
             self._peak(part)
             for part, timer in zip(parts, timers, strict=True)
             if not timer or timer != self.found.timer
         )
+
+    def _crossing(self, parts: list[ast.expr]) -> list[ast.expr]:
+        """Return the parts without ``V_m_old < V_th``: a cell waits while ``V_m >= V_th``, the other part."""
+        texts = [ast.unparse(part) for part in parts]
+        for k, text in enumerate(texts):
+            before = re.fullmatch(r"(\w+) < (\w+)", text)
+            if before is None or before[1] not in self.found.previous:
+                continue
+            crossed = f"{self.found.previous[before[1]]} >= {before[2]}"
+            if crossed in texts:
+                self.found.waits = f"({crossed})"
+                return parts[:k] + parts[k + 1 :]
+        return parts
+
+    def _steps(self, value: str) -> str:
+        """Return the time (ms) of an internal that is a number of steps, or an empty text."""
+        match = re.fullmatch(r"steps\((.+)\)", self._internals.get(value.strip("()"), ""))
+        return match[1] if match else ""
 
     def _peak(self, part: ast.expr) -> str:
         """Return a condition; that a variable was larger before the step becomes that it falls."""
@@ -126,25 +154,11 @@ class Reader:
             return f"({match[2]}_falls < 0)"
         return f"({ast.unparse(part)})"
 
-    def _reset(self, assignment: Any) -> None:
-        name, value = self._target(assignment)
-        if name == self.found.timer:
-            self.found.period = value
-        else:
-            self.found.reset.append(f"{name} = {value}")
-
-    def _target(self, assignment: Any) -> tuple[str, str]:
-        """Return the variable of an assignment and its new value."""
-        name = plain(assignment.get_variable().get_complete_name())
-        value = self._writer.text(assignment.get_expression())
-        for kind, sign in (("sum", "+"), ("minus", "-"), ("product", "*"), ("quotient", "/")):
-            if getattr(assignment, f"is_compound_{kind}"):
-                value = f"{name} {sign} ({value})"
-        return name, value
-
     def _branches(self, compound: Any) -> None:
         """Read ``if refr_t > 0: ... else: ...``."""
         chosen: Any = compound.get_if_stmt()
+        if compound.is_if_stmt() and self._counted(chosen):
+            return
         timer = ""
         if compound.is_if_stmt() and not chosen.has_elif_clauses():
             text = self._writer.text(chosen.get_if_clause().get_condition())
@@ -154,10 +168,35 @@ class Reader:
             timer = match[1] if match else ""
         if timer not in self._variables:
             raise NestmlError(f"{at(compound)}: an update has no conditions but 'if refr_t > 0 ms'")
+        self._counter = timer
         waiting = self._integrated(small(chosen.get_if_clause().get_stmts_body()))
         if chosen.has_else_clause():
             running = self._integrated(small(chosen.get_else_clause().get_stmts_body()))
             self.found.held |= running - waiting - {timer}
+
+    def _counted(self, chosen: Any) -> bool:
+        """Read ``if n >= period - 1: emit_spike() ... n = 0 else: n += 1``, where the period is in steps."""
+        text = self._writer.text(chosen.get_if_clause().get_condition())
+        match = re.fullmatch(r"\((\w+) >= \((\w+) - 1\)\)", text)
+        period = self._steps(match[2]) if match else ""
+        if match is None or not period or chosen.has_elif_clauses() or not chosen.has_else_clause():
+            return False
+        name = match[1]
+        fires, counts = (
+            list(small(clause.get_stmts_body()))
+            for clause in (chosen.get_if_clause(), chosen.get_else_clause())
+        )
+        done, other = ([one for one in part if not is_emitted(one)] for part in (fires, counts))
+        changes = [
+            target(one.get_assignment(), self._writer) for one in (*done, *other) if one.is_assignment()
+        ]
+        if len(fires) != 2 or len(counts) != 1 or changes != [(name, "0"), (name, f"{name} + (1)")]:
+            return False
+        self.found.counter = name
+        self.found.threshold = f"({name} >= ({period})*{_NEARLY})"
+        self.found.reset.append(f"{name} = 0")
+        self._shares[f"({name} / {match[2]})"] = f"({name})/({period})"
+        return True
 
     def _integrated(self, statements: Any) -> set[str]:
         """Return the variables that are integrated or decay; all of them if the call names none."""
@@ -177,9 +216,15 @@ class Reader:
         """Read an assignment of the update block; return its variable."""
         if not one.is_assignment():
             raise NestmlError(f"{at(one)}: this statement has no meaning in an equation")
-        name, value = self._target(one.get_assignment())
+        name, value = target(one.get_assignment(), self._writer)
         if value in self._variables:
             self.found.previous[name] = value
+            return name
+        if name == self._counter and value == f"{name} - (1)":
+            self.found.timer = name
+            return name
+        if value in self._shares:
+            self.found.shares[name] = self._shares[value]
             return name
         if any(re.search(rf"\b{port}\b", value) for port in self._ports):
             self._effect(one, "")
@@ -191,7 +236,7 @@ class Reader:
             else None
         )
         if step is not None and self._internals.get(step[1]) == "resolution()":
-            self.found.decays[name] = f"-{name}/({step[2]})"
+            self.found.rates[name] = f"-{name}/({step[2]})"
             return name
         if re.fullmatch(rf"max\((\w+), {name}\)", value) and self._never(value):
             return name
@@ -205,7 +250,7 @@ class Reader:
     def _effect(self, one: Any, port: str) -> None:
         if not one.is_assignment():
             raise NestmlError(f"{at(one)}: a spike only adds to state variables")
-        name, value = self._target(one.get_assignment())
+        name, value = target(one.get_assignment(), self._writer)
         ports = [port] if port else [each for each in self._ports if re.search(rf"\b{each}\b", value)]
         added = value.removeprefix(f"{name} + ")
         if len(ports) != 1 or added == value or ports[0] in self.found.effects:
