@@ -1,5 +1,6 @@
 """Scripts of sPyNNaker run unchanged: one for each kind of line that is not PyNN's."""
 
+import struct
 import subprocess
 import sys
 from math import exp
@@ -225,7 +226,7 @@ def test_callbacks_send_and_hear_spikes_in_simulated_time(tmp_path: Path) -> Non
     expected = [event for cell, at in enumerate(np.round(sent).astype(int).tolist())
                 for event in (("cells", at + 3, [cell]), ("answers", at + 6, [cell]))]  # fmt: skip
     assert sorted(script.heard, key=lambda event: event[1]) == expected
-    assert "live output of 'cells' stays in this process" in script.p.network().remarks[0]
+    assert not script.p.network().remarks
     assert script.order == [("init", 2, 60.0, 1.0), "resume", "stop", "resume", "stop"]
 
 
@@ -234,6 +235,54 @@ def _sleeps() -> list[float]:
 
     generator = random.Random(3)
     return [generator.choice([0.03, 0.05]) for _ in range(2)]
+
+
+UDP = (
+    "import socket, struct\n"
+    + HEAD
+    + """
+sender, viewer, free = (socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(3))
+viewer.bind(("127.0.0.1", 0))
+viewer.settimeout(10)
+free.bind(("127.0.0.1", 0))
+port = free.getsockname()[1]
+free.close()
+injector = p.Population(3, p.external_devices.SpikeInjector(), label="injector", additional_parameters={
+    "port": port, "virtual_key": 0x70000})
+cells, others = (
+    p.Population(3, p.IF_curr_exp(tau_refrac=50.0), label=label) for label in ("cells", "others"))
+for target in (cells, others):
+    p.Projection(injector, target, p.OneToOneConnector(), p.StaticSynapse(weight=60.0, delay=2.0))
+    p.external_devices.activate_live_output_for(target, port=viewer.getsockname()[1])
+injector.record("spikes")
+"""
+)
+
+
+def test_other_programs_send_and_hear_spikes_over_udp(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        UDP + "p.run(5)\n"
+        "for data in (struct.pack('<BBII', 2, 0x08, 0x70000, 0x70002), struct.pack('<BBH', 1, 0x00, 1),\n"
+        "             struct.pack('<BBI', 1, 0x08, 0x70003), b'?'):\n"
+        "    sender.sendto(data, ('127.0.0.1', port))\n"
+        "p.run(10)\nheard = [viewer.recv(999) for _ in range(2)]\nend = p.end()\n"
+        "free = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)\nfree.bind(('127.0.0.1', port))\n"
+        "for each in (sender, viewer, free):\n    each.close()\n",
+    )
+    sent = 0x38  # a time for all keys, which have 32 bits
+    assert script.heard == [
+        struct.pack("<BBIIII", 3, sent, 8, first, first + 1, first + 2) for first in (0, 1 << 16)
+    ]
+
+
+def test_a_network_that_hears_other_programs_keeps_to_the_real_time(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        UDP + "import time\np.run(1)\nbegan = time.monotonic()\np.run(150)\nt = time.monotonic() - began\n"
+        "for each in (sender, viewer):\n    each.close()\n",
+    )
+    assert script.t > 0.149
 
 
 def test_rates_of_poisson_sources_are_set_while_the_network_runs(tmp_path: Path) -> None:
@@ -291,6 +340,17 @@ def test_what_has_no_equivalent_is_refused_by_name(tmp_path: Path, line: str, ex
         ("p.external_devices.add_poisson_live_rate_control(p.Population(1, cell))", "has no rate"),
         ("p.external_devices.activate_live_output_for('cells')", "its population is 'cells'; it must be"),
         ("live(['a']); p.Population(1, cell); p.run(1)", "names 'a', which has no live output"),
+        ("p.external_devices.activate_live_output_for(p.Population(1, cell), port=70000)", "port is 70000"),
+        (
+            "x = p.Population(1, cell, label='x'); p.external_devices.activate_live_output_for(x, port=9, "
+            "message_type=p.external_devices.EIEIOType.KEY_16_BIT); p.run(1)",
+            "live output of 'x': keys of 16 bits are not sent",
+        ),
+        (
+            "[p.Population(1, p.external_devices.SpikeInjector(port=49321), label=x) for x in "
+            "'ab']; p.run(1)",
+            "cannot receive spikes at UDP port",
+        ),
         ("p.Population(9, cell, label='x', neurons_per_core=300); p.run(1)", "neurons_per_core is 300"),
     ],
 )  # fmt: skip
@@ -306,10 +366,14 @@ def test_such_a_script_is_a_brain_of_an_experiment_too(tmp_path: Path) -> None:
         "import spynnaker.pyNN as sim\nfrom spynnaker.pyNN.extra_algorithms import splitter_components\n"
         "sim.setup(1.0)\nsettings = {'neurons_per_core': 2, 'seed': 1}\n"
         "cells = sim.Population(4, sim.IF_cond_exp(), additional_parameters=settings)\n"
+        "sim.Population(1, sim.external_devices.SpikeInjector(port=12345), label='in')\n"
     )
     network = load_network(path)
     assert dict(network.populations["population0"].hints) == {"neurons_per_core": 2}
     assert "seed has no effect" in network.remarks[0]
+    assert network.remarks[1] == (
+        "population 'in' receives no spikes at UDP port 12345: an experiment runs the network"
+    )
 
 
 def test_the_command_line_runs_one_and_ends_with_one_error(tmp_path: Path) -> None:

@@ -1,7 +1,8 @@
 """Runs a network step by step, with the live connections of its script.
 
 At the beginning of a step callbacks may send spikes and set rates; at its end the spikes of the step are
-passed to those that hear them. Spikes sent from there go out in the next step.
+passed to those that hear them. Spikes sent from there go out in the next step. A network that receives spikes
+over UDP keeps to the real time.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from nrp_core.clock import MS_PER_S
 from nrp_core.errors import LifecycleError
 from nrp_core.pynn.running import RunningState
 from nrp_core.pynn.spynnaker.clock import SimulatedClock
+from nrp_core.pynn.spynnaker.udp import Sockets
 
 _logger = logging.getLogger(__name__)
 
@@ -73,6 +75,8 @@ class LiveState(RunningState):
 
     def __init__(self, hub: Hub, clock: SimulatedClock) -> None:
         self.hub, self._clock = hub, clock
+        hub.is_run = True
+        self._sockets: Sockets | None = None
         self._ports: dict[str, ListenerPort] = {}
         self._forever: Thread | None = None
         self._stop = Event()
@@ -88,7 +92,8 @@ class LiveState(RunningState):
             super().run_until(t_ms)
             return
         self._begin(t_ms)
-        self._step_until(t_ms)
+        assert self._sockets is not None
+        self._step_until(t_ms, _Pace(self.t) if self._sockets.listens else None)
         self._call("pause_stop")
 
     def run_forever(self) -> None:
@@ -114,17 +119,21 @@ class LiveState(RunningState):
     def close(self) -> None:
         self.stop()
         self._clock.close()
+        self._close_sockets()
         self._first = True
         super().close()
 
+    def _close_sockets(self) -> None:
+        if self._sockets is not None:
+            self._sockets.close()
+            self._sockets = None
+
     def _run_in_real_time(self) -> None:
         try:
-            began_s, began_ms = time.monotonic(), self.t
+            pace = _Pace(self.t)
             while not self._stop.is_set():
                 self._step_until(self.t + self.dt)
-                ahead_s = (self.t - began_ms) / MS_PER_S - (time.monotonic() - began_s)
-                if ahead_s > 0:
-                    self._stop.wait(ahead_s)
+                self._stop.wait(pace.ahead_s(self.t))
             self._call("pause_stop")
         except BaseException as error:  # noqa: BLE001 - raised in the thread of the script
             self._failure = error
@@ -145,6 +154,9 @@ class LiveState(RunningState):
         self.hub.require_labels()
         if self.brain is None:
             self._open()
+            self._close_sockets()
+        if self._sockets is None:
+            self._sockets = Sockets(self.hub)
         first, self._first = self._first, False
         run_time_ms = until_ms - self.t
         if first:
@@ -167,17 +179,23 @@ class LiveState(RunningState):
         known = {**self.hub.heard, **self.hub.injectors, **self.hub.controlled}
         return int(known[label].size)
 
-    def _step_until(self, t_ms: float) -> None:
+    def _step_until(self, t_ms: float, pace: _Pace | None = None) -> None:
         last = round(t_ms / self.dt)
         for step in range(round(self.t / self.dt) + 1, last + 1):
             self._clock.advance(self.t)
             self._send()
             super().run_until(step * self.dt)
             self._pass_on(step)
+            if pace is not None:
+                time.sleep(pace.ahead_s(self.t))
 
     def _send(self) -> None:
         brain = self.brain
         assert brain is not None
+        assert self._sockets is not None
+        if self._sockets.listens:
+            sizes = {label: int(each.size) for label, each in self.hub.injectors.items()}
+            self.hub.sent.extend(self._sockets.received(sizes))
         while self.hub.sent:
             label, cells = self.hub.sent.popleft()
             population = self.hub.injectors[label]
@@ -191,10 +209,29 @@ class LiveState(RunningState):
 
     def _pass_on(self, step: int) -> None:
         fired = {label: port.take().tolist() for label, port in self._ports.items()}
+        assert self._sockets is not None
+        for label, cells in fired.items():
+            self._sockets.send(label, step, cells)
         for connection in list(self.hub.connections):
             for label, callback, with_time in connection.receivers:
                 if fired.get(label):
                     callback(label, step, fired[label]) if with_time else callback(label, fired[label])
+
+
+class _Pace:
+    """Keeps a run to the real time.
+
+    Args:
+        began_ms: the simulated time now.
+    """
+
+    def __init__(self, began_ms: float) -> None:
+        self._began_s, self._began_ms = time.monotonic(), began_ms
+
+    def ahead_s(self, now_ms: float) -> float:
+        """Return the time by which the simulation is ahead; 0 if it is behind."""
+        real_s = time.monotonic() - self._began_s
+        return max(0.0, (now_ms - self._began_ms) / MS_PER_S - real_s)
 
 
 def _ids(population: Any) -> IntArray:

@@ -81,8 +81,9 @@ def spike_injector(array: Any) -> type:
         array: the class of PyNN's ``SpikeSourceArray``.
     """
 
-    def begin(self: Any, *_: Any, **__: Any) -> None:  # addresses of the machine's host
+    def begin(self: Any, *_: Any, **settings: Any) -> None:
         array.__init__(self, spike_times=Sequence([]))
+        self.settings = settings
 
     doc = "Source cells that emit the spikes which a live connection sends."
     return type(

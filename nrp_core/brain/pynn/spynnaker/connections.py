@@ -1,7 +1,7 @@
 """Live connections of a script: callbacks that hear spikes while the network runs, and send some.
 
-A connection only holds callbacks and what was sent. :mod:`nrp_core.pynn.spynnaker` runs them; when an
-experiment runs the network, they have no effect.
+A connection only holds callbacks and what was sent. :mod:`nrp_core.pynn.spynnaker` runs them, and opens the
+UDP ports that populations name; when an experiment runs the network, they have no effect.
 """
 
 from __future__ import annotations
@@ -9,16 +9,38 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
 from nrp_core.brain.pynn.arguments import require_kind
+from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.populations import Population
 from nrp_core.errors import NetworkError, did_you_mean
 
 Callback: TypeAlias = Callable[..., Any]
 _EVENTS = ("start", "start_resume", "pause_stop", "init")
+_PORTS: Final = range(1, 1 << 16)
+_KEYS: Final = range(1 << 32)
+KEY_32_BIT: Final = 2
+"""The number of the usual kind of packets."""
+
+
+@dataclass(frozen=True, slots=True)
+class LiveOutput:
+    """Where the spikes of a population are sent: a host, a UDP port, and the kind of packets."""
+
+    host: str
+    port: int
+    kind: int
+
+
+@dataclass(frozen=True, slots=True)
+class LiveInput:
+    """The UDP port at which an injector receives spikes, and the key of its first cell."""
+
+    port: int
+    key: int
 
 
 @dataclass
@@ -32,6 +54,9 @@ class Hub:
         controlled: the Poisson populations whose rates connections set, by label.
         sent: spikes to emit: label, and indices of cells.
         rates: rates to set: label, indices of cells, and rates in Hz.
+        outputs: where live output is sent over UDP, by label.
+        inputs: where injectors receive spikes over UDP, by label.
+        is_run: whether the script runs the network, so that ports have an effect.
     """
 
     connections: list[Connection] = field(default_factory=list)
@@ -40,26 +65,67 @@ class Hub:
     controlled: dict[str, Any] = field(default_factory=dict)
     sent: deque[tuple[str, list[int]]] = field(default_factory=deque)
     rates: deque[tuple[str, list[int], list[float]]] = field(default_factory=deque)
+    outputs: dict[str, LiveOutput] = field(default_factory=dict)
+    inputs: dict[str, LiveInput] = field(default_factory=dict)
+    is_run: bool = False
 
     @property
     def is_used(self) -> bool:
         """Whether something happens while the network runs."""
-        return bool(self.connections)
+        return bool(self.connections or self.outputs or self.inputs)
 
     def clear(self) -> None:
         """Forget the populations, which ``setup`` discards; connections may be older, and stay."""
-        for known in (self.heard, self.injectors, self.controlled, self.sent, self.rates):
+        for known in (
+            self.heard, self.injectors, self.controlled, self.sent, self.rates, self.outputs, self.inputs,
+        ):  # fmt: skip
             known.clear()
 
     def activate_live_output_for(
-        self, population: Any, *_: Any, port: Any = None, host: Any = None, **__: Any
-    ) -> None:
-        """Let connections hear the spikes of a population; a port or a host has no effect."""
+        self, population: Any, *_: Any, port: int | None = None, host: str | None = None,
+        message_type: int = KEY_32_BIT, **__: Any,
+    ) -> None:  # fmt: skip
+        """Let connections hear the spikes of a population, and send them to a UDP port if there is one.
+
+        Raises:
+            InvalidValueError: a port that cannot be one.
+        """
         require_kind("activate_live_output_for", "population", population, Population, "a population")
-        self.heard[population.label] = population
-        if port is not None or host is not None:
+        label = population.label
+        self.heard[label] = population
+        if port is None:
+            return
+        _require_number(f"live output of '{label}'", "port", port, _PORTS)
+        if self.is_run:
+            self.outputs[label] = LiveOutput(host or "localhost", int(port), int(message_type))
+        else:
             population._simulator.state.remark(
-                f"live output of '{population.label}' stays in this process: its port and host have no effect"
+                f"live output of '{label}' is not sent to UDP port {port}: an experiment runs the network"
+            )
+
+    def inject_into(self, population: Any, port: int | None, virtual_key: int | None) -> None:
+        """Let connections send spikes into a population, and other programs over a UDP port if there is one.
+
+        Args:
+            population: its cells are those of a ``SpikeInjector``.
+            port: the UDP port of this machine.
+            virtual_key: the key of the first cell, by default 0.
+
+        Raises:
+            InvalidValueError: a port or a key that cannot be one.
+        """
+        label = population.label
+        self.injectors[label] = population
+        if port is None:
+            return
+        owner, key = f"population '{label}'", 0 if virtual_key is None else virtual_key
+        _require_number(owner, "port", port, _PORTS)
+        _require_number(owner, "virtual_key", key, _KEYS)
+        if self.is_run:
+            self.inputs[label] = LiveInput(int(port), int(key))
+        else:
+            population._simulator.state.remark(
+                f"{owner} receives no spikes at UDP port {port}: an experiment runs the network"
             )
 
     def add_poisson_live_rate_control(self, poisson_population: Any, *_: Any, **__: Any) -> None:
@@ -93,6 +159,14 @@ class Hub:
                     else (self.injectors, "injected spikes: its cells must be a SpikeInjector()")
                 )
                 _require(label, known, remedy)
+
+
+def _require_number(owner: str, name: str, value: Any, valid: range) -> None:
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not whole or int(value) not in valid:
+        raise InvalidValueError(
+            f"{owner}: {name} is {value!r}; it must be a whole number from {valid[0]} to {valid[-1]}"
+        )
 
 
 class Connection:

@@ -32,7 +32,7 @@ _SPLITTERS: Final = (
     "SplitterAbstractPopulationVertexSlice", "SplitterDelayVertexSlice",
 )  # fmt: skip
 _MESSAGES: Final = SimpleNamespace(KEY_16_BIT=0, KEY_PAYLOAD_16_BIT=1, KEY_32_BIT=2, KEY_PAYLOAD_32_BIT=3)
-"""Kinds of messages to a host, which scripts name; none is sent."""
+"""Kinds of packets of live output."""
 _STRUCTURAL: Final = "synapses do not form and vanish here"
 _RULE: Final = "the rules here are SpikePairRule with additive or multiplicative weights"
 _DEVICE: Final = "it is a device of its own, connected to a real machine; an experiment has robots"
@@ -218,7 +218,7 @@ class Dialect:
 
     def _injector(self, names: Mapping[str, Any]) -> type:
         cell = spike_injector(names["SpikeSourceArray"])
-        cell.injectors = self._hub.injectors  # type: ignore[attr-defined]
+        cell.hub = self._hub  # type: ignore[attr-defined]
         return cell
 
 
@@ -229,7 +229,7 @@ def _module(name: str, **names: Any) -> ModuleType:
 
 
 def _nothing(*_: object, **__: object) -> None:
-    """Have no effect: connections stay in this process."""
+    """Have no effect: there is no database of keys."""
 
 
 def _cell_class(cell: Any, names: Mapping[str, Any]) -> type:

@@ -40,10 +40,11 @@ class Population(populations.Population):
         self.hints = {**defaults, **hints_of(owner, given)}
         if constraints:
             self._place()
+        if hasattr(cellclass, "hub"):
+            address = [given.pop(name, cellclass.settings.get(name)) for name in ("port", "virtual_key")]
+            cellclass.hub.inject_into(self, *address)
         for text in remarks_on(owner, given):
             self._simulator.state.remark(text)
-        if hasattr(cellclass, "injectors"):
-            cellclass.injectors[self.label] = self
 
     def record(self, variables: Any, *arguments: Any, **options: Any) -> None:
         """Record variables of all cells; ``all`` are those that its cells have."""

@@ -26,8 +26,8 @@ _WITHOUT_EFFECT: Final = {
     "seed": "random numbers follow the seed of setup",
     "max_rate": "a rate may have any value",
     "n_data_specs": "nothing is loaded onto a machine",
-    "port": "spikes come from the connection of this script",
-    "virtual_key": "spikes come from the connection of this script",
+    "port": "only a SpikeInjector receives spikes",
+    "virtual_key": "only a SpikeInjector receives spikes",
     "reserve_reverse_ip_tag": "nothing is loaded onto a machine",
     "splitter": "",
 }
