@@ -6,7 +6,7 @@ same way. Individual weights are in single precision; delays are given by the st
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Final
@@ -220,7 +220,7 @@ def _fill(
         neuron = np.flatnonzero(np.diff(first))
         return Segments(neuron, first[neuron], np.diff(first)[neuron], np.full(len(neuron), ends[0]))
     delays = np.empty(len(targets), np.uint16 if ends.max() < _SPAN else np.int32)
-    _place_values((_steps(part.projection.delay_ms, grid) for part in parts), parts, first, delays)
+    _place_values((part.projection.delay_ms for part in parts), parts, first, delays, grid.delays)
     sorting.sort_by_delay(first, delays, targets, weights)
     n = sorting.count_segments(first, delays)
     neuron, start, length = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
@@ -234,7 +234,10 @@ def _steps(delays_ms: FloatArray, grid: TimeGrid) -> Array:
     return grid.delays(np.array(distinct(delays_ms)))
 
 
-def _place_values(values: Iterable[Array], parts: list[ProjectionPart], first: IntArray, out: Array) -> None:
+def _place_values(
+    values: Iterable[Array], parts: list[ProjectionPart], first: IntArray, out: Array,
+    converted: Callable[[Array], Array] = np.ascontiguousarray,
+) -> None:  # fmt: skip
     at = first[:-1].copy()
     for part, given in zip(parts, values, strict=True):
         each, begin = distinct(given), 0
@@ -242,8 +245,7 @@ def _place_values(values: Iterable[Array], parts: list[ProjectionPart], first: I
             some = each[begin : begin + len(pre)] if len(each) == part.projection.size else each
             begin += len(pre)
             step = int(len(some) == len(pre))
-            own = np.ascontiguousarray(some)
-            sorting.place_values(pre, post, *part.bounds, own, step, at[part.pre_first :], out)
+            sorting.place_values(pre, post, *part.bounds, converted(some), step, at[part.pre_first :], out)
 
 
 def _joined(segments: list[Segments], n_neurons: int) -> dict[str, Array]:
