@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import islice
 from typing import Any
 
@@ -14,30 +14,34 @@ from nrp_core.brain.network.data import Network
 from nrp_core.brain.pynn.populations import ids_of, parts_of
 from nrp_core.brain.pynn.simulator import State
 
-Shares = Mapping[Any, list[tuple[str, IntArray]]]
+Shares = Mapping[Any, list[str]]
 
 
 def shares_of(state: State, network: Network) -> Shares:
-    """Return the projections of the network that each projection of a script became.
+    """Return the labels of the network's projections that each projection of a script became.
 
     A projection between assemblies becomes one for each pair of populations.
-
-    Returns:
-        The label of each in the network, and the indices of its synapses in the script's projection.
     """
     parts = iter(network.projections)
-    shares = {}
-    for projection in state.projections:
-        n_parts = len(_owners(projection.pre)) * len(_owners(projection.post))
-        pre, post = (
-            ids_of(projection.pre)[projection.pre_index],
-            ids_of(projection.post)[projection.post_index],
-        )
-        shares[projection] = [
-            (part.label, np.flatnonzero(_of(network, part.pre, pre) & _of(network, part.post, post)))
-            for part in islice(parts, n_parts)
+    return {
+        projection: [
+            part.label for part in islice(parts, len(_owners(projection.pre)) * len(_owners(projection.post)))
         ]
-    return shares
+        for projection in state.projections
+    }
+
+
+def synapses_in(network: Network, shares: Shares, projection: Any) -> Iterator[tuple[str, Any]]:
+    """Yield the label of each share of a script's projection, and the index of its synapses in that."""
+    labels = shares[projection]
+    if len(labels) == 1:  # all of them; a list of these would be larger than the network
+        yield labels[0], slice(None)
+        return
+    pre, post = ids_of(projection.pre)[projection.pre_index], ids_of(projection.post)[projection.post_index]
+    parts = {part.label: part for part in network.projections}
+    for label in labels:
+        part = parts[label]
+        yield label, np.flatnonzero(_of(network, part.pre, pre) & _of(network, part.post, post))
 
 
 def _owners(cells: Any) -> set[Any]:
