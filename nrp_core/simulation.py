@@ -69,7 +69,7 @@ class Simulation(Closing):
 
     Args:
         seed: the experiment's seed for this side.
-        identity: text that names backend, options and model, separated by commas; snapshots are tied to it.
+        identity: see :attr:`identity`; its parts are separated by commas.
         name: what errors call it; by default its class.
 
     Attributes:
@@ -87,6 +87,11 @@ class Simulation(Closing):
     def seed(self) -> int:
         """The seed in force."""
         return self._seed
+
+    @property
+    def identity(self) -> str:
+        """Backend, options and model; snapshots of others are refused."""
+        return self._identity
 
     @property
     def state(self) -> State:
@@ -134,7 +139,7 @@ class Simulation(Closing):
         """Save the complete state, in-flight events and random streams included."""
         self.require_ready()
         with guarded(self, "snapshot"):
-            return Snapshot(self._identity, self.now_ns, pickle.dumps(self._save()))
+            return Snapshot(self.identity, self.now_ns, pickle.dumps(self._save()))
 
     @final
     def restore(self, snapshot: Snapshot) -> None:
@@ -145,8 +150,8 @@ class Simulation(Closing):
                 makes nothing of it.
         """
         self.require_ready(or_failed=True)
-        if snapshot.identity != self._identity:
-            then, now = _apart(snapshot.identity, self._identity)
+        if snapshot.identity != self.identity:
+            then, now = _apart(snapshot.identity, self.identity)
             raise SnapshotError(f"the snapshot was taken with {then}; here it is {now}")
         self._lifecycle = State.READY
         with guarded(self, "restore", SnapshotError):

@@ -61,7 +61,7 @@ class Brain(Simulation):
     def __init__(
         self, network: Network, *, seed: int, capabilities: BrainCapabilities, identity: str
     ) -> None:
-        super().__init__(seed=seed, identity=f"{identity},network {network.digest}")
+        super().__init__(seed=seed, identity=identity)
         self.network = network
         self.warnings = Findings()
         capabilities.require(network, type(self).__name__)
@@ -78,6 +78,11 @@ class Brain(Simulation):
                 if population.is_source and not self._emits(population)
             ]
         )
+
+    @property
+    def identity(self) -> str:
+        """See :class:`~nrp_core.simulation.Simulation`; the digest of a large network takes a minute."""
+        return f"{super().identity},network {self.network.digest}"
 
     # -- devices
 
