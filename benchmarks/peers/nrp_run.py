@@ -70,10 +70,7 @@ def _projection(graph: Graph, kind: int, pre: str, post: str, targets: slice) ->
 
 def table_bytes(brain: Brain) -> int:
     """Return the size of the tables of synapses."""
-    names = (
-        "row_first", "segment_start", "segment_length", "segment_gap", "segment_table", "segment_last",
-        "targets", "weights",
-    )  # fmt: skip
+    names = ("row_first", "segments", "targets", "weights")
     grid = getattr(brain, "_grid", None)
     return sum(getattr(grid, name).nbytes for name in names) if grid is not None else 0
 

@@ -19,6 +19,9 @@ Arrive = Callable[[GridClock, Grid, Any, int, int], None]
 """Delivers a segment in a step to what is passed on."""
 _LINE: Final = 32
 """Number of targets in a cache line."""
+_NEAR: Final = 3
+_FAR: Final = 8
+"""How many entries before their turn their synapses, and the locations of these, are prefetched."""
 
 
 @jit
@@ -34,7 +37,7 @@ def send(clock: GridClock, grid: Grid, neuron: int, step: int) -> None:
     """Send a spike of a neuron (global id); there must be a free entry."""
     segment = grid.row_first[neuron]
     if segment < grid.row_first[neuron + 1]:
-        _post(clock, grid, segment, step + grid.segment_gap[segment])
+        _post(clock, grid, segment, step + grid.segments[segment].gap)
 
 
 @jit
@@ -48,34 +51,42 @@ def _post(clock: GridClock, grid: Grid, segment: int, step: int) -> None:
     grid.slots[slot] = entry
 
 
-@jit
-def _announce(grid: Grid, segment: int) -> None:
-    """Prefetch the location of a segment's synapses, before these are prefetched."""
-    prefetch(grid.segment_start, segment, 0)
-    prefetch(grid.segment_length, segment, 0)
-    prefetch(grid.segment_table, segment, 0)
-    prefetch(grid.segment_last, segment, 0)
-    prefetch(grid.segment_gap, segment + 1, 0)
+@inlined
+def _announced(grid: Grid, entry: int) -> int:
+    """Prefetch the location of an entry's synapses, before these are prefetched; return the next entry."""
+    following: int = entry
+    if entry >= 0:
+        prefetch(grid.segments, grid.entry_segment[entry], 0)
+        following = grid.entry_after[entry]
+    return following
 
 
-@jit
-def _fetch(grid: Grid, segment: int) -> None:
-    """Prefetch the synapses of a segment."""
-    first = grid.segment_start[segment]
-    last = first + grid.segment_length[segment]
-    for k in range(first, last, _LINE):
-        prefetch(grid.targets, k, 0)
-    table = grid.tables[grid.segment_table[segment]]
-    if table.own:
-        for k in range(first + table.weights, last + table.weights, _LINE // 2):
-            prefetch(grid.weights, k, 0)
+@inlined
+def _fetched(grid: Grid, entry: int) -> int:
+    """Prefetch the synapses of an entry; return the next one."""
+    if entry < 0:
+        return entry
+    segment = grid.entry_segment[entry]
+    while True:
+        passed = grid.segments[segment]
+        first, last = passed.start, passed.start + passed.length
+        for k in range(first, last, _LINE):
+            prefetch(grid.targets, k, 0)
+        table = grid.tables[passed.table]
+        if table.own:
+            for k in range(first + table.weights, last + table.weights, _LINE // 2):
+                prefetch(grid.weights, k, 0)
+        segment += 1
+        if passed.last or grid.segments[segment].gap > 0:
+            break
+    following: int = grid.entry_after[entry]
+    return following
 
 
 @jit
 def _arrive(clock: GridClock, grid: Grid, lines: Array, segment: int, step: int) -> None:
-    table = grid.tables[grid.segment_table[segment]]
-    first = grid.segment_start[segment]
-    last = first + grid.segment_length[segment]
+    passed = grid.segments[segment]
+    table, first, last = grid.tables[passed.table], passed.start, passed.start + passed.length
     onto, targets = lines[table.line :], grid.targets[first:last]
     if not table.own:
         _add_equal(onto, targets, table.weight)
@@ -128,25 +139,25 @@ def delivering(arrive: Arrive) -> Callable[[GridClock, Grid, Any, int], None]:
 
     def deliver(clock: GridClock, grid: Grid, onto: Any, step: int) -> None:
         slot = step & (len(grid.slots) - 1)
-        entry = grid.slots[slot]
+        entry = near = far = grid.slots[slot]
         grid.slots[slot] = -1
+        for _ in range(_FAR):
+            far = _announced(grid, far)
+        for _ in range(_NEAR):
+            near = _fetched(grid, near)
         while entry >= 0:
+            far, near = _announced(grid, far), _fetched(grid, near)
             segment, following = grid.entry_segment[entry], grid.entry_after[entry]
-            if following >= 0:
-                _fetch(grid, grid.entry_segment[following])
-                later = grid.entry_after[following]
-                if later >= 0:
-                    _announce(grid, grid.entry_segment[later])
             grid.entry_after[entry] = clock.free
             clock.free = entry
             clock.n_free += 1
             while True:
                 arrive(clock, grid, onto, segment, step)
-                if grid.segment_last[segment]:
+                if grid.segments[segment].last:
                     break
                 segment += 1
-                if grid.segment_gap[segment] > 0:
-                    _post(clock, grid, segment, step + grid.segment_gap[segment])
+                if grid.segments[segment].gap > 0:
+                    _post(clock, grid, segment, step + grid.segments[segment].gap)
                     break
             entry = following
 

@@ -75,10 +75,11 @@ def _synapses_ahead(grid: Grid) -> tuple[IntArray, IntArray, IntArray, FloatArra
     _list_ahead(grid, steps, segments)
     order = np.argsort(steps, kind="stable")
     steps, segments = steps[order], segments[order]
-    lengths = grid.segment_length[segments].astype(np.int64)
-    begins = grid.segment_start[segments] - (np.cumsum(lengths) - lengths)
+    passed = grid.segments[segments]
+    lengths = passed["length"].astype(np.int64)
+    begins = passed["start"] - (np.cumsum(lengths) - lengths)
     synapses = np.repeat(begins, lengths) + np.arange(lengths.sum())
-    steps, tables = np.repeat(steps, lengths), grid.tables[np.repeat(grid.segment_table[segments], lengths)]
+    steps, tables = np.repeat(steps, lengths), grid.tables[np.repeat(passed["table"], lengths)]
     weights, own = tables["weight"].copy(), tables["own"] > 0
     weights[own] = grid.weights[synapses[own] + tables["weights"][own]]
     dynamic = np.flatnonzero(tables["dynamic"] == SHORT_TERM)
@@ -114,7 +115,7 @@ def _count_ahead(grid: Grid) -> int:
         while entry >= 0:
             segment = grid.entry_segment[entry]
             n += 1
-            while not grid.segment_last[segment]:
+            while not grid.segments[segment].last:
                 segment += 1
                 n += 1
             entry = grid.entry_after[entry]
@@ -130,9 +131,9 @@ def _list_ahead(grid: Grid, steps: IntArray, segments: IntArray) -> None:
             segment, step = grid.entry_segment[entry], now + ahead
             steps[n], segments[n] = step, segment
             n += 1
-            while not grid.segment_last[segment]:
+            while not grid.segments[segment].last:
                 segment += 1
-                step += grid.segment_gap[segment]
+                step += grid.segments[segment].gap
                 steps[n], segments[n] = step, segment
                 n += 1
             entry = grid.entry_after[entry]

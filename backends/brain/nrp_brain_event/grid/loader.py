@@ -47,7 +47,7 @@ def build_grid(
     clock = np.zeros(1, GridClock.dtype())
     clock["h"], clock["failed"], clock["free"] = times.step_ms, -1, -1
     clock["window"] = shortest_delay(tables, cells["id"])
-    longest = int(np.max(tables["segment_gap"], initial=1))
+    longest = int(np.max(tables["segments"]["gap"], initial=1))
     grid = Grid(
         clock=clock,
         runs=runs,
@@ -79,7 +79,7 @@ def shortest_delay(tables: dict[str, Array], neurons: IntArray) -> int:
     """Return the shortest delay of spikes from neurons (global ids), in steps."""
     first = tables["row_first"]
     sending = neurons[first[neurons] < first[neurons + 1]]
-    return int(np.min(tables["segment_gap"][first[sending]], initial=_LONGEST_WINDOW))
+    return int(np.min(tables["segments"]["gap"][first[sending]], initial=_LONGEST_WINDOW))
 
 
 def labels_from(network: Network, populations: frozenset[str]) -> frozenset[str]:

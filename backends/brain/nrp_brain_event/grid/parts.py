@@ -40,8 +40,7 @@ class Share(NamedTuple):
 
     first: int
     last: int
-    segment_start: Array
-    segment_length: Array
+    segments: Array
     noise_first: IntArray
     noise_last: IntArray
 
@@ -95,25 +94,26 @@ def _with_cuts(grid: Grid, rows: list[int]) -> Grid:
 
 
 def _share(grid: Grid, first: int, last: int) -> Share:
-    starts, lengths = np.empty_like(grid.segment_start), np.empty_like(grid.segment_length)
-    _cut_segments(grid, first, last, starts, lengths)
+    segments = grid.segments.copy()
+    _cut_segments(grid, first, last, segments)
     noise = [grid.noise_lines[own["first"] : own["last"]] for own in grid.noise]
     rows = [lines % len(grid.drive) for lines in noise]
     bounds = [
         np.searchsorted(own, [first, last]) for own in rows
     ]  # ascending, because all act on one variable
     noise_first, noise_last = (np.reshape(bounds, (-1, 2)).astype(np.int64) + grid.noise["first"][:, None]).T
-    return Share(first, last, starts, lengths, noise_first, noise_last)
+    return Share(first, last, segments, noise_first, noise_last)
 
 
 @jit
-def _cut_segments(grid: Grid, first: int, last: int, starts: Array, lengths: Array) -> None:
-    """Write the start and number of the targets ``first <= row < last`` in each segment."""
-    for k in range(len(starts)):
-        start, end = grid.segment_start[k], grid.segment_start[k] + grid.segment_length[k]
-        row = grid.tables[grid.segment_table[k]].line % len(grid.drive)
-        starts[k] = _first_from(grid.targets, start, end, first - row)
-        lengths[k] = _first_from(grid.targets, starts[k], end, last - row) - starts[k]
+def _cut_segments(grid: Grid, first: int, last: int, segments: Array) -> None:
+    """Reduce segments to the targets ``first <= row < last``."""
+    for k in range(len(segments)):
+        segment = segments[k]
+        end = segment.start + segment.length
+        row = grid.tables[segment.table].line % len(grid.drive)
+        segment.start = _first_from(grid.targets, segment.start, end, first - row)
+        segment.length = _first_from(grid.targets, segment.start, end, last - row) - segment.start
 
 
 @jit
@@ -136,7 +136,7 @@ def _part(grid: Grid, share: Share) -> Grid:
     part = grid._replace(
         runs=grid.runs[runs], noise=noise, fired=grid.fired[share.first : share.last],
         probes=grid.probes.copy(),
-        segment_start=share.segment_start, segment_length=share.segment_length,
+        segments=share.segments,
     )  # fmt: skip
     if share.first == 0:
         return part

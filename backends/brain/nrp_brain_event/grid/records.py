@@ -17,6 +17,7 @@ from nrp_brain_event.records import (
     Plastic,
     Record,
     Rule,
+    Short,
     ShortTerm,
     Work,
 )
@@ -88,6 +89,18 @@ class Block(Record):
     value: int
     constant: int
     """The first of its ``values`` and of its ``constants``."""
+
+
+class Segment(Record):
+    """Synapses of one neuron and one table with equal delays: a run of ``targets``."""
+
+    start: int
+    length: Short
+    gap: Short
+    """How many steps later it arrives than the segment before it."""
+    table: Short
+    last: Short
+    """Whether it is the last of its neuron."""
 
 
 class Table(Record):
@@ -205,8 +218,7 @@ class Grid(NamedTuple):
         scratch: shape ``(4, BLOCK)``.
         fired: rows that fire in the current step.
         row_first: first segment of each global id, shape ``(network.size + 1,)``.
-        segments: ``(start, length, gap, table, last)`` arrays: a run of ``targets`` with one delay; the
-            gap is how many steps later it arrives than the segment before it.
+        segments: ``Segment``, in the order in which the spikes of each neuron pass them.
         tables: ``Table``.
         targets: uint16, all synapses.
         weights: float32, weights of the synapses that have their own.
@@ -248,11 +260,7 @@ class Grid(NamedTuple):
     scratch: Annotated[Array, np.float64, 2]
     fired: Annotated[Array, np.int32]
     row_first: Annotated[Array, np.int64]
-    segment_start: Annotated[Array, np.int64]
-    segment_length: Annotated[Array, np.int32]
-    segment_gap: Annotated[Array, np.int32]
-    segment_table: Annotated[Array, np.int16]
-    segment_last: Annotated[Array, np.bool_]
+    segments: Annotated[Array, Segment]
     tables: Annotated[Array, Table]
     targets: Annotated[Array, np.uint16]
     weights: Annotated[Array, np.float32]

@@ -15,7 +15,7 @@ import numpy as np
 
 from nrp_brain_event.connections import delay_range, fill_short_term, is_share, numbers_of
 from nrp_brain_event.grid import sorting
-from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, Table
+from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, Segment, Table
 from nrp_brain_event.grid.runs import line_of
 from nrp_brain_event.plastic_connections import rows_of_plastic
 from nrp_brain_event.records import Array, ShortTerm
@@ -258,11 +258,9 @@ def _joined(segments: list[Segments], n_neurons: int) -> dict[str, Array]:
     neuron, delay = neuron[order], delay[order]
     begins = np.append(True, neuron[1:] != neuron[:-1])[: len(neuron)]
     gap = np.where(begins, delay, np.diff(delay, prepend=0))
-    return {
-        "row_first": np.searchsorted(neuron, np.arange(n_neurons + 1)),
-        "segment_start": np.concatenate([none, *(part.start for part in segments)])[order],
-        "segment_length": np.concatenate([none, *(part.length for part in segments)])[order].astype(np.int32),
-        "segment_gap": gap.astype(np.int32),
-        "segment_table": table[order].astype(np.int16),
-        "segment_last": np.append(begins[1:], True)[: len(neuron)],
-    }
+    joined = np.zeros(len(neuron), Segment.dtype())
+    joined["start"] = np.concatenate([none, *(part.start for part in segments)])[order]
+    joined["length"] = np.concatenate([none, *(part.length for part in segments)])[order]
+    joined["gap"], joined["table"] = gap, table[order]
+    joined["last"] = np.append(begins[1:], True)[: len(neuron)]
+    return {"row_first": np.searchsorted(neuron, np.arange(n_neurons + 1)), "segments": joined}

@@ -91,8 +91,8 @@ def _look(clock: GridClock, grid: Grid, lazy: Lazy, rows: Array, n: int, step: i
 @jit
 def _arrive(clock: GridClock, grid: Grid, lazy: Lazy, segment: int, step: int) -> None:
     grid, lazy = borrowed(grid), borrowed(lazy)
-    table = grid.tables[grid.segment_table[segment]]
-    first, n = grid.segment_start[segment], grid.segment_length[segment]
+    passed = grid.segments[segment]
+    table, first, n = grid.tables[passed.table], passed.start, passed.length
     variable, base = table.line // len(grid.drive), table.line % len(grid.drive)
     targets, driven = grid.targets[first : first + n], lazy.clock[0].driven
     lazy.clock[0].n_arrived += n
