@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from nrp_core.clock import from_seconds
-from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.reading.find import load_experiment, require_once
 from nrp_core.experiment.running.result import Result
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
@@ -47,6 +47,7 @@ def run(
         BackendError: a backend is missing, broken or does not open.
         SimulationError: an engine, a transfer function or the disk failed; the recording up to there is kept.
     """
+    require_once(overrides)
     folder = None if record is None else Path(record)
     if folder is not None:
         check_folder(folder)

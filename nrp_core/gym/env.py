@@ -11,7 +11,7 @@ import numpy as np
 
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.reading.find import load_experiment, require_once
 from nrp_core.experiment.running.run import Run
 from nrp_core.gym.agent_run import Agent, AgentRun, Reward, Terminate
 from nrp_core.gym.observing import values_of
@@ -69,6 +69,7 @@ class NrpEnv(gymnasium.Env[Any, Any]):
         acted = act if isinstance(act, Mapping) else dict.fromkeys(act)
         agent = Agent(list(observe), acted, reward, terminate, steps, same_noise)
         self.render_mode = render_mode
+        require_once(overrides)
         self.run = Run(load_experiment(experiment, overrides))
         try:
             self._camera = _open_camera(self.run) if render_mode else None

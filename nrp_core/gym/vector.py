@@ -16,7 +16,7 @@ from gymnasium.vector.utils import batch_space
 from nrp_core._support.arrays import BoolArray, FloatArray
 from nrp_core.cle.side_by_side import SideBySide
 from nrp_core.errors import ExperimentError, SimulationError
-from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.reading.find import load_experiment, require_once
 from nrp_core.experiment.running.run import Run
 from nrp_core.gym.agent_run import Agent, AgentRun, Reward, Terminate
 from nrp_core.gym.vector_arguments import masked, mode_of, require_going, require_number, rows_of, seeds_of
@@ -82,6 +82,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
         self.autoreset_mode = mode_of(autoreset_mode)
         self._opened = ExitStack()
         try:
+            require_once(overrides)
             self._open(load_experiment(experiment, overrides), agent, num_envs, threads)
         except BaseException:
             self._opened.close()

@@ -108,6 +108,14 @@ class ManyRuns(Section):
                 raise ValueError(f"a setting is one value with a dotted key, such as '{key}.name: 1'")
         return settings
 
+    @field_validator("measure", "stop_when_failed")
+    @classmethod
+    def _once(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        for place, name in enumerate(names):
+            if name in names[:place]:
+                raise ValueError(f"'{name}' is named twice")
+        return names
+
     @model_validator(mode="after")
     def _distinct(self) -> Self:
         for key in self.vary:

@@ -242,6 +242,12 @@ def _remarks(sweep: SweepFile, own: Experiment) -> Iterator[str]:
         yield f"'until', {end}, is {beyond}; the runs continue after it"
     if number_of_runs(sweep) == 1:
         yield "the sweep has one run: nothing in it varies"
+    if sweep.design.kind == "sobol" and sweep.design.points & (sweep.design.points - 1):
+        fewer = 1 << (sweep.design.points.bit_length() - 1)
+        yield (
+            f"{sweep.design.points} points of a Sobol design are less evenly spread than {fewer} or "
+            f"{2 * fewer}: the number of points is not a power of 2"
+        )
     seeds = sweep.vary.get(SEED)
     for key, axis in sweep.vary.items():
         if isinstance(axis, Range) and (seeds is None or len(seeds) < _PAIR):  # type: ignore[arg-type]

@@ -28,6 +28,7 @@ from nrp_core.brain.network.equations.units import Unit, unit_of
 from nrp_core.brain.network.indices import ends_of, folded, indices_of
 from nrp_core.brain.network.limits import (
     check_cells,
+    check_positions,
     check_spike_times,
     check_synapses,
     check_values,
@@ -99,11 +100,8 @@ class Population:
                 f"population '{self.label}' has {len(self.spike_times_ms)} spike trains for its "
                 f"{self.size} cells"
             )
-        if self.positions_um is not None and self.positions_um.shape != (self.size, 3):
-            raise NetworkError(
-                f"population '{self.label}': positions have shape {self.positions_um.shape}, "
-                f"not ({self.size}, 3)"
-            )
+        if self.positions_um is not None:
+            check_positions(f"population '{self.label}'", self.positions_um, self.size)
         check_spike_times(f"population '{self.label}'", self.spike_times_ms)
 
     @property

@@ -162,6 +162,21 @@ def _check_synapses(
         _require(weight <= 0 if negative else weight >= 0, owner, item, "weight", weight, rule)
 
 
+def check_positions(owner: str, positions_um: FloatArray, size: int) -> None:
+    """Check positions of cells.
+
+    Raises:
+        NetworkError: they have another shape than ``(size, 3)``, or one is not finite.
+    """
+    if positions_um.shape != (size, 3):
+        raise NetworkError(f"{owner}: positions have shape {positions_um.shape}, not ({size}, 3)")
+    wrong = ~np.isfinite(positions_um).all(axis=1)
+    if wrong.any():
+        cell = int(np.argmax(wrong))
+        shown = ", ".join(f"{value:g}" for value in positions_um[cell])
+        raise NetworkError(f"{owner}: the position of cell {cell} is ({shown}); it must be finite")
+
+
 def check_spike_times(owner: str, trains: Sequence[FloatArray]) -> None:
     """Check that spike trains (ms, one for each cell) ascend from 0 on.
 

@@ -93,10 +93,19 @@ class _Loader:
             reason = never_fires(cells[end], signal.parts.values(), self._step)
             if reason:
                 self._sim.state.remark(f"no cell of '{end}' can fire: {reason}")
-        for name in self._order:
-            if self._kinds[name] == "Input" and all(name != start for start, _ in edges):
-                self._sim.state.remark(f"the input '{name}' reaches no cell")
+        self._remark_loose_ends({start for start, _ in edges})
         return populations
+
+    def _remark_loose_ends(self, sending: set[str]) -> None:
+        """Remark on inputs that reach no cell, and on nodes that no edge joins to the others."""
+        leaving = {start for starts in self._graph.before.values() for start in starts}
+        for name, kind in self._kinds.items():
+            if kind == "Input" and name in self._order and name not in sending:
+                self._sim.state.remark(f"the input '{name}' reaches no cell")
+            elif kind != "Input" and not self._graph.before[name]:
+                self._sim.state.remark(f"no edge leads to the node '{name}' ({kind})")
+            elif kind != "Output" and kind not in NEURONS and name not in leaving:
+                self._sim.state.remark(f"no edge leaves the node '{name}' ({kind})")
 
     def _refuse_graded(self) -> None:
         for end, signal in self._signals.items():

@@ -175,6 +175,13 @@ def _current_based(given: dict[str, FloatArray], bias: FloatArray, step: Step, l
 def _membrane(
     kept: FloatArray, step: Step, threshold: FloatArray, rest: FloatArray, reset: FloatArray
 ) -> dict[str, FloatArray]:
+    endless = np.flatnonzero(reset >= threshold)
+    if endless.size:
+        cell = endless[0]
+        raise ValueError(
+            f"v_reset of cell {cell} is {reset[cell]:g}; it must be less than its v_threshold, "
+            f"{threshold[cell]:g}"
+        )
     refractory_ms = np.full(len(kept), step.refractory * step.h_ms)
     return {
         "tau_m": step.tau_ms(np.minimum(kept, 1.0 - 1e-16)), "cm": np.ones(len(kept)), "v_rest": rest,

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
+from numbers import Integral
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -29,6 +30,7 @@ from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading.listing import Listing
 from nrp_core.dsl.parameters.messages import message_type
+from nrp_core.errors import ExperimentError
 from nrp_core.experiment.model.added_sensors import AddedSensorSection
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.event_schema import END, START, Criterion, Event
@@ -336,6 +338,16 @@ class Experiment(Section):
         copy = self.model_copy()
         copy._source = source
         return copy
+
+    def with_seed(self, seed: int) -> Experiment:
+        """Return the same experiment with another seed.
+
+        Raises:
+            ExperimentError: it is not an integer.
+        """
+        if not isinstance(seed, Integral) or isinstance(seed, bool):
+            raise ExperimentError(f"a seed is an integer, not {seed!r:.60}")
+        return self.model_copy(update={"seed": int(seed)})
 
     def with_maker(self, maker: PartMaker) -> Experiment:
         """Return the same experiment with a maker of its parts."""

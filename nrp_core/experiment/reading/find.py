@@ -32,7 +32,7 @@ def load_experiment(text: str | Path, overrides: Sequence[str] = ()) -> Experime
     Args:
         text: a shipped experiment (``name`` or ``name/variant``), a file, or a folder or ZIP archive with
             one.
-        overrides: ``dotted.key=value``.
+        overrides: ``dotted.key=value``; if two set one key, the later one is used.
 
     Raises:
         ExperimentError: there is none, or it is invalid.
@@ -49,6 +49,20 @@ def load_experiment(text: str | Path, overrides: Sequence[str] = ()) -> Experime
         beside = Path.cwd() / Path(text).expanduser().with_suffix("")
         overrides = [f"csv_folder={beside / 'csv'}", *overrides]
     return READERS.load(path.suffix)(path, overrides)
+
+
+def require_once(overrides: Sequence[str]) -> None:
+    """Refuse two overrides of one key, where they are given together.
+
+    Raises:
+        ExperimentError: there are two.
+    """
+    first: dict[str, str] = {}
+    for one in overrides if isinstance(overrides, list | tuple) else ():
+        key = str(one).partition("=")[0].strip()
+        if key in first:
+            raise ExperimentError(f"the overrides set '{key}' twice: '{first[key]}' and '{one}'; give one")
+        first[key] = str(one)
 
 
 def shipped() -> list[str]:

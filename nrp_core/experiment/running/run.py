@@ -401,7 +401,7 @@ class Run(Closing):
         """
         if isinstance(self.experiment.maker, Participant):
             raise CapabilityError("the state machines of an experiment cannot start over")
-        experiment = self.experiment.model_copy(update={"seed": seed})
+        experiment = self.experiment.with_seed(seed)
         if network_for(experiment, self._build).digest != self.brain.network.digest:
             raise CapabilityError(f"seed {seed} gives another network")
         self.loop.reset(seed=seed)

@@ -207,6 +207,11 @@ WRONG = {
         [("input", "w"), ("w", "lif")],
         r"node 'w' \(Linear\): weight is complex; it must be real",
     ),
+    "reset": (
+        {"lif": nir.LIF(np.full(1, DT), np.ones(1), np.zeros(1), np.ones(1), np.ones(1))},
+        [("input", "lif")],
+        r"node 'lif' \(LIF\): v_reset of cell 0 is 1; it must be less than its v_threshold, 1",
+    ),
     "delay": (
         {"d": nir.Delay(np.array([1.5 * DT])), "lif": lif(1)},
         [("input", "d"), ("d", "lif")],

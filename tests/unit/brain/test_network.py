@@ -71,6 +71,14 @@ def test_inconsistent_networks_are_refused_by_name(changes: dict[str, Any], says
         Network(populations, (projection(**changes),))
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_position_that_is_not_finite_names_its_cell(value: float) -> None:
+    positions = np.array([[1.0, 2.0, 3.0], [4.0, value, 0.0]])
+    says = rf"population 'x': the position of cell 1 is \(4, {value:g}, 0\); it must be finite"
+    with pytest.raises(NetworkError, match=says):
+        replace(population("x", 2), positions_um=positions)
+
+
 def test_a_parameter_that_is_not_a_number_names_population_parameter_and_cell() -> None:
     with pytest.raises(NetworkError, match="population 'x': cm of cell 1 is nan; it must be more than 0"):
         Population("x", 2, "IF_curr_exp", {"cm": np.array([1.0, np.nan])})

@@ -59,3 +59,27 @@ def test_an_input_that_reaches_no_cell_is_reported(tmp_path: Path) -> None:
     """The library puts inputs before nodes without one, so nothing else is missing."""
     assert _remarks(tmp_path, 0.034, False) == []
     assert "the input 'eyes' reaches no cell" in _remarks(tmp_path, 0.034, False, is_joined=False)
+
+
+@pytest.mark.parametrize(
+    ("edges", "words"),
+    [
+        ([("eyes", "loose")], "no edge leaves the node 'loose' (Linear)"),
+        ([], "no edge leads to the node 'loose' (Linear)"),
+        ([("eyes", "loose"), ("loose", "wheels")], None),
+    ],
+)
+def test_a_node_without_edges_is_reported(
+    tmp_path: Path, edges: list[tuple[str, str]], words: str | None
+) -> None:
+    tau, each = np.full(2, DT / (1.0 - KEPT)), np.ones(2)
+    nodes = {
+        "eyes": nir.Input(np.array([3])),
+        "weights": nir.Linear(np.ones((2, 3))),
+        "loose": nir.Linear(np.ones((2, 3))),
+        "wheels": nir.LIF(tau=tau, r=tau / DT, v_leak=0 * each, v_threshold=each, v_reset=0 * each),
+        "output": nir.Output(np.array([2])),
+    }
+    always = [("eyes", "weights"), ("weights", "wheels"), ("wheels", "output")]
+    nir.write(tmp_path / "net.nir", nir.NIRGraph(nodes, [*always, *edges], type_check=False))
+    assert list(read_nir(tmp_path / "net.nir").remarks) == ([words] if words else [])

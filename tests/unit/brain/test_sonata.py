@@ -371,6 +371,12 @@ def _cut(folder: Path) -> None:
         (_data("nodes.h5", "nodes/v1/node_id", np.arange(6)), NetworkError,
          "edges 'lgn_to_v1' refer to node 10, which nodes 'v1' do not have"),
         (_cut, NetworkError, "edges.h5: the file is cut short or damaged"),
+        (_data("nodes.h5", "nodes/v1/node_id", [10, 11, 12, 13, 14, 13]), NetworkError,
+         "nodes.h5: .*nodes 'v1': 2 nodes have the id 13 .node_id.; ids must be distinct"),
+        (_data("nodes.h5", "nodes/v1/0/y", [0, 0, np.nan, 0]), NetworkError, "'v1': y of node 11 is nan; a"),
+        (_data("nodes.h5", "nodes/v1/1/x", [np.inf, 1]), NetworkError, "'v1': x of node 13 is inf; a posit"),
+        (_text("circuit_config.json", '{"manifest"', '{"inputs": {"a": 3}, "manifest"'), NetworkError,
+         "an entry of 'inputs' is not a JSON object"),
     ],
 )  # fmt: skip
 def test_a_circuit_that_cannot_be_used_says_where_and_why(
@@ -400,6 +406,41 @@ def test_a_circuit_that_cannot_be_used_says_where_and_why(
         (
             _text("circuit_config.json", '{"manifest"', '{"conditions": {"v_init": -80}, "manifest"'),
             "'conditions.v_init' is -80 and has no effect: cells begin as their models say",
+        ),
+        (
+            _text(
+                "circuit_config.json", '{"manifest"', '{"run": {"tstop": 3000.0, "duration": 5}, "manifest"'
+            ),
+            "'run.tstop' is 3000.0 ms and has no effect: the experiment's duration counts",
+        ),
+        (
+            _text("circuit_config.json", '{"manifest"', '{"run": {"dt": 0.5}, "manifest"'),
+            "'run.dt' is 0.5 ms and has no effect: the brain's timestep counts",
+        ),
+        (
+            _text(
+                "circuit_config.json",
+                '{"manifest"',
+                '{"inputs": {"push": {"input_type": "current_clamp"}}, "manifest"',
+            ),
+            "the input 'push' has no effect: its input_type is 'current_clamp', and only 'spikes' are read",
+        ),
+        (
+            _text(
+                "circuit_config.json",
+                '{"manifest"',
+                '{"reports": {"soma": {"variable_name": "v"}}, "manifest"',
+            ),
+            "the report 'soma' has no effect: recordings of runs hold the brain's activity",
+        ),
+        (
+            _data("nodes.h5", "nodes/v1/node_group_index", [3, 2, 2, 0, 0, 1]),
+            "the nodes 1 and 2 of 'v1' have the same place 2 in their group (node_group_index), and so the "
+            "same attributes",
+        ),
+        (
+            _data("nodes.h5", "nodes/v1/0/dynamics_params/I_e", [1, np.nan, 3, 400]),
+            "'I_e' of 1 nodes 'v1' is not a number; the value of their type is used, or the default",
         ),
     ],
 )

@@ -1,12 +1,17 @@
 """Experiments are found by name, file or folder, whatever their format."""
 
 import os
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import nrp_core
 from nrp_core.errors import BackendError, ExperimentError
 from nrp_core.experiment.reading.find import find_file, load_experiment, shipped
+from nrp_core.gym.env import NrpEnv
+from nrp_core.gym.vector import NrpVectorEnv
 
 PACKAGES = {"walkers": "", "broken": "import no_such_module"}
 
@@ -127,3 +132,11 @@ def test_a_circle_of_symbolic_links_is_refused_with_its_name(tmp_path: Path, nam
 def test_overrides_that_are_not_a_list_are_refused_as_a_whole(overrides: object) -> None:
     with pytest.raises(ExperimentError, match="overrides are a list such as"):
         load_experiment("braitenberg_husky", overrides)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "begin", [nrp_core.run, partial(NrpEnv, observe={}), partial(NrpVectorEnv, num_envs=2, observe={})]
+)
+def test_overrides_of_one_key_that_are_given_together_are_refused(begin: Any) -> None:
+    with pytest.raises(ExperimentError, match="set 'seed' twice: 'seed=1' and 'seed = 2'; give one"):
+        begin("braitenberg_husky", ["seed=1", "pace=max", "seed = 2"])

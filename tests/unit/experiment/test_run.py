@@ -12,6 +12,7 @@ import pytest
 from nrp_core.errors import (
     BackendLoadError,
     DivergedError,
+    ExperimentError,
     LifecycleError,
     SimulationError,
     TimestepError,
@@ -189,6 +190,12 @@ def test_a_screen_can_be_turned_red_while_it_runs(open_run: Open, value: Any) ->
     run.publish("/glass", value)
     run.step()
     assert run.world.engine.colors["wall/body/glass"] == (1.0, 0.0, 0.0, 1.0)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("seed", [1.5, "3", True, None])
+def test_a_seed_that_is_not_an_integer_is_refused(open_run: Open, seed: Any) -> None:
+    with pytest.raises(ExperimentError, match=f"a seed is an integer, not {seed!r}"):
+        open_run("events=null", "criteria=null").start_over(seed)
 
 
 def test_another_thread_may_publish(open_run: Open) -> None:

@@ -104,6 +104,8 @@ def test_a_drawn_range_follows_the_seed_as_in_a_comparison() -> None:
         ({"vary": {"a": [1]}, "design": {"sobl": 3}}, "no design 'sobl'; did you mean 'sobol'?"),
         ({"vary": {"a": [1]}, "design": {"sobol": 0}}, "a design is grid"),
         ({"vary": {"seed": [1]}, "design": {"sobol": 4}}, "no setting varies that sobol could sample"),
+        ({"stop_when_failed": ["a", "b", "a"]}, "'a' is named twice"),
+        ({"measure": ["distance", "distance"]}, "'distance' is named twice"),
         ({"desin": "grid"}, "a sweep has no key 'desin'; did you mean 'design'?"),
         ({"settings": {"brain": {"backend": "event"}}}, "one value with a dotted key"),
     ],
@@ -155,6 +157,15 @@ def test_what_the_runs_never_reach_is_reported(until: str | None, times: Any, wo
 def test_a_sweep_that_varies_less_than_it_seems_is_reported(vary: dict[str, Any], words: str) -> None:
     sweep = SweepFile.model_validate({"experiment": "braitenberg_husky", "vary": vary})
     assert [words in remark for remark in Plan.of(sweep).remarks] == [True] * bool(words)
+
+
+def test_a_sobol_design_that_is_not_a_power_of_two_is_reported() -> None:
+    vary = {"world.options.timestep": {"from": "1 ms", "to": "2 ms"}}
+    for points, words in ((3, ["2 or 4"]), (4, []), (100, ["64 or 128"])):
+        described = {"experiment": "braitenberg_husky", "vary": vary, "design": {"sobol": points}}
+        remarks = Plan.of(SweepFile.model_validate(described)).remarks
+        assert len(remarks) == len(words)
+        assert all(word in remark for word, remark in zip(words, remarks, strict=True))
 
 
 def test_an_end_within_a_step_is_refused_before_the_first_run() -> None:

@@ -11,8 +11,9 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.files.hdf5 import array, attribute, group, groups, reading
 from nrp_core.brain.files.sonata.config import Config, Files, read_config
+from nrp_core.brain.files.sonata.doubts import misspelt, not_numbers, shared_places
 from nrp_core.brain.files.sonata.edges import EDGE_NAMES, read_edges
-from nrp_core.brain.files.sonata.items import SonataItems, misspelt, read_items, read_types
+from nrp_core.brain.files.sonata.items import SonataItems, read_items, read_types
 from nrp_core.brain.files.sonata.node_sets import read_node_sets
 from nrp_core.brain.files.sonata.nodes import Nodes, Trains, read_nodes
 from nrp_core.brain.network.data import Network, Projection
@@ -54,7 +55,9 @@ def read_sonata(
         cells = {p.label: p for part in nodes.values() for p in part.populations}
         remarks = list(config.unused)
         for part in nodes.values():
-            remarks += misspelt(part.items, {name for model, _ in part.models for name in model.names})
+            used = {name for model, _ in part.models for name in model.names}
+            remarks += [*misspelt(part.items, used), *not_numbers(part.items, used)]
+            remarks += shared_places(part.items)
         network = Network(cells, tuple(_projections(config, nodes, remarks)))
         views = _views(network, nodes)
         ids = {name: views[name] for name in nodes}
@@ -102,7 +105,8 @@ def _projections(config: Config, nodes: Mapping[str, Nodes], remarks: list[str])
         if items.name in found:
             raise NetworkError(f"two populations of edges have the name '{items.name}'")
         found[items.name] = list(read_edges(part, items, nodes))
-        remarks.extend(misspelt(items, EDGE_NAMES))
+        remarks.extend([*misspelt(items, EDGE_NAMES), *not_numbers(items, EDGE_NAMES)])
+        remarks.extend(shared_places(items))
         if functions := {name for name in items.texts("weight_function").values() if name}:
             shown = ", ".join(f"'{name}'" for name in sorted(functions))
             remarks.append(

@@ -9,6 +9,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Final
 
+from nrp_core.brain.files.sonata.doubts import unused_settings
 from nrp_core.errors import NetworkError
 
 _NETWORKS: Final = ("nodes", "edges")
@@ -60,7 +61,11 @@ def read_config(path: Path) -> Config:
         if key not in _NETWORKS and (near := get_close_matches(key, _NETWORKS, 1)):
             raise NetworkError(f"'networks' has no key '{key}'; did you mean '{near[0]}'?", path=path)
     sets = {name: None for part in (circuit, given) if isinstance(name := part.get("node_sets_file"), str)}
-    inputs = (given.get("inputs") or {}).values()
+    for name in ("conditions", "run", "inputs", "reports"):
+        _section(path, given, name)
+    inputs = _section(path, given, "inputs").values()
+    if not all(isinstance(entry, Mapping) for entry in inputs):
+        raise NetworkError("an entry of 'inputs' is not a JSON object", path=path)
     return Config(
         nodes=tuple(_files(path, entry, "node") for entry in networks["nodes"]),
         edges=tuple(_files(path, entry, "edge") for entry in networks.get("edges") or ()),
@@ -72,11 +77,7 @@ def read_config(path: Path) -> Config:
             if entry.get("input_type") == "spikes" and "input_file" in entry
         ),
         node_sets=tuple(map(Path, sets)),
-        unused=tuple(
-            f"'conditions.{key}' is {value!r} and has no effect: cells begin as their models say"
-            for key, value in _section(path, given, "conditions").items()
-            if key == "v_init"
-        ),
+        unused=tuple(unused_settings(given)),
     )
 
 

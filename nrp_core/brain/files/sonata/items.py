@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -23,9 +22,6 @@ from nrp_core.errors import NetworkError
 Types = Mapping[int, Mapping[str, Any]]
 
 DYNAMICS = "dynamics_params"
-_OWN = frozenset({"x", "y", "z", "g_L", "V_m", "tau_minus", "pop_name", "model_type", "model_template"})
-"""Attributes that are used beside those of models."""
-_ALIKE = 0.75
 _NOTHING = frozenset({"", "null", "none", "nan"})
 
 
@@ -96,21 +92,6 @@ class SonataItems:
             raise NetworkError(
                 f"{self.kind} type {number} of '{self.name}': {name} is '{value}', not a number"
             ) from None
-
-
-def misspelt(items: SonataItems, known: Collection[str]) -> Iterator[str]:
-    """Yield a sentence for each attribute that is unknown and nearly the name of a known one that is missing.
-
-    Args:
-        items: nodes or edges.
-        known: the names of the attributes that are used.
-    """
-    given = items.names()
-    missing = {name.lower(): name for name in known if name not in given}
-    for name in sorted(given - set(known) - _OWN):
-        if near := get_close_matches(name.lower(), missing, 1, _ALIKE):
-            meant = f"did you mean '{missing[near[0]]}'?"
-            yield f"'{name}' of the {items.kind}s '{items.name}' is not used; {meant}"
 
 
 def read_items(part: Any, name: str, kind: str, types: Types) -> SonataItems:

@@ -10,6 +10,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.files.hdf5 import array
+from nrp_core.brain.files.sonata.doubts import require_places
 from nrp_core.brain.files.sonata.items import SonataItems
 from nrp_core.brain.files.sonata.models import LEAK_NS, CellModel, Parameter, model_of
 from nrp_core.brain.network.cells.types import CELLS
@@ -70,6 +71,7 @@ def read_nodes(part: Any, items: SonataItems, spikes: Trains) -> Nodes:
         CapabilityError: the cell model is not supported.
     """
     node_ids = array(part, "node_id", np.int64) if "node_id" in part else np.arange(len(items))
+    require_places(items, node_ids)
     models = tuple(_models(items))
     several = len(models) > 1
     populations = tuple(
