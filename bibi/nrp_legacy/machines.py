@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,27 +11,13 @@ from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
 from nrp_legacy.code import Source
+from nrp_legacy.machine_consistency import inconsistencies
+from nrp_legacy.machine_slips import is_scxml, scxml_left_out, slips_of
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.shims.steps import Task
 
-_BEGINNING = 4096  # bytes to search for the first element
-
 MACHINE = "sm"
 """The variable in which a file has its machine."""
-
-
-def is_scxml(path: Path) -> bool:
-    """Return whether a file holds a state machine in SCXML, whatever its name ends in."""
-    with path.open("rb") as file:
-        return re.search(rb"<(\w+:)?scxml\b", file.read(_BEGINNING)) is not None
-
-
-def scxml_left_out(path: Path) -> str:
-    """Return the report of a state machine in SCXML. The platform never executed one."""
-    return (
-        f"state machine left out: {path.name} is in SCXML, which the Neurorobotics Platform did not execute "
-        "either; only Python (SMACH) is run"
-    )
 
 
 class StateMachines:
@@ -76,6 +61,9 @@ class StateMachines:
     def _play(self, path: Path) -> None:
         """Run a file, and its machine unless the file has done that."""
         machine = self._machine(path)
+        if next(slips_of(path), None) is None:  # those were reported before
+            for problem in inconsistencies(machine):
+                self._names.graph.warn(Code.NRP273, f"state machine {path.name}: {problem}")
         if machine is not None and not getattr(machine, "has_run", False):
             machine.execute(getattr(machine, "userdata", None))
 

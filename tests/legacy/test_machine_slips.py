@@ -28,11 +28,15 @@ with sm:
         ("", "", 0, None),
         ('"red", inner', 'f"{1}red", inner', 0, None),  # computed, so not judged
         ('"invalid": "red"', '"invalid": "rad"', 6, "goes to 'rad', which is neither a state nor an outcome"),
+        ('sm = smach', 'END = "DONE"\nsm = smach', 0, None),
+        ('["FINISHED", "ERROR"]', "[DONE, ERROR]", 0, None),  # names from elsewhere
+        ('sm = smach.StateMachine(outcomes=["FINISHED", "ERROR"])',
+         'OK, NO = "OK", "NO"; sm = smach.StateMachine(outcomes=[OK, NO])', 10, "the state 'red' goes to 'FINISHED', which is neither"),
         ('["FINISHED", "ERROR"]', '["DONE"]', 10, "the state 'red' goes to 'FINISHED', which is neither"),
         ('"red", inner', '"wait", inner', 10, "the state 'wait' already exists, at line 6; rename one"),
         ("with inner:", "with inner", 8, "state machine left out: "),
     ],
-)
+)  # fmt: skip
 def test_a_transition_that_leads_nowhere_is_reported(
     tmp_path: Path, old: str, new: str, line: int, words: str | None
 ) -> None:

@@ -15,6 +15,8 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain.network.equations.cell_doubts import doubts_about_cells
+from nrp_core.brain.network.equations.synapse_doubts import doubts_about_synapses
 
 
 class Plausible(NamedTuple):
@@ -90,6 +92,10 @@ def implausible(network: Network) -> list[str]:
 
 def _of_cells(population: Population) -> Iterator[str]:
     owner = f"the population '{population.label}'"
+    if population.equations is not None:
+        found = doubts_about_cells(population.equations, population.parameters, population.initial_values)
+        yield from (f"the equations of {owner}: {doubt}" for doubt in dict.fromkeys(found))
+        return
     plausibles = _IZHIKEVICH if population.cell_type == "Izhikevich" else _CELLS
     for name, plausible in plausibles.items():
         if name in population.parameters:
@@ -198,6 +204,11 @@ def _of_synapses(projection: Projection, post: Population) -> Iterator[str]:
     owner = f"the projection '{projection.label}'"
     yield from _outside(f"a delay of {owner}", projection.delay_ms, _DELAY)
     yield from _beyond_limits(owner, projection)
+    if projection.equations is not None:
+        scale = projection.equations.weight_scale(post.weight_unit(projection.receptor))
+        sizes = np.abs(projection.weight) * scale
+        found = doubts_about_synapses(projection.equations, projection.synapse_parameters, sizes)
+        yield from (f"the equations of {owner}: {doubt}" for doubt in dict.fromkeys(found))
     for name in ("tau_rec", "tau_facil", "tau_plus", "tau_minus"):
         if name in projection.synapse_parameters:
             values = projection.synapse_parameters[name]
@@ -272,7 +283,8 @@ def _leak_us(cells: Population) -> float | None:
     """Return the smallest leak conductance of cells, uS (nF/ms); None if they have none."""
     if not {"cm", "tau_m"} <= cells.parameters.keys() or cells.cell_type in _IN_MV:
         return None
-    return float((cells.parameters["cm"] / cells.parameters["tau_m"]).min())
+    leak = float((cells.parameters["cm"] / cells.parameters["tau_m"]).min())
+    return leak if leak > 0.0 else None  # equations may have any sign
 
 
 def _beyond_limits(owner: str, projection: Projection) -> Iterator[str]:

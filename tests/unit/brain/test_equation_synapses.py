@@ -12,6 +12,7 @@ import pytest
 from nrp_core import read_network, save_network
 from nrp_core.brain import builder
 from nrp_core.brain.backends import brains
+from nrp_core.brain.network.implausible import implausible
 from nrp_core.errors import CapabilityError, NetworkError
 
 EQUATIONS = """
@@ -100,6 +101,41 @@ def network(law: dict[str, Any], kind: str = "IF_curr_exp", **values: Any) -> An
 def test_values_that_a_law_cannot_have_are_refused(arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(NetworkError, match=message):
         network(PLASTIC, **arguments)
+
+
+DOUBTFUL = {
+    "dx/dt = (1 - x)/tau : 1": {},
+    "the parameter 'w_max' is not used": {},
+    "'y' has no effect: the share of the weight does not depend on it": {},
+    "a spike arrives with the share -1": {"on_pre": "share = -x"},
+    "5 spikes at once arrive with shares up to 256": {"on_pre": "share = x; x *= 4"},
+    "the first spikes arrive with the share 0, because 'x', 'y' begins": {
+        "initial": {}, "on_pre": "share = x"
+    },
+    "'x' grows by a factor of e in 20 ms": {"equations": EQUATIONS.replace("(1 - x)", "x")},
+    "tau is -20 ms: a time is more than 0": {"parameters": {**SHARE["parameters"], "tau": "-20 ms"}},
+    "'y' stays at 0: no spike changes it": {**PLASTIC, "on_pre": ""},
+    "nothing keeps the weight from falling below 0": {**PLASTIC, "on_post": "weight = weight - w_max*y/mV"},
+    "its clip lets the weight fall below 0": {
+        **PLASTIC, "on_post": "weight = clip(weight + w_max*y/mV, -w_max, w_max)"
+    },
+    "weights begin above the upper limit of clip, 5 times": {
+        **PLASTIC, "parameters": {**SHARE["parameters"], "w_max": "0.1 nA"}
+    },
+    "limits of clip are reversed: 1e-09 and 0": {
+        **PLASTIC, "on_post": "weight = clip(weight + w_max*y/mV, w_max, 0*nA)"
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("words", DOUBTFUL)
+def test_a_law_that_is_probably_not_meant_is_reported(words: str) -> None:
+    found = implausible(network({**SHARE, **DOUBTFUL[words]}))
+    assert any(words in one for one in found) == ("dx/dt" not in words)
+    plain = implausible(
+        network({**SHARE, "equations": EQUATIONS.splitlines()[1], "parameters": {"tau": "20 ms"}})
+    )
+    assert not any("equations of" in one for one in plain)
 
 
 def test_names_have_the_meaning_of_the_equations_and_not_of_pynn() -> None:

@@ -15,6 +15,7 @@ from nrp_core import read_network, save_network
 from nrp_core.brain import builder
 from nrp_core.brain.network.equations.linear import coefficients_of
 from nrp_core.brain.network.equations.units import NONE, described, quantity, times, unit_of, units
+from nrp_core.brain.network.implausible import implausible
 from nrp_core.errors import NetworkError
 
 MEMBRANE = """
@@ -94,6 +95,48 @@ def test_a_mistake_is_one_error_with_its_place(name: str) -> None:
     with pytest.raises(NetworkError, match=f"(?s){message}") as caught:
         cell(**changed)
     assert "\n" not in str(caught.value)
+
+
+DOUBTS = {
+    "none": ({}, None),
+    "parameter": (with_parameter(extra="3 mV"), "the parameter 'extra' is not used"),
+    "expression": ({"equations": with_line("x = v/mV : 1")}, "'x' is not used"),
+    "receptor": ({"equations": MEMBRANE.replace("(ge + i", "(i")}, "receptor 'excitatory' never change when"),
+    "negative": (with_parameter(tau_syn="-5 ms"), "tau_syn is -5 ms: a time is more than 0"),
+    "grows": ({"equations": MEMBRANE.replace("-ge/tau", "ge/tau")}, "a cell grows by a factor of e in 5 ms"),
+    "volts": (with_parameter(v_rest="-65 volt"), "v_rest is 65000 mV; is it in another unit"),
+    "threshold": ({"threshold": "v > 1*volt"}, "the threshold, 'v > 1.volt', is 1000 mV"),
+    "at once": ({"initial": {"v": "-40 mV"}}, "meet the threshold, 'v > v_thresh', from the start"),
+    "no reset": ({"reset": ""}, "the reset changes nothing"),
+    "no change": ({"reset": "v = v"}, "the reset changes nothing"),
+    "long": ({"refractory": "100 second"}, "the refractory period is 100 s"),
+    "always": ({"refractory": "v > -100*mV"}, "cells are refractory from the start"),
+    "limits": ({"equations": MEMBRANE.replace("(ge +", "(clip(ge, 1*nA, -1*nA) +")}, "limits of clip are rev"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DOUBTS)
+def test_equations_that_are_probably_not_meant_are_reported(name: str) -> None:
+    changed, words = DOUBTS[name]
+    sim = builder()
+    sim.Population(2, cell(sim, **changed)(), label="cells")
+    found = [one for one in implausible(sim.network()) if words is None or words in one.replace("1*v", "1.v")]
+    assert bool(found) == (words is not None)
+    assert all(one.startswith("the equations of the population 'cells': ") for one in found)
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        (with_parameter(tau="0 ms"), "population 'cells': dv/dt of cell 0 is not finite at time 0 .tau = 0"),
+        ({"threshold": "v > -100*mV", "reset": "v = v_rest; ge += 0.1*nA"}, "so it would fire without end"),
+    ],
+)
+def test_cells_that_cannot_run_are_refused(changed: dict[str, Any], words: str) -> None:
+    sim = builder()
+    with pytest.raises(NetworkError, match=words):
+        sim.Population(2, cell(sim, **changed)(), label="cells")
+        sim.network()
 
 
 def test_a_script_sees_a_cell_type_with_units() -> None:

@@ -135,7 +135,8 @@ def test_overrides_that_are_not_a_list_are_refused_as_a_whole(overrides: object)
 
 
 @pytest.mark.parametrize(
-    "begin", [nrp_core.run, partial(NrpEnv, observe={}), partial(NrpVectorEnv, num_envs=2, observe={})]
+    "begin",
+    [nrp_core.run, partial(NrpEnv, observe=["/odom"]), partial(NrpVectorEnv, num_envs=2, observe=["/odom"])],
 )
 def test_overrides_of_one_key_that_are_given_together_are_refused(begin: Any) -> None:
     with pytest.raises(ExperimentError, match="set 'seed' twice: 'seed=1' and 'seed = 2'; give one"):

@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.network.equations.expressions import names_in
-from nrp_core.brain.network.equations.model import CELL_TYPE, Model, Texts
+from nrp_core.brain.network.equations.expressions import TIME, names_in
+from nrp_core.brain.network.equations.model import CELL_TYPE, INPUT, Model, Texts
 from nrp_core.brain.network.equations.reading import read
 from nrp_core.brain.network.equations.texts import Kept
 from nrp_core.brain.network.equations.values import value_of
@@ -62,6 +62,7 @@ class CellEquations(Kept, Texts):
                     f"{owner}: its equations have no {what} '{name}'{did_you_mean(name, valid)}"
                 )
         self.require_periods(owner, self.in_si(parameters))
+        self._require_finite(owner, parameters, states)
 
     def require_periods(self, owner: str, known: Mapping[str, FloatArray]) -> None:
         """Check that refractory periods are not negative, and that the reset ends a spike.
@@ -75,6 +76,24 @@ class CellEquations(Kept, Texts):
         """
         self._require_refractory(owner, known)
         self._require_end_of_spike(owner, known)
+
+    def _require_finite(
+        self, owner: str, parameters: Mapping[str, FloatArray], states: Mapping[str, FloatArray]
+    ) -> None:
+        model = self.model
+        known: dict[str, Any] = {TIME: 0.0, INPUT: 0.0, **self.in_si(parameters)}
+        known |= {name: array * model.variables[name].unit.scale for name, array in states.items()}
+        for name, variable in model.variables.items():
+            try:
+                rate = np.atleast_1d(value_of(variable.rate, known, model.definitions))
+            except KeyError:  # a state variable has no initial value here
+                continue
+            for wrong in np.flatnonzero(~np.isfinite(rate))[:1]:
+                zeros = [
+                    one for one in names_in(variable.rate) if one in parameters and 0.0 in parameters[one]
+                ]
+                hint = f" ({', '.join(dict.fromkeys(zeros))} = 0)" if zeros else ""
+                raise NetworkError(f"{owner}: d{name}/dt of cell {wrong} is not finite at time 0{hint}")
 
     def in_si(self, values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
         """Return parameters in SI units, by name."""
@@ -96,11 +115,14 @@ class CellEquations(Kept, Texts):
 
     def _require_end_of_spike(self, owner: str, known: Mapping[str, FloatArray]) -> None:
         after: dict[str, Any] = dict(known)
-        try:
-            for name, value in self.model.reset:
+        for name, value in self.model.reset:
+            try:
                 after[name] = value_of(value, after, self.model.definitions)
+            except KeyError:  # it depends on the state before the spike
+                after.pop(name, None)
+        try:
             again = np.atleast_1d(value_of(self.model.threshold, after, self.model.definitions))
-        except KeyError:  # they depend on the state before the spike
+        except KeyError:  # it depends on the state before the spike
             return
         if again.any() and any(name in after for name in names_in(self.model.threshold)):
             raise NetworkError(
