@@ -83,7 +83,8 @@ class _Constants(ast.NodeTransformer):
                 self._add(one, its)
         elif isinstance(target, ast.Name):
             is_text = isinstance(value, ast.Constant) and isinstance(value.value, str)
-            self._texts[target.id] = value if is_text and target.id not in self._texts else None
+            once = is_text and target.id not in self._texts
+            self._texts[target.id] = value if once and isinstance(value, ast.Constant) else None
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
         text = self._texts.get(node.id) if isinstance(node.ctx, ast.Load) else None

@@ -62,8 +62,8 @@ class StateMachines:
         """Run a file, and its machine unless the file has done that."""
         machine = self._machine(path)
         if next(slips_of(path), None) is None:  # those were reported before
-            for problem in inconsistencies(machine):
-                self._names.graph.warn(Code.NRP273, f"state machine {path.name}: {problem}")
+            for code, problem in inconsistencies(machine):
+                self._names.graph.warn(code, f"state machine {path.name}: {problem}")
         if machine is not None and not getattr(machine, "has_run", False):
             machine.execute(getattr(machine, "userdata", None))
 

@@ -71,6 +71,8 @@ class LiveScene(Changeable):
             SceneError: there is already a model of that name, or the model is inconsistent.
             CapabilityError: the engine does not support it.
         """
+        if not all(map(isfinite, (*model.pose.position, *model.pose.orientation))):
+            raise SceneError(f"the pose of '{model.name}' must be finite, not {model.pose}")
         scene = self.scene.with_model(model)
         for part in parts_of(model, self.engine):
             for topic in part.topics:

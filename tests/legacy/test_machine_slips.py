@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
+from nrp_legacy.machine_consistency import inconsistencies
 from nrp_legacy.machine_slips import slips_of
+from nrp_legacy.shims.smach import State, StateMachine
 
 from nrp_core.findings import Code
 
@@ -30,8 +33,8 @@ with sm:
         ('"invalid": "red"', '"invalid": "rad"', 6, "goes to 'rad', which is neither a state nor an outcome"),
         ('sm = smach', 'END = "DONE"\nsm = smach', 0, None),
         ('["FINISHED", "ERROR"]', "[DONE, ERROR]", 0, None),  # names from elsewhere
-        ('sm = smach.StateMachine(outcomes=["FINISHED", "ERROR"])',
-         'OK, NO = "OK", "NO"; sm = smach.StateMachine(outcomes=[OK, NO])', 10, "the state 'red' goes to 'FINISHED', which is neither"),
+        ('["FINISHED", "ERROR"])', '[A, B]); A, B = "A", "B"', 10,
+         "the state 'red' goes to 'FINISHED', which is neither"),
         ('["FINISHED", "ERROR"]', '["DONE"]', 10, "the state 'red' goes to 'FINISHED', which is neither"),
         ('"red", inner', '"wait", inner', 10, "the state 'wait' already exists, at line 6; rename one"),
         ("with inner:", "with inner", 8, "state machine left out: "),
@@ -48,6 +51,42 @@ def test_a_transition_that_leads_nowhere_is_reported(
         assert found[0].code is Code.NRP273
         assert found[0].line == line
         assert any(words in one.message for one in found)
+
+
+def _state(*outcomes: str) -> State:
+    return State(outcomes)
+
+
+@pytest.mark.parametrize(
+    ("states", "outcomes", "initial", "code", "words"),
+    [
+        ({"a": (_state("done"), {"done": "END"})}, ["END"], None, None, ""),
+        ({"a": (_state("valid", "invalid"), {"succeeded": "END"})}, ["END"], None, None, ""),
+        ({}, ["END"], None, Code.NRP273, "does not have any state"),
+        ({"a": (_state("done"), {"done": "b"})}, ["END"], None, Code.NRP273, "'a' goes to 'b', which is nei"),
+        ({"a": (_state("done"), {"done": "END"})}, ["END"], "b", Code.NRP273, "no initial state 'b'"),
+        ({"a": (State, {})}, ["END"], None, Code.NRP273, "which is not a state; call it"),
+        ({"a": (_state("done", "bad"), {"done": "END"})}, ["END"], None, Code.NRP327, "can end with 'bad'"),
+        ({"a": (_state("done"), {"done": "END", "dome": "a"})}, ["END"], None, Code.NRP327,
+         "a transition for 'dome', which is not an outcome of it; did you mean 'done'"),
+        ({"a": (_state("done"), {"done": "END"}), "b": (_state("done"), {"done": "a"})}, ["END"], None,
+         Code.NRP327, "no transition leads to the state 'b'"),
+    ],
+)  # fmt: skip
+def test_a_machine_that_smach_would_not_start_is_reported(
+    states: dict[str, Any], outcomes: list[str], initial: str | None, code: Code | None, words: str
+) -> None:
+    machine, outer = StateMachine(outcomes), StateMachine(outcomes)
+    with machine:
+        for label, (state, transitions) in states.items():
+            StateMachine.add(label, state, transitions)
+    if initial is not None:
+        machine.set_initial_state([initial])
+    with outer:
+        StateMachine.add("inner", machine)
+    found = list(inconsistencies(outer))
+    assert [one for one, _ in found] == ([] if code is None else [code])
+    assert all(words in sentence for _, sentence in found)
 
 
 def test_the_machines_of_the_corpus_have_no_slip() -> None:

@@ -33,6 +33,7 @@ from nrp_legacy.shims.smach import State
 
 OUTCOMES = ("succeeded", "aborted", "preempted")
 HEAVY_KG, MOMENT = 1.0, 0.01
+_SIZES = frozenset({"size", "radius", "length"})
 
 Change = Callable[[Any], None]
 
@@ -102,6 +103,9 @@ def spawn(
         color: name of a material.
         more: the size by its own name.
     """
+    unknown = sorted(more.keys() - _SIZES) if size is None else list(more)
+    if unknown:
+        raise TypeError(f"a state that adds an object has no argument '{unknown[0]}'")
     given = size if size is not None else more
     name_of, position_of = Given(model_name), Given(position)
 

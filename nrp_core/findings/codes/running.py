@@ -18,6 +18,14 @@ STATE_MACHINE_LEFT_OUT = Explanation(
     Weight.INCOMPLETE,
 )
 
+STATE_MACHINE_DOUBTFUL = Explanation(
+    "A state machine runs, and something in it is probably not meant.",
+    "A state that no transition leads to is never entered, and an outcome without a transition ends it.",
+    "Correct the states and transitions that the message names.",
+    "{n} states or transitions are probably not meant",
+    Weight.ALTERED,
+)
+
 FUNCTION_QUARANTINED = Explanation(
     "A transfer function raised an error and is not called any more.",
     "The rest of the run continues without this function.",

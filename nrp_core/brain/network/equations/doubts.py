@@ -85,7 +85,7 @@ def unused(
         nodes: all other expressions.
     """
     used = set(chain.from_iterable(map(names_in, nodes)))
-    for name in reversed(definitions):  # each stands after those that it needs
+    for name in reversed(list(definitions)):  # each stands after those that it needs
         if name in used:
             used.update(names_in(definitions[name]))
     for name in parameters:
