@@ -92,6 +92,15 @@ def of_functions(husky: Path, body: str = "pass", **changes: str) -> list[str]:
             "criteria.x={stays_within: {model: left_vr_screen, distance: 1 m}}",
             "'left_vr_screen' does not move by itself, so it stays wherever it is [NRP323]",
         ),
+        ("events.left_red.at=40 s", "'left_red' is at 40 s, and the run ends at 40 s [NRP248]"),
+        (
+            "brain.interventions=[{silence: actors}, {silence: actors}]",
+            "has no effect: it stands twice [NRP336]",
+        ),
+        (
+            "criteria.x={stays_within: {model: husky, distance: 0.5 m, during: {until: left_red}}}",
+            "'x' is the same as 'turns_on_the_spot' [NRP328]",
+        ),
         ("topics={/husky/camerra: std_msgs/Float64}", "did you mean '/husky/camera'? [NRP324]"),
         ("world.robots.husky.joints={front_left_joint: 1 m}", "takes angles, not '1 m' [NRP209]"),
         ("comparison.vary={brain.parameters.gian: 0..1}", "there is no parameter 'gian'"),

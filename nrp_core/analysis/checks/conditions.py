@@ -79,6 +79,17 @@ def _time_of(moment: int | str, experiment: Experiment) -> int | str:
     return moment if isinstance(moment, int) else fixed.get(moment, moment)
 
 
+@checks_experiment(Code.NRP328)
+def criteria_differ(study: Study) -> Iterator[Finding]:
+    """Look for two criteria that are the same."""
+    criteria = study.experiment.criteria
+    for name, criterion in criteria.items():
+        first = next(other for other in criteria if criteria[other] == criterion)
+        if first != name:
+            place = study.experiment.place("criteria", name)
+            yield place.finding(Code.NRP328, f"'{name}' is the same as '{first}'", Level.WARNING)
+
+
 @checks_experiment(Code.NRP248)
 def bounds_leave_something(study: Study) -> Iterator[Finding]:
     """Look for bounds that exclude each other."""

@@ -30,7 +30,7 @@ def events_come_in_time(study: Study) -> Iterator[Finding]:
     experiment = study.experiment
     for name, event in experiment.events.items():
         duration_s = f"{seconds(experiment.duration):g} s"
-        if event.at is not None and event.at > experiment.duration:
+        if event.at is not None and event.at >= experiment.duration:
             message = f"'{name}' is at {seconds(event.at):g} s, and the run ends at {duration_s}"
             yield experiment.place("events", name, "at").finding(Code.NRP248, message, Level.WARNING)
         if event.when is not None and event.when.after > experiment.duration:

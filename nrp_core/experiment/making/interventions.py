@@ -41,6 +41,8 @@ def with_variants(network: Network, experiment: Experiment, collector: Collector
     for i, intervention in enumerate(experiment.brain.interventions):
         with collector.during(Code.NRP335, *_KEYS, i, always=True):
             change, idle = intervention.change, intervention.idle(experiment.duration)
+            if intervention in experiment.brain.interventions[:i]:
+                idle = "stands twice"
             if idle:
                 message = f"'{intervention.name}' has no effect: it {idle}"
                 collector.add(Code.NRP336, message, *_KEYS, i, level=Level.WARNING)

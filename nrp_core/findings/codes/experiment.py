@@ -114,6 +114,14 @@ UNUSED_TOPIC = Explanation(
     Weight.REMARK,
 )
 
+STANDS_TWICE = Explanation(
+    "Two criteria are the same.",
+    "The second one adds nothing; most likely one of them was copied, and not changed.",
+    "Change or remove one of them.",
+    "{n} criteria stand twice",
+    Weight.REMARK,
+)
+
 DEGREES = Explanation(
     "An angle without a unit exceeds a full turn.",
     "Numbers without a unit are radians; 180 of them are nearly 29 turns.",

@@ -147,6 +147,7 @@ class Code(Enum):
     NRP325 = brain.TOO_FAST
     NRP326 = world.TWO_DRIVES
     NRP327 = running.STATE_MACHINE_DOUBTFUL
+    NRP328 = experiment.STANDS_TWICE
     NRP330 = functions.NOT_KEPT
     NRP331 = functions.PIXELS
     NRP332 = functions.NO_SUCH_JOINT
