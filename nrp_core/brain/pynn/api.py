@@ -26,6 +26,7 @@ from nrp_core.brain.pynn.invalid import PastTimeError, WrongKindError
 from nrp_core.brain.pynn.nestml import nestml_cell
 from nrp_core.brain.pynn.recording import Recorder
 from nrp_core.brain.pynn.simulator import Simulator
+from nrp_core.brain.pynn.standard_equations import cells_in_equations
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.parameters import GivenParameters
 
@@ -69,6 +70,7 @@ def programming_interface(
     bound = (*_BOUND, *synapses.synapse_types(), *connector_types())
     names: dict[str, Any] = {
         **models.cell_types(),
+        **cells_in_equations(),
         **models.rule_parts(),
         "EquationCell": equation_cell,
         "EquationSynapse": equation_synapse,
@@ -80,7 +82,7 @@ def programming_interface(
         **_procedures(simulator),
         "native_cell_type": models.native_model("cell type", list(CELLS)),
         "native_synapse_type": models.native_model("synapse type", [law.pynn for law in LAWS.values()]),
-        "list_standard_models": lambda: list(CELLS),
+        "list_standard_models": lambda: [*CELLS, *cells_in_equations()],
         "parameter": GivenParameters(parameters).parameter,
         "load_nir": lambda path, **options: load_nir(api, path, **options),
         "save_nir": lambda path, **options: save_nir(network_of(simulator.state), path, **options),
