@@ -92,6 +92,7 @@ def of_functions(husky: Path, body: str = "pass", **changes: str) -> list[str]:
             "criteria.x={stays_within: {model: left_vr_screen, distance: 1 m}}",
             "'left_vr_screen' does not move by itself, so it stays wherever it is [NRP323]",
         ),
+        (f"csv_folder={__file__}", "test_round.py' is a file, and the files of recorders need a folder"),
         ("events.left_red.at=40 s", "'left_red' is at 40 s, and the run ends at 40 s [NRP248]"),
         (
             "brain.interventions=[{silence: actors}, {silence: actors}]",

@@ -333,6 +333,13 @@ class Experiment(Section):
                 raise ValueError(f"an event cannot be named '{name}': that is a moment of every run")
         return events
 
+    @field_validator("csv_folder")
+    @classmethod
+    def _folder(cls, folder: Path) -> Path:
+        if folder.exists() and not folder.is_dir():
+            raise ValueError(f"'{folder}' is a file, and the files of recorders need a folder")
+        return folder
+
     def with_source(self, source: Tree) -> Experiment:
         """Return the same experiment with the places of its values."""
         copy = self.model_copy()

@@ -258,6 +258,12 @@ def test_every_kind_of_device_says_whether_it_drives_neurons() -> None:
     assert (devices["Poisson"]["unit"], devices["LeakyIntegratorAlpha"]["unit"]) == ("Hz", "mV")
 
 
+@pytest.mark.parametrize("place", [(float("nan"), 0.0), (0.0, float("-inf"))])
+def test_a_place_that_is_not_finite_is_refused(drawing: Drawing, place: tuple[float, float]) -> None:
+    with pytest.raises(ExperimentError, match="a box has a finite place"):
+        drawing.document.place("topic:/husky/camera", *place)
+
+
 def test_boxes_stay_where_they_were_put_and_that_is_kept_beside_the_file(tmp_path: Path) -> None:
     document = Document(tmp_path / "new.bibi", HUSKY)
     document.place("topic:/husky/camera", 12.4, 30.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -116,7 +117,13 @@ class Drawing(ABC):
         self._now += 1
 
     def place(self, box: str, x: float, y: float) -> None:
-        """Move a box."""
+        """Move a box.
+
+        Raises:
+            ExperimentError: a number is not finite.
+        """
+        if not (isfinite(x) and isfinite(y)):
+            raise ExperimentError(f"a box has a finite place, not ({x:g}, {y:g})")
         self._go(replace(self.state, moved={**self.state.moved, box: (round(x), round(y))}))
 
     def arrange(self) -> None:
