@@ -198,6 +198,13 @@ def test_xml_python_and_drawing_are_in_step_both_ways(drawn: tuple[Hand, Path], 
     hand, file = drawn
     page = hand.page
     draw_eyes(hand)
+    form = page.get_by_role("region", name="Form")
+    hand.write("1000.0 * image_resul.greenblue")
+    page.keyboard.press("Tab")
+    expect(form.get_by_role("alert")).to_contain_text("did you mean 'image_results'?")
+    expect(page.get_by_role("listbox")).to_have_count(0)  # the names that it proposed would hide the reason
+    heading = box_of(form.get_by_role("heading", name="rate"))
+    assert heading["y"] + heading["height"] <= box_of(form.get_by_role("textbox", name="rate as Python"))["y"]
     xml = page.get_by_role("textbox", name="XML")
     expect(xml).to_contain_text('factor="1000.0"')
     page.locator(".cm-line", has_text='topic="/husky/camera"').dblclick()

@@ -9,7 +9,7 @@ from browsing import HUSKY, Cockpits, Watched, wait_until
 from playwright.sync_api import CDPSession, Page
 
 WARM_S, LONG_S = 120, 600
-EVERY_S = 60
+EVERY_S = 30
 MOST_MB_OF_SERVER, MOST_MB_OF_PAGE = 4.0, 2.0
 """By which they may grow after two minutes, in which plots fill their windows and caches their room: less
 than half a megabyte a minute."""
@@ -30,7 +30,7 @@ def page_mb(devtools: CDPSession) -> float:
 
 
 def grown(page: Page, cockpits: Cockpits) -> list[tuple[float, float, float]]:
-    """Return simulated time, s, and what server and page hold, MB, each minute."""
+    """Return simulated time, s, and what server and page hold, MB, each half minute."""
     devtools = page.context.new_cdp_session(page)
     samples = []
     for t_s in range(EVERY_S, LONG_S + 1, EVERY_S):

@@ -47,6 +47,13 @@ function CameraView({ topic }: { topic: string }) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const caption = useRef<HTMLParagraphElement>(null);
   const [shown, setShown] = useState<Shown>("nothing");
+  const told = useRef(shown);
+  /** React keeps each state that it is given until it renders, also the same one again. */
+  const show = (next: Shown) => {
+    if (next === told.current) return;
+    told.current = next;
+    setShown(next);
+  };
   useTopic<AnyImage>(
     topic,
     (image) => {
@@ -55,9 +62,9 @@ function CameraView({ topic }: { topic: string }) {
         .then((range) => {
           const text = range ? `${range[0].toFixed(2)} m to ${range[1].toFixed(2)} m` : "";
           if (caption.current && caption.current.textContent !== text) caption.current.textContent = text;
-          setShown("picture"); // the same string again: no render
+          show("picture");
         })
-        .catch((error: Error) => setShown({ failure: error.message }));
+        .catch((error: Error) => show({ failure: error.message }));
     },
     "latest",
   );

@@ -1,4 +1,4 @@
-import { acceptCompletion, autocompletion, type Completion } from "@codemirror/autocomplete";
+import { acceptCompletion, autocompletion, type Completion, closeCompletion } from "@codemirror/autocomplete";
 import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
 import { python } from "@codemirror/lang-python";
 import { indentUnit } from "@codemirror/language";
@@ -59,7 +59,12 @@ export function PythonEditor({ path, label, text, whole = false, onWrite }: Edit
           whole ? [lineNumbers(), indentUnit.of("    ")] : [oneLine, EditorView.lineWrapping],
           placeholder("not written"),
           EditorView.contentAttributes.of({ "aria-label": label }),
-          EditorView.domEventHandlers({ blur: (_event, shown) => void leave(shown) }),
+          EditorView.domEventHandlers({
+            blur: (_event, shown) => {
+              closeCompletion(shown); // also names that are still asked for
+              leave(shown);
+            },
+          }),
         ],
       }),
     });

@@ -60,6 +60,7 @@ export const keymap: readonly KeyEntry[] = [
   entry("Functions", [], "F8", "Next finding"),
   entry("Functions", [], "Ctrl .", "Quick fix for the line"),
   entry("Functions", [], "Ctrl Z, Ctrl Y", "Undo, redo"),
+  entry("Functions", [], "Esc, then Tab", "Leave the editor"),
   entry("Designer", [], "Ctrl Z, Ctrl Y", "Undo, redo"),
   entry("Designer", [], "Ctrl D", "Copy"),
   entry("Designer", [], "Delete", "Remove"),

@@ -29,7 +29,7 @@ test("a live run restores the snapshot of that time", () => {
 });
 
 test("a live run goes back to an earlier time", () => {
-  expect(reach(3, live)).toMatchObject({ act: "seek", t_s: 3 });
+  expect(reach(3, live)).toMatchObject({ act: "back", t_s: 3 });
 });
 
 test("a run that cannot be saved refuses an earlier time with the reason", () => {
@@ -59,7 +59,7 @@ test("the arrows move a recording by a tenth of a second, and not before its sta
 
 test("the arrows move a live run too, by at least a step", () => {
   expect(reachByKey("ArrowRight", live, 40)).toMatchObject({ act: "run", t_s: 9.22 });
-  expect(reachByKey("ArrowLeft", live, 40)).toMatchObject({ act: "seek", t_s: 9.02 });
+  expect(reachByKey("ArrowLeft", live, 40)).toMatchObject({ act: "back", t_s: 9.02 });
   expect(reachByKey("Home", live, 40)).toMatchObject({ act: "restore", id: "a" });
   expect(reachByKey("ArrowRight", { ...live, timestep_s: 0.5, t_s: 9 }, 40)).toMatchObject({ t_s: 9.5 });
 });

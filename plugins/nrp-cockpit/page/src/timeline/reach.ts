@@ -5,6 +5,7 @@ type Snapshot = TimelineData["snapshots"][number];
 /** How a time can be reached from here, and the words for it. */
 export type Reach =
   | { act: "seek"; t_s: number; says: string }
+  | { act: "back"; t_s: number; says: string }
   | { act: "run"; t_s: number; says: string }
   | { act: "restore"; t_s: number; id: string; says: string }
   | { act: "none"; t_s: number; says: string };
@@ -40,7 +41,7 @@ export function reach(wanted_s: number, here: Here): Reach {
   if (t_s < here.t_s)
     return here.noWayBack
       ? none(`The run cannot go back: ${here.noWayBack}.`)
-      : { act: "seek", t_s, says: `Go back to ${seconds(t_s)}` };
+      : { act: "back", t_s, says: `Go back to ${seconds(t_s)}` };
   if (here.state === "finished" || here.state === "failed")
     return none("The run has ended: step back or reset.");
   return { act: "run", t_s, says: `Run to ${seconds(t_s)}` };
