@@ -50,4 +50,4 @@ def emit(kind: str, folder: Path, tasks: Sequence[Task], jobs: int) -> tuple[Pat
     path = folder / "Snakefile"
     with writing(path):
         path.write_text(_SNAKEFILE.format(first=first, last=first + len(chunks) - 1, python=sys.executable))
-    return path, f"snakemake --cores all --directory {folder}"
+    return path, f"snakemake --cores all --snakefile {path} --directory {folder}"

@@ -235,6 +235,7 @@ def test_emitted_jobs_are_collected_by_the_same_command(sweep: Sweep) -> None:
     code, out, _ = sweep("sweep.yaml", "--emit", "snakemake", "--workers", 2)
     assert code == 0
     assert "12 runs written to sweep.sweep/Snakefile" in out
+    assert "--snakefile sweep.sweep/Snakefile --directory sweep.sweep" in out
     rules = Path("sweep.sweep/Snakefile").read_text()
     shell = rules.split('shell: "')[1].split('"')[0]
     for job in range(2):
