@@ -1,8 +1,9 @@
 """What a step as an environment of Gymnasium adds to the step of a run, and what a reset takes.
 
 The environment observes the robot's motion and a firing rate, and commands the robot. The same run takes
-steps of its own and steps of the environment in turn, so that a busy machine slows both. CPU time, least and
-median.
+steps of its own, steps before which the same command is published, and steps of the environment in turn, so
+that a busy machine slows all. Where functions drive the robot, they publish a command too. CPU time, least
+and median.
 
     python benchmarks/gym_step.py
     python benchmarks/gym_step.py --steps 2000
@@ -41,24 +42,41 @@ def shown(times_us: list[float]) -> str:
     return f"{min(times_us):6.0f} (median {median(times_us):6.0f})"
 
 
+def more(times_us: list[float], base_us: list[float]) -> str:
+    least, typical = min(times_us) / min(base_us) - 1, median(times_us) / median(base_us) - 1
+    return f"{least:+.1%} (median {typical:+.1%})"
+
+
 def measure(name: str, steps: int, settings: dict[str, Any]) -> None:
     with closing(make_env(name, same_noise=True, **settings)) as env:
         env.action_space.seed(1)
         action = env.action_space.sample()
+        (topic,) = settings["act"]
+        command, info = env.run.world.advertise(topic), env.run.world.topics[topic]
+        message = info.type()
+        message.linear.x, message.angular.z = 0.2, 0.1
+
+        def commanded_step() -> None:
+            command.publish(message)
+            env.run.step()
+
         bare: list[float] = []
+        commanded: list[float] = []
         whole: list[float] = []
         resets: list[float] = []
         while len(bare) < steps:
             resets.append(cpu_us(env.reset))
-            for _ in range(25):  # in this order, sensors of every rate fall into both kinds of steps
+            for _ in range(25):  # in this order, sensors of every rate fall into all kinds of steps
                 whole.append(cpu_us(lambda: env.step(action)))
                 bare.append(cpu_us(env.run.step))
+                commanded.append(cpu_us(commanded_step))
+                commanded.append(cpu_us(commanded_step))
                 bare.append(cpu_us(env.run.step))
                 whole.append(cpu_us(lambda: env.step(action)))
-        more, typical = min(whole) / min(bare) - 1, median(whole) / median(bare) - 1
         print(
-            f"{name}: step {shown(whole)} us, of the run {shown(bare)} us, {more:+.1%} "
-            f"(median {typical:+.1%}); reset {shown(resets)} us; load {os.getloadavg()[0]:.1f}"
+            f"{name}: step {shown(whole)} us; of the run {shown(bare)} us, {more(whole, bare)}; "
+            f"of the run with a command {shown(commanded)} us, {more(whole, commanded)}; "
+            f"reset {shown(resets)} us; load {os.getloadavg()[0]:.1f}"
         )
 
 

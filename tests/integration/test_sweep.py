@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 from threading import Event, Thread
+from typing import Any
 
 import pytest
 
@@ -142,18 +143,25 @@ def test_metrics_of_a_recording_are_those_of_a_comparison(plan: Plan, tmp_path: 
     assert row["distance.pioneer"] > 0.01
 
 
-def killed(plan: Plan, folder: Path, times: int) -> tuple[list[Row], int]:
+def killed(plan: Plan, folder: Path, times: int, on: str = "local") -> tuple[list[Row], int]:
     """Make a sweep in two processes and kill one of them several times, at random moments."""
     made, stop, kills = SweepRun(plan, folder), Event(), 0
-    where = executor("local", folder, 2)
-    assert isinstance(where, LocalExecutor)
+    where: Any = executor(on, folder, 2)
+
+    def pids() -> list[int]:
+        if isinstance(where, LocalExecutor):
+            return where.pids()
+        journal = folder / "journal.jsonl"
+        if not (journal.exists() and journal.stat().st_size):
+            return []  # the cluster is being started
+        return [nanny.pid for nanny in where._cluster.workers.values() if nanny.pid]
 
     def kill() -> None:
         nonlocal kills
         draw = random.Random(5)
         while kills < times and not stop.wait(draw.uniform(0.2, 1.0)):
-            if pids := where.pids():
-                os.kill(draw.choice(pids), signal.SIGKILL)
+            if found := pids():
+                os.kill(draw.choice(found), signal.SIGKILL)
                 kills += 1
 
     with where:
@@ -173,9 +181,10 @@ def test_nothing_is_lost_when_workers_are_killed(plan: Plan, tmp_path: Path) -> 
 
 @pytest.mark.heavy
 @pytest.mark.slow
-def test_a_thousand_runs_survive_twenty_kills(plan: Plan, tmp_path: Path) -> None:
+@pytest.mark.parametrize("on", ["local", "dask"])
+def test_a_thousand_runs_survive_twenty_kills(plan: Plan, tmp_path: Path, on: str) -> None:
     thousand = planned(tmp_path, seeds=500)
-    rows, kills = killed(thousand, tmp_path / "killed", 20)
+    rows, kills = killed(thousand, tmp_path / "killed", 20, on)
     assert kills == 20
     assert [row["run"] for row in rows] == list(range(1000))
     assert not any(row["error"] for row in rows)
