@@ -37,6 +37,9 @@ def test_a_branch_is_changed_and_the_difference_is_shown(kept: Kept, watched: Wa
             heads = frame(page, title).locator(".panel-head")
             seen(page, lambda heads=heads: heads.evaluate_all(CUT), lambda cut: cut == [])  # type: ignore[misc]
     page.set_viewport_size({"width": 1280, "height": 720})
+    page.get_by_role("button", name="Switch between light and dark").click()
+    for title in ("The run", "Branch of 1.00 s"):
+        expect(frame(page, title).locator("html")).to_have_class("theme-dark")
     page.get_by_role("button", name="Step", exact=True).click()
     expect(page.get_by_role("timer")).to_contain_text("1.02 s")
     expect(verdict).to_contain_text("Identical since 1.00 s")

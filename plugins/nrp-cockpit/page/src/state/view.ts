@@ -13,9 +13,11 @@ interface ViewState {
   full: string | null;
 }
 
+const THEME = "nrp-cockpit-theme";
+
 export const useView = create<ViewState>(() => ({
   view: viewOf(window.location.hash),
-  dark: localStorage.getItem("nrp-cockpit-theme") === "dark",
+  dark: localStorage.getItem(THEME) === "dark",
   help: false,
   full: null,
 }));
@@ -26,7 +28,7 @@ export function openView(view: View): void {
 
 export function toggleTheme(): void {
   const dark = !useView.getState().dark;
-  localStorage.setItem("nrp-cockpit-theme", dark ? "dark" : "light");
+  localStorage.setItem(THEME, dark ? "dark" : "light");
   useView.setState({ dark });
 }
 
@@ -40,6 +42,9 @@ export function followView(): void {
   };
   paint(useView.getState());
   useView.subscribe(paint);
+  window.addEventListener("storage", ({ key, newValue }) => {
+    if (key === THEME) useView.setState({ dark: newValue === "dark" }); // chosen in the page around this one
+  });
   window.addEventListener("hashchange", () =>
     useView.setState({ view: viewOf(window.location.hash), full: null }),
   );
