@@ -99,6 +99,8 @@ def test_a_mistake_is_one_error_with_its_place(name: str) -> None:
 
 DOUBTS = {
     "none": ({}, None),
+    "initial": (with_parameter(v_init="3 mV"), None),
+    "maximum": ({"threshold": "v > v_thresh and ge < 1*nA", "reset": ""}, None),
     "parameter": (with_parameter(extra="3 mV"), "the parameter 'extra' is not used"),
     "expression": ({"equations": with_line("x = v/mV : 1")}, "'x' is not used"),
     "receptor": ({"equations": MEMBRANE.replace("(ge + i", "(i")}, "receptor 'excitatory' never change when"),

@@ -110,7 +110,7 @@ def _threshold(equations: CellEquations, model: Model, known: dict[str, Any]) ->
                 text = equations.threshold.strip()
                 yield f"the threshold, '{text}', is {value.max() * 1e3:g} mV; is it in another unit?"
     changes = [name for name, value in model.reset if not (isinstance(value, ast.Name) and value.id == name)]
-    if not changes and model.lasts:
+    if not changes and model.lasts and isinstance(model.threshold, ast.Compare):  # not "... and v < before"
         yield (
             "the reset changes nothing, so a cell above its threshold fires again after every refractory "
             "period"

@@ -45,6 +45,8 @@ _HIGHEST: Final[Mapping[Dimension, _Sense]] = {
     VOLT: _Sense("a voltage", 0.0, 1_000.0, "mV", 1e-3),
     AMPERE: _Sense("a current", 0.0, 1_000.0, "nA", 1e-9),
 }
+_INITIAL: Final = "_init"
+"""The end of names of NESTML's parameters that only initial values use."""
 _SIGNED: Final = frozenset({SIEMENS})
 """Quantities of which a negative value has a meaning."""
 
@@ -89,7 +91,7 @@ def unused(
         if name in used:
             used.update(names_in(definitions[name]))
     for name in parameters:
-        if name not in used:
+        if name not in used and not name.endswith(_INITIAL):
             yield f"the parameter '{name}' is not used"
     for name in definitions:
         if name not in used:
