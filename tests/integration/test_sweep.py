@@ -6,7 +6,8 @@ import shutil
 import signal
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from threading import Event, Thread
 from typing import Any
@@ -196,13 +197,39 @@ def test_a_thousand_runs_survive_twenty_kills(plan: Plan, tmp_path: Path, on: st
 def test_workers_of_another_version_and_a_scheduler_that_is_not_there_are_refused(
     plan: Plan, tmp_path: Path
 ) -> None:
-    from dataclasses import replace
-
     other = replace(plan, code={**plan.code, "nrp_core": "0123456789abcdef"})
     with pytest.raises(nrp_core.NrpError, match="has a different version of 'nrp_core'"):
         swept(other, tmp_path / "other", "local", 1)
     with pytest.raises(nrp_core.NrpError, match="there is no Dask scheduler at tcp:"):
         swept(plan, tmp_path / "none", "tcp://127.0.0.1:9")
+
+
+def fatal(text: str, mark: Path) -> str:
+    """Return a text that kills the first process of a worker that reads it."""
+    gone = f"open({str(mark)!r}, 'x') and __import__('os')._exit(1)"
+    read = f"{text!r} if __import__('os').path.exists({str(mark)!r}) else {gone}"
+
+    class Fatal(str):
+        __slots__ = ()
+
+        def __reduce__(self) -> tuple[Callable[..., Any], tuple[str]]:
+            return eval, (read,)
+
+    return Fatal(text)
+
+
+@pytest.mark.heavy
+def test_a_worker_of_dask_may_die_before_the_first_run_but_not_have_other_code(
+    plan: Plan, tmp_path: Path
+) -> None:
+    mark = tmp_path / "died"
+    deadly = {name: fatal(value, mark) for name, value in plan.code.items()}
+    rows = swept(replace(plan, code=deadly), tmp_path / "died-once", "dask", 2)
+    assert mark.exists()
+    assert rows == swept(plan, tmp_path / "here", "local", 1)
+    other = replace(plan, code={**plan.code, "nrp_core": "0123456789abcdef"})
+    with pytest.raises(nrp_core.NrpError, match="has a different version of 'nrp_core'"):
+        swept(other, tmp_path / "other", "dask", 2)
 
 
 # -- SLURM

@@ -85,8 +85,13 @@ class DaskExecutor(Executor):
         return sum(self._client.nthreads().values())
 
     def _require_code(self, code: Mapping[str, str]) -> None:
-        """Refuse workers with other code before the first run, and set the number of attempts of a run."""
-        self._client.run(require_code, dict(code))
+        """Refuse workers with other code before the first run, and set the number of attempts of a run.
+
+        Each run checks it again, so a worker that dies here is no obstacle.
+        """
+        for answer in self._client.run(require_code, dict(code), on_error="return").values():
+            if isinstance(answer, BaseException) and not isinstance(answer, OSError):
+                raise answer
         self._client.run_on_scheduler(_allow_attempts)
 
 
