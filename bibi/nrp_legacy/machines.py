@@ -41,7 +41,8 @@ class StateMachines:
             self._start(path)
 
     def _start(self, path: Path) -> None:
-        self._tasks[path] = Task(partial(self._play, path), lambda: self._run.loop.now_ns)
+        loop = self._run.loop
+        self._tasks[path] = Task(partial(self._play, path), lambda: loop.now_ns, loop.time_limit.limit_s)
         self._tasks[path].advance()
         self._report(path)
 

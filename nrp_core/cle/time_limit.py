@@ -122,7 +122,7 @@ class TimeLimit:
             # nothing else uses this signal; as a signal it also ends system calls that wait
             signal.pthread_kill(self._thread, signal.SIGURG)
         else:
-            _raise_in(self._thread)
+            interrupt(self._thread)
 
     # -- in the thread that calls
 
@@ -147,7 +147,8 @@ def _insist(frame: FrameType | None) -> None:
     sys.settrace(trace)
 
 
-def _raise_in(thread: int) -> None:
+def interrupt(thread: int) -> None:
+    """Raise :class:`TimeLimitExceeded` in a thread as soon as it executes Python."""
     ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(TimeLimitExceeded))
 
 

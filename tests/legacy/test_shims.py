@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from collections.abc import Callable
 from contextlib import suppress
 from math import cos, sin
@@ -200,6 +202,45 @@ def test_a_task_that_catches_everything_is_stopped_too() -> None:
     assert len(waited) == tries > 1
 
 
+@pytest.mark.parametrize("caught", [BaseException, Exception])
+def test_a_task_that_does_not_wait_is_ended_after_its_limit(caught: type[BaseException]) -> None:
+    seen = set()
+
+    def work() -> None:
+        while not seen:
+            with suppress(caught):
+                while not seen:
+                    pass
+
+    task = Task(work, lambda: 0, limit_s=0.5)
+    task.advance()
+    seen.add("the end")  # code that catches everything goes on until here
+    assert task.is_over
+    assert str(task.error) == "it did not wait within 0.5 s, the function_time_limit"
+
+
+def test_a_task_that_was_left_while_it_ran_is_stopped() -> None:
+    rounds = [0]
+
+    def work() -> None:
+        while True:
+            rounds[0] += 1
+            if rounds[0] == 1000:
+                os.kill(os.getpid(), signal.SIGUSR1)  # as an interrupt of the user
+
+    def leave(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGUSR1, leave)
+    task = Task(work, lambda: 0)
+    with pytest.raises(KeyboardInterrupt):
+        task.advance()
+    signal.signal(signal.SIGUSR1, before)
+    task.stop()
+    assert task.is_over
+    assert task.error is None
+
+
 def test_an_exception_in_a_task_ends_it_and_is_kept() -> None:
     task = Task(lambda: 1 / 0, lambda: 0)
     task.advance()
@@ -328,7 +369,7 @@ def talk(userdata):
 add = smach.StateMachine.add
 clock, late = ClockMonitorState(lambda ud, t: t < 0.2), lambda ud, m: m.data < 0.22
 hear = MonitorState("/to_machine", Float64, late)
-sm = smach.StateMachine(outcomes=["DONE", "ERROR"])
+sm = smach.StateMachine(outcomes=["DONE", "ERROR", "preempted"])
 with sm:
     add("delay", ClockDelayState(0.1), transitions={"valid": "delay", "invalid": "until"})
     add("until", clock, transitions={"valid": "until", "invalid": "hear"})

@@ -8,11 +8,19 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
+from itertools import count
+from math import ceil
+from typing import Final
+
+from nrp_core.cle.time_limit import TimeLimitExceeded, interrupt
 
 _TOO_MANY_GLANCES = 1000
 """So many looks at the clock without waiting are a loop that waits by looking."""
-_TRIES_TO_STOP = 100
-"""Code that goes on waiting after so many is in a loop that catches everything, and is left to wait."""
+_TRIES_TO_STOP: Final = 100
+_INTERRUPTS: Final = 8
+"""Code that goes on after so many is in a loop that catches everything, and is left alone."""
+_LOOK_S: Final = 0.25
+"""Looks are counted instead of reading a clock: a program that was stopped spent no time."""
 
 
 class Stopped(BaseException):
@@ -25,14 +33,17 @@ class Task:
     Args:
         work: the code.
         now_ns: returns the simulated time.
+        limit_s: wall time that the code may take until it waits, s; None: no limit.
     """
 
     _current = threading.local()
 
-    def __init__(self, work: Callable[[], object], now_ns: Callable[[], int]) -> None:
-        self._work, self.now_ns = work, now_ns
+    def __init__(
+        self, work: Callable[[], object], now_ns: Callable[[], int], limit_s: float | None = None
+    ) -> None:
+        self._work, self.now_ns, self._limit_s = work, now_ns, limit_s
         self._go, self._waits = threading.Semaphore(0), threading.Semaphore(0)
-        self._until_ns, self._glances, self._stopping = 0, 0, False
+        self._until_ns, self._glances, self._stopping, self._runs = 0, 0, False, False
         self.error: Exception | None = None
         self.is_over = False
         self._thread = threading.Thread(target=self._main, daemon=True, name="state machine")
@@ -49,18 +60,34 @@ class Task:
         """Run the code until it waits, unless its time has not come."""
         if self.is_over or self.now_ns() < self._until_ns:
             return
-        self._go.release()
-        self._waits.acquire()
+        if not self._waits_again(self._limit_s):
+            self.error = TimeoutError(f"it did not wait within {self._limit_s:g} s, the function_time_limit")
+            self.stop()
 
     def stop(self) -> None:
-        """End the code where it waits; code that catches this is never resumed."""
+        """End the code where it is; code that catches this is never resumed."""
         self._stopping = True
+        interrupts = 0
         for _ in range(_TRIES_TO_STOP):
-            if self.is_over:
-                return
-            self._go.release()
-            self._waits.acquire()
+            if self.is_over or interrupts == _INTERRUPTS:
+                break
+            if self._runs:
+                assert self._thread.ident is not None
+                interrupt(self._thread.ident)
+                interrupts += 1
+            self._waits_again(_LOOK_S)
         self.is_over = True
+
+    def _waits_again(self, limit_s: float | None) -> bool:
+        """Let the code run until it waits, and return whether it does within a limit."""
+        if not self._runs:
+            self._runs = True
+            self._go.release()
+        for _ in count() if limit_s is None else range(ceil(limit_s / _LOOK_S)):
+            if self._waits.acquire(timeout=_LOOK_S):
+                self._runs = False
+                return True
+        return False
 
     # -- for the code
 
@@ -88,7 +115,7 @@ class Task:
         try:
             if not self._stopping:
                 self._work()
-        except Stopped:
+        except (Stopped, TimeLimitExceeded):
             pass
         except Exception as error:  # noqa: BLE001 - code of users may raise anything
             self.error = error
