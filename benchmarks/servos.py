@@ -1,0 +1,166 @@
+"""What a 20 ms step costs in which every joint of a robot gets a command, beside raw loops of its engine.
+
+Give it URDF files; without any it takes a quadruped and an arm of ``pybullet_data``:
+
+    python benchmarks/servos.py [--steps N] [--rounds N] [FILE ...]
+
+Each robot is held by its base. Three loops take turns on the same bodies: without any servo (the joints
+hang), with the engine's own servo (actuators in MuJoCo, motors in PyBullet; a new target for each joint and
+one read of all joints a step), and the world, in which each joint gets a message and the joint states are
+read. CPU time of each step, best of the rounds; all rounds are printed with ``--raw``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from importlib.util import find_spec
+from math import sin
+from pathlib import Path
+from statistics import fmean
+
+from world_step import STEP_NS, SUBSTEP_NS, SUBSTEPS, Step, best, measure
+
+from nrp_core.world.backends import worlds
+from nrp_core.world.fitting import Fitting, JointControl, commandable, fitted
+from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.world.render.optics import optics_of
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.scene.sdf import read_model
+from nrp_core.world.scene.starts import start_positions
+
+KP, KV = 200.0, 10.0
+SHIPPED = ("a1/a1.urdf", "kuka_iiwa/model.urdf")
+
+
+def held(path: Path) -> Model:
+    """Return a robot that is held by its base, with a position servo for every joint."""
+    model = read_model(path, name="robot")
+    bare = replace(model, drives=(), controllers=(), trajectory_controllers=(), pair_controllers=())
+    fitting = Fitting(True, control=((".*", JointControl("position")),))
+    return replace(fitted(bare, fitting), pose=Pose((0.0, 0.0, 3.0)))
+
+
+def targets(model: Model) -> Callable[[int], list[float]]:
+    """Return the targets of all joints by step: sines of 0.05 rad about their starts."""
+    starts = start_positions(model)
+    rest = [starts.get(joint.name, 0.0) for joint in commandable(model)]
+    return lambda k: [start + 0.05 * sin(0.1 * k + number) for number, start in enumerate(rest)]
+
+
+@contextmanager
+def world_loop(model: Model, engine: str) -> Iterator[Step]:
+    backend, goals = worlds().load(engine), targets(model)
+    topics = {each.joint: each.topic for each in model.controllers}
+    with backend.open(Scene((model,)), seed=1, options=backend.options()) as world:
+        commands = [world.advertise(topics[joint.name]) for joint in commandable(model)]
+
+        def step(k: int) -> None:
+            for command, goal in zip(commands, goals(k), strict=True):
+                command.publish(Float64(goal))
+            world.run_until(world.now_ns + STEP_NS)
+            world.joint_states(model.name)
+
+        yield step
+
+
+@contextmanager
+def raw_mujoco(model: Model, servo: bool) -> Iterator[Step]:
+    from nrp_world_mujoco.build import build
+    from nrp_world_mujoco.library import mujoco
+
+    scene, goals = Scene((model,)), targets(model)
+    built = build(scene, timestep_ns=SUBSTEP_NS, optics=optics_of(scene, 1.0), visuals=False)
+    m, joints = built.model, commandable(model)
+    data, ids = mujoco.MjData(m), [built.servos[model.name, joint.name] for joint in joints]
+    places = m.jnt_qposadr[m.dof_jntid[[built.joints[model.name][joint.name] for joint in joints]]]
+    starts = start_positions(model)
+    data.qpos[places] = [starts.get(joint.name, 0.0) for joint in joints]
+    if servo:
+        m.actuator_biasprm[ids, 1:3] = -KP, -KV
+    mujoco.mj_forward(m, data)
+
+    def step(k: int) -> None:
+        if servo:
+            data.ctrl[ids] = [KP * goal for goal in goals(k)]
+        mujoco.mj_step(m, data, SUBSTEPS)
+        data.qpos[places].tolist()
+
+    yield step
+
+
+@contextmanager
+def raw_pybullet(model: Model, servo: bool) -> Iterator[Step]:
+    from nrp_world_pybullet.build import build
+    from nrp_world_pybullet.library import bullet
+
+    client = bullet.connect(bullet.DIRECT)
+    goals = targets(model)
+    built = build(Scene((model,)), timestep_ns=SUBSTEP_NS, client=client, visuals=False)
+    places = [built.joints[model.name][joint.name] for joint in commandable(model)]
+    body, links = places[0].multibody, [place.link for place in places]
+    starts, mode = start_positions(model), bullet.POSITION_CONTROL
+    for joint, link in zip(commandable(model), links, strict=True):
+        bullet.resetJointState(body, link, starts.get(joint.name, 0.0), 0.0, client)
+
+    def step(k: int) -> None:
+        if servo:
+            bullet.setJointMotorControlArray(
+                body, links, mode, targetPositions=goals(k), physicsClientId=client
+            )
+        for _ in range(SUBSTEPS):
+            bullet.stepSimulation(client)
+        bullet.getJointStates(body, links, client)
+
+    yield step
+    bullet.disconnect(client)
+
+
+RAW = {"mujoco": raw_mujoco, "pybullet": raw_pybullet}
+
+
+def measured(model: Model, engine: str, steps: int, rounds: int) -> list[list[list[float]]]:
+    """Return CPU microseconds by loop (none, servo, world), round and step."""
+    raw = RAW[engine]
+    with raw(model, False) as none, raw(model, True) as servo, world_loop(model, engine) as world:
+        loops = none, servo, world
+        found = [[measure(loop, number * steps, steps) for loop in loops] for number in range(rounds + 1)]
+    return [list(each) for each in zip(*found[1:], strict=True)]  # the first round warms up
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("files", nargs="*", type=Path)
+    parser.add_argument("--steps", type=int, default=200)
+    parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--raw", action="store_true", help="print the mean step of every round")
+    arguments = parser.parse_args()
+    spec = find_spec("pybullet_data")
+    shipped = [Path(spec.origin).parent / name for name in SHIPPED] if spec and spec.origin else []
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout
+    print(f"commit {commit.strip()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
+    print("| robot | joints | engine | no servo, us | its servo, us | world, us | of it | of none |")
+    print("|---|---|---|---|---|---|---|---|")
+    for path in arguments.files or shipped:
+        model = held(path)
+        for engine in RAW:
+            rounds = measured(model, engine, arguments.steps, arguments.rounds)
+            none, servo, world = (best(loop) for loop in rounds)
+            print(
+                f"| {path.stem if path.stem != 'model' else path.parent.name} | {len(commandable(model))} "
+                f"| {engine} | {none:.0f} | {servo:.0f} | {world:.0f} | {world / servo:.2f} "
+                f"| {world / none:.2f} |",
+                flush=True,
+            )
+            if arguments.raw:
+                for name, loop in zip(("none", "servo", "world"), rounds, strict=True):
+                    print(f"{name}:", *(f"{fmean(each):.0f}" for each in loop))
+
+
+if __name__ == "__main__":
+    main()
