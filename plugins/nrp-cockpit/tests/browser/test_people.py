@@ -8,6 +8,26 @@ from playwright.sync_api import Page, expect
 
 FOCUSED = "() => document.activeElement.innerText || document.activeElement.getAttribute('aria-label') || ''"
 
+STOP = """() => {
+    const one = document.activeElement, box = one.getBoundingClientRect(), style = getComputedStyle(one)
+    const x = box.x + box.width / 2, y = box.y + box.height / 2
+    const shows = (around) => {
+        const of = around.getBoundingClientRect()
+        return of.left <= x && x <= of.right && of.top <= y && y <= of.bottom
+    }
+    const cutting = []
+    for (let around = one.parentElement; around; around = around.parentElement)
+        if (getComputedStyle(around).overflow !== 'visible') cutting.push(around)
+    const named = document.getElementById(one.getAttribute('aria-labelledby') ?? '') ?? one.labels?.[0] ?? one
+    return {
+        what: one.outerHTML.slice(0, 120),
+        name: (one.getAttribute('aria-label') ?? (named.textContent || one.title)).trim(),
+        marked: style.outlineStyle !== 'none' || style.boxShadow !== 'none',
+        inside: cutting.every(shows) && shows(document.documentElement),
+    }
+}"""
+"""The element with the focus."""
+
 HEIGHT = "one => one.getBoundingClientRect().height"
 """Of a view; of less than the window it is squeezed instead of scrolled."""
 
@@ -44,6 +64,30 @@ def test_a_run_is_steered_and_a_body_is_moved_without_a_pointer(husky: str, watc
     expect(inspector.get_by_role("region", name="Pose")).to_contain_text("1.50")
     page.keyboard.press("Escape")
     expect(inspector.get_by_role("button", name="husky", exact=True)).to_be_visible()
+
+
+def test_whatever_tab_stops_at_has_a_name_and_is_marked_in_view(husky: str, watched: Watched):
+    page = watched.open(husky)
+    page.get_by_role("button", name="Play").wait_for()
+    stops = []
+    while not stops or stops[-1]["what"] != stops[0]["what"] or len(stops) == 1:
+        page.keyboard.press("Tab")
+        stops.append(page.evaluate(STOP))
+        assert len(stops) < 300, "Tab does not come round"
+    own = [stop for stop in stops if not stop["what"].startswith("<body")]  # that is the browser's own bar
+    assert len(own) > 20
+    assert [stop for stop in own if not (stop["name"] and stop["marked"] and stop["inside"])] == []
+    page.evaluate("() => document.activeElement.style.setProperty('outline', 'none')")
+    assert not page.evaluate(STOP)["marked"]
+    page.get_by_role("link", name="Functions", exact=True).click()
+    page.locator(".cm-line").first.click()
+    page.keyboard.type("# of mine ")
+    page.keyboard.press("Escape")  # closes proposals, if there are any
+    page.keyboard.press("Escape")
+    page.keyboard.press("Tab")
+    expect(page.locator(".cm-content:focus")).to_have_count(0)
+    page.keyboard.press("Shift+Tab")
+    expect(page.locator(".cm-content:focus")).to_have_count(1)
 
 
 def test_at_200_percent_nothing_is_lost_sideways(husky: str, watched: Watched):
