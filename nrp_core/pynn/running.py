@@ -21,7 +21,7 @@ from nrp_core.clock import from_milliseconds
 from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError, NetworkError
 from nrp_core.findings import Findings
 from nrp_core.pynn.currents import Current, Waveform
-from nrp_core.pynn.shares import shares_of, synapses_in
+from nrp_core.pynn.shares import Shares
 from nrp_core.seeds import Seeds
 
 DEFAULT_BACKEND = "event"
@@ -102,7 +102,7 @@ class RunningState(State):
                 f"projection '{projection.label}': {fixed} cannot change at {self.t:g} ms, while the network "
                 f"runs in '{self._backend}'; reset() first"
             )
-        for label, chosen in synapses_in(brain.network, self._shares, projection):
+        for label, chosen in self._shares.of(projection):
             brain.set_weights(label, values["weight"][chosen])
 
     def weights_of(self, projection: Any) -> FloatArray:
@@ -111,7 +111,7 @@ class RunningState(State):
         if self.brain is None or not plastic or projection not in self._shares:
             return super().weights_of(projection)
         weights = np.empty(len(projection))
-        for label, chosen in synapses_in(self.brain.network, self._shares, projection):
+        for label, chosen in self._shares.of(projection):
             weights[chosen] = self.brain.read_weights(label)
         return weights
 
@@ -180,7 +180,7 @@ class RunningState(State):
                 self._told.append(warning)
                 _logger.warning("%s: %s", self._backend, warning.text)
         self._changed = False
-        self._shares = shares_of(self, self.brain.network)
+        self._shares = Shares(self, self.brain.network)
         for device in (*self.recorders, *self._currents):
             device.start(self.brain)
         return self.brain

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from itertools import islice
 from typing import Any
 
@@ -14,34 +14,45 @@ from nrp_core.brain.network.data import Network
 from nrp_core.brain.pynn.populations import ids_of, parts_of
 from nrp_core.brain.pynn.simulator import State
 
-Shares = Mapping[Any, list[str]]
 
-
-def shares_of(state: State, network: Network) -> Shares:
-    """Return the labels of the network's projections that each projection of a script became.
+class Shares:
+    """The projections of the network that the projections of a script became.
 
     A projection between assemblies becomes one for each pair of populations.
+
+    Args:
+        state: the state of the script.
+        network: the network that runs.
     """
-    parts = iter(network.projections)
-    return {
-        projection: [
-            part.label for part in islice(parts, len(_owners(projection.pre)) * len(_owners(projection.post)))
-        ]
-        for projection in state.projections
-    }
 
+    def __init__(self, state: State, network: Network) -> None:
+        self._network = network
+        parts = iter(network.projections)
+        self._parts = {
+            projection: list(islice(parts, len(_owners(projection.pre)) * len(_owners(projection.post))))
+            for projection in state.projections
+        }
+        self._found: dict[Any, list[tuple[str, Any]]] = {}
 
-def synapses_in(network: Network, shares: Shares, projection: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the label of each share of a script's projection, and the index of its synapses in that."""
-    labels = shares[projection]
-    if len(labels) == 1:  # all of them; a list of these would be larger than the network
-        yield labels[0], slice(None)
-        return
-    pre, post = ids_of(projection.pre)[projection.pre_index], ids_of(projection.post)[projection.post_index]
-    parts = {part.label: part for part in network.projections}
-    for label in labels:
-        part = parts[label]
-        yield label, np.flatnonzero(_of(network, part.pre, pre) & _of(network, part.post, post))
+    def __contains__(self, projection: Any) -> bool:
+        return projection in self._parts
+
+    def of(self, projection: Any) -> list[tuple[str, Any]]:
+        """Return the label of each share of a script's projection, and the index of its synapses in that."""
+        if projection not in self._found:
+            self._found[projection] = list(self._divided(projection))
+        return self._found[projection]
+
+    def _divided(self, projection: Any) -> Iterator[tuple[str, Any]]:
+        parts = self._parts[projection]
+        if len(parts) == 1:  # all of them; a list of these would be larger than the network
+            yield parts[0].label, slice(None)
+            return
+        pre = ids_of(projection.pre)[projection.pre_index]
+        post = ids_of(projection.post)[projection.post_index]
+        for part in parts:
+            inside = _of(self._network, part.pre, pre) & _of(self._network, part.post, post)
+            yield part.label, np.flatnonzero(inside)
 
 
 def _owners(cells: Any) -> set[Any]:
