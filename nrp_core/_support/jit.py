@@ -46,7 +46,11 @@ def jit(function: F) -> F:
 
 
 def inlined(function: F) -> F:
-    """Compile a function inline into its callers, for the most frequent calls."""
+    """Compile a function inline into its callers, for the most frequent calls.
+
+    A call of a function that is not inline copies all arrays of a tuple: 2 kB for those of a large engine,
+    which takes longer than what is done for a single event.
+    """
     return _compiled(function, inline=True)
 
 

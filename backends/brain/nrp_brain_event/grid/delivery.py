@@ -32,7 +32,7 @@ def send_all(clock: GridClock, grid: Grid) -> None:
     clock.n_out = 0
 
 
-@jit
+@inlined
 def send(clock: GridClock, grid: Grid, neuron: int, step: int) -> None:
     """Send a spike of a neuron (global id); there must be a free entry."""
     segment = grid.row_first[neuron]
@@ -40,7 +40,7 @@ def send(clock: GridClock, grid: Grid, neuron: int, step: int) -> None:
         _post(clock, grid, segment, step + grid.segments[segment].gap)
 
 
-@jit
+@inlined
 def _post(clock: GridClock, grid: Grid, segment: int, step: int) -> None:
     entry = clock.free
     clock.free = grid.entry_after[entry]
@@ -83,7 +83,7 @@ def _fetched(grid: Grid, entry: int) -> int:
     return following
 
 
-@jit
+@inlined
 def _arrive(clock: GridClock, grid: Grid, lines: Array, segment: int, step: int) -> None:
     passed = grid.segments[segment]
     table, first, last = grid.tables[passed.table], passed.start, passed.start + passed.length
@@ -104,7 +104,7 @@ def _arrive(clock: GridClock, grid: Grid, lines: Array, segment: int, step: int)
             onto[targets[k]] += weights[k] * released_share(synapses[k], step * clock.h)
 
 
-@jit
+@inlined
 def transmitted(grid: Grid, row: int, arrival: float) -> float:
     """Return the weight with which a spike arrives over the plastic synapse in a row."""
     synapse = grid.plastic[row]
@@ -112,7 +112,7 @@ def transmitted(grid: Grid, row: int, arrival: float) -> float:
     return transmit(synapse, grid.rules[synapse.rule], memory, grid.stored, arrival)
 
 
-@jit
+@inlined
 def store_spike_of(grid: Grid, row: int, t: float) -> None:
     """Store the present spike of a neuron with plastic synapses; there must be a free place."""
     first, last = grid.first_plastic[row], grid.first_plastic[row + 1]
@@ -122,13 +122,13 @@ def store_spike_of(grid: Grid, row: int, t: float) -> None:
         store_spike(memory, grid.plastic[first:last], grid.rules, grid.pool[0], grid.stored)
 
 
-@jit
+@inlined
 def _add_equal(onto: Array, targets: Array, weight: float) -> None:
     for k in range(len(targets)):
         onto[targets[k]] += weight
 
 
-@jit
+@inlined
 def _add_own(onto: Array, targets: Array, weights: Array) -> None:
     for k in range(len(targets)):
         onto[targets[k]] += weights[k]

@@ -52,7 +52,9 @@ def load_noise(
         population = network.populations[projection.pre]
         rate, start, duration = (float(population.parameters[n][0]) for n in ("rate", "start", "duration"))
         post = row_of[network.offsets[projection.post] + projection.post_index.astype(np.int64)]
-        line = line_of(cells[post[0]], int(projection.receptor == "inhibitory"))
+        line = line_of(
+            cells[post[0]], network.populations[projection.post].receptor_number(projection.receptor)
+        )
         flat, ids = (
             line * len(cells) + post,
             network.offsets[projection.pre] + projection.pre_index.astype(np.int64),

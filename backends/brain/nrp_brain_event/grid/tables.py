@@ -140,7 +140,8 @@ def targets_of_plastic(network: Network, row_of: IntArray) -> tuple[list[Project
     """Return the projections of plastic synapses, and their receptors."""
     plastic = [projection for projection in network.projections if projection.is_plastic]
     return plastic, [
-        2 * row_of[network.offsets[p.post] + p.post_index.astype(np.int64)] + (p.receptor == "inhibitory")
+        2 * row_of[network.offsets[p.post] + p.post_index.astype(np.int64)]
+        + network.populations[p.post].receptor_number(p.receptor) % 2
         for p in plastic
     ]
 
@@ -157,7 +158,7 @@ def _parts(
 ) -> Iterator[ProjectionPart]:  # fmt: skip
     post_first = int(row_of[network.offsets[projection.post]])
     targets = cells[post_first : post_first + network.populations[projection.post].size]
-    line = line_of(targets[0], int(projection.receptor == "inhibitory"))
+    line = line_of(targets[0], network.populations[projection.post].receptor_number(projection.receptor))
     weight, dynamic, dynamics = common(extremes(kept(projection, "weight"))), 0, None
     if is_share(projection) or projection.is_plastic:  # in the order of the table
         steps = grid.delays(projection.delay_ms)

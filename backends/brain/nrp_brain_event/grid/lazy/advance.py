@@ -88,7 +88,7 @@ def _look(clock: GridClock, grid: Grid, lazy: Lazy, rows: Array, n: int, step: i
     return kept
 
 
-@jit
+@inlined
 def _arrive(clock: GridClock, grid: Grid, lazy: Lazy, segment: int, step: int) -> None:
     grid, lazy = borrowed(grid), borrowed(lazy)
     passed = grid.segments[segment]
@@ -112,7 +112,7 @@ def _arrive(clock: GridClock, grid: Grid, lazy: Lazy, segment: int, step: int) -
         receive(lazy, grid.drive[row] if driven else 0.0, row, variable, weight, step)
 
 
-@jit
+@inlined
 def _modulated(grid: Grid, table: Table, synapse: int, t: float) -> float:
     """Return the weight with which a spike arrives at a time (ms) over a synapse with dynamics."""
     if table.dynamic == PLASTIC:
