@@ -6,7 +6,9 @@ freezing takes four times as long.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -38,16 +40,19 @@ class Spikes:
         return len(self.neurons)
 
     @classmethod
-    def merged(cls, parts: list[Spikes]) -> Spikes:
+    def merged(cls, parts: Sequence[Spikes]) -> Spikes:
         """Join parts, sorted by time and by id among equal times."""
-        parts = [part for part in parts if len(part)]
+        if len(parts) > 1:
+            parts = [part for part in parts if len(part)]
         if not parts:
-            return cls()
+            return NO_SPIKES
         whole = parts[0]
         if len(parts) > 1:
             neurons = np.concatenate([part.neurons for part in parts])
             whole = cls(neurons, np.concatenate([part.times_ms for part in parts]))
         neurons, times = whole.neurons, whole.times_ms
+        if len(times) < 2:
+            return whole
         later = times[1:] > times[:-1]
         if np.count_nonzero(later) == len(later):
             return whole
@@ -70,6 +75,9 @@ class Spikes:
         """Return the spikes some time later; rounding moves none out of ``since_ms < t <= until_ms``."""
         times_ms = np.clip(self.times_ms + by_ms, np.nextafter(since_ms, np.inf), until_ms)
         return Spikes(self.neurons, times_ms)
+
+
+NO_SPIKES: Final = Spikes()
 
 
 @dataclass(slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from math import inf, nextafter
 from typing import Any, Final
@@ -18,14 +18,14 @@ from nrp_brain_event.kernels import READABLE, emit, inject, read, run, set_curre
 from nrp_brain_event.live import change_parameters, change_weights, weights_now
 from nrp_brain_event.options import EventOptions
 from nrp_brain_event.random_numbers import begin_streams
-from nrp_brain_event.records import DIVERGED, FULL, EngineArrays
+from nrp_brain_event.records import CONSTANT, DIVERGED, FULL, Array, EngineArrays
 from nrp_brain_event.traces import planned, run_reading
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.devices.state_recorder import Trace
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.spikes import Spikes, SynapticEvents
+from nrp_core.brain.spikes import NO_SPIKES, Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, milliseconds
 
 _PATIENCE_NS: Final = 20_000_000
@@ -41,14 +41,18 @@ class EventBrain(Brain):
         identity = f"event:{options.model_dump_json()}"
         super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
         self._initial = build_engine(network, options.tolerance)
-        self._take(self._fresh())
+        self._take_copies(changing(self._initial))
+        self._begin_streams()
 
     def _take(self, engine: EngineArrays) -> None:
         """Continue with an engine."""
         self._engine, self._places = handle(engine)
+        # views, which are found once because every step needs them
+        self._now_ms, self._n_spikes = engine.clock["now"], engine.clock["n_spikes"]
+        self._spike_ids, self._spike_times = engine.spikes["id"], engine.spikes["time"]
 
     def _do_run_until(self, t_ns: int) -> None:
-        until_ms, stop_ms = milliseconds(t_ns), float(self._engine.clock["now"][0])
+        until_ms, stop_ms = milliseconds(t_ns), self._now_ms.item(0)
         while stop_ms < until_ms:  # compiled code cannot be interrupted, so it returns from time to time
             stop_ms = min(stop_ms + _PATIENCE_MS, until_ms)
             while (status := run(self._places, stop_ms, nextafter(stop_ms, inf))) == FULL:
@@ -59,7 +63,7 @@ class EventBrain(Brain):
     def _do_run_recording(self, t_ns: int, traces: Sequence[Trace], samples: FloatArray) -> None:
         for trace in traces:
             require_variable(self.network, trace.variable, trace.neurons)
-        now_ns = round(float(self._engine.clock["now"][0]) * NS_PER_MS)
+        now_ns = round(self._now_ms.item(0) * NS_PER_MS)
         plan = planned(traces, now_ns, t_ns, _PATIENCE_NS)
         while (done := int(plan.done[0])) < len(plan.stops):
             until_ms = plan.stops[done] + _PATIENCE_MS
@@ -71,10 +75,11 @@ class EventBrain(Brain):
                 raise diverged(self.network, int(self._engine.clock["failed"][0]), t_ns)
 
     def _do_take_spikes(self) -> Spikes:
-        clock = self._engine.clock
-        taken = self._engine.spikes[: int(clock["n_spikes"][0])].copy()
-        clock["n_spikes"] = 0
-        return Spikes(taken["id"], taken["time"])
+        n_spikes = self._n_spikes.item(0)
+        if not n_spikes:
+            return NO_SPIKES
+        self._n_spikes[0] = 0
+        return Spikes(self._spike_ids[:n_spikes].copy(), self._spike_times[:n_spikes].copy())
 
     def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
         done = 0
@@ -114,20 +119,45 @@ class EventBrain(Brain):
         return places_of(self.network, self._initial.row_of)
 
     def _do_reset(self, seed: int) -> None:
-        self._take(self._fresh())
+        self._return_to(changing(self._initial))
+        self._begin_streams()
 
     def _do_save(self) -> object:
-        return changing(self._engine, self._initial)
+        state = changing(self._engine, self._initial)
+        return {name: array.tobytes() for name, array in state.items()}  # structured arrays load slowly
 
     def _do_restore(self, saved: Any) -> None:
-        self._take(self._initial._replace(**saved))
+        initial = self._initial._asdict()
+        self._return_to(
+            {
+                name: np.frombuffer(state, initial[name].dtype) if isinstance(state, bytes) else state
+                for name, state in saved.items()  # version 0.1 saved arrays
+            }
+        )
         keep_kernels(self._engine.short_term, self._initial.short_term)
+
+    def _return_to(self, state: Mapping[str, Array]) -> None:
+        """Continue from the arrays that differ from the initial ones; they are copied."""
+        now = self._engine._asdict()
+        if all(
+            name in state and array.shape == state[name].shape
+            if name not in CONSTANT
+            else name not in state and array is getattr(self._initial, name)
+            for name, array in now.items()
+        ):
+            for name, array in state.items():  # as bytes: NumPy assigns structures field by field
+                now[name].view(np.uint8)[:] = array.view(np.uint8)
+        else:
+            self._take_copies(state)
+
+    def _take_copies(self, state: Mapping[str, Array]) -> None:
+        """Continue with new arrays."""
+        self._take(self._initial._replace(**{name: array.copy() for name, array in state.items()}))
+
+    def _begin_streams(self) -> None:
+        if len(self._engine.short_term):
+            begin_streams(self._engine.short_term, self._seeds.integer("synapses", 62))
 
     def _do_close(self) -> None:
         del self._engine, self._places, self._initial
-
-    def _fresh(self) -> EngineArrays:
-        engine = self._initial._replace(**changing(self._initial))
-        if len(engine.short_term):
-            begin_streams(engine.short_term, self._seeds.integer("synapses", 62))
-        return engine
+        del self._now_ms, self._n_spikes, self._spike_ids, self._spike_times

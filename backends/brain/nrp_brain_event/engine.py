@@ -63,14 +63,14 @@ def enlarged(engine: EngineArrays) -> EngineArrays:
 
 
 def changing(engine: EngineArrays, initial: EngineArrays | None = None) -> dict[str, Array]:
-    """Return copies of all arrays that change while running, by name.
+    """Return all arrays that change while running, by name.
 
     Args:
         engine: the engine.
         initial: the engine at time 0, to include arrays changed from outside since then.
     """
     return {
-        name: array.copy()
+        name: array
         for name, array in engine._asdict().items()
         if name not in CONSTANT or (initial is not None and array is not getattr(initial, name))
     }

@@ -15,7 +15,7 @@ import numpy as np
 
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.filters import Kernel, LeakyMembrane
-from nrp_core.brain.spikes import Spikes
+from nrp_core.brain.spikes import NO_SPIKES, Spikes
 from nrp_core.errors import CapabilityError
 
 if TYPE_CHECKING:
@@ -55,8 +55,8 @@ class SinkPort(ABC):
     def receive(self, spikes: Spikes, until_ms: float) -> None:
         """Receive the spikes of all neurons in the window that ends at ``until_ms``."""
         if not self.active:
-            spikes = Spikes()
-        elif not self._hears_all:
+            spikes = NO_SPIKES
+        elif not self._hears_all and len(spikes):
             spikes = spikes.among(self._heard)
         self._absorb(spikes, until_ms)
 

@@ -149,9 +149,10 @@ class TrainPort(SourcePort):
 
     def _between(self, since_ms: float, until_ms: float) -> tuple[FloatArray, IntArray]:
         """Return times and neurons of the spikes in a window."""
-        cuts = [border for border in self._borders_ms if since_ms < border < until_ms]
-        if not cuts:
+        start_ms, stop_ms = self._borders_ms
+        if (start_ms <= since_ms or until_ms <= start_ms) and (stop_ms <= since_ms or until_ms <= stop_ms):
             return self._segment(since_ms, until_ms)
+        cuts = [border for border in self._borders_ms if since_ms < border < until_ms]
         parts = [self._segment(a, b) for a, b in pairwise([since_ms, *cuts, until_ms])]
         times, neurons = zip(*parts, strict=True)
         return np.concatenate(times), np.concatenate(neurons)
@@ -242,18 +243,19 @@ class PoissonPort(TrainPort):
         guess = self._operational(until_ms)
         if self._last_u <= guess + 1.0:
             self._draw_beyond(guess + 1.0)  # ensures that the last arrival is not due yet
-        first, last = self._next, int(self._u.searchsorted(guess, "right"))
-        while (
-            self._real_ms(self._u.item(last)) <= until_ms
-        ):  # the estimate has rounding errors; the exact times decide
+        real_ms, u = self._real_ms, self._u
+        first, last = self._next, int(u.searchsorted(guess, "right"))
+        while real_ms(u.item(last)) <= until_ms:  # the estimate has rounding errors; the exact times decide
             last += 1
-        while last > first and self._real_ms(self._u.item(last - 1)) > until_ms:
+        while last > first and real_ms(u.item(last - 1)) > until_ms:
             last -= 1
+        if first == last:
+            return NO_EVENTS.times_ms, NO_EVENTS.neurons
         if self._chosen is None:
             shares = self._shares.searchsorted(self._v, "right")
             self._chosen = self.neurons.take(shares, mode="clip")
         self._next = last
-        return self._real_ms(self._u[first:last]), self._chosen[first:last]
+        return real_ms(u[first:last]), self._chosen[first:last]
 
     def _draw_beyond(self, u: float) -> None:
         times, shares = [self._u[self._next :]], [self._v[self._next :]]
