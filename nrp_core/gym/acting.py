@@ -11,13 +11,14 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.devices.trains import PoissonSource
 from nrp_core.brain.network.implausible import too_strong
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.running.run import Run
 from nrp_core.gym.observing import neurons_of
 from nrp_core.recording.reading.columns import numbers_in
-from nrp_core.world.batch import layout_of
+from nrp_core.world.batch import layout_of, publish_rows
 from nrp_core.world.topics import Direction
 
 SOURCE = "source:"
@@ -40,6 +41,12 @@ class Acted(ABC):
     def apply(self, values: Sequence[float]) -> None:
         """Apply the action; it takes effect in the next step."""
 
+    @staticmethod
+    def apply_all(copies: Sequence[Any], rows: FloatArray) -> None:
+        """Apply an action in several copies of a run, a row for each."""
+        for acted, values in zip(copies, rows.tolist(), strict=True):
+            acted.apply(values)
+
 
 class ActedTopic(Acted):
     """Commands on a topic, published before each step.
@@ -59,7 +66,7 @@ class ActedTopic(Acted):
         layout, example = layout_of(info.type()), info.type()
         if layout is None:
             raise ExperimentError(f"'{name}' carries not only numbers, so it cannot be an action")
-        self._make, self._size = layout.made_of, layout.numbers
+        self._layout = layout
         fields = [path for path, _ in numbers_in(example)]
         if bounds is not None and not isinstance(bounds, Mapping):
             raise ExperimentError(f"the bounds of '{name}' are {{'field': (low, high)}}, not {bounds!r:.60}")
@@ -74,10 +81,17 @@ class ActedTopic(Acted):
         self.space = Box(low, high, dtype=np.float64)
 
     def apply(self, values: Sequence[float]) -> None:
-        row = [0.0] * self._size
+        row = [0.0] * self._layout.numbers
         for place, value in zip(self._places, values, strict=True):
             row[place] = value
-        self._publication.publish(self._make(iter(row)))
+        self._publication.publish(self._layout.made_of(iter(row)))
+
+    @staticmethod
+    def apply_all(copies: Sequence[ActedTopic], rows: FloatArray) -> None:
+        layout = copies[0]._layout
+        numbers = np.zeros((len(copies), layout.numbers))
+        numbers[:, copies[0]._places] = rows
+        publish_rows([acted._publication for acted in copies], layout, numbers)
 
 
 class ActedSource(Acted):

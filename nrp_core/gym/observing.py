@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.events.ground_positions import require_poses
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.reading.columns import numbers_in
+from nrp_core.world.copies import copies_of
 from nrp_core.world.topics import Direction, TopicInfo
 
 _IMAGE = "sensor_msgs/msg/Image"
@@ -33,6 +34,12 @@ class Observed(ABC):
     @abstractmethod
     def read_into(self, out: Any) -> None:
         """Write the current value into an array with the shape and type of the space."""
+
+    @staticmethod
+    def read_all(copies: Sequence[Any], rows: Any) -> None:
+        """Write the current values in copies of a run into the rows of an array."""
+        for observed, row in zip(copies, rows, strict=True):
+            observed.read_into(row)
 
     def read(self) -> Any:
         """Return the current value, a new array in the space."""
@@ -53,6 +60,10 @@ class ObservedRate(Observed):
     def read_into(self, out: FloatArray) -> None:
         out[0] = self._port.rate / self._size  # type: ignore[attr-defined]
 
+    @staticmethod
+    def read_all(copies: Sequence[ObservedRate], rows: FloatArray) -> None:
+        rows[:, 0] = [one._port.rate / one._size for one in copies]  # type: ignore[attr-defined]
+
 
 class ObservedMotion(Observed):
     """Pose and velocity of a model in the frame of the world, shape ``(13,)``."""
@@ -64,6 +75,10 @@ class ObservedMotion(Observed):
 
     def read_into(self, out: FloatArray) -> None:
         self._engine.read_motion(self._model, out)
+
+    @staticmethod
+    def read_all(copies: Sequence[ObservedMotion], rows: FloatArray) -> None:
+        copies_of([observed._engine for observed in copies]).read_motions(copies[0]._model, rows)
 
 
 class ObservedJoints(Observed):

@@ -88,6 +88,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
             self._opened.close()
             raise
         self.num_envs, self._steps = num_envs, steps
+        self._judges = reward is not None or terminate is not None
         first = self._copies[0]
         self.single_observation_space, self.single_action_space = first.observation_space, first.action_space
         self.observation_space: Any = batch_space(first.observation_space, num_envs)
@@ -157,11 +158,11 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
 
     # -- the parts of a step
 
-    def _act(self, actions: Mapping[str, Any], stepped: Iterable[int]) -> None:
+    def _act(self, actions: Mapping[str, Any], stepped: Sequence[int]) -> None:
         for name, rows in rows_of(actions, self.action_space).items():
-            values = rows.tolist()
-            for number in stepped:
-                self._copies[number].acted[name].apply(values[number])
+            acted = [self._copies[number].acted[name] for number in stepped]
+            if acted:
+                acted[0].apply_all(acted, rows[stepped])
 
     def _advance(self, stepped: Sequence[int]) -> None:
         """Take the steps of some copies.
@@ -198,14 +199,16 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
         seen: dict[str, Any] = {}
         for name, space in self.observation_space.spaces.items():
             seen[name] = rows = np.empty(space.shape, space.dtype)
-            for row, copy in zip(rows, self._copies, strict=True):
-                copy.observed[name].read_into(row)
+            observed = [copy.observed[name] for copy in self._copies]
+            observed[0].read_all(observed, rows)
         return seen
 
     def _judge(self, stepped: Iterable[int], seen: dict[str, Any]) -> None:
         """Set the rewards and ends of copies that were stepped."""
+        own: dict[str, Any] = {}
         for number in stepped:
-            own = {name: rows[number] for name, rows in seen.items()}
+            if self._judges:
+                own = {name: rows[number] for name, rows in seen.items()}
             reward, terminated, truncated = self._copies[number].judge(own)
             self._rewards[number], self._terminated[number], self._truncated[number] = (
                 reward, terminated, truncated,

@@ -19,6 +19,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core._support.closing import Closing
 from nrp_core.errors import NrpError, TopicError
 from nrp_core.simulation import State
+from nrp_core.world.copies import copies_of
 from nrp_core.world.messages.base import type_name
 from nrp_core.world.render.cameras import SHARED
 from nrp_core.world.rigid.motion import JointStates
@@ -110,8 +111,7 @@ class WorldBatch(Closing):
             angular velocity (rad/s).
         """
         rows = np.empty((len(self), 13))
-        for row, world in zip(rows, self.worlds, strict=True):
-            world.engine.read_motion(model, row)
+        copies_of([world.engine for world in self.worlds]).read_motions(model, rows)
         return rows
 
     def joint_states(self, model: str) -> JointStates:
@@ -178,17 +178,42 @@ class BatchPublication:
         if len(messages) != len(self._publications):
             copies = len(self._publications)
             raise TopicError(f"{self.topic.name}: {len(messages)} messages for {copies} copies of the world")
-        made = self._of(messages) if isinstance(messages, np.ndarray) else messages
-        for number, (publication, message) in enumerate(zip(self._publications, made, strict=True)):
-            if number not in self._batch.failures:
-                publication.publish(message)
+        going = [number for number in range(len(messages)) if number not in self._batch.failures]
+        publications = [self._publications[number] for number in going]
+        if isinstance(messages, np.ndarray):
+            publish_rows(publications, self._layout_for(messages), messages[going])
+            return
+        for number, publication in zip(going, publications, strict=True):
+            publication.publish(messages[number])
 
-    def _of(self, rows: FloatArray) -> list[Any]:
+    def _layout_for(self, rows: FloatArray) -> Layout:
         if self._layout is None or rows.shape[1:] != (self._layout.numbers,):
             needs = f"{self._layout.numbers} numbers" if self._layout else "more than numbers"
             kind = type_name(self.topic.type)
             raise TopicError(f"{self.topic.name}: a {kind} needs {needs}; got an array of shape {rows.shape}")
-        return [self._layout.made_of(iter(row)) for row in rows.tolist()]
+        return self._layout
+
+
+def publish_rows(publications: Sequence[Publication], layout: Layout, rows: FloatArray) -> None:
+    """Publish messages of numbers on the same topic of copies of a scene.
+
+    Args:
+        publications: the right to it in each copy.
+        layout: the layout of the messages.
+        rows: the numbers in the message for each, in the order of its fields.
+
+    Raises:
+        TopicError: the topic cannot carry one of them.
+    """
+    takers = [publication.taker() for publication in publications]
+    known = [taker for taker in takers if taker is not None]
+    if known and len(known) == len(takers) and publications[0].topic.limits is None:
+        parts, (topic, *_), now_ns = zip(*known, strict=True)
+        kind = type(parts[0])
+        if all(type(part) is kind for part in parts) and kind.write_rows(parts, topic, rows, now_ns):
+            return
+    for publication, row in zip(publications, rows.tolist(), strict=True):
+        publication.publish(layout.made_of(iter(row)))
 
 
 class Layout(NamedTuple):

@@ -6,13 +6,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, Any, ClassVar, final
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import CapabilityError, DivergedError
 from nrp_core.findings import Findings
 from nrp_core.findings.refusals import JOINT_CONTROL, MODEL_MOVES, SCENE_CHANGES, SNAPSHOTS, refusal
 from nrp_core.world.capabilities import WorldCapabilities, check_scene
+from nrp_core.world.copies import Copies
 from nrp_core.world.part import Part
 from nrp_core.world.pulls import Pulls
 from nrp_core.world.raycast.beams import Beams
@@ -59,10 +60,13 @@ class Engine(ABC):
         now_ns: the time at the start of the current step, else the time reached, ns.
         image_scale: factor of the width and height that the robot's file gives for images.
         warnings: warnings for the user; the world reports them.
+        copies: how things are done to copies of a scene at once.
 
     Raises:
         CapabilityError: the scene needs a capability that the engine does not have.
     """
+
+    copies: ClassVar[type[Copies]] = Copies
 
     def __init__(self, scene: Scene, capabilities: WorldCapabilities, *, seed: int, identity: str) -> None:
         self.scene = scene
@@ -88,10 +92,7 @@ class Engine(ABC):
     @final
     def advance(self, steps: int, *, paused: bool = False) -> None:
         """Take physics steps; while the world is paused, time passes but nothing moves."""
-        if paused:
-            self._do_wait(steps)
-        else:
-            self._do_advance(steps)
+        (self._do_wait if paused else self._do_advance)(steps)
         self.now_ns += steps * self.capabilities.step_ns
 
     @final
@@ -220,8 +221,9 @@ class Engine(ABC):
     @final
     def set_color(self, visual: str, rgba: Rgba) -> None:
         """Set the colour of a visual (``model/link/visual``)."""
-        self._eyes.colors[visual] = rgba
-        self._do_set_color(visual, rgba)
+        if self._eyes.colors.get(visual) != rgba:  # a reset sets all of them, and painting takes time
+            self._eyes.colors[visual] = rgba
+            self._do_set_color(visual, rgba)
 
     @final
     def set_glow(self, visual: str, glows: bool) -> None:
@@ -238,6 +240,28 @@ class Engine(ABC):
     def set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
         """Set the target of a joint's servo; only joints with a controller have one."""
         self._do_set_joint_aim(model, joint, aim)
+
+    def retarget(
+        self,
+        model: str,
+        joints: tuple[str, ...],
+        targets: Sequence[float],
+        rates: Sequence[float],
+        *,
+        smooth: bool,
+    ) -> bool:
+        """Change the targets of firm joints at once, if the engine can, and return whether it did.
+
+        It is faster than as many calls of :meth:`set_joint_aim`, which gave the joints their present targets.
+
+        Args:
+            model: the model.
+            joints: the joints.
+            targets: positions or velocities, as before.
+            rates: the rates of change of positions; none for 0.
+            smooth: whether the targets are approached smoothly, see :class:`~.rigid.motion.JointAim`.
+        """
+        return False
 
     @final
     def set_joint_effort(self, model: str, joint: str, effort: float) -> None:

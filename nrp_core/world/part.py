@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.world.topics import Stamped, TopicInfo
 
 
@@ -29,6 +30,11 @@ class Part(ABC):
         """The part itself, or the part that it wraps."""
         return self
 
+    @property
+    def has_deadlines(self) -> bool:
+        """Whether it ever has a :attr:`deadline_ns`."""
+        return type(self).at_deadline is not Part.at_deadline
+
     def read(self, topic: str, now_ns: int) -> Any:
         """Return the current message of an outgoing topic."""
         raise NotImplementedError(topic)
@@ -36,6 +42,21 @@ class Part(ABC):
     def write(self, topic: str, message: Any, now_ns: int) -> None:
         """Receive a checked message on an incoming topic."""
         raise NotImplementedError(topic)
+
+    @classmethod
+    def write_rows(cls, parts: Sequence[Any], topic: str, rows: FloatArray, now_ns: Sequence[int]) -> bool:
+        """Receive messages of numbers, which are unchecked, for the same part in copies of a scene.
+
+        Args:
+            parts: the part of each copy, all of this class.
+            topic: the topic.
+            rows: the numbers in a message for each, in the order of its fields.
+            now_ns: the time of each.
+
+        Returns:
+            Whether they were received; if not, each is checked and written as a message.
+        """
+        return False
 
     def foresee(self, topic: str, now_ns: int) -> None:
         """Save the present data that the sample one physics step later needs."""

@@ -103,7 +103,7 @@ class Parts:
             if name not in self._of_models:
                 self._of_models[name] = self._connected(list(parts_of(model, self._engine)), model)
         self.all = [*self._own, *(part for name in models for part in self._of_models[name])]
-        self.timed = [p for p in self.all if type(p.unwrapped).at_deadline is not Part.at_deadline]
+        self.timed = [part for part in self.all if part.unwrapped.has_deadlines]
         self.carriers = [part for part in self.all if type(part).attend is not Part.attend]
         self._attended = None
 

@@ -195,7 +195,8 @@ class Switchboard:
             TopicError: there is no such topic, or it cannot be published on.
         """
         info = self._require(topic, Direction.IN)
-        return Publication(replace(info, name=topic), partial(self._deliver, info.name))
+        deliver, taker = partial(self._deliver, info.name), partial(self._taker, info.name)
+        return Publication(replace(info, name=topic), deliver, taker)
 
     # -- names
 
@@ -292,6 +293,12 @@ class Switchboard:
         else:
             raise TopicError(f"the topic '{name}' no longer exists: its model was deleted")
         self.show(name, message)
+
+    def _taker(self, name: str) -> tuple[Part, str, int] | None:
+        """Return the part that alone takes the messages on a topic, its name, and the time, ns."""
+        owner, part = self._owner, self._parts.get(name)
+        owner.require_ready()
+        return None if part is None or self.observers else (part, name, owner.now_ns)
 
     def _read_now(self, name: str) -> Stamped | None:
         owner = self._owner

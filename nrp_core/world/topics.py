@@ -106,10 +106,22 @@ class Subscription:
 
 
 class Publication:
-    """The right to publish on a topic."""
+    """The right to publish on a topic.
 
-    def __init__(self, topic: TopicInfo, deliver: Callable[[Any], None]) -> None:
-        self.topic = topic
+    Args:
+        topic: the topic.
+        deliver: delivers a checked message.
+        taker: returns the part that alone takes the messages, its name of the topic, and the time, ns; None
+            if others see the messages, too.
+    """
+
+    def __init__(
+        self,
+        topic: TopicInfo,
+        deliver: Callable[[Any], None],
+        taker: Callable[[], tuple[Any, str, int] | None] = lambda: None,
+    ) -> None:
+        self.topic, self.taker = topic, taker
         self._deliver = deliver
 
     def publish(self, message: Any) -> None:

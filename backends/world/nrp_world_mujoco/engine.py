@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from math import isfinite
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IndexArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.clock import seconds
 from nrp_core.errors import DivergedError
 from nrp_core.findings import Code
@@ -25,6 +25,7 @@ from nrp_core.world.scene.model import Scene
 from nrp_world_mujoco.build import Built, build
 from nrp_world_mujoco.cameras import frame_reader, open_cameras
 from nrp_world_mujoco.control import Control
+from nrp_world_mujoco.copies import MujocoCopies
 from nrp_world_mujoco.drive import Drive
 from nrp_world_mujoco.library import SAID, mujoco
 from nrp_world_mujoco.motion import Floating, JointReader, motion_of
@@ -35,8 +36,10 @@ from nrp_world_mujoco.shapes import scalar_first
 class MujocoEngine(JointedEngine):
     """A scene in MuJoCo; see :class:`~nrp_world_mujoco.backend.MujocoBackend` for the options."""
 
+    copies = MujocoCopies
     _built: Built
     _control: Control
+    _drives: dict[tuple[str, str], Drive]
     _joints: dict[str, JointReader]
     _options: MujocoOptions
 
@@ -53,6 +56,16 @@ class MujocoEngine(JointedEngine):
         super().__init__(scene, seed=seed, capabilities=capabilities, options=options, name=name)
         self._do_load(scene, built)
         self._warm_up()
+
+    @property
+    def motions(self) -> Mapping[str, MotionOf]:
+        """The readers of the motions of models."""
+        return self._motions
+
+    @property
+    def drives(self) -> Mapping[tuple[str, str], Drive]:
+        """The drives, by model and name."""
+        return self._drives
 
     def copy(self, seed: int) -> MujocoEngine:
         """Open the same scene again without compiling it."""
@@ -100,6 +113,17 @@ class MujocoEngine(JointedEngine):
         base = Floating(self._model, self._data, ident)
         return Drive(self._data, servo, base, actuators, seconds(self.capabilities.step_ns))
 
+    def retarget(
+        self,
+        model: str,
+        joints: tuple[str, ...],
+        targets: Sequence[float],
+        rates: Sequence[float],
+        *,
+        smooth: bool,
+    ) -> bool:
+        return self._control.firm.retarget(model, joints, targets, rates, smooth=smooth)
+
     def _do_joint_states(self, model: str) -> JointStates:
         states = super()._do_joint_states(model)
         self._control.firm.add_efforts(model, states)
@@ -107,8 +131,7 @@ class MujocoEngine(JointedEngine):
 
     def _do_advance(self, steps: int) -> None:
         if self._control.firm.active:
-            for _ in range(steps):
-                self._control.firm.step()
+            self._control.firm.step(steps)
         else:
             mujoco.mj_step(self._model, self._data, steps)
         self._stale = True
@@ -165,7 +188,7 @@ class MujocoEngine(JointedEngine):
         self._data.qpos[positions], self._data.qvel[velocities] = configuration
         self._continue(model)
 
-    def _places(self, model: str) -> tuple[IndexArray, IndexArray]:
+    def _places(self, model: str) -> tuple[IntArray, IntArray]:
         """Return the parts of the state that belong to a model."""
         positions, velocities = self._joints[model].places
         roots = [self._model.body_jntadr[i] for body, i in self._built.bodies[model] if body.floats]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IndexArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.world.engine_kit.jointed import MotionOf
 from nrp_core.world.rigid.motion import JointStates, ModelMotion
 from nrp_core.world.rigid.pose import Pose, Vector, rotated, rotation_vector
@@ -35,36 +35,37 @@ def motion_of(
 
 
 class Floating:
-    """A base that floats freely: its frame is the model's."""
+    """A base that floats freely: its frame is the model's.
+
+    Attributes:
+        position, velocity: its parts of MuJoCo's state, shapes ``(7,)`` and ``(6,)``.
+    """
 
     def __init__(self, engine: Any, data: Any, ident: int) -> None:
         joint = engine.body_jntadr[ident]
         position, velocity = engine.jnt_qposadr[joint], engine.jnt_dofadr[joint]
-        self._position = data.qpos[position : position + 7]
-        self._velocity = data.qvel[velocity : velocity + 6]
+        self.position = data.qpos[position : position + 7]
+        self.velocity = data.qvel[velocity : velocity + 6]
 
     def __call__(self) -> ModelMotion:
-        x, y, z, qw, qx, qy, qz = self._position.tolist()
-        vx, vy, vz, wx, wy, wz = self._velocity.tolist()
+        x, y, z, qw, qx, qy, qz = self.position.tolist()
+        vx, vy, vz, wx, wy, wz = self.velocity.tolist()
         pose = Pose((x, y, z), (qx, qy, qz, qw))
         return ModelMotion(pose, (vx, vy, vz), pose.rotate((wx, wy, wz)))  # MuJoCo's is in the body's frame
 
     def read(self, row: FloatArray) -> None:
         """Write the same as numbers, shape ``(13,)``, without a :class:`ModelMotion`."""
-        row[:3] = self._position[:3]
-        row[3:6], row[6] = self._position[4:], self._position[3]
-        row[7:10] = self._velocity[:3]
-        qx, qy, qz, qw = row[3:7].tolist()
-        wx, wy, wz = self._velocity[3:].tolist()
-        row[10:] = rotated(qx, qy, qz, qw, (wx, wy, wz))
+        x, y, z, qw, qx, qy, qz = self.position.tolist()
+        vx, vy, vz, wx, wy, wz = self.velocity.tolist()
+        row[:] = (x, y, z, qx, qy, qz, qw, vx, vy, vz, *rotated(qx, qy, qz, qw, (wx, wy, wz)))
 
     def put(self, motion: ModelMotion) -> None:
         """Set pose and velocity of the base."""
-        self._position[:3] = motion.pose.position
+        self.position[:3] = motion.pose.position
         x, y, z, w = motion.pose.orientation
-        self._position[3:] = w, x, y, z
-        self._velocity[:3] = motion.linear
-        self._velocity[3:] = motion.pose.rotate_back(motion.angular)
+        self.position[3:] = w, x, y, z
+        self.velocity[:3] = motion.linear
+        self.velocity[3:] = motion.pose.rotate_back(motion.angular)
 
     def change_velocity(self, by: Callable[[Vector, Vector], Vector]) -> None:
         """Change the velocity of the base at its present pose.
@@ -73,11 +74,28 @@ class Floating:
             by: takes its velocity along and its angular velocity about its own axes, and returns the changes
                 of the forward, leftward and turning velocity.
         """
-        _, _, _, qw, qx, qy, qz = self._position.tolist()
-        vx, vy, vz, wx, wy, wz = self._velocity.tolist()
+        _, _, _, qw, qx, qy, qz = self.position.tolist()
+        vx, vy, vz, wx, wy, wz = self.velocity.tolist()
         forward, left, turn = by(rotated(-qx, -qy, -qz, qw, (vx, vy, vz)), (wx, wy, wz))
         x, y, z = rotated(qx, qy, qz, qw, (forward, left, 0.0))
-        self._velocity[:] = vx + x, vy + y, vz + z, wx, wy, wz + turn
+        self.velocity[:] = vx + x, vy + y, vz + z, wx, wy, wz + turn
+
+
+def read_all(bases: Sequence[Floating], rows: FloatArray) -> None:
+    """Write the motions of bases as numbers, shape ``(bases, 13)``, as :meth:`Floating.read` does of one."""
+    x, y, z, qw, qx, qy, qz = np.array([base.position for base in bases]).T
+    vx, vy, vz, wx, wy, wz = np.array([base.velocity for base in bases]).T
+    rows.T[:] = x, y, z, qx, qy, qz, qw, vx, vy, vz, *rotated(qx, qy, qz, qw, (wx, wy, wz))
+
+
+def change_velocities(bases: Sequence[Floating], by: Callable[[Any, Any], Any]) -> None:
+    """Change the velocities of bases, as :meth:`Floating.change_velocity` does of one, by arrays."""
+    _, _, _, qw, qx, qy, qz = np.array([base.position for base in bases]).T
+    vx, vy, vz, wx, wy, wz = np.array([base.velocity for base in bases]).T
+    forward, left, turn = by(rotated(-qx, -qy, -qz, qw, (vx, vy, vz)), (wx, wy, wz))
+    x, y, z = rotated(qx, qy, qz, qw, (forward, left, 0.0))
+    for base, row in zip(bases, np.array([vx + x, vy + y, vz + z, wx, wy, wz + turn]).T, strict=True):
+        base.velocity[:] = row
 
 
 class _Jointed:
@@ -111,27 +129,28 @@ class JointReader:
     """
 
     def __init__(self, engine: Any, data: Any, joints: dict[str, int]) -> None:
-        dofs = np.array(list(joints.values()), dtype=np.int32)
+        dofs = np.array(list(joints.values()), dtype=int)
         ids = engine.dof_jntid[dofs]
         self._names = tuple(joints)
-        self._data = data
-        self._positions = engine.jnt_qposadr[ids]
+        self._qpos, self._qvel = data.qpos, data.qvel
+        self._forces = data.qfrc_actuator, data.qfrc_applied
+        self._positions = engine.jnt_qposadr[ids].astype(int)
         self._velocities = dofs
         of_balls = engine.jnt_type[ids] == mujoco.mjtJoint.mjJNT_BALL
         self._balls = [(int(first), int(self._positions[first])) for first in np.flatnonzero(of_balls)[::3]]
 
     @property
-    def places(self) -> tuple[IndexArray, IndexArray]:
+    def places(self) -> tuple[IntArray, IntArray]:
         """Indices of the joints' positions and velocities in the state."""
         rest = [np.arange(place + 1, place + 4) for _, place in self._balls]  # indices of their quaternions
         return np.unique(np.concatenate([self._positions, *rest])), self._velocities
 
     def states(self) -> JointStates:
         """Return positions, velocities and efforts; the efforts are those of the last physics step."""
-        data, dofs = self._data, self._velocities
-        efforts = data.qfrc_actuator[dofs] + data.qfrc_applied[dofs]
-        positions = data.qpos[self._positions]
+        dofs, (of_actuators, applied) = self._velocities, self._forces
+        positions = self._qpos.take(self._positions)
         for first, place in self._balls:
-            w, x, y, z = data.qpos[place : place + 4].tolist()
+            w, x, y, z = self._qpos[place : place + 4].tolist()
             positions[first : first + 3] = rotation_vector((x, y, z, w))
-        return JointStates(self._names, positions, data.qvel[dofs], efforts)
+        efforts = of_actuators.take(dofs) + applied.take(dofs)
+        return JointStates(self._names, positions, self._qvel.take(dofs), efforts)

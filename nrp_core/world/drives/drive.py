@@ -6,11 +6,16 @@ A drive is found by entry points in the group ``nrp_core.drives``, named after t
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from math import isfinite
 from typing import Any, ClassVar, Final, Protocol
 
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray
 from nrp_core.clock import from_seconds
 from nrp_core.findings import Code
+from nrp_core.world.copies import copies_of
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.base import Time
 from nrp_core.world.messages.gazebo_msgs import WheelSpeeds
@@ -115,6 +120,20 @@ class DrivePart(Part):
             message = self._body_twist(message)
         self._aim(self._commanded(message))
         self.deadline_ns = None if self._timeout_ns is None else now_ns + self._timeout_ns
+
+    @classmethod
+    def write_rows(cls, parts: Sequence[Any], topic: str, rows: FloatArray, now_ns: Sequence[int]) -> bool:
+        first, (forward, *others, turn) = parts[0], rows.T
+        usual = topic == first._drive.command_topic and cls._commanded is DrivePart._commanded
+        slow = (np.abs(forward) <= _FAST_M_S) & (np.abs(turn) <= _FAST_RAD_S)
+        if not (usual and slow.all()) or np.any(others):
+            return False
+        velocities = [BodyVelocity(x, 0.0, z) for x, z in zip(forward.tolist(), turn.tolist(), strict=True)]
+        copies_of([part._engine for part in parts]).set_drives(first._model, first._drive.name, velocities)
+        for part, velocity, t_ns in zip(parts, velocities, now_ns, strict=True):
+            part._velocity = velocity
+            part.deadline_ns = None if part._timeout_ns is None else t_ns + part._timeout_ns
+        return True
 
     def at_deadline(self, now_ns: int) -> None:
         self._aim(BodyVelocity())

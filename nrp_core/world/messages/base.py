@@ -106,13 +106,17 @@ def invalid_field(value: Any) -> str | None:
     cls: type = type(value)
     if _holds_finite_floats(value, cls):
         return None
-    for field, kind, nested in _fields(cls):
+    for field, kind, nested, listed in _fields(cls):
         item = getattr(value, field)
         if type(item) is float and kind is float:  # the most common case
             wrong = None if -inf < item < inf else f" is {item}"
+        elif (type(item) is kind and kind in _EXACT) or (type(item) is np.ndarray and listed):
+            wrong = None
         elif nested and type(item) is kind:
             wrong = _within(invalid_field(item), "")
-        elif isinstance(item, list) and not nested and kind not in _PLAIN:
+        elif isinstance(item, list) and listed:
+            if _PLAIN.keys() >= {*map(type, item)}:  # no messages
+                continue
             wrong = _first(_within(invalid_field(m), f"[{i}]") for i, m in enumerate(item) if _is_message(m))
         else:
             wrong = _invalid_value(item, kind)
@@ -144,6 +148,7 @@ _PLAIN: dict[Any, tuple[tuple[type, ...], str]] = {
 }
 
 
+_EXACT = (int, bool, str)  # every value of these types is valid
 _LISTS = (list, tuple, np.ndarray)
 _LARGEST = sys.float_info.max  # integers have no such limit
 
@@ -193,7 +198,7 @@ def _all_floats(cls: type) -> tuple[Callable[[Any], tuple[Any, ...]], tuple[type
     floats: list[tuple[str, type]] = []
     within = [("", cls)]
     for prefix, owner in within:
-        for name, kind, nested in _fields(owner):
+        for name, kind, nested, _ in _fields(owner):
             (messages if nested else floats).append((prefix + name, kind))
             if nested and len(within) < _MOST_WITHIN:
                 within.append((f"{prefix}{name}.", kind))
@@ -204,8 +209,8 @@ def _all_floats(cls: type) -> tuple[Callable[[Any], tuple[Any, ...]], tuple[type
 
 
 @lru_cache(maxsize=256)
-def _fields(cls: type) -> tuple[tuple[str, Any, bool], ...]:
-    """Return names and declared types of the fields of a message class, and whether these are messages."""
+def _fields(cls: type) -> tuple[tuple[str, Any, bool, bool], ...]:
+    """Return name and declared type of each field, and whether it is a message, or may hold a list."""
     try:
         hints = get_type_hints(cls)
     except (NameError, TypeError):  # the names of its file are gone: built-in types are still known
@@ -213,6 +218,8 @@ def _fields(cls: type) -> tuple[tuple[str, Any, bool], ...]:
     plain = {kind.__name__: kind for kind in _PLAIN}
     names = [spec.name for spec in dataclasses.fields(cls)]
     kinds = [hints.get(s.name) or plain.get(str(s.type), s.type) for s in dataclasses.fields(cls)]
-    return tuple(
-        (name, kind, dataclasses.is_dataclass(kind)) for name, kind in zip(names, kinds, strict=True)
-    )
+    found = []
+    for name, kind in zip(names, kinds, strict=True):
+        nested = dataclasses.is_dataclass(kind)
+        found.append((name, kind, nested, not nested and kind not in _PLAIN))
+    return tuple(found)
