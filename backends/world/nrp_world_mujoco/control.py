@@ -36,7 +36,8 @@ class Control:
         """Set the target of a joint's servo."""
         actuator = self._built.servos[model, joint]
         if (model, joint) in self._built.firm:
-            self.firm.aim((model, joint), aim)
+            if self.firm.aim((model, joint), aim):
+                return
             if aim.firm is not None:
                 aim = JointAim()
         damping = aim.damping

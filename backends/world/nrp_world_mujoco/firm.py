@@ -12,14 +12,17 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.arrays import FloatArray
 from nrp_core.world.engine_kit.firm_joints import FirmJoints
 from nrp_core.world.engine_kit.firm_kinds import FREE
+from nrp_core.world.engine_kit.firm_servo import RETURN_S
+from nrp_core.world.scene.joint_inertia import STIFF_TIME_CONSTANT_S
 from nrp_world_mujoco.build import FAR_AWAY, SMALLEST, Built
-from nrp_world_mujoco.library import mujoco
+from nrp_world_mujoco.library import halves_of_step, mujoco
 
-_DAMPING = 1
-"""The column of a constraint's parameters with the rate at which it takes its velocity to 0."""
+AMPLE = 0.5
+"""The share of MuJoCo's memory that a step may take for the next ones to be compiled: there MuJoCo's errors
+end the process, and the only one that a step has is a lack of memory."""
 
 
 class MujocoFirmJoints(FirmJoints):
@@ -34,38 +37,50 @@ class MujocoFirmJoints(FirmJoints):
     def __init__(self, built: Built, data: Any, step_s: float) -> None:
         super().__init__(built.firm, step_s)
         self._model, self._data = built.model, data
-        self._qpos, self._qvel = data.qpos, data.qvel
         self._dofs = np.array([built.joints[model][joint] for model, joint in self.paths], dtype=int)
-        self._places = built.model.jnt_qposadr[built.model.dof_jntid[self._dofs]]
         self._frictions = np.array([firm.joint.friction for firm in built.firm.values()])
         self._dampers = self._model.dof_damping[self._dofs].copy()
         efforts = [firm.joint.effort for firm in built.firm.values()]
         self._limits = np.clip(efforts, SMALLEST, FAR_AWAY)  # without friction there is no constraint
-        self._rows: IntArray = self.on  # of their constraints, after those of couplings
+        self._rows, self._last = np.zeros(0, int), np.zeros(0)
+        self._tried = False  # whether a step was taken with the constraints that there are
+        if self.paths:
+            self._prepare(step_s)
 
-    def _do_step(self) -> None:
-        model, data, servos = self._model, self._data, self.servos
-        mujoco.mj_step1(model, data)
-        positions = self._qpos.take(self._places)
-        if servos.moving:
-            servos.step(positions, self._qvel.take(self._dofs))
-        rows = self._rows + data.ne
-        damping = data.efc_KBIP[rows, _DAMPING]
-        data.efc_aref[rows] += damping * servos.velocities(positions).take(self.on)
-        mujoco.mj_step2(model, data)
+    def _prepare(self, step_s: float) -> None:
+        from nrp_world_mujoco import firm_steps  # compiled code takes time to load
+        from nrp_world_mujoco.state_layout import addresses
+
+        model, data = self._model, self._data
+        self._steps = firm_steps
+        self._joints = np.zeros(len(self.paths), firm_steps.LED)
+        self._rows, self._last = self._joints["row"], self._joints["effort"]
+        places = model.jnt_qposadr[model.dof_jntid[self._dofs]].astype(int)
+        self._joints["position"] = data.qpos.ctypes.data + data.qpos.itemsize * places
+        self._joints["velocity"] = data.qvel.ctypes.data + data.qvel.itemsize * self._dofs
+        self._joints["guess"] = data.qacc_warmstart.ctypes.data + data.qvel.itemsize * self._dofs
+        self._calls = np.array([*halves_of_step(), model._address, data._address])
+        times_s = np.array([step_s, STIFF_TIME_CONSTANT_S, RETURN_S])
+        self._led = times_s, addresses(data), self._joints, self.servos.paths
+
+    def _do_step(self, steps: int) -> None:
+        data, servos = self._data, self.servos
+        while steps and not (self._tried and data.maxuse_arena < AMPLE * data.narena):
+            mujoco.mj_step1(self._model, data)
+            servos.moving = self._steps.lead(servos.moving, *self._led)
+            mujoco.mj_step2(self._model, data)
+            steps, self._tried = steps - 1, True
+        servos.moving = self._steps.take_steps(steps, self._calls, servos.moving, *self._led)
 
     def restore(self, saved: Any) -> None:
         super().restore(saved)
         self._constrain()
 
     def _do_efforts(self) -> FloatArray:
-        rows = self._rows + self._data.ne
-        if rows.max() >= self._data.nefc:  # no step has been taken with all of them
-            return np.zeros(len(self.on))
-        efforts: FloatArray = self._data.efc_force[rows]
-        return efforts
+        return self._last
 
     def _do_select(self, number: int) -> None:
+        self._last[number] = 0.0
         self._constrain()
 
     def _constrain(self) -> None:
@@ -74,4 +89,5 @@ class MujocoFirmJoints(FirmJoints):
         self._model.dof_damping[self._dofs] = np.where(self.servos.kinds == FREE, self._dampers, 0.0)
         losses[self._dofs] = self._frictions
         losses[self._dofs[self.on]] = self._limits[self.on]
-        self._rows = np.searchsorted(np.flatnonzero(losses > 0), self._dofs[self.on])
+        self._rows[self.on] = np.searchsorted(np.flatnonzero(losses > 0), self._dofs[self.on])
+        self._tried = False

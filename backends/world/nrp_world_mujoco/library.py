@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import warnings
 from ctypes.util import find_library
@@ -51,6 +52,13 @@ def compiled(spec: Any) -> Any:
     for each in told:
         _note(str(each.message))
     return model
+
+
+def halves_of_step() -> tuple[int, int]:
+    """Return the addresses of ``mj_step1`` and ``mj_step2``, for calls from compiled code."""
+    library = ctypes.CDLL(mujoco._functions.__file__)  # finds what its own libraries have, too
+    first, second = (ctypes.cast(each, ctypes.c_void_p) for each in (library.mj_step1, library.mj_step2))
+    return first.value or 0, second.value or 0
 
 
 mujoco = _import()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -167,18 +168,6 @@ class Control:
             joints = {(model.name, name): (firm, places[name]) for name, firm in own.items()}
             yield BulletFirmJoints(joints, self._client, self._step_s)
 
-    @property
-    def active(self) -> bool:
-        """Whether forces must be set before each step."""
-        if (
-            self._efforts
-            or self._wrenches
-            or self._lifts
-            or (self._firm and any(firm.active for firm in self._firm))
-        ):
-            return True
-        return any(not tree.idle for tree in self._trees)
-
     def add_efforts(self, model: str, states: JointStates) -> None:
         """Add the efforts of the last step to the states of a model's joints."""
         for (owner, joint), effort in self._applied.items():
@@ -190,11 +179,24 @@ class Control:
     def aim(self, model: str, joint: str, aim: JointAim) -> None:
         """Set the target of a joint's servo."""
         path = model, joint
-        if path in self._firm_by_path:
-            self._firm_by_path[path].aim(path, aim)
+        if path in self._firm_by_path and self._firm_by_path[path].aim(path, aim):
+            return
         tree, number = self._numbers[path]
         tree.damp(number, aim.firm is None)
         tree.servos.aim(number, JointAim() if aim.firm is not None else aim)
+
+    def retarget(
+        self,
+        model: str,
+        joints: tuple[str, ...],
+        targets: Sequence[float],
+        rates: Sequence[float],
+        *,
+        smooth: bool,
+    ) -> bool:
+        """Change the targets of firm joints of one multi-body, if all have one; return whether they have."""
+        firm = self._firm_by_path.get((model, joints[0]))
+        return firm is not None and firm.retarget(model, joints, targets, rates, smooth=smooth)
 
     def set_effort(self, model: str, joint: str, effort: float) -> None:
         """Apply an effort to a joint."""
@@ -208,24 +210,31 @@ class Control:
         if wrench == Wrench():
             del self._wrenches[body]
 
-    def push(self) -> None:
-        """Set the forces of the next step."""
+    def pushes(self) -> list[Callable[[], None]]:
+        """Return what sets the forces of a step, to be called before each until a target changes."""
+        trees = [tree for tree in self._trees if not tree.idle]
+        self._applied = {}
+        found: list[Callable[[], None]] = [partial(self._push, trees)] if trees or self._efforts else []
+        found += [firm.step for firm in self._firm if firm.active]
+        return [*found, self._pull_all] if self._wrenches or self._lifts else found
+
+    def _push(self, trees: Sequence[Tree]) -> None:
+        """Apply the efforts of joints, and those of trees of joints with servos, springs or dampers."""
         joints = self._built.joints
         self._applied = dict(self._efforts)
         braking: dict[JointPath, float] = {}
-        for tree in self._trees:
-            if not tree.idle:
-                efforts, brakes = tree.push()
-                braking |= brakes
-                for path, effort in efforts.items():
-                    self._applied[path] = self._efforts.get(path, 0.0) + effort
+        for tree in trees:
+            efforts, brakes = tree.push()
+            braking |= brakes
+            for path, effort in efforts.items():
+                self._applied[path] = self._efforts.get(path, 0.0) + effort
         self._drive(
             (joints[path[0]][path[1]], effort + braking.get(path, 0.0))
             for path, effort in self._applied.items()
         )
-        for firm in self._firm:
-            if firm.active:
-                firm.step()
+
+    def _pull_all(self) -> None:
+        """Apply the wrenches on bodies."""
         for (model, index), wrench in self._wrenches.items():
             self._pull(*self._built.bodies[model][index], wrench)
         for lift in self._lifts:

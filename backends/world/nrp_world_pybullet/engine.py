@@ -90,13 +90,11 @@ class PybulletEngine(JointedEngine):
 
     def _do_advance(self, steps: int) -> None:
         self._efforts = {}
-        drives, client, step = tuple(self._drives.values()), self._client, bullet.stepSimulation
-        control = self._control if self._control.active else None
+        client, step = self._client, bullet.stepSimulation
+        pushes = [*(drive.push for drive in self._drives.values()), *self._control.pushes()]
         for _ in range(steps):
-            for drive in drives:
-                drive.push()
-            if control is not None:
-                control.push()
+            for push in pushes:
+                push()
             step(client)
         for joints in self._anchored:
             if not joints.finite():
@@ -111,6 +109,17 @@ class PybulletEngine(JointedEngine):
 
     def _do_frames(self, paths: Sequence[BodyPath]) -> ReadFrames:
         return frame_reader(self._built, self._client, paths)
+
+    def retarget(
+        self,
+        model: str,
+        joints: tuple[str, ...],
+        targets: Sequence[float],
+        rates: Sequence[float],
+        *,
+        smooth: bool,
+    ) -> bool:
+        return self._control.retarget(model, joints, targets, rates, smooth=smooth)
 
     def _do_joint_states(self, model: str) -> JointStates:
         states = super()._do_joint_states(model)

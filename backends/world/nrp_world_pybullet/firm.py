@@ -6,15 +6,16 @@ joints would sag a little. Here the remaining error is learnt slowly, and the pa
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.world.engine_kit.firm_joints import FirmJoints, JointPath
-from nrp_core.world.engine_kit.firm_kinds import FREE, POSITION
-from nrp_core.world.engine_kit.firm_servo import FirmJoint
+from nrp_core.world.engine_kit.firm_kinds import FREE
+from nrp_core.world.engine_kit.firm_servo import RETURN_S, FirmJoint
+from nrp_core.world.scene.joint_inertia import STIFF_TIME_CONSTANT_S
 from nrp_world_pybullet.build import UNLIMITED_FORCE, BodyHandle
 from nrp_world_pybullet.library import bullet
 
@@ -41,18 +42,30 @@ class BulletFirmJoints(FirmJoints):
         self._links = [place.link for _, place in joints.values()]
         own = [firm.joint for firm, _ in joints.values()]
         self._frictions = [joint.friction for joint in own]
-        self._limits = np.array([min(joint.effort, UNLIMITED_FORCE) for joint in own])
-        self._step_s, self._learnt = step_s, np.zeros(len(joints))
+        self._limits = [min(joint.effort, UNLIMITED_FORCE) for joint in own]
+        self._led: tuple[list[int], list[float]] = [], []  # links and limits of the joints with a target
+        self._learnt = np.zeros(len(joints))
+        self._now, self._wanted = np.zeros((2, len(joints))), self.servos.paths["wanted"]
+        self._times_s = np.array([step_s, STIFF_TIME_CONSTANT_S, RETURN_S, LEARNT_S])
+        from nrp_world_pybullet.firm_steps import aim_motors  # compiled code takes time to load
 
-    def _do_step(self) -> None:
-        servos, on = self.servos, self.on
-        positions, velocities, _ = self._states()
+        self._aim_motors = aim_motors
+
+    def _do_step(self, steps: int) -> None:
+        servos, (positions, velocities) = self.servos, self._now
+        states = bullet.getJointStates(self._multibody, self._links, self._client)
+        positions[:] = [state[0] for state in states]
         if servos.moving:
-            servos.step(positions, velocities)
-        more = self._learnt + (servos.positions - positions) * self._step_s / LEARNT_S
-        self._learnt = np.where(servos.kinds == POSITION, more.clip(-LARGEST, LARGEST), 0.0)
-        wanted = servos.velocities(positions - self._learnt)[on]
-        self._set(on.tolist(), targetVelocities=wanted.tolist(), forces=self._limits[on].tolist())
+            velocities[:] = [state[1] for state in states]
+        servos.moving = self._aim_motors(
+            servos.moving, self._times_s, LARGEST, positions, velocities, self._learnt, servos.paths
+        )
+        links, limits = self._led
+        wanted = self._wanted.take(self.on).tolist()
+        mode, client = bullet.VELOCITY_CONTROL, self._client
+        bullet.setJointMotorControlArray(
+            self._multibody, links, mode, targetVelocities=wanted, forces=limits, physicsClientId=client
+        )
 
     def save(self) -> object:
         return super().save(), self._learnt.copy()
@@ -60,23 +73,20 @@ class BulletFirmJoints(FirmJoints):
     def restore(self, saved: Any) -> None:
         common, learnt = saved
         super().restore(common)
-        self._learnt = learnt.copy()
+        self._learnt[:] = learnt
+
+    def _select(self) -> None:
+        super()._select()
+        on = self.on.tolist()
+        self._led = [self._links[number] for number in on], [self._limits[number] for number in on]
 
     def _do_efforts(self) -> FloatArray:
-        efforts: FloatArray = self._states()[2][self.on]
-        return efforts
+        states = bullet.getJointStates(self._multibody, self._links, self._client)
+        return np.where(self.servos.kinds == FREE, 0.0, [state[3] for state in states])
 
     def _do_select(self, number: int) -> None:
         self._learnt[number] = 0.0
         if self.servos.kinds[number] == FREE:  # its motor acts as friction again
-            self._set([number], targetVelocities=[0.0], forces=[self._frictions[number]])
-
-    def _states(self) -> FloatArray:
-        """Return positions, velocities and efforts of the motors, shape ``(3, n)``."""
-        states = bullet.getJointStates(self._multibody, self._links, self._client)
-        rows: FloatArray = np.array([(state[0], state[1], state[3]) for state in states]).T
-        return rows
-
-    def _set(self, numbers: Sequence[int], **values: Sequence[float]) -> None:
-        links, mode = [self._links[number] for number in numbers], bullet.VELOCITY_CONTROL
-        bullet.setJointMotorControlArray(self._multibody, links, mode, **values, physicsClientId=self._client)
+            link, mode = self._links[number], bullet.VELOCITY_CONTROL
+            friction, client = self._frictions[number], self._client
+            bullet.setJointMotorControl2(self._multibody, link, mode, force=friction, physicsClientId=client)

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import isfinite
 from typing import Any
 
+import numpy as np
+
 from nrp_core.errors import TopicError
-from nrp_core.world.controllers.joint import ControllerPart, Target
+from nrp_core.world.controllers.joint import ControllerPart
+from nrp_core.world.controllers.together import LedTogether
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.std_msgs import Float64MultiArray
 from nrp_core.world.part import Part
@@ -32,14 +36,17 @@ class GroupPart(Part):
         model: Model,
         engine: Engine,
     ) -> None:
-        del engine  # the parts of the joints move them
-        self._name, self._parts = controller.name, [parts[joint] for joint in controller.joints]
+        self._name, self._joints = controller.name, controller.joints
+        own = {joint: parts[joint] for joint in controller.joints}
+        self._led = LedTogether(controller.topic, own, model.name, engine)
         what = f"{controller.kind} of {', '.join(controller.joints)} of {model.name}"
         self.topics = (TopicInfo(controller.topic, Float64MultiArray, Direction.IN, what=what),)
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
-        if len(message.data) != len(self._parts):
-            count = len(self._parts)
+        if len(message.data) != len(self._joints):
+            count = len(self._joints)
             raise TopicError(f"{topic}: '{self._name}' has {count} joints; {len(message.data)} numbers came")
-        for part, value in zip(self._parts, message.data, strict=True):
-            part.lead(topic, Target(float(value)), now_ns)
+        values = np.asarray(message.data, dtype=float).tolist()
+        if not all(map(isfinite, values)):
+            raise TopicError(f"{topic}: every number must be finite, not {values}")
+        self._led.lead(self._joints, values, (), now_ns, smooth=True)

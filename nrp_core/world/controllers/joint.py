@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 from nrp_core.clock import seconds
 from nrp_core.findings import Code
@@ -22,8 +21,7 @@ _LINEAR = {"position": "m", "velocity": "m/s", "effort": "N"}
 _ANGULAR = {"position": "rad", "velocity": "rad/s", "effort": "N m"}
 
 
-@dataclass(frozen=True, slots=True)
-class Target:
+class Target(NamedTuple):
     """The target of a controller: a position, velocity or effort.
 
     ``rate`` is the rate of change of a position. ``smooth``: it is approached smoothly; otherwise it is a
@@ -33,6 +31,20 @@ class Target:
     value: float
     rate: float = 0.0
     smooth: bool = True
+
+
+Command = tuple[str, Target]
+"""A topic and its target."""
+
+
+class Leader(Protocol):
+    """Keeps the commands of several joints."""
+
+    def command(self, number: int) -> Command:
+        """Return the command of a joint."""
+
+    def lose(self) -> None:
+        """Take note that one of the joints got another command."""
 
 
 def unit_of(model: Model, joint: str, kind: str) -> str:
@@ -74,7 +86,9 @@ class ControllerPart(Part):
         )  # fmt: skip
         starts = [(each.topic, Target(each.initial)) for each in every if each.initial is not None]
         self._initial = starts[-1] if starts else None
-        self._command = self._initial
+        self._own = self._initial
+        self._leader: Leader | None = None
+        self._number = 0
         self._integral = 0.0
         self._exceeded = set[str]()
 
@@ -82,6 +96,48 @@ class ControllerPart(Part):
     def obeys(self) -> str | None:
         """The topic of the last command; None before the first."""
         return self._command and self._command[0]
+
+    @property
+    def _command(self) -> Command | None:
+        """The topic that leads the joint, and its target; None before the first command."""
+        return self._own if self._leader is None else self._leader.command(self._number)
+
+    @_command.setter
+    def _command(self, command: Command | None) -> None:
+        if self._leader is not None:
+            self._leader.lose()
+        self._own, self._leader = command, None
+
+    def follow(self, leader: Leader, number: int) -> None:
+        """Let a leader keep the command from now on, until the next one of another topic.
+
+        Args:
+            leader: the leader.
+            number: what it calls this joint.
+        """
+        self._leader, self._number = leader, number
+
+    def is_firm(self, topic: str) -> bool:
+        """Return whether the joint follows the commands of a topic with any load."""
+        return self._laws[topic].controller.is_firm
+
+    def limits(self, topic: str) -> tuple[float, float]:
+        """Return the limits of the targets of a topic."""
+        return self._laws[topic].lower, self._laws[topic].upper
+
+    def has_reported(self, topic: str) -> bool:
+        """Return whether a target of a topic beyond the limits was reported."""
+        return topic in self._exceeded
+
+    @property
+    def has_deadlines(self) -> bool:
+        return any(law.integrates for law in self._laws.values())
+
+    @property
+    def target(self) -> Target:
+        """The target of the last command, after the first."""
+        assert self._command is not None
+        return self._command[1]
 
     def aimed(self, kind: str) -> float:
         """Return the position or velocity that is commanded now, or else the one that the joint has."""
@@ -165,7 +221,7 @@ class _Law:
         self.integrates = bool(self.gains.i) and controller.kind != "effort"
         # without gains the velocity is set directly, against any damping
         self._braking = joint.damping if controller.gains is None else 0.0
-        self._lower, self._upper = {
+        self.lower, self.upper = {
             "position": (joint.lower, joint.upper),
             "velocity": (-joint.velocity, joint.velocity),
             "effort": (-joint.effort, joint.effort),
@@ -173,8 +229,8 @@ class _Law:
 
     def bounded(self, target: Target) -> Target:
         """Return a command within the limits of the joint."""
-        value = min(max(target.value, self._lower), self._upper)
-        return target if value == target.value else replace(target, value=value, rate=0.0)
+        value = min(max(target.value, self.lower), self.upper)
+        return target if value == target.value else Target(value, 0.0, target.smooth)
 
     def aim(self, target: Target, integral: float) -> JointAim:
         """Return the target of the servo."""

@@ -11,8 +11,9 @@ import numpy as np
 
 from nrp_core.clock import seconds
 from nrp_core.errors import TopicError, did_you_mean
-from nrp_core.world.controllers.joint import ControllerPart, Target
+from nrp_core.world.controllers.joint import ControllerPart
 from nrp_core.world.controllers.joint_path import JointPath, Knot
+from nrp_core.world.controllers.together import LedTogether
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.base import Time, invalid_field, ns_of, type_name
 from nrp_core.world.messages.control_msgs import JointTrajectoryControllerState
@@ -50,6 +51,7 @@ class TrajectoryPart(Part):
     ) -> None:
         self._controller, self._model, self._engine = controller, model.name, engine
         self._parts = {joint: parts[joint] for joint in controller.joints}
+        self._led = LedTogether(controller.command_topic, self._parts, model.name, engine)
         self._turning = {joint.name for joint in model.joints if joint.kind == "continuous"}
         self._paths: dict[str, JointPath] = {}
         what = f"trajectory of {', '.join(controller.joints)} of {model.name}"
@@ -151,11 +153,12 @@ class TrajectoryPart(Part):
     def _follow_trajectory(self, now_ns: int) -> None:
         """Set each joint's target for the end of the next step, where its servo acts."""
         end_ns = now_ns + self._engine.step_ns
-        for joint, path in self._paths.items():
-            aim = path.at(end_ns)
-            if aim is not None:
-                target = Target(aim.position, aim.velocity or 0.0, smooth=False)
-                self._parts[joint].lead(self._controller.command_topic, target, now_ns)
+        aims = {joint: aim for joint, path in self._paths.items() if (aim := path.at(end_ns))}
+        values, rates = (
+            [aim.position for aim in aims.values()],
+            [aim.velocity or 0.0 for aim in aims.values()],
+        )
+        self._led.lead(tuple(aims), values, rates, now_ns, smooth=False)
         moves = any(not path.is_over(now_ns) for path in self._paths.values())
         self.deadline_ns = end_ns if moves else None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,8 @@ from nrp_core.world.rigid.motion import JointAim, JointStates
 
 JointPath = tuple[str, str]
 """A model and its joint."""
+Span = slice | IntArray
+"""Places in an array."""
 
 
 class FirmJoints(ABC):
@@ -37,38 +39,62 @@ class FirmJoints(ABC):
         self.on: IntArray = np.zeros(0, dtype=int)
         self.active = False
         self._numbers = {path: number for number, path in enumerate(self.paths)}
+        self._groups: dict[tuple[str, tuple[str, ...]], Span] = {}
+        self._columns: dict[str, tuple[Span, Span]] = {}
         self._restored: FloatArray | None = None
 
-    def aim(self, path: JointPath, aim: JointAim) -> None:
-        """Set the target of a joint, or release it."""
+    def aim(self, path: JointPath, aim: JointAim) -> bool:
+        """Set the target of a joint, or release it; return whether it was led before and after."""
         number = self._numbers[path]
         before = self.servos.kinds[number]
         self.servos.aim(number, aim)
-        if before != self.servos.kinds[number]:
+        after = self.servos.kinds[number]
+        if before != after:
             self._select()
             self._do_select(number)
+        return bool(before != FREE != after)
+
+    def retarget(
+        self,
+        model: str,
+        joints: tuple[str, ...],
+        targets: Sequence[float],
+        rates: Sequence[float],
+        *,
+        smooth: bool,
+    ) -> bool:
+        """Change the targets of joints of a model, if all have one; return whether they have."""
+        places = model, joints
+        if places not in self._groups:
+            numbers = [self._numbers.get((model, joint), -1) for joint in joints]
+            if -1 in numbers or not self.servos.kinds[numbers].all():
+                return False
+            self._groups[places] = _span(numbers)
+        self.servos.retarget(self._groups[places], targets, rates, smooth=smooth)
+        return True
 
     def forget(self, model: str) -> None:
         """Restart the paths of a model's joints at their positions, because these were set from outside."""
         self.servos.forget([number for (owner, _), number in self._numbers.items() if owner == model])
 
-    def step(self) -> None:
-        """Prepare or take the next physics step, as the engine requires."""
-        self._do_step()
+    def step(self, steps: int = 1) -> None:
+        """Prepare or take the next physics steps, as the engine requires."""
+        self._do_step(steps)
         self._restored = None
 
     def add_efforts(self, model: str, states: JointStates) -> None:
         """Add the efforts of the last step to the states of a model's joints."""
         if self.active:
-            efforts = self._efforts()
-            for number in self.on.tolist():
-                owner, joint = self.paths[number]
-                if owner == model:
-                    states.efforts[states.names.index(joint)] += efforts[number]
+            if model not in self._columns:
+                own = [number for number in self.on.tolist() if self.paths[number][0] == model]
+                places = [states.names.index(self.paths[number][1]) for number in own]
+                self._columns[model] = _span(own), _span(places)
+            numbers, columns = self._columns[model]
+            states.efforts[columns] += self._efforts()[numbers]
 
     def save(self) -> object:
         """Return the state that is kept between steps."""
-        return self.servos.save(), self._efforts()
+        return self.servos.save(), self._efforts().copy()
 
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`."""
@@ -77,25 +103,28 @@ class FirmJoints(ABC):
         self._select()
 
     def _efforts(self) -> FloatArray:
-        """Return the efforts of all joints in the last step, shape ``(n,)``; 0 without a target."""
-        if self._restored is not None:
-            return self._restored
-        efforts = np.zeros(len(self.paths))
-        if self.active:
-            efforts[self.on] = self._do_efforts()
-        return efforts
+        return self._do_efforts() if self._restored is None else self._restored
 
     def _select(self) -> None:
         self.on = np.flatnonzero(self.servos.kinds != FREE)
         self.active = bool(self.on.size)
+        self._columns.clear()
+        self._groups.clear()
 
     @abstractmethod
-    def _do_step(self) -> None: ...
+    def _do_step(self, steps: int) -> None: ...
 
     @abstractmethod
     def _do_efforts(self) -> FloatArray:
-        """Return the efforts in the last step of the joints that have a target, in their order."""
+        """Return the efforts of all joints in the last step, shape ``(n,)``; 0 without a target."""
 
     @abstractmethod
     def _do_select(self, number: int) -> None:
         """Constrain or release a joint, after it got its first target or lost its last one."""
+
+
+def _span(places: Sequence[int]) -> Span:
+    """Return places, as a slice if they are neighbours, which is faster."""
+    first = min(places, default=0)
+    neighbours = slice(first, first + len(places))
+    return neighbours if list(places) == list(range(neighbours.start, neighbours.stop)) else np.array(places)

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
-from nrp_core.world.engine_kit.firm_kinds import FREE, POSITION, VELOCITY
+from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.world.engine_kit.firm_kinds import FREE, PATHS, POSITION, VELOCITY
 from nrp_core.world.rigid.motion import JointAim
 from nrp_core.world.scene.joint_inertia import STIFF_TIME_CONSTANT_S, joint_inertias
 from nrp_core.world.scene.merged_bodies import Body
@@ -89,8 +89,10 @@ class FirmServos:
         step_s: the physics step.
 
     Attributes:
-        kinds: for each joint ``FREE``, ``VELOCITY`` or ``POSITION``.
+        paths: the path of each joint, of the type :data:`~.firm_kinds.PATHS`.
+        kinds: for each joint ``FREE``, ``VELOCITY`` or ``POSITION``; a view of the paths, as are the next.
         positions, speeds: position and velocity of each path at the end of the next step.
+        moving: whether any path has not arrived.
     """
 
     def __init__(self, firm: Sequence[FirmJoint], step_s: float) -> None:
@@ -98,30 +100,39 @@ class FirmServos:
             from nrp_core.world.engine_kit.firm_paths import advance, velocities_to
 
             self._advance, self._velocities_to = advance, velocities_to
-        joints = [each.joint for each in firm]
-        count = len(joints)
         self._step_s = step_s
-        self._braking = np.array([each.braking for each in firm])
-        self._limits = np.array([joint.velocity for joint in joints])
-        self._lowest = np.array([joint.lower for joint in joints])
-        self._highest = np.array([joint.upper for joint in joints])
-        self.kinds = np.zeros(count, dtype=int)
-        self._targets, self._rates, self._smooth = np.zeros(count), np.zeros(count), np.zeros(count, bool)
-        self._fresh = np.zeros(count, bool)
-        self.positions, self.speeds = np.zeros(count), np.zeros(count)
-        self._wanted = np.zeros(count)
+        self.paths = np.zeros(len(firm), PATHS)
+        self.kinds: IntArray = self.paths["kind"]
+        self.positions: FloatArray = self.paths["path"]
+        self.speeds: FloatArray = self.paths["speed"]
+        self._targets, self._rates = self.paths["target"], self.paths["rate"]
+        self._smooth, self._fresh = self.paths["smooth"], self.paths["fresh"]
+        self._wanted: FloatArray = self.paths["wanted"]
+        self.paths["braking"] = [each.braking for each in firm]
+        self.paths["limit"] = [each.joint.velocity for each in firm]
+        self.paths["lowest"] = [each.joint.lower for each in firm]
+        self.paths["highest"] = [each.joint.upper for each in firm]
         self.moving = False
 
     def aim(self, number: int, aim: JointAim) -> None:
         """Set the target of a joint, or release it."""
         kind = FREE if aim.firm is None else POSITION if aim.stiffness else VELOCITY
         target = aim.position if kind == POSITION else aim.velocity
-        before = (self.kinds[number], self._targets[number], self._rates[number])
-        self._fresh[number] |= kind != before[0]
-        self.kinds[number], self._targets[number] = kind, target
-        self._rates[number] = aim.velocity if kind == POSITION else 0.0
-        self._smooth[number] = bool(aim.firm)
-        self.moving |= kind != FREE and (kind, target, self._rates[number]) != before
+        rate = aim.velocity if kind == POSITION else 0.0
+        before = self.kinds[number], self._targets[number], self._rates[number]
+        if kind != before[0]:
+            self._fresh[number], self.kinds[number] = True, kind
+        self._targets[number], self._rates[number], self._smooth[number] = target, rate, bool(aim.firm)
+        self.moving |= kind != FREE and (kind, target, rate) != before
+
+    def retarget(
+        self, numbers: slice | IntArray, targets: Sequence[float], rates: Sequence[float], *, smooth: bool
+    ) -> None:
+        """Set the targets of joints that have some of the same kind; no rates are rates of 0."""
+        self._targets[numbers] = targets
+        self._rates[numbers] = rates or 0.0
+        self._smooth[numbers] = smooth
+        self.moving = True
 
     def forget(self, numbers: Sequence[int]) -> None:
         """Restart paths at the positions of their joints, because these were set from outside."""
@@ -135,10 +146,7 @@ class FirmServos:
             positions: positions of the joints now, where new paths begin, shape ``(n,)``.
             velocities: their velocities, shape ``(n,)``.
         """
-        self.moving = self._advance(
-            self._step_s, STIFF_TIME_CONSTANT_S, positions, velocities, self._limits, self.kinds,
-            self._targets, self._rates, self._smooth, self._fresh, self.positions, self.speeds,
-        )  # fmt: skip
+        self.moving = self._advance(self._step_s, STIFF_TIME_CONSTANT_S, positions, velocities, self.paths)
 
     def velocities(self, positions: FloatArray) -> FloatArray:
         """Return the velocities at the end of the next step, from the positions at its start.
@@ -147,20 +155,13 @@ class FirmServos:
         that the joint could not brake before the path. It takes no joint over an end of its range, because
         the force behind it can exceed that of the end.
         """
-        self._velocities_to(
-            self._step_s, RETURN_S, positions, self._braking, self._lowest, self._highest, self._limits,
-            self.kinds, self.positions, self.speeds, self._wanted,
-        )  # fmt: skip
+        self._velocities_to(self._step_s, RETURN_S, positions, self.paths)
         return self._wanted
 
     def save(self) -> object:
         """Return the state that is kept between steps."""
-        targets = self.kinds, self._targets, self._rates, self._smooth
-        paths = self._fresh, self.positions, self.speeds
-        return *(each.copy() for each in (*targets, *paths)), self.moving
+        return self.paths.copy(), self.moving
 
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`."""
-        *every, self.moving = saved
-        self.kinds, self._targets, self._rates, self._smooth, *paths = (each.copy() for each in every)
-        self._fresh, self.positions, self.speeds = paths
+        self.paths[:], self.moving = saved

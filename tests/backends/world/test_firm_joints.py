@@ -3,49 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import inf, pi
+from math import pi
 
 import numpy as np
 import pytest
+from chains import GRAVITY, LENGTH, LINKS, MASS, chain, command
 
+from nrp_core.world.engine_kit.jointed import JointedEngine
 from nrp_core.world.messages.base import Duration
-from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.messages.trajectory_msgs import JointTrajectory, JointTrajectoryPoint
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.acting import JointController, Pid, TrajectoryController
 from nrp_core.world.scene.joint_inertia import stiff_gains
 from nrp_core.world.scene.model import Box, Collision, Cylinder, Inertial, Joint, Link, Model, Sphere
 
-GRAVITY, MASS, LENGTH, LINKS = 9.8, 2.0, 0.2, 6
 RADIUS = 0.1
-
-
-def chain(*, effort: float = inf, velocity: float = inf, kind: str = "position", links: int = LINKS) -> Model:
-    """Return rods in a row that stretch out along x from a joint on the world; they turn about y."""
-    rods = [
-        Link(
-            f"l{i}",
-            Pose((LENGTH * i, 0.0, 0.0)),
-            Inertial(MASS, Pose((LENGTH / 2, 0.0, 0.0)), (2e-3, 1e-2, 1e-2, 0, 0, 0)),
-        )
-        for i in range(links)
-    ]
-    joints = [
-        Joint(
-            f"j{i}", "revolute", f"l{i - 1}" if i else "world", f"l{i}", rods[i].pose, (0.0, 1.0, 0.0),
-            effort=effort, velocity=velocity,
-        )
-        for i in range(links)
-    ]  # fmt: skip
-    control = [JointController(f"j{i}", kind, f"/chain/j{i}/{kind}", None) for i in range(links)]
-    return Model(
-        "chain", tuple(rods), tuple(joints), pose=Pose((0, 0, 2.0)), controllers=tuple(control),
-        joint_states_topic="/joints",
-    )  # fmt: skip
-
-
-def command(world, value: float, *, joint: str = "j0", kind: str = "position", model: str = "chain") -> None:
-    world.advertise(f"/{model}/{joint}/{kind}").publish(Float64(value))
 
 
 def cart(gains: Pid | None) -> Model:
@@ -177,7 +149,12 @@ def test_a_firm_joint_goes_on_from_a_snapshot_and_after_a_reset(open_world, adva
     assert look(world) == first
 
 
-def test_a_trajectory_is_followed_within_two_milliradians(open_world, advance):
+def test_a_trajectory_is_followed_within_two_milliradians(open_world, advance, monkeypatch):
+    single = []
+    plain = JointedEngine._do_set_joint_aim
+    monkeypatch.setattr(
+        JointedEngine, "_do_set_joint_aim", lambda *given: single.append(given[2]) or plain(*given)
+    )
     led = TrajectoryController("lead", "/chain/lead", tuple(f"j{i}" for i in range(LINKS)))
     world = open_world(replace(chain(), controllers=(), trajectory_controllers=(led,)))
     times = np.linspace(0.05, 1.0, 20)
@@ -198,6 +175,7 @@ def test_a_trajectory_is_followed_within_two_milliradians(open_world, advance):
         assert world.joint_states("chain").positions == pytest.approx(
             [expected] * LINKS, abs=2e-3
         )  # a path is a step ahead
+    assert single == list(led.joints)  # the first targets; from then on those of all joints go in one call
 
 
 def test_an_effort_releases_a_firm_joint(open_world, advance):

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from nrp_core.errors import TopicError
-from nrp_core.world.messages.std_msgs import Float64MultiArray
+from nrp_core.world.engine_kit.jointed import JointedEngine
+from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray
+from nrp_core.world.scene.acting import JointController
 from nrp_core.world.scene.sdf import read_model
 
 LINK = """<link name="l{0}"><inertial><mass value="1"/><origin xyz="0.2 0 0"/>
@@ -66,6 +70,12 @@ def test_a_group_commands_velocities(robot, open_world, advance):
     assert world.engine.joint_states("r").velocities == pytest.approx([0.5, -0.5, 1.0], rel=0.01)
 
 
+def test_a_number_that_is_not_finite_is_refused(robot, open_world):
+    world = open_world(robot(FORWARD, "joints: [j3, j1], interface_name: position"))
+    with pytest.raises(TopicError, match="every number must be finite, not"):
+        command(world, 0.3, np.nan)
+
+
 def test_too_few_numbers_are_refused(robot, open_world):
     world = open_world(robot(FORWARD, "joints: [j3, j1], interface_name: effort"))
     with pytest.raises(TopicError, match="'arm' has 2 joints; 1 numbers came"):
@@ -85,3 +95,61 @@ def test_an_incomplete_group_is_left_out_with_the_reason(robot, parameters, why)
     assert model.group_controllers == ()
     (warning,) = (each for each in model.warnings if "'arm'" in each.message)
     assert why in warning.message
+
+
+def group_of_three(robot, monkeypatch):
+    """Return a firm group of three joints, and a counter of the calls for a single joint."""
+    calls = []
+    plain = JointedEngine._do_set_joint_aim
+
+    def counted(engine, model, joint, aim):
+        calls.append(joint)
+        plain(engine, model, joint, aim)
+
+    monkeypatch.setattr(JointedEngine, "_do_set_joint_aim", counted)
+    return robot(FORWARD, "joints: [j1, j2, j3], interface_name: position"), calls
+
+
+def test_the_targets_of_a_group_go_to_the_engine_in_one_call(robot, open_world, advance, monkeypatch):
+    model, calls = group_of_three(robot, monkeypatch)
+    world = open_world(model)
+    command(world, 0.1, 0.1, 0.1)
+    assert calls == ["j1", "j2", "j3"]
+    for aim in (0.2, 0.3, -0.2):
+        command(world, aim, -aim, 0.0)
+    assert len(calls) == 3
+    advance(world, 1.0)
+    assert world.joint_states("r").positions == pytest.approx([-0.2, 0.2, 0.0], abs=1e-3)
+
+
+def test_numbers_beyond_the_limits_of_a_group_are_bounded_and_reported_once(
+    robot, open_world, advance, monkeypatch
+):
+    model, calls = group_of_three(robot, monkeypatch)
+    world = open_world(model)
+    for aim in (1.0, 2.5, 3.0):
+        command(world, aim, 0.0, 0.0)
+    assert len(calls) == 6  # the first beyond the limit goes its own way, to be reported
+    (told,) = (each.message for each in world.warnings if "beyond" in each.message)
+    assert "is 2.5, beyond the limit of the joint 'j1': 2 is used" in told
+    advance(world, 1.5)
+    assert world.joint_states("r").positions[0] == pytest.approx(2.0, abs=1e-3)
+
+
+def test_a_joint_that_gets_another_command_leaves_the_group_until_its_next_one(robot, open_world, advance):
+    model = robot(FORWARD, "joints: [j1, j2, j3], interface_name: position")
+    single = JointController("j2", "position", "/r/j2", None)
+    world = open_world(replace(model, controllers=(*model.controllers, single)))
+    command(world, 0.1, 0.1, 0.1)
+    command(world, 0.4, 0.4, 0.4)
+    world.advertise("/r/j2").publish(Float64(-0.3))
+    before = world.snapshot()
+    advance(world, 1.0)
+    assert world.joint_states("r").positions == pytest.approx([0.4, -0.3, 0.4], abs=1e-3)
+    command(world, 0.2, 0.2, 0.2)
+    command(world, 0.5, 0.6, 0.7)
+    advance(world, 1.0)
+    assert world.joint_states("r").positions == pytest.approx([0.5, 0.6, 0.7], abs=1e-3)
+    world.restore(before)
+    advance(world, 1.0)
+    assert world.joint_states("r").positions == pytest.approx([0.4, -0.3, 0.4], abs=1e-3)

@@ -34,7 +34,7 @@ class GazeboFirmJoints(FirmJoints):
         self._joints = np.array([number for _, _, number in found], dtype=int)
         self._limits = [min(firm.joint.effort, STRONG) for _, firm, _ in found]
 
-    def _do_step(self) -> None:
+    def _do_step(self, steps: int) -> None:
         self._gazebo.refresh()
         positions, velocities, _ = self._gazebo.joints[self._joints].T
         if self.servos.moving:
@@ -45,7 +45,7 @@ class GazeboFirmJoints(FirmJoints):
 
     def _do_efforts(self) -> FloatArray:
         self._gazebo.refresh()
-        efforts: FloatArray = self._gazebo.joints[self._joints[self.on], 2]
+        efforts: FloatArray = np.where(self.servos.kinds == FREE, 0.0, self._gazebo.joints[self._joints, 2])
         return efforts
 
     def _do_select(self, number: int) -> None:
