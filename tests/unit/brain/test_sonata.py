@@ -336,6 +336,13 @@ def _cut(folder: Path) -> None:
         (_text("models/exc.json", "12.0", "NaN"), NetworkError, "all_types.csv:2: .*NaN is not a value"),
         (_data("edges.h5", "edges/lgn_to_v1/0/nsyns", [5, 4, 3, 2, -1]), NetworkError,
          "edge 0 of 'lgn_to_v1' has nsyns -1; it must be 0 or more"),
+        (_data("edges.h5", "edges/lgn_to_v1/0/nsyns", [1.5, 4, 3, 2, 1]), NetworkError,
+         "edge 4 of 'lgn_to_v1' has nsyns 1.5; it must be a whole number"),
+        (_data("nodes.h5", "nodes/v1/node_group_id", [0, 0, 0, 0, 1, 7]), NetworkError,
+         "nodes 'v1': node 5 is in the group 7, and the groups are 0, 1"),
+        (_text("models/exc.json", "{", '{"C_m": 9.0, '), NetworkError, "all_types.csv:2: .*'C_m' is given"),
+        (_text("models/exc.json", "200.0", '"200 pF"'), NetworkError,
+         "all_types.csv:2: C_m in 'exc.json' is '200 pF'; a parameter is a number, without unit"),
         (_text("circuit_config.json", '"edges": [', '"edges": [{"edges_file": "$BASE/edges.h5", '
                '"edge_types_file": "edge_types.csv"}, '), NetworkError, "two populations of edges have"),
         (_text("circuit_config.json", "{", "{,"), NetworkError, "circuit_config.json:1: .*not JSON"),

@@ -109,6 +109,9 @@ def _times(items: SonataItems) -> FloatArray:
     if (n < 0).any():
         edge = int(np.argmax(n < 0))
         raise NetworkError(f"edge {edge} of '{items.name}' has nsyns {n[edge]:g}; it must be 0 or more")
+    if (n % 1.0 > 0.0).any():  # a missing number is not more than 0
+        edge = int(np.argmax(n % 1.0 > 0.0))
+        raise NetworkError(f"edge {edge} of '{items.name}' has nsyns {n[edge]:g}; it must be a whole number")
     return np.where(np.isnan(n), 1.0, n)
 
 

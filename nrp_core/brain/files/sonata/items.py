@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,6 +24,7 @@ Types = Mapping[int, Mapping[str, Any]]
 
 DYNAMICS = "dynamics_params"
 _NOTHING = frozenset({"", "null", "none", "nan"})
+_NUMBER = re.compile(r"\s*[-+]?[.\d]")
 
 
 @dataclass(frozen=True)
@@ -109,9 +111,14 @@ def read_items(part: Any, name: str, kind: str, types: Types) -> SonataItems:
         group_ids, places = np.zeros(n, np.int64), np.arange(n)
     if not len(group_ids) == len(places) == n:
         raise NetworkError(f"{kind}s '{name}': {n} types, {len(group_ids)} groups and {len(places)} places")
-    groups = []
+    groups, numbered = [], sorted(key for key in part if key.isdigit())
     for number in np.unique(group_ids).tolist():
         items = np.flatnonzero(group_ids == number)
+        if numbered and str(number) not in numbered:
+            raise NetworkError(
+                f"{kind}s '{name}': {kind} {items[0]} is in the group {number}, and the groups are "
+                f"{', '.join(numbered)}"
+            )
         own = _own(group(part, str(number))) if str(number) in part else {}
         _require_rows(f"{kind}s '{name}', group {number}", own, places[items])
         groups.append((items, places[items], own))
@@ -176,13 +183,26 @@ def _refuse(constant: str) -> float:
     raise ValueError(f"{constant} is not a value in JSON")
 
 
+def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    names = [name for name, _ in pairs]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"'{name}' is given twice")
+    return dict(pairs)
+
+
 def _parameters(name: str | None, folder: Path, table: Path, line: int) -> dict[str, Any]:
     if name is None:
         return {}
     try:
-        given = json.loads((folder / name).read_text("utf-8"), parse_constant=_refuse)
+        text = (folder / name).read_text("utf-8")
+        given = json.loads(text, parse_constant=_refuse, object_pairs_hook=_distinct)
     except (OSError, ValueError) as error:
         raise NetworkError(f"its parameters cannot be read: {error}", path=table, line=line) from error
     if not isinstance(given, dict):
         raise NetworkError(f"its parameters in '{name}' are not a JSON object", path=table, line=line)
+    for key, value in given.items():
+        if isinstance(value, str) and _NUMBER.match(value):
+            message = f"{key} in '{name}' is '{value}'; a parameter is a number, without unit and quotes"
+            raise NetworkError(message, path=table, line=line)
     return {key: value for key, value in given.items() if isinstance(value, (int, float))}
