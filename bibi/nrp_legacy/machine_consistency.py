@@ -6,11 +6,14 @@ What a file writes out is found earlier, see :mod:`nrp_legacy.machine_slips`.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from heapq import heappop, heappush
 from typing import Any
 
+from nrp_core.clock import seconds
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
-from nrp_legacy.shims.smach import GOES_ON, State, StateMachine
+from nrp_legacy.shims.smach import GOES_ON, CBState, Container, State, StateMachine
+from nrp_legacy.shims.states import ClockDelayState, WaitToClockState
 
 
 def inconsistencies(machine: Any) -> Iterator[tuple[Code, str]]:
@@ -27,6 +30,13 @@ def inconsistencies(machine: Any) -> Iterator[tuple[Code, str]]:
         if not isinstance(state, State):
             hint = "; call it" if isinstance(state, type) and issubclass(state, State) else ""
             yield Code.NRP273, f"the state '{label}' is {state!r:.80}, which is not a state{hint}"
+            continue
+        if not hasattr(state, "_outcomes"):
+            kind = type(state).__name__
+            yield (
+                Code.NRP273,
+                f"the state '{label}' has no outcomes: {kind}.__init__ does not call State.__init__",
+            )
             continue
         yield from _of_state(label, state, machine)
         yield from inconsistencies(state)
@@ -45,7 +55,15 @@ def _of_state(label: str, state: State, machine: StateMachine) -> Iterator[tuple
                 f"{did_you_mean(str(target), known)}",
             )
     if not outcomes:
-        return  # its outcomes are not known before it runs
+        if not isinstance(state, Container):
+            hint = "; @smach.cb_interface(outcomes=[...]) names those of a function" * isinstance(
+                state, CBState
+            )
+            yield (
+                Code.NRP327,
+                f"the state '{label}' does not name its outcomes, and SMACH accepts no other{hint}",
+            )
+        return
     for outcome in ways:
         if outcome not in outcomes and outcome not in GOES_ON:
             yield (
@@ -73,3 +91,34 @@ def _unreached(machine: StateMachine) -> Iterator[tuple[Code, str]]:
     for label in machine._states:
         if reached and label not in reached:
             yield Code.NRP327, f"no transition leads to the state '{label}'"
+
+
+def late_states(machine: Any, duration_ns: int) -> Iterator[str]:
+    """Yield a sentence for each wait that ends after the run even on the shortest way to it."""
+    if not isinstance(machine, StateMachine):
+        return
+    begins, pending = dict[str, int](), [(0, str(machine._initial))]
+    while pending:
+        begin_ns, label = heappop(pending)
+        if label in begins or label not in machine._states:
+            continue
+        begins[label] = begin_ns
+        end_ns = _earliest_end_ns(machine._states[label], begin_ns)
+        if begin_ns < duration_ns <= end_ns and _is_wait(machine._states[label]):
+            end_s = f"{seconds(end_ns):g} s at the earliest, and the run at {seconds(duration_ns):g} s"
+            yield f"the wait of the state '{label}' ends at {end_s}"
+        for target in machine._transitions[label].values():
+            heappush(pending, (end_ns, target))
+
+
+def _earliest_end_ns(state: State, begin_ns: int) -> int:
+    match state:
+        case WaitToClockState():
+            return max(begin_ns, state.end_ns)
+        case ClockDelayState():
+            return begin_ns + state.delay_ns
+    return begin_ns
+
+
+def _is_wait(state: State) -> bool:
+    return isinstance(state, WaitToClockState | ClockDelayState)

@@ -8,13 +8,13 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
-from copy import deepcopy
 from pathlib import Path
 from typing import Final
 
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.findings import Code, Finding, Level
 from nrp_legacy.code import Source
+from nrp_legacy.constants import with_constants
 from nrp_legacy.notes import unnoted
 
 _BEGINNING: Final = 4096  # bytes to search for the first element
@@ -46,7 +46,7 @@ def slips_of(path: Path) -> Iterator[Finding]:
         message = f"state machine left out: {error.message}"
         yield Finding(Code.NRP273, message, Level.WARNING, error.path, error.line)
         return
-    tree = _Constants(tree).visit(deepcopy(tree))
+    tree = with_constants(tree)
     yield from _twice(tree, path)
     adds = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and _adds(node)]
     labels = [_text(call.args[0]) if call.args else None for call in adds]
@@ -63,32 +63,6 @@ def slips_of(path: Path) -> Iterator[Finding]:
                     f"the state '{label}' goes to '{name}', which is neither a state nor an outcome{hint}"
                 )
                 yield Finding(Code.NRP273, message, Level.WARNING, path, target.lineno, subject=name)
-
-
-class _Constants(ast.NodeTransformer):
-    """Puts texts in the place of the names that a file gives them once, as in ``ERROR = 'ERROR'``."""
-
-    def __init__(self, tree: ast.Module) -> None:
-        self._texts: dict[str, ast.Constant | None] = {}
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Assign):
-                for target in node.targets:
-                    self._add(target, node.value)
-            elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-                self._texts.setdefault(node.id, None)  # given otherwise
-
-    def _add(self, target: ast.expr, value: ast.expr) -> None:
-        if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
-            for one, its in zip(target.elts, value.elts, strict=False):
-                self._add(one, its)
-        elif isinstance(target, ast.Name):
-            is_text = isinstance(value, ast.Constant) and isinstance(value.value, str)
-            once = is_text and target.id not in self._texts
-            self._texts[target.id] = value if once and isinstance(value, ast.Constant) else None
-
-    def visit_Name(self, node: ast.Name) -> ast.expr:
-        text = self._texts.get(node.id) if isinstance(node.ctx, ast.Load) else None
-        return node if text is None else ast.copy_location(ast.Constant(text.value), node)
 
 
 def _twice(tree: ast.Module, path: Path) -> Iterator[Finding]:

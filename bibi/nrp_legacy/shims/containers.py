@@ -11,6 +11,7 @@ from nrp_legacy.shims.modules import module
 from nrp_legacy.shims.smach import (
     CBState,
     Container,
+    InvalidStateError,
     InvalidTransitionError,
     Sequence,
     State,
@@ -18,6 +19,7 @@ from nrp_legacy.shims.smach import (
     UserData,
     cb_interface,
     execute_with,
+    opened,
     shared,
 )
 from nrp_legacy.shims.steps import run_together
@@ -65,7 +67,7 @@ class Iterator(Container):
             break_outcomes: outcomes that end it.
             final_outcome_map: the container's outcome for the last outcome; None: no item was left.
         """
-        iterator = Container._open[-1]
+        iterator = opened()
         iterator._state, iterator._on, iterator._off = state, set(loop_outcomes), set(break_outcomes)
         iterator._final = dict(final_outcome_map or {})
 
@@ -144,7 +146,8 @@ def smach_module() -> ModuleType:
         "smach",
         State=State, CBState=CBState, StateMachine=StateMachine, Concurrence=Concurrence, Sequence=Sequence,
         Iterator=Iterator,
-        UserData=UserData, InvalidTransitionError=InvalidTransitionError, cb_interface=cb_interface,
+        UserData=UserData, InvalidStateError=InvalidStateError, InvalidTransitionError=InvalidTransitionError,
+        cb_interface=cb_interface,
         set_loggers=lambda *_loggers: None, loginfo=log.info, logwarn=log.warning, logerr=log.error,
         logdebug=log.debug,
     )  # fmt: skip

@@ -6,16 +6,17 @@ Before the run begins, topics are only remembered: :meth:`Graph.wanted` says whi
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from difflib import get_close_matches
 from typing import Any, Protocol
 
 from nrp_core.cle.engine import ClosedLoop
 from nrp_core.clock import seconds
 from nrp_core.dsl.parameters.messages import message_type
 from nrp_core.experiment.running.run import Run
-from nrp_core.findings import Code, Findings
+from nrp_core.findings import Code, Finding, Findings, Level
 from nrp_core.world.rigid.pose import Vector
-from nrp_core.world.topics import Stamped, Subscription, check_message
+from nrp_core.world.topics import Direction, Stamped, Subscription, check_message
 from nrp_core.world.world import World
 from nrp_legacy.documents import ROBOT
 from nrp_legacy.shims.tuples import as_in_ros1
@@ -46,12 +47,12 @@ class Listener:
     def deliver(self, graph: Graph) -> None:
         """Call back if a message came; exceptions of the callback are logged, as in ROS."""
         if self._subscription is None:
-            graph.declare(self.topic, self.kind)
-            self._subscription = graph.world.subscribe(self.topic)
+            self._subscription = graph.awaited(self.topic, self.kind)
         latest = self._subscription.latest
         if latest is None or latest is self._seen:
             return
         self._seen = latest
+        graph.heard[self.topic] = True
         try:
             self.callback(as_in_ros1(latest.message))
         except Exception as error:  # noqa: BLE001 - a callback of a user may raise anything
@@ -72,6 +73,8 @@ class Graph:
         self._run: Run | None = None
         self._listeners: list[Attendant] = []
         self.wanted: dict[str, type] = {}
+        self.heard: dict[str, bool] = {}
+        """Whether a message came on each topic that code listens to, unless a sensor has it."""
         self.scales: dict[str, Vector] = {}
         """Factors by which states have scaled models."""
 
@@ -86,6 +89,7 @@ class Graph:
         self._run = run
         run.loop.hooks.before_functions.append(self._deliver)
         run.loop.hooks.after_reset.append(lambda _loop: self.scales.clear())
+        run.reporters.append(self._silent)
 
     @property
     def has_begun(self) -> bool:
@@ -146,6 +150,30 @@ class Graph:
         listener = Listener(topic, self.want(topic, kind), callback)
         self._listeners.append(listener)
         return listener
+
+    def awaited(self, topic: str, kind: type) -> Subscription:
+        """Subscribe to a topic; messages of another type than the expected one are reported."""
+        self.declare(topic, kind)
+        subscription = self.world.subscribe(topic)
+        expected, actual = (getattr(one, "__msgtype__", "") for one in (kind, subscription.topic.type))
+        if expected and actual and expected != actual:
+            message = f"'{topic}' carries {actual}, and the code of the experiment expects {expected}"
+            self.warn(Code.NRP228, message, subject=topic)
+        if subscription.topic.rate_hz is None:
+            self.heard.setdefault(topic, False)
+        return subscription
+
+    def _silent(self) -> Iterator[Finding]:
+        """Yield the topics that code listens to and that nothing has published on."""
+        for topic, has_heard in self.heard.items():
+            if not has_heard:
+                known = [
+                    name for name, info in self.world.topics.items() if info.direction is not Direction.IN
+                ]
+                known.remove(topic)
+                hint = next((f"; did you mean '{one}'?" for one in get_close_matches(topic, known, n=1)), "")
+                message = f"no message came on '{topic}', to which the code of the experiment listens{hint}"
+                yield Finding(Code.NRP268, message, Level.WARNING, subject=topic)
 
     def attend(self, attendant: Attendant) -> None:
         """Add an object to be called before the functions of each step."""

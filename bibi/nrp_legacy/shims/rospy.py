@@ -76,10 +76,10 @@ class ServiceProxy:
     """Calls a service."""
 
     def __init__(self, services: Services, name: str, service_class: Any = None, **_options: Any) -> None:
-        self._services, self.resolved_name = services, absolute(name)
+        self._services, self.resolved_name, self._kind = services, absolute(name), service_class
 
     def __call__(self, *values: Any, **fields: Any) -> Any:
-        return self._services.call(self.resolved_name, *values, **fields)
+        return self._services.call(self.resolved_name, *values, kind=self._kind, **fields)
 
     call = __call__
 

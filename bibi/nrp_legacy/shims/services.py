@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
 
 from nrp_core.errors import NrpError
 from nrp_core.world.messages import gazebo_srvs, std_srvs
@@ -15,6 +15,8 @@ _SPELLINGS = {"entity_name": "model_name", "entity_xml": "model_xml", "entity_na
 """Fields as the platform's own version of Gazebo called them."""
 _UNUSED = ("attenuation_constant", "attenuation_linear", "attenuation_quadratic")
 """Fields of requests that worlds here know nothing of."""
+_SAME: Final = {"SpawnEntity": "SpawnModel", "DeleteEntity": "DeleteModel"}
+"""Types of the platform's own version of Gazebo."""
 
 
 class ServiceException(Exception):  # noqa: N818 - the name that users catch
@@ -30,6 +32,9 @@ class Service:
         service_class: its type.
         handler: called with the request; returns the answer, or its fields as a list, tuple, dictionary or
             single value.
+
+    Attributes:
+        kind: the name of its type; empty if the type has none.
     """
 
     def __init__(
@@ -42,7 +47,7 @@ class Service:
         **_options: Any,
     ) -> None:
         self._services, self.resolved_name = services, absolute(name)
-        self._type, self._handler = str(getattr(service_class, "name", "")), handler
+        self.kind, self._handler = str(getattr(service_class, "name", "")), handler
         services.served[self.resolved_name] = self
 
     def answer(self, values: tuple[Any, ...], fields: dict[str, Any]) -> Any:
@@ -79,7 +84,7 @@ class Service:
         Raises:
             ServiceException: its fields are other ones, or values are without names and so are the fields.
         """
-        name = f"{self._type}{end}"
+        name = f"{self.kind}{end}"
         known = next((getattr(one, name) for one in (std_srvs, gazebo_srvs) if hasattr(one, name)), None)
         try:
             if known is not None:
@@ -113,17 +118,19 @@ class Services:
         self.served: dict[str, Service] = {}
         """The services that the experiment itself serves, by name."""
 
-    def call(self, name: str, *values: Any, **fields: Any) -> Any:
+    def call(self, name: str, *values: Any, kind: Any = None, **fields: Any) -> Any:
         """Return the answer of a service.
 
         Args:
             name: the absolute name.
+            kind: the type of service that the caller expects; None: any.
             values: the fields of the request in their order, or one request.
             fields: the fields by name.
 
         Raises:
-            ServiceException: there is no such service, or the request failed.
+            ServiceException: there is no such service, it is of another type, or the request failed.
         """
+        self._require(name, kind)
         if len(values) == 1 and isinstance(values[0], Request):
             values, fields = values[0].values, {**values[0].fields, **fields}
         if name in self.served:
@@ -145,3 +152,18 @@ class Services:
             )
         except (NrpError, TypeError) as error:
             raise ServiceException(f"service {name}: {error}") from error
+
+    def _require(self, name: str, kind: Any) -> None:
+        """Check the type that a caller expects, as ROS does when a caller connects.
+
+        Raises:
+            ServiceException: the service is of another type.
+        """
+        expected = getattr(kind, "name", getattr(kind, "__name__", ""))
+        if name in self.served:
+            actual = self.served[name].kind
+        else:
+            info = self._graph.world.topics.get(name) if self._graph.has_begun else None
+            actual = info.type.__name__.removesuffix("Request") if info and info.response else ""
+        if expected and actual and _SAME.get(expected, expected) != actual:
+            raise ServiceException(f"service {name} is of type {actual}, not {expected}")

@@ -18,6 +18,10 @@ class InvalidTransitionError(Exception):
     """A container that cannot be run."""
 
 
+class InvalidStateError(Exception):
+    """A state that is added where there is no container."""
+
+
 class UserData:
     """The base of states."""
 
@@ -115,6 +119,8 @@ def cb_interface(
     outcomes: Iterable[str] = (), *_keys: Iterable[str], **_more: Iterable[str]
 ) -> Callable[[Callable[..., str]], Callable[..., str]]:
     """Return a decorator that sets the outcomes of a function for :class:`CBState`."""
+    if callable(outcomes):
+        raise TypeError("cb_interface needs its outcomes: write @cb_interface(outcomes=['succeeded'])")
 
     def decorated(function: Callable[..., str]) -> Callable[..., str]:
         setattr(function, OUTCOMES, tuple(outcomes))
@@ -168,6 +174,17 @@ class Container(State):
         Container._open.pop()
 
 
+def opened() -> Any:
+    """Return the innermost container that is open.
+
+    Raises:
+        InvalidStateError: none is.
+    """
+    if not Container._open:
+        raise InvalidStateError("a state is added outside of a machine; indent it below 'with machine:'")
+    return Container._open[-1]
+
+
 class StateMachine(Container):
     """Goes from state to state until an outcome of its own.
 
@@ -198,7 +215,7 @@ class StateMachine(Container):
             transitions: the next state, or an outcome of the machine, for each outcome.
             remapping: names of data in the machine by those in the state.
         """
-        machine = Container._open[-1]
+        machine = opened()
         machine._remappings[label] = dict(remapping or {})
         machine._states[label] = state
         machine._transitions[label] = dict(transitions or {})
@@ -276,7 +293,7 @@ class Sequence(StateMachine):
         **_keys: Any,
     ) -> State:
         """Add a state to the sequence that is open."""
-        machine = Container._open[-1]
+        machine = opened()
         if machine._states:
             machine._transitions[list(machine._states)[-1]].setdefault(machine._connector, label)
         return StateMachine.add(label, state, transitions, remapping)

@@ -204,7 +204,8 @@ class ServiceState(State):
     ) -> None:
         super().__init__(SERVED)
         self._keys = request_key, response_key
-        self._graph, self._services, self._name = graph, services, absolute(service_name)
+        self._graph, self._services = graph, services
+        self._name, self._kind = absolute(service_name), service_spec
         self._request, self._request_cb, self._response_cb = request, request_cb, response_cb
 
     def execute(self, userdata: Any) -> str:
@@ -213,14 +214,19 @@ class ServiceState(State):
         if self._request_cb is not None:
             asked = self._request_cb(userdata, asked)
         try:
-            answer = self._services.call(self._name, *([] if asked is None else [asked]))
+            answer = self._services.call(self._name, *([] if asked is None else [asked]), kind=self._kind)
         except ServiceException as error:
             self._graph.warn(Code.NRP280, str(error))
             return "aborted"
         if response_key is not None:
             userdata[response_key] = answer
         chosen = None if self._response_cb is None else self._response_cb(userdata, answer)
-        return chosen or ("succeeded" if getattr(answer, "success", True) else "aborted")
+        if chosen or getattr(answer, "success", True):
+            return chosen or "succeeded"
+        self._graph.warn(
+            Code.NRP280, f"service {self._name}: {getattr(answer, 'status_message', 'no success')}"
+        )
+        return "aborted"
 
 
 class SetMaterialColorServiceState(ServiceState):
