@@ -94,6 +94,9 @@ def test_functions_peaks_and_pulses_become_equations() -> None:
     assert "alpha_m" not in barrel["equations"]
     assert "(V_m_falls < 0)" in barrel["threshold"]
     assert barrel["refractory"].replace("(", "").replace(")", "") == "refr_T/ms*ms"
+    untested = cell_of(MODELS / "aeif_psc_exp_neuron.nestml")  # its threshold does not test its timer
+    assert "refr_t" not in untested["equations"] + untested["reset"]
+    assert untested["refractory"].replace("(", "").replace(")", "") == "refr_T/ms*ms"
     pulses = cell_of(MODELS / "iaf_psc_delta_neuron.nestml")
     assert list(pulses["receptors"]) == ["excitatory"]
     assert pulses["parameters"]["V_th"] == "-55.0 mV"
@@ -136,6 +139,11 @@ REFERENCES = (
     Reference(
         "iaf_psc_delta_fixed_timestep_neuron", "V_m", {"spikes": ("excitatory", 4.0, 400)}, 3, 0.1, 1e-9,
         (1e-9, 1e-9),
+    ),
+    Reference(
+        "aeif_psc_exp_neuron", "V_m",
+        {"exc_spikes": ("excitatory", 30000.0, 120), "inh_spikes": ("inhibitory", 900.0, 20)}, 1, 0.005, 0.2,
+        (1e-2, np.inf),
     ),
     Reference("ignore_and_fire_neuron", "phase_steps", {}, 1, 0.1, 1e-9, (1e-9, 1e-9)),
     Reference(

@@ -37,6 +37,8 @@ class _Cell:
         self._given = Declarations(model)
         self._dynamics = Dynamics(model, self._given)
         self._does = self._behaviour(model)
+        self._require_integrated()
+        self._require_timer()
         gone = {self._does.timer, *self._does.previous, *self._does.shares}
         rates = {**self._dynamics.rates, **self._does.rates}
         if self._does.counter:  # the time that its steps take
@@ -70,6 +72,30 @@ class _Cell:
             raise NestmlError("it has no onCondition block that emits a spike, so it is not a neuron")
         reader.found.effects.update(self._dynamics.pulses)
         return reader.found
+
+    def _require_integrated(self) -> None:
+        """Check that ``integrate_odes`` advances every variable that has an equation."""
+        kernels = {name for kernel in self._dynamics.kernels.values() for name in kernel.rates}
+        equations = self._dynamics.rates.keys() & self._given.initial.keys()
+        for name in sorted(equations - kernels - {self._does.timer}):
+            if re.sub(r"(_prime)+$", "", name) in self._does.runs or name in self._does.runs:
+                continue
+            when = " outside of the refractory period" if name in self._does.waits_with else ""
+            raise NestmlError(f"no integrate_odes() integrates '{name}'{when}, which has an equation")
+
+    def _require_timer(self) -> None:
+        """Check that the refractory period begins at a spike, and passes at the rate of time."""
+        timer = self._does.timer
+        if not timer:
+            return
+        if timer not in self._does.waits_with | self._does.runs:
+            raise NestmlError(f"no integrate_odes() integrates '{timer}', so its period would not end")
+        rate = re.sub(r"[() ]", "", self._dynamics.rates.get(timer, ""))
+        if not self._does.is_counted and rate not in ("-1", "-1.0"):
+            raise NestmlError(f"'{timer}' counts a refractory period down, so its equation is {timer}' = -1")
+        if self._given.number(timer) != 0.0:
+            begins = f"'{timer}' is {self._given.number(timer):g} at the start"
+            raise NestmlError(f"{begins}; a cell in equations begins outside of its refractory period: 0")
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments."""

@@ -6,7 +6,7 @@ import re
 from typing import Any
 
 from nrp_nestml.declarations import Declarations
-from nrp_nestml.errors import NestmlError
+from nrp_nestml.errors import NestmlError, at
 from nrp_nestml.expressions import plain
 from nrp_nestml.kernels import Kernel, is_pulse, kernels_of
 
@@ -70,10 +70,12 @@ class Dynamics:
 
     def _rates(self, equations: list[Any]) -> dict[str, str]:
         """Return the derivative of each variable; an equation of a higher order becomes several."""
-        rates = {}
+        rates: dict[str, str] = {}
         for equation in equations:
             variable = equation.get_lhs()
             name, order = plain(variable.get_name()), variable.get_differential_order()
+            if name in rates:
+                raise NestmlError(f"{at(equation)}: '{name}' has two equations")
             for lower in range(order - 1):
                 rates[name + "_prime" * lower] = name + "_prime" * (lower + 1)
             rates[name + "_prime" * (order - 1)] = self._writer.text(equation.get_rhs())

@@ -27,10 +27,13 @@ class Behaviour:
         counter: the variable that counts the steps since the last spike.
         shares: expressions in the place of variables that an update computes.
         timer: the variable that counts the refractory period down.
+        is_counted: whether it counts steps, instead of being integrated.
         period: the text of its start value.
         waits: the condition in which there is no spike, where it is not a period.
         threshold: the condition for a spike.
         reset: assignments.
+        runs: variables that are integrated outside of the refractory period.
+        waits_with: variables that are integrated or counted in it.
     """
 
     held: set[str] = field(default_factory=set)
@@ -40,10 +43,13 @@ class Behaviour:
     counter: str = ""
     shares: dict[str, str] = field(default_factory=dict)
     timer: str = ""
+    is_counted: bool = False
     period: str = ""
     waits: str = ""
     threshold: str = ""
     reset: list[str] = field(default_factory=list)
+    runs: set[str] = field(default_factory=set)
+    waits_with: set[str] = field(default_factory=set)
 
 
 def conjuncts(text: str) -> list[ast.expr]:
@@ -88,12 +94,16 @@ class Reader:
             if statement.is_compound_stmt():
                 self._branches(statement.compound_stmt)
             elif statement.small_stmt.is_function_call():
-                self._integrated([statement.small_stmt])
+                always = self._integrated([statement.small_stmt])
+                self.found.runs |= always
+                self.found.waits_with |= always
             else:
                 self._assigned(statement.small_stmt)
 
     def received(self, port: str, body: Any) -> None:
         """Read what a spike does; that it does nothing in the refractory period is what held variables do."""
+        if port not in self._ports:
+            raise NestmlError(f"{at(body)}: there is no spike port '{port}'; there are: {self._named()}")
         statements = body.get_stmts()
         if len(statements) == 1 and statements[0].is_compound_stmt() and self.found.timer:
             chosen = statements[0].compound_stmt.get_if_stmt()
@@ -111,7 +121,9 @@ class Reader:
             raise NestmlError(f"{at(block)}: a cell has one onCondition block")
         parts = self._crossing(conjuncts(self._writer.text(block.get_cond_expr())))
         timers = [_timer(part, "<=") for part in parts]
-        self.found.timer = next((name for name in timers if name in self._variables), self.found.timer)
+        # without a test of it here, the update alone keeps a cell from its threshold
+        tested = next((name for name in timers if name in self._variables), self._counter)
+        self.found.timer = self.found.timer or tested
         body = SpikeBody(self._writer, self.found.previous if self.found.waits else {})
         body.read(block.get_stmts_body())
         for name, value in body.assignments:
@@ -128,6 +140,11 @@ class Reader:
             for part, timer in zip(parts, timers, strict=True)
             if not timer or timer != self.found.timer
         )
+        if not self.found.threshold:
+            raise NestmlError(f"{at(block)}: a spike needs a condition besides '{self.found.timer} <= 0 ms'")
+
+    def _named(self) -> str:
+        return ", ".join(sorted(self._ports)) or "none"
 
     def _crossing(self, parts: list[ast.expr]) -> list[ast.expr]:
         """Return the parts without ``V_m_old < V_th``: a cell waits while ``V_m >= V_th``, the other part."""
@@ -170,8 +187,10 @@ class Reader:
             raise NestmlError(f"{at(compound)}: an update has no conditions but 'if refr_t > 0 ms'")
         self._counter = timer
         waiting = self._integrated(small(chosen.get_if_clause().get_stmts_body()))
+        self.found.waits_with |= waiting
         if chosen.has_else_clause():
             running = self._integrated(small(chosen.get_else_clause().get_stmts_body()))
+            self.found.runs |= running
             self.found.held |= running - waiting - {timer}
 
     def _counted(self, chosen: Any) -> bool:
@@ -222,6 +241,7 @@ class Reader:
             return name
         if name == self._counter and value == f"{name} - (1)":
             self.found.timer = name
+            self.found.is_counted = True
             return name
         if value in self._shares:
             self.found.shares[name] = self._shares[value]
@@ -253,6 +273,8 @@ class Reader:
         name, value = target(one.get_assignment(), self._writer)
         ports = [port] if port else [each for each in self._ports if re.search(rf"\b{each}\b", value)]
         added = value.removeprefix(f"{name} + ")
+        if port and re.search(rf"\b{port}\b", value) is None:
+            raise NestmlError(f"{at(one)}: what a spike of '{port}' adds does not depend on '{port}'")
         if len(ports) != 1 or added == value or ports[0] in self.found.effects:
             raise NestmlError(
                 f"{at(one)}: a spike adds once to one state variable, in proportion to its weight"

@@ -1,0 +1,99 @@
+"""Mistakes in files of NESTML are one error, with its line where there is one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from nrp_nestml.cell import cell_of
+from nrp_nestml.errors import NestmlError
+
+MODEL = """model lif_neuron:
+    state:
+        V_m mV = E_L
+        refr_t ms = 0 ms
+        I_syn pA = 0 pA
+
+    equations:
+        I_syn' = -I_syn / tau_syn
+        V_m' = -(V_m - E_L) / tau_m + (I_syn + I_e) / C_m
+        refr_t' = -1
+
+    parameters:
+        C_m pF = 250 pF
+        tau_m ms = 10 ms
+        tau_syn ms = 2 ms
+        refr_T ms = 2 ms
+        E_L mV = -70 mV
+        V_th mV = -55 mV
+        I_e pA = 0 pA
+
+    internals:
+        unit_psc pA = 1 pA
+
+    input:
+        spikes <- excitatory spike
+        others <- inhibitory spike
+
+    output:
+        spike
+
+    update:
+        if refr_t > 0 ms:
+            integrate_odes(I_syn, refr_t)
+        else:
+            integrate_odes(I_syn, V_m)
+
+    onReceive(spikes):
+        I_syn += unit_psc * spikes * 1 s
+
+    onCondition(refr_t <= 0 ms and V_m >= V_th):
+        refr_t = refr_T
+        V_m = E_L
+        emit_spike()
+"""
+MISTAKES = {
+    "number": ("tau_m ms = 10 ms", "tau_m ms = 10", 'line 14: .*Expected: "ms", got: "integer"'),
+    "sum": (" / C_m", "", "line 9: Operation mV / ms .*pA is not defined"),
+    "pulse": (" * 1 s", "", 'line 38: .*Expected: "pA", got: "pA / s"'),
+    "reset": ("V_m = E_L\n        emit", "V_m = refr_T\n        emit", 'line 42: .*"mV", got: "ms"'),
+    "parameter": ("tau_syn ms", "tau_m ms", "redeclared"),
+    "two equations": ("refr_t' = -1", "refr_t' = -1\n        refr_t' = -1", "line 11: 'refr_t' has two equa"),
+    "unknown": ("integrate_odes(I_syn, V_m)", "integrate_odes(I_sin, V_m)", 'line 35: .*"I_sin"'),
+    "no output": ("    output:\n        spike\n", "", "output block not defined"),
+    "not integrated": ("(I_syn, V_m)", "(I_syn)", "no integrate_odes.. integrates 'V_m'"),
+    "waits only": ("(I_syn, V_m)", "(V_m)", "'I_syn' outside of the refractory period"),
+    "endless": ("(I_syn, refr_t)", "(I_syn)", "integrates 'refr_t', so its period would not end"),
+    "grows": ("refr_t' = -1", "refr_t' = 1", "so its equation is refr_t' = -1"),
+    "no equation": ("        refr_t' = -1\n", "", "so its equation is refr_t' = -1"),
+    "begins": ("refr_t ms = 0 ms", "refr_t ms = 9 ms", "'refr_t' is 9 at the start"),
+    "port": (
+        "onReceive(spikes)",
+        "onReceive(spiks)",
+        "line 38: .*no spike port 'spiks'; there are: others, sp",
+    ),
+    "other port": ("unit_psc * spikes", "unit_psc * others", "line 38: .*does not depend on 'spikes'"),
+    "no threshold": (" and V_m >= V_th", "", "line 40: a spike needs a condition besides 'refr_t <= 0 ms'"),
+}
+
+
+def written(folder: Path, text: str) -> Path:
+    file = folder / "lif.nestml"
+    file.write_text(text)
+    return file
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_is_one_error(name: str, tmp_path: Path) -> None:
+    right, wrong, message = MISTAKES[name]
+    assert right in MODEL
+    with pytest.raises(NestmlError, match=message) as caught:
+        cell_of(written(tmp_path, MODEL.replace(right, wrong, 1)))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_file_without_a_mistake_is_a_cell(tmp_path: Path) -> None:
+    cell = cell_of(written(tmp_path, MODEL))
+    assert "dV_m/dt" in cell["equations"]
+    assert list(cell["receptors"]) == ["excitatory"]
