@@ -11,6 +11,8 @@ import os
 import statistics
 import subprocess
 import time
+from collections.abc import Callable
+from functools import partial
 from typing import Any, Final
 
 from nrp_core.pynn import new_simulator
@@ -76,25 +78,40 @@ def cost(law: Any, *, own: bool, on_grid: bool) -> tuple[float, int]:
 
 def main() -> None:
     """Print all rounds, and the ratio of each pair."""
+    print_place()
+    for law in (tsodyks_markram, pairs):
+        for on_grid in (False, True):
+            name = f"{law.__name__}, {'grid' if on_grid else 'exact'}"
+            print_ratios(name, partial(cost, law, on_grid=on_grid))
+
+
+def print_place() -> None:
+    """Print the commit, the cores and the load."""
     commit = subprocess.run(
         ["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False
     )
     print(f"commit {commit.stdout.strip()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
-    for law in (tsodyks_markram, pairs):
-        for on_grid in (False, True):
-            name = f"{law.__name__}, {'grid' if on_grid else 'exact'}"
-            ratios = []
-            for k in range(ROUNDS + 1):
-                built_in, n_built_in = cost(law, own=False, on_grid=on_grid)
-                own, n_own = cost(law, own=True, on_grid=on_grid)
-                if k == 0:  # compiles
-                    continue
-                ratios.append(own / built_in)
-                print(
-                    f"{name}: {built_in:.3f} s and {n_built_in} spikes built in, "
-                    f"{own:.3f} s and {n_own} spikes as equations, ratio {ratios[-1]:.2f}", flush=True,
-                )  # fmt: skip
-            print(f"{name}: median {statistics.median(ratios):.2f}, {min(ratios):.2f} to {max(ratios):.2f}")
+
+
+def print_ratios(name: str, measure: Callable[..., tuple[float, int]]) -> None:
+    """Print rounds in which what is built in and the same as equations run in turn.
+
+    Args:
+        name: what is compared.
+        measure: returns CPU time (s) and number of spikes, for ``own=False`` and ``own=True``.
+    """
+    ratios = []
+    for k in range(ROUNDS + 1):
+        built_in, n_built_in = measure(own=False)
+        own, n_own = measure(own=True)
+        if k == 0:  # compiles
+            continue
+        ratios.append(own / built_in)
+        print(
+            f"{name}: {built_in:.3f} s and {n_built_in} spikes built in, "
+            f"{own:.3f} s and {n_own} spikes as equations, ratio {ratios[-1]:.2f}", flush=True,
+        )  # fmt: skip
+    print(f"{name}: median {statistics.median(ratios):.2f}, {min(ratios):.2f} to {max(ratios):.2f}")
 
 
 if __name__ == "__main__":

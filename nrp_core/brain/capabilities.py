@@ -41,7 +41,7 @@ class BrainCapabilities:
     def extended(self, network: Network) -> BrainCapabilities:
         """Return these capabilities with the state variables that the network's own equations add."""
         models = [one.equations.model for one in network.populations.values() if one.equations is not None]
-        own = frozenset(name for model in models for name in model.variables)
+        own = frozenset(name for model in models for name in (*model.variables, *model.recorded))
         return replace(self, state_variables=self.state_variables | own) if own else self
 
     def require(self, network: Network, name: str) -> None:

@@ -50,6 +50,6 @@ class WatchedWeights:
         if lowest < 0 and label not in self._inhibiting:
             self._inhibiting.add(label)
             projection = projection_of(self._network, label)
-            if projection.receptor == "excitatory" and not (np.asarray(projection.weight) < 0).any():
+            if projection.is_excitatory and not (np.asarray(projection.weight) < 0).any():
                 message = f"a weight of the excitatory projection '{label}' is set to {lowest:g}: it inhibits"
                 self._warnings.add(Code.NRP297, message, subject=label)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from math import pi, sin
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -11,6 +12,10 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.sources import DCSource
 from nrp_core.brain.interface import Brain
 from nrp_core.clock import from_milliseconds, milliseconds
+
+_SIZES: Final = {"amplitude", "amplitudes", "mean", "offset"}
+_LARGEST_NA: Final = 50.0
+"""As high as the constant current of cells."""
 
 
 class Waveform:
@@ -108,3 +113,13 @@ class Current:
         changed_ms = [milliseconds(t_ns) for t_ns, _ in self._changes]
         amplitudes = np.array([0.0, *(amplitude for _, amplitude in self._changes)])
         return amplitudes[np.searchsorted(changed_ms, times_ms, side="right")]
+
+
+def doubts_about(sources: Sequence[Any]) -> Iterator[str]:
+    """Yield a sentence for each current source that no neuron stands."""
+    for source in dict.fromkeys(sources):
+        for name in sorted(_SIZES & source.default_parameters.keys()):
+            values = getattr(source, name)
+            largest = np.abs(getattr(values, "value", values)).max(initial=0.0)
+            if largest > _LARGEST_NA:
+                yield f"{name} of a {type(source).__name__} is {largest:g} nA; is it meant in pA?"

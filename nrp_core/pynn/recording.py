@@ -15,6 +15,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort
 from nrp_core.brain.devices.state_recorder import StateRecorder, StateRecorderPort
 from nrp_core.brain.interface import Brain
+from nrp_core.brain.pynn.own_names import own_name
 from nrp_core.clock import NS_PER_MS, from_milliseconds, milliseconds
 from nrp_core.errors import NetworkError
 from nrp_core.pynn.trains import SpikeTrains
@@ -88,7 +89,7 @@ class Recorder(recording.Recorder):
             self._ports.append(brain.add_sink(SpikeRecorder(), chosen, name=name))
         else:
             begin_ms, dt_ms = milliseconds(self._begin_ns), float(self.sampling_interval)
-            spec = StateRecorder(variable.name, dt_ms, begin=begin_ms)
+            spec = StateRecorder(own_name(variable.name), dt_ms, begin=begin_ms)
             self._traces.append(brain.add_sink(spec, chosen, name=name))
 
     def _spikes(self) -> tuple[IntArray, FloatArray]:
@@ -126,7 +127,7 @@ class Recorder(recording.Recorder):
         lasted_ns = from_milliseconds(self._simulator.state.t) - self._begin_ns
         signals = np.full((lasted_ns // interval_ns + 1, len(wanted)), np.nan)
         for port in self._traces:
-            if port.variable == variable.name:
+            if port.variable == own_name(variable.name):
                 self._add(port, signals, wanted, interval_ns)
         return signals, None
 

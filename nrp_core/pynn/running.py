@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.backends import brains
 from nrp_core.brain.interface import Brain
+from nrp_core.brain.network.implausible import implausible
 from nrp_core.brain.network.synapses.laws import PLASTIC
 from nrp_core.brain.pynn.export import network_of
 from nrp_core.brain.pynn.populations import SPIKE_TIMES
@@ -20,7 +21,7 @@ from nrp_core.brain.pynn.simulator import State
 from nrp_core.clock import from_milliseconds
 from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError, NetworkError
 from nrp_core.findings import Findings
-from nrp_core.pynn.currents import Current, Waveform
+from nrp_core.pynn.currents import Current, Waveform, doubts_about
 from nrp_core.pynn.shares import Shares
 from nrp_core.seeds import Seeds
 
@@ -56,7 +57,7 @@ class RunningState(State):
             follows: whether a backend's own time step, unless it is among the options, is that of the script.
         """
         self._backend, self._options, self._seed, self._follows = backend, dict(options), seed, follows
-        self._told = Findings()
+        self._told, self._doubted = Findings(), set[str]()
         self._seeds = Seeds(seed).child("network")
         self._unnamed_streams = 0
 
@@ -131,6 +132,9 @@ class RunningState(State):
         if self.brain is not None:
             current.start(self.brain)
 
+    def injected(self) -> list[Any]:
+        return [current.source for current in self._currents]
+
     def current_data(self, source: Any) -> tuple[FloatArray, FloatArray]:
         times_ms: FloatArray = self.dt * np.arange(round(self.t / self.dt) + 1.0)
         found = (current.sampled_na(times_ms) for current in self._currents if current.source is source)
@@ -179,11 +183,19 @@ class RunningState(State):
             if warning not in self._told:  # a reset may open the brain again
                 self._told.append(warning)
                 _logger.warning("%s: %s", self._backend, warning.text)
+        self._tell([*network.remarks, *implausible(network), *doubts_about(self.injected())])
         self._changed = False
         self._shares = Shares(self, self.brain.network)
         for device in (*self.recorders, *self._currents):
             device.start(self.brain)
         return self.brain
+
+    def _tell(self, sentences: list[str]) -> None:
+        """Log what is doubtful in the network, once."""
+        for text in sentences:
+            if text not in self._doubted:
+                self._doubted.add(text)
+                _logger.warning("%s", text)
 
     def _stops(self, since_ns: int, until_ns: int) -> IntArray:
         """Return the times at which currents change, and ``until_ns``."""

@@ -166,7 +166,8 @@ def test_deviations_of_a_backend_are_reported(caplog: pytest.LogCaptureFixture) 
     sim.reset()
     cells.set(i_offset=0.1)
     sim.run(1.0)
-    (told,) = (record.getMessage() for record in caplog.records if record.name == "nrp_core.pynn.running")
+    said = [record.getMessage() for record in caplog.records if record.name == "nrp_core.pynn.running"]
+    (told,) = (one for one in said if one.startswith("spinnaker: "))
     assert told.startswith("spinnaker: projection 'population0→population0': 1 of 1 weights become 0")
 
 

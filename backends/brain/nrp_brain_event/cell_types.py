@@ -98,7 +98,7 @@ def require_variable(network: Network, variable: str, neurons: IntArray) -> None
     for label, first in network.offsets.items():
         population = network.populations[label]
         kind, own = CELL_TYPES.get(population.cell_type), population.equations
-        shown = variable in own.model.variables if own else kind and variable in kind.state_variables
+        shown = own.model.unit_of(variable) is not None if own else kind and variable in kind.state_variables
         if not shown and ((neurons >= first) & (neurons < first + population.size)).any():
             raise no_variable(label, variable)
 

@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_brain_event.records import Array
+from nrp_core._support.arrays import FloatArray
 from nrp_core._support.jit import jit
 
 GOLDEN: Final = np.uint64(0x9E3779B97F4A7C15)
@@ -35,6 +36,19 @@ def uniform(synapse: Any) -> float:
     number = np.uint64(synapse.stream) + GOLDEN
     synapse.stream = np.int64(number)
     return float(mixed(number) >> _S11) * 2.0**-53
+
+
+@jit
+def uniform_at(stream: float, step: int) -> float:
+    """Return the number of a stream, a whole number below 2**53, at a step; from 0 to below 1."""
+    return float(mixed(np.uint64(stream) + GOLDEN * np.uint64(step)) >> _S11) * 2.0**-53
+
+
+def streams(n: int, seed: int) -> FloatArray:
+    """Return different streams for n cells, for :func:`uniform_at`."""
+    of_seed = _mixed(np.array([seed], np.uint64))
+    found: FloatArray = (_mixed(np.arange(n, dtype=np.uint64) ^ of_seed) >> _S11).astype(float)
+    return found
 
 
 def begin_streams(synapses: Array, seed: int) -> None:

@@ -64,7 +64,7 @@ def with_shuffled_signs(network: Network, seeds: Seeds) -> Network:
     excites, inhibits = (np.zeros(network.size, bool) for _ in range(2))
     for projection in network.projections:
         ids = network.offsets[projection.pre] + projection.pre_index
-        (excites if projection.receptor == "excitatory" else inhibits)[ids] = True
+        (excites if projection.is_excitatory else inhibits)[ids] = True
     for label, population in network.populations.items():
         if population.is_source:
             excites[network.ids_of(label)] = inhibits[network.ids_of(label)] = False
@@ -133,6 +133,11 @@ def _unwanted(pre: IntArray, post: IntArray, span: int, *, loops: bool, doubles:
 
 
 def _on_other_receptor(network: Network, projection: Projection) -> Projection:
+    if projection.receptor not in _OTHER:
+        raise NetworkError(
+            f"shuffle: signs: projection '{projection.label}' ends on the receptor '{projection.receptor}', "
+            "which has no opposite; signs are exchanged between excitatory and inhibitory receptors"
+        )
     receptor = _OTHER[projection.receptor]
     taken = {one.label for one in network.projections}
     label = f"{projection.label} ({receptor})"

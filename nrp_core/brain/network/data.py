@@ -23,6 +23,8 @@ from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.drawing.drawn import kept, redrawn
 from nrp_core.brain.network.equations.cell import CellEquations
+from nrp_core.brain.network.equations.model import INHIBITORY
+from nrp_core.brain.network.equations.model import RECEPTORS as RECEPTORS
 from nrp_core.brain.network.equations.synapse import SynapseEquations
 from nrp_core.brain.network.equations.units import Unit, unit_of
 from nrp_core.brain.network.indices import ends_of, folded, indices_of
@@ -40,7 +42,6 @@ from nrp_core.brain.network.synapses.laws import PLASTIC
 from nrp_core.brain.network.synapses.static import STATIC
 from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
 
-RECEPTORS = ("excitatory", "inhibitory")
 HINTS: Final = frozenset(
     {
         "neurons_per_core", "synapse_cores", "spikes_per_second", "ring_buffer_sigma",
@@ -116,6 +117,12 @@ class Population:
             return self.equations.model.is_conductance_based
         return "_cond_" in self.cell_type
 
+    def receptor_number(self, receptor: str) -> int:
+        """Return the number of a receptor: 0 for ``excitatory``, 1 for ``inhibitory``."""
+        if self.equations is not None:
+            return self.equations.model.receptor_number(receptor)
+        return RECEPTORS.index(receptor)
+
     def weight_unit(self, receptor: str) -> Unit:
         """Return the unit of the weights of synapses onto a receptor."""
         if self.equations is not None:
@@ -155,7 +162,7 @@ class Projection:
     Args:
         label: unique name within the network.
         pre, post: labels of the populations.
-        receptor: ``excitatory`` or ``inhibitory``.
+        receptor: ``excitatory``, ``inhibitory``, or another one of the equations of the target.
         pre_index, post_index: cells within their populations, shape ``(n_synapses,)``; stored compressed,
             so use :meth:`pairs` to read a few at a time.
         weight: in the units of the target (see module), shape ``(n_synapses,)``; equal weights
@@ -195,6 +202,11 @@ class Projection:
         if self.equations is not None:
             return self.equations.model.is_plastic
         return self.synapse_type in PLASTIC
+
+    @property
+    def is_excitatory(self) -> bool:
+        """Whether its receptor is not one that inhibits."""
+        return self.receptor not in INHIBITORY
 
     def pairs(self) -> Iterator[tuple[IndexArray, IndexArray]]:
         """Yield ``pre_index`` and ``post_index`` of all synapses in small parts."""
@@ -353,11 +365,11 @@ class Network:
             lowest, highest = indices_of(projection, f"{end}_index").bounds()
             if lowest < 0 or highest >= size:
                 raise NetworkError(f"{where}: {end} index outside population '{label}' of {size}")
-        if projection.receptor not in RECEPTORS:
+        equations = self.populations[projection.post].equations
+        if equations is None and projection.receptor not in RECEPTORS:
             raise NetworkError(
                 f"{where}: receptor '{projection.receptor}'{did_you_mean(projection.receptor, RECEPTORS)}"
             )
-        equations = self.populations[projection.post].equations
         if equations is not None and projection.receptor not in equations.model.receptors:
             known = equations.model.receptors
             raise NetworkError(

@@ -14,8 +14,8 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.cells.types import CELLS
-from nrp_core.brain.network.data import Network, Population, Projection
-from nrp_core.brain.network.equations.cell_doubts import doubts_about_cells
+from nrp_core.brain.network.data import RECEPTORS, Network, Population, Projection
+from nrp_core.brain.network.equations.cell_doubts import doubts_about_cells, doubts_about_weights
 from nrp_core.brain.network.equations.synapse_doubts import doubts_about_synapses
 
 
@@ -52,8 +52,10 @@ _REST_V: Final = (-0.1, -0.02)
 _HIGHEST_MV: Final = 1_000.0
 _IN_MV: Final = frozenset(cell.name for cell in CELLS.values() if cell.weight_unit == "mV")
 """Cells with weights that are voltages, not currents."""
+_ROUNDING: Final = 1e-6
 _DELAY: Final = Plausible(0.01, 1_000.0, "ms", "s", "us")
-_RECOVERY: Final = Plausible(0.05, 1e6, "ms", "s", "us")
+_MEMORY: Final = Plausible(0.5, 10_000.0, "ms", "s", "us")
+"""Time constants of plasticity."""
 _AT_ONCE_MS: Final = 1e-6
 """The longest time constant that stands for none: a nanosecond, the resolution of time."""
 HIGHEST_HZ: Final = 1e5
@@ -82,18 +84,21 @@ def implausible(network: Network) -> list[str]:
     if network.timestep_ms is not None:
         found += _outside("timestep of setup", np.array([network.timestep_ms]), _STEP)
     for population in network.populations.values():
-        found += _of_cells(population)
+        found += _of_cells(population, network.timestep_ms)
     for projection in network.projections:
         post = network.populations[projection.post]
         found += _of_synapses(projection, post)
+        found += _within_step(projection, network.timestep_ms)
         found += _of_all_together(projection, post)
     return found
 
 
-def _of_cells(population: Population) -> Iterator[str]:
+def _of_cells(population: Population, step_ms: float | None) -> Iterator[str]:
     owner = f"the population '{population.label}'"
     if population.equations is not None:
-        found = doubts_about_cells(population.equations, population.parameters, population.initial_values)
+        found = doubts_about_cells(
+            population.equations, population.parameters, population.initial_values, step_ms
+        )
         yield from (f"the equations of {owner}: {doubt}" for doubt in dict.fromkeys(found))
         return
     plausibles = _IZHIKEVICH if population.cell_type == "Izhikevich" else _CELLS
@@ -209,19 +214,46 @@ def _of_synapses(projection: Projection, post: Population) -> Iterator[str]:
         sizes = np.abs(projection.weight) * scale
         found = doubts_about_synapses(projection.equations, projection.synapse_parameters, sizes)
         yield from (f"the equations of {owner}: {doubt}" for doubt in dict.fromkeys(found))
+    if post.equations is not None and projection.receptor in RECEPTORS:
+        cells = post.equations, post.parameters, post.initial_values
+        against = doubts_about_weights(*cells, projection.receptor, projection.weight)
+        yield from (f"the equations of the population '{post.label}', at {owner}: {one}" for one in against)
     for name in ("tau_rec", "tau_facil", "tau_plus", "tau_minus"):
         if name in projection.synapse_parameters:
             values = projection.synapse_parameters[name]
-            yield from _outside(f"{name} of {owner}", values[values > _AT_ONCE_MS], _RECOVERY)
+            yield from _outside(f"{name} of {owner}", values[values > _AT_ONCE_MS], _MEMORY)
     yield from _of_pairs(owner, projection)
-    if projection.weight.size:
-        size = too_strong(float(np.abs(projection.weight).max()), post)
-        if size:
-            yield f"a weight of {owner} is {size}"
-        if not projection.weight.any() and "w_max" not in projection.synapse_parameters:
-            yield f"all weights of {owner} are 0: it has no effect"
+    yield from _of_weights(owner, projection, post)
     if "U" in projection.synapse_parameters and not projection.synapse_parameters["U"].any():
         yield f"U of {owner} is 0: its synapses never transmit"
+
+
+def _within_step(projection: Projection, step_ms: float | None) -> Iterator[str]:
+    """Yield that a delay ends within a time step; a delay of 0 is deliberate."""
+    if step_ms is None or not projection.size:
+        return
+    shortest = float(projection.delay_ms.min())
+    if _DELAY.low <= shortest < step_ms * (1.0 - _ROUNDING):
+        yield (
+            f"a delay of the projection '{projection.label}' is {shortest:g} ms, shorter than the time step "
+            f"of {step_ms:g} ms; is it meant in s?"
+        )
+
+
+def _of_weights(owner: str, projection: Projection, post: Population) -> Iterator[str]:
+    """Yield that weights, or what they may grow to, are too large or all 0."""
+    limits = {} if projection.equations is not None else projection.synapse_parameters
+    if not projection.weight.size:
+        return
+    size = too_strong(float(np.abs(projection.weight).max()), post)
+    if size:
+        yield f"a weight of {owner} is {size}"
+    highest = limits.get("w_max", _NOTHING)
+    size = too_strong(float(highest.max()), post) if highest.size and not size else ""
+    if size:
+        yield f"w_max of {owner} is {size}"
+    if not projection.weight.any() and "w_max" not in projection.synapse_parameters:
+        yield f"all weights of {owner} are 0: it has no effect"
 
 
 def _of_pairs(owner: str, projection: Projection) -> Iterator[str]:
@@ -257,7 +289,9 @@ def _of_all_together(projection: Projection, post: Population) -> Iterator[str]:
     """Yield that no cell notices a projection, even if all its synapses are active at once."""
     cells, name = post.parameters, f"tau_syn_{'E' if projection.receptor == 'excitatory' else 'I'}"
     needed = {"cm", "v_rest", "v_thresh"} | (set() if post.cell_type in _IN_MV else {name})
-    if not projection.size or not needed <= cells.keys() or "w_max" in projection.synapse_parameters:
+    if projection.receptor not in RECEPTORS or not projection.size:
+        return
+    if not needed <= cells.keys() or "w_max" in projection.synapse_parameters:
         return
     distances_mv = cells["v_thresh"] - cells["v_rest"]
     distance_mv = float(distances_mv[distances_mv > 0].min(initial=np.inf))  # others are pacemakers

@@ -18,6 +18,7 @@ from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.brain.nir.load import load_nir
 from nrp_core.brain.nir.save import save_nir
 from nrp_core.brain.pynn import electrodes, models, populations, projections, rng, synapses
+from nrp_core.brain.pynn.composed_cells import composed_cells
 from nrp_core.brain.pynn.connectors import connector_types
 from nrp_core.brain.pynn.equation_cells import equation_cell
 from nrp_core.brain.pynn.equation_synapses import equation_synapse
@@ -71,6 +72,7 @@ def programming_interface(
     names: dict[str, Any] = {
         **models.cell_types(),
         **cells_in_equations(),
+        **composed_cells(),
         **models.rule_parts(),
         "EquationCell": equation_cell,
         "EquationSynapse": equation_synapse,

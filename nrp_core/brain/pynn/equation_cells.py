@@ -75,7 +75,7 @@ def equation_cell(
         name, summary, {key: Parameter(v, unit.text) for key, (v, unit) in defaults.items()}, state
     )
     cell.require_values(name, {key: np.array([v]) for key, (v, _) in defaults.items()}, {})
-    return _bound(kind, cell)
+    return bound(kind, cell)
 
 
 _EXAMPLES: Final = {
@@ -84,8 +84,14 @@ _EXAMPLES: Final = {
 }  # fmt: skip
 
 
-def _bound(kind: CellType, cell: CellEquations) -> type:
-    """Return PyNN's class of a cell type."""
+def bound(kind: CellType, cell: CellEquations, **own: Any) -> type:
+    """Return PyNN's class of a cell type that is given as equations.
+
+    Args:
+        kind: the cell type.
+        cell: its equations.
+        own: attributes of the class that differ from those of the cell type.
+    """
     current = cell.model.parameters.get(INPUT)
     body = {
         "equations": cell,
@@ -96,8 +102,10 @@ def _bound(kind: CellType, cell: CellEquations) -> type:
         "input_per_na": _NANO / current.scale if current is not None else 0.0,
         "weight_units": {name: effect.unit.text for name, effect in cell.model.receptors.items()},
     }
-    base = beyond_pynn(kind)
-    return checked(type(kind.name, (base,), {"__doc__": kind.summary, **body}))
+    base: Any = beyond_pynn(kind)
+    body["recordable"] = [*base.recordable, *cell.model.recorded]
+    body["units"] = base.units | {name: unit.text for name, unit in cell.model.recorded.items()}
+    return checked(type(kind.name, (base,), {"__doc__": kind.summary, **body, **own}))
 
 
 def _initial(cell: CellEquations, name: str, value: Any) -> Parameter:

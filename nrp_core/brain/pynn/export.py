@@ -67,16 +67,22 @@ def _population(population: Population, label: str, current_na: FloatArray) -> d
     trains = parameters.pop(SPIKE_TIMES, ())
     if current_na.any():
         parameters[INPUT] += current_na * getattr(population.celltype, "input_per_na", 1.0)
+    equations = getattr(population.celltype, "equations", None)
+    begins = population.initial_arrays.items()
     return data.Population(
         label=label,
         size=population.size,
         cell_type=cell_type_of(population),
         parameters=parameters,
-        initial_values={name: array.copy() for name, array in population.initial_arrays.items()},
+        initial_values={
+            name: array.copy()
+            for name, array in begins
+            if equations is None or name in equations.model.variables
+        },
         spike_times_ms=tuple(np.asarray(train.value, dtype=float) for train in trains),
         positions_um=np.ascontiguousarray(population.positions.T) if population.has_space else None,
         hints=dict(population.hints),
-        equations=getattr(population.celltype, "equations", None),
+        equations=equations,
     )
 
 

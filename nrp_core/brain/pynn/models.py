@@ -23,6 +23,7 @@ from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.synapses.law import RulePart, SynapseLaw
 from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.brain.pynn.arguments import require_names, require_values
+from nrp_core.brain.pynn.own_names import own_name
 from nrp_core.errors import CapabilityError
 
 RULE_PARTS: Final = {"timing_dependence": STDPTimingDependence, "weight_dependence": STDPWeightDependence}
@@ -30,8 +31,10 @@ RULE_PARTS: Final = {"timing_dependence": STDPTimingDependence, "weight_dependen
 
 
 def untranslated(names: Iterable[str]) -> dict[str, Any]:
-    """Return PyNN's translation table for parameters that keep their names and units."""
-    table: dict[str, Any] = build_translations(*((name, name) for name in names))
+    """Return PyNN's translation table for parameters that keep their units, and their names but for a dot."""
+    # PyNN would evaluate a name with a dot as an attribute, but multiplies by a factor
+    rows = ((name, own_name(name), *([1.0] if "." in name else [])) for name in names)
+    table: dict[str, Any] = build_translations(*rows)
     return table
 
 
@@ -58,7 +61,7 @@ def beyond_pynn(cell: CellType) -> type:
 def checked(base: Any) -> type:
     """Return a cell type that checks the names and values of its arguments."""
     # PyNN lists a receptor for gap junctions in NEURON with HH_cond_exp
-    receptors = tuple(name for name in base.receptor_types if name in ("excitatory", "inhibitory"))
+    receptors = tuple(name for name in base.receptor_types if name.isidentifier())
 
     def begin(self: Any, **parameters: Any) -> None:
         require_names(base.__name__, parameters, base.default_parameters)

@@ -31,9 +31,11 @@ from nrp_core.brain.pynn.invalid import (
     InvalidValueError,
     UnknownCellError,
     UnknownVariableError,
+    WrongKindError,
     computing,
     raising,
 )
+from nrp_core.brain.pynn.own_names import columns_of, own_name, values_of
 from nrp_core.brain.pynn.rng import name_streams, named
 from nrp_core.brain.pynn.simulator import Simulator, State
 from nrp_core.errors import NetworkError, did_you_mean
@@ -106,7 +108,9 @@ class _Cells(common.BasePopulation):
     def _get_parameters(self, *names: str) -> ParameterSpace:
         arrays = self._owner().parameter_arrays
         self._require(names)
-        values = {name: simplify(arrays[name][self._indices()]) for name in names}
+        values = {
+            name: simplify(values_of(name, self._owner().celltype, arrays)[self._indices()]) for name in names
+        }
         return ParameterSpace(values, self._owner().celltype.get_schema(), shape=(self.size,))
 
     def set(self, **parameters: Any) -> None:
@@ -135,6 +139,7 @@ class _Cells(common.BasePopulation):
         names = [variables] if isinstance(variables, str) or variables is None else variables
         owner = f"population '{self._owner().label}'"
         require_kind(owner, "list of variables", names, Iterable, "names such as 'spikes' and 'v'")
+        require_existing(self._owner().label, self, self._owner()._simulator.state)
         try:
             super().record(variables, *arguments, **options)
         except errors.RecordingError as error:
@@ -148,7 +153,7 @@ class _Cells(common.BasePopulation):
     def _require(self, names: Iterable[str]) -> None:
         owner = self._owner()
         whose = f"population '{owner.label}': {type(owner.celltype).__name__}"
-        require_names(whose, names, owner.parameter_arrays)
+        require_names(whose, names, owner.celltype.default_parameters)
 
     def _set_parameters(self, parameter_space: ParameterSpace) -> None:
         self._owner().store_parameters(parameter_space, self._indices())
@@ -183,6 +188,11 @@ class Population(_Cells, common.Population):
                 cellparams = {}
         label = label or f"population{len(self._simulator.state.populations)}"
         _require_kinds(label, size, cellclass, structure)
+        if cellparams is not None and not isinstance(cellclass, type):
+            name = type(cellclass).__name__
+            raise WrongKindError(
+                f"population '{label}': give its parameters to {name}(...), not as cellparams"
+            )
         super().__init__(size, cellclass, cellparams, structure, dict(initial_values or {}), label)
         self._simulator.state.populations.append(self)
 
@@ -231,7 +241,7 @@ class Population(_Cells, common.Population):
         with computing(f"{owner}: {own} cannot be computed"):
             # without a mask, lazy arrays of length one would become scalars
             space.evaluate(mask=np.ones(space.shape, bool), simplify=False)
-            for name, values in space.as_dict().items():
+            for name, values in columns_of(owner, self.celltype, space.as_dict()):
                 dtype = object if name == SPIKE_TIMES else float
                 changed[name] = self.parameter_arrays.get(name, np.empty(self.size, dtype)).copy()
                 changed[name][where] = values
@@ -264,7 +274,8 @@ class Population(_Cells, common.Population):
             hint = did_you_mean(variable, known)
             raise NetworkError(f"population '{self.label}': {cell} has no state variable '{variable}'{hint}")
         name_streams({variable: values}, self._simulator, f"population/{self.label}/initial")
-        kept = self.initial_arrays.get(variable, np.empty(self.size)).copy()
+        own = own_name(variable)
+        kept = self.initial_arrays.get(own, np.empty(self.size)).copy()
         with computing(f"population '{self.label}': initial {variable} cannot be computed"):
             kept[where] = values.evaluate(simplify=True)
         with raising(InvalidValueError):
@@ -272,15 +283,15 @@ class Population(_Cells, common.Population):
                 f"population '{self.label}'", {variable: kept},
                 limits=limits_of_cells(getattr(self.celltype, "equations", None)),
             )  # fmt: skip
-        self.initial_arrays[variable] = kept
+        self.initial_arrays[own] = kept
         self.initial_values[variable] = LazyArray(simplify(kept), shape=(self.size,))
 
     def _get_cell_initial_value(self, id: ID, variable: str) -> float:  # noqa: A002
-        return float(self.initial_arrays[variable][self.id_to_index(id)])
+        return float(self.initial_arrays[own_name(variable)][self.id_to_index(id)])
 
     def _set_cell_initial_value(self, id: ID, variable: str, value: float) -> None:  # noqa: A002
         self._simulator.state.before_change()
-        self.initial_arrays[variable][self.id_to_index(id)] = value
+        self.initial_arrays[own_name(variable)][self.id_to_index(id)] = value
 
     def _get_positions(self) -> FloatArray:
         structure = self._structure

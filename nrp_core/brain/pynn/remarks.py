@@ -63,7 +63,7 @@ def _repeated(projections: Sequence[Any], labels: Sequence[str]) -> Iterator[str
 
 
 def _unused(state: State) -> Iterator[str]:
-    injected = {id(injection.source) for injection in state.injections}
+    injected = set(map(id, state.injected()))
     for number, source in enumerate(state.sources, start=1):
         if id(source) not in injected:
             yield (

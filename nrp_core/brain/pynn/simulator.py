@@ -110,6 +110,10 @@ class State(BaseState):  # type: ignore[misc]
         source.constant_na()
         self.injections.append(Injection(source, cells))
 
+    def injected(self) -> list[CurrentSource]:
+        """Return the source of each injected current."""
+        return [injection.source for injection in self.injections]
+
     def current_data(self, source: CurrentSource) -> tuple[FloatArray, FloatArray]:
         """Raise an error: the network has not run."""
         raise NetworkError(f"{type(source).__name__} has no data: a brain script builds the network")

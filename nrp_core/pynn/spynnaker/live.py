@@ -7,7 +7,6 @@ over UDP keeps to the real time.
 
 from __future__ import annotations
 
-import logging
 import time
 from dataclasses import dataclass
 from threading import Event, Thread, current_thread
@@ -25,8 +24,6 @@ from nrp_core.errors import LifecycleError
 from nrp_core.pynn.running import RunningState
 from nrp_core.pynn.spynnaker.clock import SimulatedClock
 from nrp_core.pynn.spynnaker.udp import Sockets
-
-_logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +79,6 @@ class LiveState(RunningState):
         self._stop = Event()
         self._failure: BaseException | None = None
         self._first = True
-        self._shown: set[str] = set()
         super().__init__()
 
     def run_until(self, t_ms: float) -> None:
@@ -144,10 +140,6 @@ class LiveState(RunningState):
             label: brain.add_sink(Listener(), _ids(population), name=f"live/{label}")  # type: ignore[misc]
             for label, population in self.hub.heard.items()
         }
-        for text in brain.network.remarks:
-            if text not in self._shown:
-                self._shown.add(text)
-                _logger.warning("%s", text)
         return brain
 
     def _begin(self, until_ms: float) -> None:

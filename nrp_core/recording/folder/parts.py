@@ -50,7 +50,7 @@ def projection_data(projection: Projection) -> dict[str, Any]:
     synapse; None for more than :data:`MOST_EDGES`.
     """
     weights = projection.weight
-    excites = projection.receptor == "excitatory" and not bool(np.any(weights[:1] < 0))
+    excites = projection.is_excitatory and not bool(np.any(weights[:1] < 0))
     return {
         "id": projection.label,
         "label": projection.label,

@@ -195,8 +195,8 @@ def test_a_mistake_is_one_error_with_its_line_and_what_would_be_right(text: str,
     ("text", "message"),
     [
         (
-            "sim.GIF_cond_exp()",
-            "GIF_cond_exp is not supported; the nearest supported model: EIF_cond_exp_isfa_ista",
+            "sim.IF_facets_hardware1()",
+            "IF_facets_hardware1 is not supported; the nearest supported model: IF_cond_exp",
         ),
         ("sim.native_cell_type('iaf_psc_alpha')()", "the nearest standard model is IF_curr_alpha"),
         ("sim.ElectricalSynapse()", "the nearest supported model: StaticSynapse"),

@@ -112,6 +112,9 @@ DOUBTFUL = {
         "initial": {}, "on_pre": "share = x"
     },
     "'x' grows by a factor of e in 20 ms": {"equations": EQUATIONS.replace("(1 - x)", "x")},
+    "'x' changes with a time constant of 2e+04 ms": {
+        "parameters": {**SHARE["parameters"], "tau": "20 second"}
+    },
     "tau is -20 ms: a time is more than 0": {"parameters": {**SHARE["parameters"], "tau": "-20 ms"}},
     "'y' stays at 0: no spike changes it": {**PLASTIC, "on_pre": ""},
     "nothing keeps the weight from falling below 0": {**PLASTIC, "on_post": "weight = weight - w_max*y/mV"},

@@ -81,6 +81,7 @@ MISTAKES = {
     "not exact": ({"equations": with_line("dx/dt = x*x/ms : 1"), "method": "exact"}, "line 3.*not linear"),
     "method": ({"method": "euler"}, "no method 'euler'; valid: exact, runge_kutta"),
     "current": (with_parameter(i_offset="1 mV"), "'i_offset' is the injected current"),
+    "whole": ({"equations": MEMBRANE.replace("/tau ", "//tau ")}, "counts by //.*is in V, and 'tau'"),
     "endless": ({"reset": "v = v_thresh + 1*mV"}, "still meets the threshold"),
     "initial": ({"initial": {"u": "3 mV"}}, "initial has no state variable 'u'"),
     "initial unit": ({"initial": {"v": "3 nA"}}, "'v' is in mV"),
@@ -97,6 +98,9 @@ def test_a_mistake_is_one_error_with_its_place(name: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+SLOW = "da/dt = -a/(20*second) : nA\n"
+SPIKE = "v = v_rest; a += 0.01*nA"
+CURVED = MEMBRANE.replace("R*", "2*mV*exp((v + 50*mV)/(2*mV)) + R*")
 DOUBTS = {
     "none": ({}, None),
     "initial": (with_parameter(v_init="3 mV"), None),
@@ -114,6 +118,28 @@ DOUBTS = {
     "long": ({"refractory": "100 second"}, "the refractory period is 100 s"),
     "always": ({"refractory": "v > -100*mV"}, "cells are refractory from the start"),
     "limits": ({"equations": MEMBRANE.replace("(ge +", "(clip(ge, 1*nA, 0*nA) +")}, "limits of clip are r"),
+    "slow adaptation": ({"equations": MEMBRANE.replace("(ge", "(ge - a") + SLOW, "reset": SPIKE}, None),
+    "seconds": (with_parameter(tau="20 second"), "v changes with a time constant of 2e+04 ms; is it in"),
+    "synaptic seconds": (with_parameter(tau_syn="20*second"), "ge changes with a time constant of 2e+04 ms"),
+    "microseconds": (with_parameter(tau="20 usecond"), "v changes with a time constant of 0.02 ms"),
+    "in the text": ({"equations": MEMBRANE.replace("/tau ", "/(20*second) ")}, "time constant of 2e+04 ms"),
+    "curved": ({"equations": CURVED, **with_parameter(tau="20 second")}, "v changes with a time constant of"),
+    "microvolts": (with_parameter(v_thresh="-50 uV"), "the threshold, 'v > v_thresh', is -0.05 mV; is it"),
+    "from 0": (with_parameter(v_rest="0 mV", v_thresh="15 uV"), "'v > v_thresh', is 0.015 mV; is it in"),
+    "far": (with_parameter(v_thresh="500 mV"), "is 500 mV, and v is reset to -65 mV; is one in another un"),
+    "far start": ({"initial": {"v": "-650 mV"}}, "is -50 mV, and v begins at -650 mV; is one in another"),
+    "tiny rest": ({"reset": "v = -65*mV", **with_parameter(v_rest="-65 uV")}, "v_rest is -0.065 mV; is"),
+    "tiny start": ({"initial": {"v": "-0.065 mV"}}, "v is -0.065 mV; is it in another unit"),
+    "injected": (with_parameter(i_offset="100 nA"), "i_offset is 100 nA; is it in another unit"),
+    "against": ({"equations": MEMBRANE.replace("+ i_", "- i_")}, "positive i_offset takes v away from"),
+    "idle": ({"equations": MEMBRANE + SLOW, "reset": SPIKE}, "'a' never changes when a cell fires: no equat"),
+    "short": ({"refractory": "2 usecond"}, "period is 0.002 ms, shorter than the time step of 0.1 ms"),
+    "ohms": (with_parameter(R="20 ohm"), "R is 2e-05 Mohm; is it in another unit"),
+    "reset adds": ({"reset": "v += v_rest"}, "the reset takes v 55 mV beyond where it begins"),
+    "to threshold": ({"reset": "v = v_thresh"}, "the reset takes v to its threshold, 'v > v_thresh'"),
+    "no synapse": ({"receptors": {"excitatory": "v += weight"}}, "'ge' stays at 0: no spike or input"),
+    "equality": ({"threshold": "v == v_thresh"}, "'v == v_thresh', which a value that changes"),
+    "a step": (with_parameter(tau_refrac="0.1 ms"), None),
 }  # fmt: skip
 
 
@@ -121,10 +147,76 @@ DOUBTS = {
 def test_equations_that_are_probably_not_meant_are_reported(name: str) -> None:
     changed, words = DOUBTS[name]
     sim = builder()
+    sim.setup(timestep=0.1)
     sim.Population(2, cell(sim, **changed)(), label="cells")
     found = [one for one in implausible(sim.network()) if words is None or words in one.replace("1*v", "1.v")]
     assert bool(found) == (words is not None)
     assert all(one.startswith("the equations of the population 'cells': ") for one in found)
+
+
+CONDUCTANCE = """
+dv/dt = (v_rest - v)/tau + (ge*(e_exc - v) + gi*(e_inh - v))/(1*nF) : mV
+dge/dt = -ge/tau_syn : uS
+dx/dt = -x/tau_syn : uS
+dgi/dt = (x - gi)/tau_syn : uS
+"""
+REVERSED = {
+    "conductances": ({}, 0.01, None),
+    "between rest and threshold": ({"e_inh": "-55 mV"}, 0.01, None),
+    "inhibitory reversal": (
+        {"e_inh": "80 mV"},
+        0.01,
+        "inhibitory spikes take v above its threshold: is a si",
+    ),
+    "excitatory reversal": ({"e_exc": "-80 mV"}, 0.01, "excitatory spikes take v away from its threshold"),
+}
+
+
+@pytest.mark.parametrize("name", REVERSED)
+def test_synapses_against_the_name_of_their_receptor_are_reported(name: str) -> None:
+    changed, weight, words = REVERSED[name]
+    values = {"v_rest": "-65 mV", "tau": "20 ms", "tau_syn": "5 ms", "e_exc": "0 mV", "e_inh": "-80 mV"}
+    receptors = {"excitatory": "ge", "inhibitory": "x"}
+    texts = {
+        "equations": CONDUCTANCE,
+        "threshold": "v > -50*mV",
+        "refractory": "2 ms",
+        "receptors": receptors,
+    }
+    weights = {"excitatory": weight, "inhibitory": weight}
+    found = doubts_of_pair({**texts, "parameters": values | changed}, weights)
+    assert [words in one for one in found] == ([True] if words else [])
+
+
+@pytest.mark.parametrize(
+    ("sign", "weight", "words"),
+    [("-", 0.1, None), ("+", -0.1, None), ("+", 0.1, "above its thr"), ("-", -0.1, "above its threshold")],
+)
+def test_currents_inhibit_by_the_equation_or_by_the_weight(sign: str, weight: float, words: str) -> None:
+    equations = MEMBRANE.replace("(ge", f"(ge {sign} gi") + "dgi/dt = -gi/tau_syn : nA\n"
+    receptors = {"excitatory": "ge", "inhibitory": "gi"}
+    found = doubts_of_pair(
+        {"equations": equations, "receptors": receptors}, {"excitatory": 0.1, "inhibitory": weight}
+    )
+    assert [words in one for one in found] == ([True] if words else [])
+
+
+@pytest.mark.parametrize(("effect", "is_reported"), [("ge -= weight", False), ("ge += weight", True)])
+def test_spikes_inhibit_by_what_they_subtract(effect: str, *, is_reported: bool) -> None:
+    changed = {"receptors": {"excitatory": "ge += weight", "inhibitory": effect}}
+    found = doubts_of_pair(changed, {"excitatory": 0.1, "inhibitory": 0.1})
+    assert ["inhibitory spikes take v above" in one for one in found] == [True] * is_reported
+
+
+def doubts_of_pair(changed: dict[str, Any], weights: dict[str, float]) -> list[str]:
+    """Return the doubts about a source that is connected to the receptors of a cell with these weights."""
+    sim = builder()
+    source, cells = sim.Population(1, sim.SpikeSourcePoisson()), sim.Population(1, cell(sim, **changed))
+    for receptor, weight in weights.items():
+        sim.Projection(
+            source, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=weight), receptor_type=receptor
+        )
+    return [one for one in implausible(sim.network()) if "equations" in one]
 
 
 @pytest.mark.parametrize(
@@ -209,6 +301,7 @@ def test_a_quantity_is_read_as_it_is_written(number: float, unit: str) -> None:
     for text in (f"{number!r} {unit}", f"{number!r}*{unit}"):
         assert quantity(text) == (number, unit_of(unit))
     assert quantity("3.5")[1].dimension == NONE
+    assert unit_of("\u00b5s") == unit_of("\u03bcs") == unit_of("us")
 
 
 @given(st.lists(st.sampled_from(["v", "u", "a", "2.5", "-v", "(u - a)"]), min_size=1, max_size=5), st.data())

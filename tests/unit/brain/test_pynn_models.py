@@ -37,7 +37,7 @@ def test_every_model_connector_and_function_of_a_pynn_simulator_has_its_name_her
 @pytest.mark.parametrize(
     ("name", "nearest"),
     [
-        ("GIF_cond_exp", "EIF_cond_exp_isfa_ista"),
+        ("IF_facets_hardware1", "IF_cond_exp"),
         ("SpikeSourceInhGamma", "SpikeSourcePoisson"),
         ("ElectricalSynapse", "StaticSynapse"),
     ],
@@ -82,7 +82,7 @@ def test_a_misspelt_name_gets_the_right_one(sim: ModuleType) -> None:
 
 
 def test_the_standard_models_are_listed(sim: ModuleType) -> None:
-    assert sim.list_standard_models() == [*CELLS, "IF_cond_exp_gsfa_grr"]
+    assert sim.list_standard_models() == [*CELLS, "IF_cond_exp_gsfa_grr", "GIF_cond_exp"]
 
 
 def test_setup_forgets_what_was_built_and_keeps_the_time_step(sim: ModuleType) -> None:

@@ -216,7 +216,7 @@ def test_an_error_in_the_script_has_its_line(tmp_path: Path) -> None:
     ("line", "kind", "says"),
     [
         ("circuit.set(cm=-1.0)", NetworkError, ":4: population 'cells': cm of cell 0 is -1; it must be more"),
-        ("sim.GIF_cond_exp()", CapabilityError, ":4: GIF_cond_exp is not supported; the nearest"),
+        ("sim.IF_facets_hardware1()", CapabilityError, ":4: IF_facets_hardware1 is not supported"),
         ("sim.IF_cond_alph()", NetworkError, "PyNN has no 'IF_cond_alph'; did you mean 'IF_cond_alpha'"),
         ("sim.run(100.0)", NetworkError, ":4: a brain script builds the network, the experiment runs it"),
         ("circuit.get_data()", NetworkError, ":4: population 'cells' has no data"),

@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterable, Iterator
 from typing import Final
 
-from nrp_core.brain.network.equations.expressions import TIME, WEIGHT, names_in
+from nrp_core.brain.network.equations.expressions import RANDOM, STEP, TIME, WEIGHT, names_in
 from nrp_core.brain.network.equations.model import Model
 from nrp_core.brain.network.equations.synapse_model import SHARE, SynapseModel
 
@@ -19,10 +19,11 @@ from math import (
 )
 
 from nrp_brain_event.equations.functions import driven, exprel, sign
+from nrp_brain_event.random_numbers import uniform_at
 from nrp_core._support.jit import jit
 """
 """The names in the source of a kernel."""
-_UNCHANGED: Final = frozenset({TIME, WEIGHT})
+_UNCHANGED: Final = frozenset({TIME, WEIGHT, RANDOM, STEP})
 _OTHER_NAMES: Final = {"arcsin": "asin", "arccos": "acos", "arctan": "atan"}
 
 

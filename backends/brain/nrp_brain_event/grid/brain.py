@@ -12,7 +12,12 @@ from nrp_brain_event.cell_types import TIME_CONSTANTS, diverged, require_variabl
 from nrp_brain_event.equations.synapses import keep_kernels
 from nrp_brain_event.grid.advance import set_currents
 from nrp_brain_event.grid.arrivals import Arrivals
-from nrp_brain_event.grid.equations.blocks import places_of, require_input, require_receptor
+from nrp_brain_event.grid.equations.blocks import (
+    begin_cell_streams,
+    places_of,
+    require_input,
+    require_receptor,
+)
 from nrp_brain_event.grid.flight import hear_all, plastic_now, unfolded
 from nrp_brain_event.grid.live import change_cells, offsets_of
 from nrp_brain_event.grid.loader import build_grid, changing, labels_from
@@ -222,6 +227,7 @@ class GridBrain(Brain):
         self._arrivals, self._sent = Arrivals.none(), []
         if len(self._grid.short_term):
             begin_streams(self._grid.short_term, self._seeds.integer("synapses", 62))
+        begin_cell_streams(self._grid, self.network, self._seeds)
         for noise in self._grid.noise:
             label, _ = self.network.label_of(int(self._grid.noise_ids[noise["first"]]))
             noise["key"] = self._seeds.integer(f"population/{label}", 62)

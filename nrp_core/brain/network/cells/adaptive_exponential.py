@@ -37,7 +37,6 @@ COND_EXP: Final = CellType(
     _PARAMETERS,
     _STATE,
     weight_unit="uS",
-    stands_for=("GIF_cond_exp", "AdExp"),
 )
 COND_ALPHA: Final = CellType(
     "EIF_cond_alpha_isfa_ista",

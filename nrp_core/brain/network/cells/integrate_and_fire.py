@@ -61,7 +61,7 @@ COND_EXP: Final = CellType(
     {**_MEMBRANE, **synaptic_times(5.0, 5.0), **reversal_potentials(-70.0)},
     {**_VOLTAGE, **CONDUCTANCES},
     weight_unit="uS",
-    stands_for=("IF_facets_hardware1", "PointNeuron", "LIF"),
+    stands_for=("IF_facets_hardware1",),
 )
 COND_ALPHA: Final = CellType(
     "IF_cond_alpha",

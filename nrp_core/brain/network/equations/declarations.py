@@ -137,13 +137,23 @@ def variables_of(lines: list[Line], names: Names, own: set[str]) -> dict[str, Va
     }
 
 
-def expression(text: str, place: TextOrigin, names: Names, dimension: Dimension, what: str) -> ast.expr:
+def expression(
+    text: str, place: TextOrigin, names: Names, dimension: Dimension, what: str, *, random: bool = False
+) -> ast.expr:
     """Return an expression of known names that has a dimension.
+
+    Args:
+        text: the expression.
+        place: where it was written.
+        names: the known names.
+        dimension: its dimension.
+        what: what it is, for the message.
+        random: whether it may have a random number.
 
     Raises:
         NetworkError: it is not one.
     """
-    found = parsed(text, place)
+    found = parsed(text, place, random=random)
     require_known(found, names.dimensions, place)
     require_dimension(found, names.dimensions, place, dimension, what)
     return found

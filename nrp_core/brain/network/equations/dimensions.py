@@ -108,6 +108,9 @@ def _of_operation(node: ast.BinOp, names: Mapping[str, Dimension], place: TextOr
     if isinstance(node.op, (ast.Add, ast.Sub, ast.Mod)):
         verb = {ast.Add: "adds", ast.Sub: "subtracts", ast.Mod: "divides"}[type(node.op)]
         return _alike([node.left, node.right], names, place, verb)
+    if isinstance(node.op, ast.FloorDiv):  # a whole number of what has a unit would depend on the unit
+        _alike([node.left, node.right], names, place, "counts by //")
+        return NONE
     base = _number(node.left, names, place)
     if isinstance(node.op, ast.Pow):
         return _power(base, node, names, place)

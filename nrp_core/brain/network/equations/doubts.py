@@ -14,11 +14,13 @@ from nrp_core.brain.network.equations.expressions import names_in
 from nrp_core.brain.network.equations.units import (
     AMPERE,
     FARAD,
+    NONE,
     SECOND,
     SIEMENS,
     VOLT,
     Dimension,
     Unit,
+    times,
 )
 from nrp_core.brain.network.equations.values import value_of
 
@@ -39,14 +41,17 @@ _SENSE: Final[Mapping[Dimension, _Sense]] = {
     SECOND: _Sense("a time", 0.01, 100_000.0, "ms", 1e-3),
     FARAD: _Sense("a capacitance", 1e-4, 50.0, "nF", 1e-9),
     SIEMENS: _Sense("a conductance", 1e-7, 5_000.0, "uS", 1e-6),
+    times(NONE, SIEMENS, -1): _Sense("a resistance", 0.05, 1e6, "Mohm", 1e6),
 }
 """As wide as those of our own cells; reversal potentials and currents may have either sign."""
 _HIGHEST: Final[Mapping[Dimension, _Sense]] = {
     VOLT: _Sense("a voltage", 0.0, 1_000.0, "mV", 1e-3),
-    AMPERE: _Sense("a current", 0.0, 1_000.0, "nA", 1e-9),
+    AMPERE: _Sense("a current", 0.0, 50.0, "nA", 1e-9),
 }
 _INITIAL: Final = "_init"
 """The end of names of NESTML's parameters that only initial values use."""
+_TINY_REST_V: Final = (-1e-4, -2e-5)
+"""Resting potentials of neurons, divided by a thousand."""
 _SIGNED: Final = frozenset({SIEMENS})
 """Quantities of which a negative value has a meaning."""
 
@@ -74,6 +79,21 @@ def doubts_about_values(units: Mapping[str, Unit], values: Values) -> Iterator[s
             yield f"{name} is {sizes.min():g} {sense.unit}; is it in another unit?"
         elif sizes.size and sizes.max() > sense.high:
             yield f"{name} is {sizes.max():g} {sense.unit}; is it in another unit?"
+
+
+def tiny_voltages(units: Mapping[str, Unit], values: Values) -> Iterator[str]:
+    """Yield a sentence for each voltage that is a resting potential in the wrong unit, e.g. -65 uV.
+
+    Args:
+        units: the unit of each parameter and state variable.
+        values: their values in these units.
+    """
+    low, high = _TINY_REST_V
+    for name, array in values.items():
+        if name in units and units[name].dimension == VOLT and array.size:
+            volts = array * units[name].scale
+            if low <= volts.min() and volts.max() <= high:
+                yield f"{name} is {volts.flat[0] * 1e3:g} mV; is it in another unit?"
 
 
 def unused(

@@ -22,6 +22,10 @@ CONSTANTS: Final = {"pi": pi, "e": e, "inf": inf, "True": True, "False": False}
 TIME: Final = "t"
 WEIGHT: Final = "weight"
 """The weight of an arriving spike in the effect of a receptor, and that of a synapse in its statements."""
+RANDOM: Final = "rand"
+"""A number from 0 to below 1 that is new in each step, in the threshold of a cell."""
+STEP: Final = "dt"
+"""The step, beside a random number."""
 RESERVED: Final = frozenset({*FUNCTIONS, *CONSTANTS, TIME, WEIGHT, "dt", "xi"})
 _NOISE: Final = frozenset({"xi", "rand", "randn", "poisson"})
 
@@ -65,8 +69,13 @@ def require_ascii(place: TextOrigin) -> None:
             place.refuse(f"{letter!r} is not an ASCII character; names are written as in tau or alpha_1")
 
 
-def parsed(text: str, place: TextOrigin) -> ast.expr:
+def parsed(text: str, place: TextOrigin, *, random: bool = False) -> ast.expr:
     """Return an expression.
+
+    Args:
+        text: the text.
+        place: where it was written.
+        random: whether ``rand()`` may stand in it, once; it becomes a name.
 
     Raises:
         NetworkError: it is not an expression of equations.
@@ -79,9 +88,27 @@ def parsed(text: str, place: TextOrigin) -> ast.expr:
     except (SyntaxError, RecursionError, MemoryError):
         hint = "; equality is written ==" if "=" in text and "==" not in text else ""
         place.refuse(f"'{' '.join(text.split())}' is not an expression{hint}")
+    if random:
+        drawn = _Drawn()
+        found = drawn.visit(found)
+        if drawn.n > 1:
+            place.refuse("'rand()' stands more than once; compare one random number")
     for node in ast.walk(found):
         _require_allowed(node, place)
     return found
+
+
+class _Drawn(ast.NodeTransformer):
+    """Puts a name in the place of a call that draws a number, and counts such calls."""
+
+    n = 0
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        if isinstance(node.func, ast.Name) and node.func.id == RANDOM and not node.args:
+            self.n += 1
+            return ast.Name(RANDOM)
+        self.generic_visit(node)
+        return node
 
 
 def names_in(node: ast.expr) -> Iterator[str]:

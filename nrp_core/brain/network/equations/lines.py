@@ -19,6 +19,7 @@ OF_CELLS: Final = (_HELD,)
 """The flags of state variables of cells."""
 OF_SYNAPSES: Final = ("event-driven",)
 _OTHERS: Final = ("constant", "shared")
+_RECORDED: Final = "recorded"
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +33,7 @@ class Line:
         expression: the right side; None for a parameter.
         is_derivative: whether the right side is the derivative.
         held: whether the variable stays while the cell is refractory.
+        recorded: whether an expression with a name can be recorded.
     """
 
     name: str
@@ -40,6 +42,7 @@ class Line:
     expression: str | None = None
     is_derivative: bool = False
     held: bool = False
+    recorded: bool = False
 
 
 def lines_of(text: str, kind: str, flags: tuple[str, ...]) -> list[Line]:
@@ -84,11 +87,12 @@ def _line(text: str, place: TextOrigin, of_variables: tuple[str, ...]) -> Line:
     matched = derivative or definition
     if matched is None and not _NAME.fullmatch(left):
         place.refuse("it is not an equation, e.g. 'dv/dt = (v_rest - v)/tau : mV' or 'I = ge + gi : nA'")
-    unit, flags = _unit(right, place, of_variables if derivative is not None else _OTHERS)
+    of_definitions = (*_OTHERS, _RECORDED) if definition is not None and of_variables is OF_CELLS else _OTHERS
+    unit, flags = _unit(right, place, of_variables if derivative is not None else of_definitions)
     if matched is None:
         return Line(left, unit, place)
     name, expression = matched.groups()
-    return Line(name, unit, place, expression, derivative is not None, _HELD in flags)
+    return Line(name, unit, place, expression, derivative is not None, _HELD in flags, _RECORDED in flags)
 
 
 def _unit(text: str, place: TextOrigin, valid: tuple[str, ...]) -> tuple[Unit, list[str]]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import ast
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import count
 from typing import Final
 
-from nrp_core.brain.network.equations.expressions import TextOrigin
+from nrp_core.brain.network.equations.expressions import RANDOM, TextOrigin, names_in
 from nrp_core.brain.network.equations.units import SIEMENS, Unit
 
 CELL_TYPE: Final = "EquationCell"
@@ -17,6 +18,10 @@ INPUT: Final = "i_offset"
 EXACT: Final = "exact"
 RUNGE_KUTTA: Final = "runge_kutta"
 METHODS: Final = (EXACT, RUNGE_KUTTA)
+RECEPTORS: Final = ("excitatory", "inhibitory")
+"""The receptors of all cells but those whose equations name others."""
+INHIBITORY: Final = frozenset({"inhibitory", "GABA", "GABAA", "GABAB"})
+"""The receptors that inhibit, as PyNN lists them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +72,7 @@ class Model:
         lasts: whether ``refractory`` is a time.
         receptors: effects of spikes by receptor.
         method: ``exact`` or ``runge_kutta``.
+        recorded: units of the definitions that can be recorded.
     """
 
     variables: Mapping[str, Variable]
@@ -78,6 +84,23 @@ class Model:
     lasts: bool
     receptors: Mapping[str, Effect]
     method: str
+    recorded: Mapping[str, Unit]
+
+    @property
+    def is_random(self) -> bool:
+        """Whether the threshold has a random number."""
+        return RANDOM in names_in(self.threshold)
+
+    def unit_of(self, name: str) -> Unit | None:
+        """Return the unit of what can be recorded, a variable or a definition; None if it cannot."""
+        found = self.variables.get(name)
+        return found.unit if found else self.recorded.get(name)
+
+    def receptor_number(self, receptor: str) -> int:
+        """Return the number of a receptor: 0 for ``excitatory``, 1 for ``inhibitory``, others are between."""
+        usual = {name: number for number, name in enumerate(RECEPTORS) if name in self.receptors}
+        free = (number for number in count() if number not in usual.values())
+        return ({name: next(free) for name in self.receptors if name not in usual} | usual)[receptor]
 
     @property
     def is_conductance_based(self) -> bool:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Final
+from difflib import get_close_matches
 
 from nrp_core.brain.network.equations import linear
 from nrp_core.brain.network.equations.declarations import (
@@ -20,6 +21,8 @@ from nrp_core.brain.network.equations.declarations import (
 )
 from nrp_core.brain.network.equations.dimensions import ANY, TRUTH, dimension_of, require_dimension
 from nrp_core.brain.network.equations.expressions import (
+    RANDOM,
+    STEP,
     WEIGHT,
     TextOrigin,
     names_in,
@@ -33,6 +36,7 @@ from nrp_core.brain.network.equations.model import (
     EXACT,
     INPUT,
     METHODS,
+    RECEPTORS,
     RUNGE_KUTTA,
     Effect,
     Model,
@@ -49,8 +53,6 @@ from nrp_core.brain.network.equations.units import (
     times,
 )
 from nrp_core.errors import did_you_mean
-
-RECEPTORS: Final = ("excitatory", "inhibitory")
 
 
 def read(texts: Texts) -> Model:
@@ -72,9 +74,7 @@ def read(texts: Texts) -> Model:
     definitions = {name: resolved(node, own) for name, node in definitions_of(lines, names).items()}
     if not texts.threshold.strip():
         TextOrigin("threshold", "").refuse("a cell needs a threshold, e.g. threshold='v > v_thresh'")
-    threshold = expression(
-        texts.threshold, TextOrigin("threshold", texts.threshold), names, TRUTH, "a threshold"
-    )
+    threshold = resolved(_threshold(texts.threshold, names), {*own, RANDOM, STEP})
     refractory, lasts = _refractory(texts.refractory, names)
     targets = {name: variable.unit.dimension for name, variable in variables.items()}
     changes = assignments_of(texts.reset, "reset", CELL_TYPE, targets, names)
@@ -82,8 +82,8 @@ def read(texts: Texts) -> Model:
     effects = _receptors(texts.receptors, variables, names)
     receptors = {name: replace(one, factor=resolved(one.factor, own)) for name, one in effects.items()}
     model = Model(
-        variables, definitions, parameters, resolved(threshold, own), reset, resolved(refractory, own), lasts,
-        receptors, RUNGE_KUTTA,
+        variables, definitions, parameters, threshold, reset, resolved(refractory, own), lasts,
+        receptors, RUNGE_KUTTA, {line.name: line.unit for line in lines if line.recorded},
     )  # fmt: skip
     return replace(model, method=_method(texts.method, model))
 
@@ -93,6 +93,13 @@ def _require_current(parameters: Mapping[str, Unit]) -> None:
         TextOrigin("parameters", f"{INPUT}: {parameters[INPUT].text}").refuse(
             f"'{INPUT}' is the injected current, in A; give another parameter another name"
         )
+
+
+def _threshold(text: str, names: Names) -> ast.expr:
+    """Return the condition for a spike, which may have a random number; then it knows the step too."""
+    drawn = {RANDOM: NONE, STEP: SECOND} if re.search(rf"\b{RANDOM}\b", text) else {}
+    known = Names({**names.dimensions, **drawn}, names.constant)
+    return expression(text, TextOrigin("threshold", text), known, TRUTH, "a threshold", random=True)
 
 
 def _refractory(text: str, names: Names) -> tuple[ast.expr, bool]:
@@ -120,7 +127,8 @@ def _receptors(
     found = {}
     for receptor, text in texts.items():
         place = TextOrigin(f"receptor '{receptor}'", text)
-        if receptor not in RECEPTORS:
+        misspelt = receptor not in RECEPTORS and get_close_matches(receptor, RECEPTORS)
+        if misspelt or not receptor.isidentifier():
             place.refuse(f"there is no receptor '{receptor}'{did_you_mean(receptor, RECEPTORS)}")
         written = text if "=" in text else f"{text} += {WEIGHT}"
         found[receptor] = _effect(written, place, variables, names)
@@ -128,7 +136,7 @@ def _receptors(
 
 
 def _effect(text: str, place: TextOrigin, variables: Mapping[str, Variable], names: Names) -> Effect:
-    target = text.partition("+")[0].strip()
+    target = re.split(r"[-+*/]?=", text)[0].strip()
     known = {**names.dimensions, WEIGHT: NONE}
     name, value = assignment(text, place, variables, Names(known, names.constant))
     parts = linear.coefficients_of(value, {*variables, WEIGHT}, {})

@@ -6,6 +6,8 @@ import ast
 from collections.abc import Iterator
 from typing import Any, Final
 
+import numpy as np
+
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.equations.doubts import (
     Values,
@@ -22,6 +24,7 @@ from nrp_core.brain.network.equations.synapse_model import SHARE, SynapseModel
 _LIMITS: Final = ("clip", "max")
 _SPIKES: Final = 5
 _LARGEST_SHARE: Final = 10.0
+_TIME_CONSTANT_MS: Final = (0.01, 10_000.0)
 
 
 def doubts_about_synapses(
@@ -71,8 +74,13 @@ def _driven(model: SynapseModel, name: str) -> bool:
 def _courses(model: SynapseModel, known: dict[str, Any]) -> Iterator[str]:
     for name, course in model.courses.items():
         rate = known_value(course.rate, known, model.definitions)
-        if rate is not None and rate.max() > 0.0:
-            yield f"'{name}' grows by a factor of e in {1e3 / rate.max():.3g} ms between spikes"
+        if rate is None or not rate.any():
+            continue
+        constant_ms = 1e3 / np.abs(rate).max()
+        if rate.max() > 0.0:
+            yield f"'{name}' grows by a factor of e in {constant_ms:.3g} ms between spikes"
+        elif not _TIME_CONSTANT_MS[0] <= constant_ms <= _TIME_CONSTANT_MS[1]:
+            yield f"'{name}' changes with a time constant of {constant_ms:.4g} ms; is it in another unit?"
 
 
 def _shares(model: SynapseModel, known: dict[str, Any]) -> Iterator[str]:

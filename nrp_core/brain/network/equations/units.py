@@ -84,13 +84,17 @@ def units() -> Mapping[str, Unit]:
     return found
 
 
+_MICRO: Final = str.maketrans("\u00b5\u03bc", "uu")
+"""The micro sign and the Greek letter, which look alike."""
+
+
 def unit_of(text: str) -> Unit:
     """Return a unit such as ``mV``, ``1/ms`` or ``uF/cm**2``.
 
     Raises:
         ValueError: the text is not a unit.
     """
-    written = text.strip()
+    written = text.strip().translate(_MICRO)
     if not written:
         raise ValueError("the unit is missing; a number without a unit has the unit 1")
     if "^" in written:

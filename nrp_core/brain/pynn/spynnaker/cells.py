@@ -30,7 +30,7 @@ REFUSED_CELLS: Final = {
     "StocExpStable": f"it has {_STOCHASTIC}",
     "StocSigma": f"it has {_STOCHASTIC}",
     "IFTruncDelta": "its voltage is cut off at rest",
-    "IF_curr_dual_exp": "it has a third receptor; networks have an excitatory and an inhibitory one",
+    "IF_curr_dual_exp": "it has a third receptor; the emulation has an excitatory and an inhibitory one",
     "IF_curr_exp_sEMD": "its second receptor multiplies the first",
     "IFCondExpCerebellum": "its reversal potentials are set by a cerebellum model of the iCub",
     "SpikeSourcePoissonVariable": "its rates follow a table; change SpikeSourcePoisson.rate between two runs",

@@ -9,25 +9,41 @@ import numpy as np
 
 from nrp_brain_event.cells import NANO
 from nrp_brain_event.equations.compiled import compiled
-from nrp_brain_event.grid.equations.source import ARGUMENTS, hidden, kernel_source
-from nrp_brain_event.grid.records import Block, Grid
+from nrp_brain_event.grid.equations.source import ARGUMENTS, STREAM, hidden, kernel_source
+from nrp_brain_event.grid.records import N_STATE, Block, Grid, X
+from nrp_brain_event.random_numbers import streams
 from nrp_brain_event.records import Array
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.network.data import Network, Population
 from nrp_core.brain.network.equations.cell import CellEquations
+from nrp_core.brain.network.equations.expressions import TIME
 from nrp_core.brain.network.equations.model import EXACT, INPUT, Model
 from nrp_core.brain.network.equations.propagators import pattern, propagators
+from nrp_core.brain.network.equations.values import value_of
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.errors import CapabilityError, did_you_mean
 from nrp_core.findings.refusals import no_variable
+from nrp_core.seeds import Seeds
 
 _S_PER_MS: Final = 1e-3
+_MOST_RECEPTORS: Final = N_STATE - X
+"""The rows of the state on which spikes act; cells with equations keep nothing else there."""
 
 
 def load_blocks(network: Network, row_of: IntArray, step_ms: float) -> dict[str, Array]:
-    """Return the arrays of all populations with equations, at time 0."""
+    """Return the arrays of all populations with equations, at time 0.
+
+    Raises:
+        CapabilityError: equations have too many receptors.
+    """
     owners = list(_owners(network))
+    for population, cell in owners:
+        if len(cell.model.receptors) > _MOST_RECEPTORS:
+            raise CapabilityError(
+                f"the equations of population '{population.label}' have {len(cell.model.receptors)} "
+                f"receptors; on 'event' they have at most {_MOST_RECEPTORS}"
+            )
     blocks = np.zeros(len(owners), Block.dtype())
     values, constants = [np.empty(0)], [np.empty(0)]
     for block, (population, cell) in zip(blocks, owners, strict=True):
@@ -35,7 +51,7 @@ def load_blocks(network: Network, row_of: IntArray, step_ms: float) -> dict[str,
         block["first"] = row_of[network.offsets[population.label]]
         block["last"] = block["first"] + population.size
         block["value"], block["constant"] = sum(map(len, values)), sum(map(len, constants))
-        values.append(_values(population, cell.model))
+        values.append(_values(population, cell))
         constants.append(_constants(cell.model, cell.in_si(population.parameters), population.size, step_ms))
     return {"blocks": blocks, "values": np.concatenate(values), "constants": np.concatenate(constants)}
 
@@ -103,15 +119,26 @@ def places_of(grid: Grid, network: Network, rows: IntArray, variable: str) -> tu
     """Return where a state variable of rows is among the ``values``, or -1, and the size of its unit."""
     places, sizes = np.full(len(rows), -1), np.ones(len(rows))
     for block, (population, cell) in zip(grid.blocks, _owners(network), strict=True):
-        own, variables = (rows >= block["first"]) & (rows < block["last"]), cell.model.variables
+        own, model = (rows >= block["first"]) & (rows < block["last"]), cell.model
         if not own.any():
             continue
-        if variable not in variables:
-            raise no_variable(population.label, variable, variables)
-        number = list(variables).index(variable)
+        unit = model.unit_of(variable)
+        if unit is None:
+            raise no_variable(population.label, variable, [*model.variables, *model.recorded])
+        number = [*model.variables, *hidden(model), *model.recorded].index(variable)
         places[own] = block["value"] + number * population.size + rows[own] - block["first"]
-        sizes[own] = variables[variable].unit.scale
+        sizes[own] = unit.scale
     return places, sizes
+
+
+def begin_cell_streams(grid: Grid, network: Network, seeds: Seeds) -> None:
+    """Begin the streams of the cells whose threshold is random."""
+    for block, (population, cell) in zip(grid.blocks, _owners(network), strict=True):
+        if cell.model.is_random:
+            number = len(cell.model.variables) + hidden(cell.model).index(STREAM)
+            first = block["value"] + number * population.size
+            seed = seeds.integer(f"population/{population.label}", 62)
+            grid.values[first : first + population.size] = streams(population.size, seed)
 
 
 def _owners(network: Network) -> list[tuple[Population, CellEquations]]:
@@ -125,11 +152,16 @@ def _owner(grid: Grid, network: Network, label: str) -> tuple[Any, Population, C
     return next((block, *owner) for block, owner in owners if owner[0].label == label)
 
 
-def _values(population: Population, model: Model) -> FloatArray:
-    """Return the initial values of variables and of what is hidden, one value a cell."""
-    found = np.zeros((len(model.variables) + len(hidden(model)), population.size))
+def _values(population: Population, cell: CellEquations) -> FloatArray:
+    """Return the initial values of variables, of what is hidden, and of recorded definitions."""
+    model = cell.model
+    found = np.zeros((len(model.variables) + len(hidden(model)) + len(model.recorded), population.size))
+    known: dict[str, Any] = {TIME: 0.0, **cell.in_si(population.parameters)}
     for row, (name, variable) in zip(found, model.variables.items(), strict=False):
         row[:] = population.initial_values.get(name, np.zeros(1)) * variable.unit.scale
+        known[name] = row
+    for row, name in zip(found[len(found) - len(model.recorded) :], model.recorded, strict=True):
+        row[:] = value_of(model.definitions[name], known, model.definitions)
     return found.ravel()
 
 

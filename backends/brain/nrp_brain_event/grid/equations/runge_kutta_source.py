@@ -108,9 +108,10 @@ def _attempt(model: Model) -> Iterator[str]:
     yield "        break"
     yield "    continue"
     yield "crossed = False"
-    yield "if not held and not spiked:"
-    yield from _indented(needed([model.threshold], model, "y_"))
-    yield f"    crossed = {source_of(model.threshold, model, 'y_')}"
+    if not model.is_random:  # else it is tested once in a step of the grid
+        yield "if not held and not spiked:"
+        yield from _indented(needed([model.threshold], model, "y_"))
+        yield f"    crossed = {source_of(model.threshold, model, 'y_')}"
     yield f"if crossed and length > {_NARROW} * h:"
     yield "    between = length"
     yield "    length *= 0.5"

@@ -7,13 +7,15 @@ advances to the grid point, then the spikes due there arrive, then it fires if t
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Iterator, Sequence
 from textwrap import indent
 from typing import Final
 
-from nrp_brain_event.equations.expressions import IMPORTS, PARAMETER, STATE, needed, source_of
+from nrp_brain_event.equations.expressions import DEFINITION, IMPORTS, PARAMETER, STATE, needed, source_of
 from nrp_brain_event.grid.equations import exact_source, runge_kutta_source
 from nrp_brain_event.grid.records import X
+from nrp_core.brain.network.equations.expressions import RANDOM, STEP
 from nrp_core.brain.network.equations.model import EXACT, INPUT, Model
 
 ARGUMENTS: Final = (
@@ -23,13 +25,15 @@ ARGUMENTS: Final = (
     ("step", "int64"), ("h", "float64"),
 )  # fmt: skip
 """The arguments of a kernel, and their types for :func:`nrp_core._support.jit.c_function`."""
-_RECEPTORS: Final = ("excitatory", "inhibitory")
+STREAM: Final = "stream"
+"""The stream of random numbers of a cell, see :func:`nrp_brain_event.random_numbers.uniform_at`."""
 _HEAD: Final = f'"""Advances cells that a user gave as equations; written by nrp_brain_event."""\n{IMPORTS}'
 
 
 def hidden(model: Model) -> Sequence[str]:
     """Return the names of what a cell keeps besides its state variables."""
-    return exact_source.HIDDEN if model.method == EXACT else runge_kutta_source.HIDDEN
+    of_method = exact_source.HIDDEN if model.method == EXACT else runge_kutta_source.HIDDEN
+    return (*of_method, STREAM) if model.is_random else of_method
 
 
 def kernel_source(model: Model) -> str:
@@ -65,7 +69,7 @@ def _arrivals(model: Model) -> Iterator[str]:
     if model.lasts:  # a condition holds for the step that begins with it
         yield f"held = {exact_source.HELD if model.method == EXACT else runge_kutta_source.HELD}"
     for receptor, effect in model.receptors.items():
-        place = f"state[{X + _RECEPTORS.index(receptor)} * n_rows + first_row + i]"
+        place = f"state[{X + model.receptor_number(receptor)} * n_rows + first_row + i]"
         gain = f"({source_of(effect.factor, model)}) * {effect.unit.scale!r}"
         condition = f"{place} != 0.0" + (" and not held" if model.variables[effect.variable].held else "")
         yield f"if {condition}:"
@@ -78,6 +82,9 @@ def _threshold(model: Model, fire: Sequence[str]) -> Iterator[str]:
         yield "if not held and not spiked:"
     else:
         yield "if not held:"
+    if model.is_random:
+        yield f"    {RANDOM} = uniform_at({STREAM}, step)"
+        yield f"    {STEP} = h"
     yield from (f"    {line}" for line in needed([model.threshold], model))
     yield f"    if {source_of(model.threshold, model)}:"
     yield from (f"        {line}" for line in fire)
@@ -93,3 +100,7 @@ def _stored(model: Model) -> Iterator[str]:
     yield "    return -1 - i"
     for k, name in enumerate([*(STATE + name for name in model.variables), *hidden(model)]):
         yield f"values[first_value + {k} * size + i] = {name}"
+    first = len(model.variables) + len(hidden(model))
+    yield from needed(map(ast.Name, model.recorded), model)
+    for k, name in enumerate(model.recorded, first):
+        yield f"values[first_value + {k} * size + i] = {DEFINITION}{name}"

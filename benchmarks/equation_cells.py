@@ -1,0 +1,105 @@
+"""The cost of cells given as equations, against the built-in cells with the same equations, on the grid.
+
+    python benchmarks/equation_cells.py
+    python benchmarks/equation_cells.py iaf_psc_exp_neuron.nestml    # also a neuron of NESTML's own files
+
+Both run in turn, in one process, as in ``equation_synapses.py``: cells that differ in their current, with
+Poisson input. The neuron of NESTML needs the distribution nrp-nestml.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from functools import partial
+from typing import Any, Final
+
+from equation_synapses import print_place, print_ratios
+
+from nrp_core.pynn import new_simulator
+
+N_SOURCES, N_CELLS, RATE_HZ, RUN_MS = 200, 4000, 20.0, 500.0
+_CURRENT: Final = """
+dv/dt = (v_rest - v)/tau_m + (isyn_exc + isyn_inh + i_offset)/cm : mV (unless refractory)
+disyn_exc/dt = -isyn_exc/tau_syn_E : nA
+disyn_inh/dt = -isyn_inh/tau_syn_I : nA
+"""
+_CONDUCTANCES: Final = """
+dgsyn_exc/dt = -gsyn_exc/tau_syn_E : uS
+dgsyn_inh/dt = -gsyn_inh/tau_syn_I : uS
+isyn = gsyn_exc*(e_rev_E - v) + gsyn_inh*(e_rev_I - v) : nA
+"""
+_ADAPTIVE: Final = """
+upstroke = delta_T*exp(min((v - v_thresh)/delta_T, 200)) : mV
+dv/dt = (v_rest - v + upstroke)/tau_m + (isyn + i_offset - w)/cm : mV (unless refractory)
+dw/dt = (a*(v - v_rest) - w)/tau_w : nA
+"""
+_LEAKY: Final = "dv/dt = (v_rest - v)/tau_m + (isyn + i_offset)/cm : mV (unless refractory)"
+_RESET: Final = {"reset": "v = v_reset", "refractory": "tau_refrac"}
+CELLS: Final[dict[str, dict[str, Any]]] = {
+    "IF_curr_exp": {
+        "equations": _CURRENT, "threshold": "v >= v_thresh", **_RESET,
+        "receptors": {"excitatory": "isyn_exc", "inhibitory": "isyn_inh"},
+    },
+    "IF_cond_exp": {
+        "equations": _LEAKY + _CONDUCTANCES, "threshold": "v >= v_thresh", **_RESET,
+        "receptors": {"excitatory": "gsyn_exc", "inhibitory": "gsyn_inh"},
+    },
+    "EIF_cond_exp_isfa_ista": {
+        "equations": _ADAPTIVE + _CONDUCTANCES, "threshold": "v > v_spike", "reset": "v = v_reset; w += b",
+        "refractory": "tau_refrac", "receptors": {"excitatory": "gsyn_exc", "inhibitory": "gsyn_inh"},
+    },
+}  # fmt: skip
+"""Equations of built-in cells."""
+
+
+def equation_cell(sim: Any, name: str) -> Any:
+    """Return a built-in cell as equations, with the same parameters and initial values."""
+    kind = getattr(sim, name)
+    parameters = {key: f"{value!r} {kind.units[key]}" for key, value in kind.default_parameters.items()}
+    initial = {
+        key: f"{value!r} {kind.units[key]}"
+        for key, value in kind.default_initial_values.items()
+        if f"d{key}/dt" in CELLS[name]["equations"]
+    }
+    return sim.EquationCell(**CELLS[name], parameters=parameters, initial=initial)
+
+
+def cost(name: str, *, own: bool, nestml: str = "") -> tuple[float, int]:
+    """Return the CPU time (s) of a run, and the number of spikes of the cells."""
+    sim = new_simulator()
+    sim.setup(timestep=0.1, seed=3, options={"resolution": "0.1 ms"})
+    noise = sim.Population(N_SOURCES, sim.SpikeSourcePoisson(rate=RATE_HZ))
+    currents = sim.RandomDistribution("uniform", (0.4, 0.8))
+    kind, weight = getattr(sim, name), 0.05 if "_curr_" in name else 0.001
+    if own and nestml:  # in pA and pF
+        cells = sim.Population(N_CELLS, sim.nestml_cell(nestml)(C_m=1000.0, tau_m=20.0, I_e=600.0))
+        weight *= 1000.0
+    else:
+        cells = sim.Population(N_CELLS, (equation_cell(sim, name) if own else kind)(i_offset=currents))
+    synapse = sim.StaticSynapse(weight=weight, delay=1.0)
+    sim.Projection(noise, cells, sim.FixedProbabilityConnector(0.05), synapse)
+    cells.record("spikes")
+    sim.run(1.0)
+    began = time.process_time()
+    sim.run(RUN_MS)
+    taken = time.process_time() - began
+    n_spikes = int(cells.get_data().segments[0].spiketrains.multiplexed[1].size)
+    sim.end()
+    return taken, n_spikes
+
+
+def main() -> None:
+    """Print all rounds, and the ratio of each pair."""
+    parser = argparse.ArgumentParser(description="Compare cells in equations with built-in ones.")
+    parser.add_argument("nestml", nargs="?", help="iaf_psc_exp_neuron.nestml")
+    nestml = parser.parse_args().nestml
+    print_place()
+    for name in CELLS:
+        print_ratios(name, partial(cost, name))
+    if nestml:
+        print_ratios("NESTML's iaf_psc_exp", partial(cost, "IF_curr_exp", nestml=nestml))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,115 @@
+"""How cells given as equations respond: what takes them to their threshold, and how fast they forget."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Mapping
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray
+from nrp_core.brain.network.equations.cell import CellEquations
+from nrp_core.brain.network.equations.doubts import Values, known_value
+from nrp_core.brain.network.equations.expressions import TIME, names_in
+from nrp_core.brain.network.equations.linear import coefficients_of
+from nrp_core.brain.network.equations.model import INPUT, Model
+
+_STEP: Final = 1e-4
+"""The step of differences, in the unit of a variable."""
+_NOISE: Final = 1e-9
+"""A difference that is smaller, as a share of the values, is rounding."""
+_RISING: Final = (ast.Gt, ast.GtE)
+_FALLING: Final = (ast.Lt, ast.LtE)
+State = Mapping[str, Any]
+
+
+class Crossing(NamedTuple):
+    """The first comparison of a threshold: a cell fires when a variable passes a limit.
+
+    Args:
+        variable: the state variable.
+        value: the limit of each cell, or one of all, in SI units.
+        sign: 1 if the cell fires above the limit, -1 below.
+    """
+
+    variable: str
+    value: FloatArray
+    sign: int
+
+
+def beginning(equations: CellEquations, parameters: Values, states: Values, cells: int) -> dict[str, Any]:
+    """Return the parameters and state of the first cells at time 0, in SI units.
+
+    Args:
+        equations: the texts.
+        parameters: every parameter in its unit, shape ``(n,)``.
+        states: initial values of state variables, in their units.
+        cells: how many cells.
+    """
+    variables = equations.model.variables
+    known: dict[str, Any] = equations.in_si({name: array[:cells] for name, array in parameters.items()})
+    known |= {
+        name: array[:cells] * variables[name].unit.scale
+        for name, array in states.items()
+        if name in variables
+    }
+    return {TIME: 0.0, INPUT: 0.0, **known}
+
+
+def crossing(model: Model, state: State) -> Crossing | None:
+    """Return where the threshold lies; None if it is not a limit of one state variable."""
+    for node in ast.walk(model.threshold):
+        match node:
+            case ast.Compare(left=left, ops=[op], comparators=[right]) if isinstance(op, _RISING + _FALLING):
+                names = [name for name in names_in(left) if name in model.variables]
+                above = ast.BinOp(left, ast.Sub(), right)
+                parts = coefficients_of(above, set(names[:1]), model.definitions)
+                if not names or parts is None or names[0] not in parts:
+                    continue
+                slope = known_value(parts[names[0]], state, model.definitions)
+                rest = known_value(above, {**state, names[0]: 0.0}, model.definitions)
+                if slope is not None and rest is not None and slope.flat[0]:
+                    is_rising = isinstance(op, _RISING) == bool(slope.flat[0] > 0.0)
+                    return Crossing(names[0], -rest / slope, 1 if is_rising else -1)
+    return None
+
+
+def drift(model: Model, state: State, variable: str, of: str) -> float:
+    """Return how the derivative of a variable changes with another or with the injected current.
+
+    It is that of the first cell, in SI units; 0 where the derivative does not depend on it, or has no value.
+    """
+    rate = model.variables[variable].rate
+    scale = model.parameters[INPUT].scale if of == INPUT else model.variables[of].unit.scale
+    step = _STEP * scale
+    here = np.atleast_1d(state.get(of, 0.0)).flat[0]
+    ends = [known_value(rate, {**state, of: here + shift}, model.definitions) for shift in (-step, step)]
+    if ends[0] is None or ends[1] is None:
+        return 0.0
+    low, high = (float(end.flat[0]) for end in ends)
+    change = high - low
+    return change / (2.0 * step) if abs(change) > _NOISE * (abs(low) + abs(high)) else 0.0
+
+
+def direction(model: Model, state: State, target: str, cause: str) -> int:
+    """Return in which direction more of a cause first moves a variable: 1, -1, or 0 for not at all.
+
+    Args:
+        model: the equations.
+        state: parameters and state in SI units.
+        target: the variable.
+        cause: a variable, or the injected current.
+    """
+    names = list(model.variables)
+    slopes = np.array([[drift(model, state, row, of) for of in names] for row in names])
+    np.fill_diagonal(slopes, 0.0)  # what a variable does to itself comes after what moved it
+    if cause in model.variables:
+        moved = np.array([float(name == cause) for name in names])
+    else:
+        moved = np.array([drift(model, state, row, cause) for row in names])
+    for _ in names:
+        if moved[names.index(target)]:
+            break
+        moved = slopes @ moved
+    return int(np.sign(moved[names.index(target)]))
