@@ -45,14 +45,14 @@ def overrides(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     return ["duration=100 ms", f"transfer_functions=[{file}]"]
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def single(overrides: list[str]) -> Iterator[SyncVectorEnv]:
-    """Single environments, stepped one after the other by Gymnasium."""
+    """Single environments, stepped one after the other by Gymnasium; their functions have not run before."""
     with closing(SyncVectorEnv([lambda: make_env("slalom_pioneer", overrides, **AGENT)] * COPIES)) as envs:
         yield envs
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def copies(overrides: list[str]) -> Iterator[NrpVectorEnv]:
     with closing(make_vec("slalom_pioneer", overrides, num_envs=COPIES, threads=2, **AGENT)) as envs:
         yield envs
