@@ -34,6 +34,7 @@ FIRMEST = [0.9999, 0.9999, 0.001, 0.5, 2.0]  # of joints that no load moves off 
 SMALLEST = 1e-12  # MuJoCo refuses an empty range
 FEW_GEOMS = 64  # with fewer, testing each pair is faster than bounding volumes
 SAME_CONTACTS = mujoco.mjtDisableBit.mjDSBL_MIDPHASE  # has no bounding volumes, and the same contacts
+WITHOUT_FRICTION = mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
 TYPES = {"prismatic": mujoco.mjtJoint.mjJNT_SLIDE, "ball": mujoco.mjtJoint.mjJNT_BALL}
 AHEAD, ASIDE = [1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0]
 
@@ -142,6 +143,8 @@ class _Builder:
         actuators = self._native.finish()
         if len(self._spec.geoms) < FEW_GEOMS:
             self._spec.option.disableflags |= SAME_CONTACTS
+        if self._spec.option.disableflags & WITHOUT_FRICTION:
+            self._firm.clear()  # gains move them
         model = compiled(self._spec)
         return Built(
             model,

@@ -13,16 +13,13 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core._support.jit import COMPILED
 from nrp_core.world.engine_kit.firm_joints import FirmJoints
 from nrp_core.world.engine_kit.firm_kinds import FREE
 from nrp_core.world.engine_kit.firm_servo import RETURN_S
 from nrp_core.world.scene.joint_inertia import STIFF_TIME_CONSTANT_S
 from nrp_world_mujoco.build import FAR_AWAY, SMALLEST, Built
 from nrp_world_mujoco.library import halves_of_step, mujoco
-
-AMPLE = 0.5
-"""The share of MuJoCo's memory that a step may take for the next ones to be compiled: there MuJoCo's errors
-end the process, and the only one that a step has is a lack of memory."""
 
 
 class MujocoFirmJoints(FirmJoints):
@@ -42,35 +39,45 @@ class MujocoFirmJoints(FirmJoints):
         self._dampers = self._model.dof_damping[self._dofs].copy()
         efforts = [firm.joint.effort for firm in built.firm.values()]
         self._limits = np.clip(efforts, SMALLEST, FAR_AWAY)  # without friction there is no constraint
-        self._rows, self._last = np.zeros(0, int), np.zeros(0)
-        self._tried = False  # whether a step was taken with the constraints that there are
+        self._last = np.zeros(0)
+        self._tried = False  # whether Python took a step from the present state with these constraints
         if self.paths:
             self._prepare(step_s)
 
     def _prepare(self, step_s: float) -> None:
         from nrp_world_mujoco import firm_steps  # compiled code takes time to load
-        from nrp_world_mujoco.state_layout import addresses
+        from nrp_world_mujoco.state_layout import Constraints
 
         model, data = self._model, self._data
         self._steps = firm_steps
         self._joints = np.zeros(len(self.paths), firm_steps.LED)
-        self._rows, self._last = self._joints["row"], self._joints["effort"]
+        self._joints["dof"], self._last = self._dofs, self._joints["effort"]
         places = model.jnt_qposadr[model.dof_jntid[self._dofs]].astype(int)
         self._joints["position"] = data.qpos.ctypes.data + data.qpos.itemsize * places
         self._joints["velocity"] = data.qvel.ctypes.data + data.qvel.itemsize * self._dofs
         self._joints["guess"] = data.qacc_warmstart.ctypes.data + data.qvel.itemsize * self._dofs
-        self._calls = np.array([*halves_of_step(), model._address, data._address])
+        self._constraints = Constraints(data)
+        halves = halves_of_step() if COMPILED else None
+        self._calls = None if halves is None else np.array([*halves, model._address, data._address])
         times_s = np.array([step_s, STIFF_TIME_CONSTANT_S, RETURN_S])
-        self._led = times_s, addresses(data), self._joints, self.servos.paths
+        self._led = times_s, self._constraints.addresses, self._joints, self.servos.paths
 
     def _do_step(self, steps: int) -> None:
-        data, servos = self._data, self.servos
-        while steps and not (self._tried and data.maxuse_arena < AMPLE * data.narena):
-            mujoco.mj_step1(self._model, data)
+        servos = self.servos
+        if self._tried and self._calls is not None and self._constraints.direct:
+            steps, servos.moving = self._steps.take_steps(steps, self._calls, servos.moving, *self._led)
+        for _ in range(steps):
+            mujoco.mj_step1(self._model, self._data)
+            self._constraints.find()
             servos.moving = self._steps.lead(servos.moving, *self._led)
-            mujoco.mj_step2(self._model, data)
-            steps, self._tried = steps - 1, True
-        servos.moving = self._steps.take_steps(steps, self._calls, servos.moving, *self._led)
+            mujoco.mj_step2(self._model, self._data)
+            self._tried = True
+        if steps:
+            self._steps.read_efforts(*self._led[1:])
+
+    def forget(self, model: str) -> None:
+        super().forget(model)
+        self._tried = False
 
     def restore(self, saved: Any) -> None:
         super().restore(saved)
@@ -89,5 +96,4 @@ class MujocoFirmJoints(FirmJoints):
         self._model.dof_damping[self._dofs] = np.where(self.servos.kinds == FREE, self._dampers, 0.0)
         losses[self._dofs] = self._frictions
         losses[self._dofs[self.on]] = self._limits[self.on]
-        self._rows[self.on] = np.searchsorted(np.flatnonzero(losses > 0), self._dofs[self.on])
         self._tried = False

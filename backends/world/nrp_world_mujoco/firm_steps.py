@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core._support.jit import jit
+from nrp_core._support.jit import inlined, jit
 from nrp_core._support.memory import address_at, call, integer_at, number_at, put_number
 from nrp_core.world.engine_kit.firm_kinds import FREE
 from nrp_core.world.engine_kit.firm_paths import advance, velocities_to
@@ -16,13 +16,34 @@ _FIELDS = [
     ("position", np.int64),  # the addresses of its position,
     ("velocity", np.int64),  # its velocity
     ("guess", np.int64),  # and the acceleration with which the solver begins
-    ("row", np.int64),  # its constraint, among those of dry friction; meaningless without a target
+    ("dof", np.int64),  # its degree of freedom
+    ("row", np.int64),  # of its constraint in the last step, among those of dry friction
     ("effort", np.float64),  # in the last step, 0 without a target
 ]
 LED: Final = np.dtype((np.record, _FIELDS))
 """A firm joint in MuJoCo's state."""
-_NUMBER = 8
-"""Size of a double, bytes."""
+AMPLE = 0.5
+"""The share of MuJoCo's memory that a step may take for the next one to be compiled: there MuJoCo's errors
+end the process, and the only one that a step has is a lack of memory."""
+_INTEGER, _NUMBER = 4, 8
+"""Sizes of an int and a double, bytes."""
+
+
+@inlined
+def row_of(joint: Any, state: IntArray) -> int:
+    """Return the row of a joint's constraint in the present step; -1 without one.
+
+    It changes with the other constraints: those of bodies that sleep are left out.
+    """
+    first, count, dofs = integer_at(state[0]), integer_at(state[1]), address_at(state[2])
+    row: int = first + joint.row
+    if joint.row < count and integer_at(dofs + _INTEGER * row) == joint.dof:
+        return row
+    for row in range(first, first + count):
+        if integer_at(dofs + _INTEGER * row) == joint.dof:
+            joint.row = row - first
+            return row
+    return -1
 
 
 @jit
@@ -33,7 +54,7 @@ def lead(moving: bool, times_s: FloatArray, state: IntArray, joints: Any, paths:
         moving: whether any path has not arrived.
         times_s: the physics step, and the time constants of the approach to a target and of the return to a
             path.
-        state: the addresses of :class:`~.state_layout.StateLayout`.
+        state: the addresses of :data:`~.state_layout.FIELDS`.
         joints: the joints, of the type :data:`LED`, shape ``(n,)``.
         paths: their paths, of the type :data:`~nrp_core.world.engine_kit.firm_kinds.PATHS`.
 
@@ -46,11 +67,10 @@ def lead(moving: bool, times_s: FloatArray, state: IntArray, joints: Any, paths:
     if moving:
         moving = advance(times_s[0], times_s[1], positions, velocities, paths)
     velocities_to(times_s[0], times_s[2], positions, paths)
-    couplings, frictions = integer_at(state[0]), integer_at(state[1])
-    rates, references = address_at(state[2]), address_at(state[3])
+    rates, references = address_at(state[3]), address_at(state[4])
     for i in range(len(joints)):
-        if paths[i].kind != FREE and joints[i].row < frictions:
-            row = couplings + joints[i].row
+        row = row_of(joints[i], state) if paths[i].kind != FREE else -1
+        if row >= 0:
             reference = references + _NUMBER * row
             rate = number_at(rates + _NUMBER * (4 * row + 1))  # at which it takes its velocity to 0
             acceleration = number_at(reference) + rate * paths[i].wanted
@@ -60,10 +80,19 @@ def lead(moving: bool, times_s: FloatArray, state: IntArray, joints: Any, paths:
 
 
 @jit
+def read_efforts(state: IntArray, joints: Any, paths: Any) -> None:
+    """Read the efforts of the last step; the arguments are those of :func:`lead`."""
+    forces = address_at(state[5])
+    for i in range(len(joints)):
+        row = row_of(joints[i], state) if paths[i].kind != FREE else -1
+        joints[i].effort = number_at(forces + _NUMBER * row) if row >= 0 else 0.0
+
+
+@jit
 def take_steps(
     steps: int, calls: IntArray, moving: bool, times_s: FloatArray, state: IntArray, joints: Any, paths: Any
-) -> bool:
-    """Take steps, and read the efforts of the last one.
+) -> tuple[int, bool]:
+    """Take steps while there is memory, and read the efforts of the last one.
 
     Args:
         steps: the number of steps.
@@ -73,14 +102,15 @@ def take_steps(
         state: as there.
         joints: as there.
         paths: as there.
+
+    Returns:
+        The number of steps that were not taken, and whether any path has not arrived.
     """
     first_half, second_half, model, data = calls
-    for _ in range(steps):
+    while steps and address_at(state[6]) < AMPLE * address_at(state[7]):
         call(first_half, model, data)
         moving = lead(moving, times_s, state, joints, paths)
         call(second_half, model, data)
-    couplings, frictions, forces = integer_at(state[0]), integer_at(state[1]), address_at(state[4])
-    for i in range(len(joints)):
-        acts = paths[i].kind != FREE and joints[i].row < frictions
-        joints[i].effort = number_at(forces + _NUMBER * (couplings + joints[i].row)) if acts else 0.0
-    return moving
+        steps -= 1
+    read_efforts(state, joints, paths)
+    return steps, moving

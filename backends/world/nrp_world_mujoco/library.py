@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import os
 import warnings
+from collections.abc import Mapping
 from ctypes.util import find_library
 from typing import Any
 
@@ -36,7 +37,8 @@ def _import() -> Any:
     return mujoco
 
 
-def _note(message: str) -> None:
+def note(message: str) -> None:
+    """Note a warning until an engine reports it."""
     SAID[" ".join(message.split())] = None
 
 
@@ -50,16 +52,31 @@ def compiled(spec: Any) -> Any:
         warnings.simplefilter("always")
         model = spec.compile()
     for each in told:
-        _note(str(each.message))
+        note(str(each.message))
     return model
 
 
-def halves_of_step() -> tuple[int, int]:
-    """Return the addresses of ``mj_step1`` and ``mj_step2``, for calls from compiled code."""
-    library = ctypes.CDLL(mujoco._functions.__file__)  # finds what its own libraries have, too
-    first, second = (ctypes.cast(each, ctypes.c_void_p) for each in (library.mj_step1, library.mj_step2))
+def halves_of_step() -> tuple[int, int] | None:
+    """Return the addresses of ``mj_step1`` and ``mj_step2`` for compiled code; None if they are not found."""
+    try:
+        library = ctypes.CDLL(mujoco._functions.__file__)  # finds what its own libraries have, too
+        first, second = (ctypes.cast(each, ctypes.c_void_p) for each in (library.mj_step1, library.mj_step2))
+    except (AttributeError, OSError):
+        return None
     return first.value or 0, second.value or 0
 
 
+def structures() -> Mapping[str, Any]:
+    """Return the descriptions of MuJoCo's structures in C, by name.
+
+    Raises:
+        ImportError: the package has none.
+    """
+    from mujoco.introspect.structs import STRUCTS  # most scenes do not need them
+
+    described: Mapping[str, Any] = STRUCTS
+    return described
+
+
 mujoco = _import()
-mujoco.set_mju_user_warning(_note)
+mujoco.set_mju_user_warning(note)

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable
 from math import sin
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,12 +18,17 @@ from nrp_core._support.jit import jit
 from nrp_core._support.memory import address_at, call, integer_at, number_at, put_number
 from nrp_core.errors import SimulationError
 from nrp_core.world.backends import worlds
+from nrp_core.world.fitting import Fitting, JointControl, fitted
+from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.scene.model import Scene
+from nrp_core.world.scene.sdf import read_model
 from nrp_core.world.world import World
 
 pytest.importorskip("nrp_world_mujoco")
 from nrp_world_mujoco import build as building
-from nrp_world_mujoco.state_layout import addresses
+from nrp_world_mujoco import state_layout
+from nrp_world_mujoco.library import structures
+from nrp_world_mujoco.state_layout import ARRAYS, Constraints
 
 
 def opened(links: int = LINKS) -> World:
@@ -49,30 +57,79 @@ def test_numbers_and_functions_are_reached_by_their_addresses() -> None:
 
 
 @jit
-def places(layout: IntArray) -> tuple[int, int, int, int, int]:
-    """Return the numbers and addresses that a layout leads to."""
-    counts = integer_at(layout[0]), integer_at(layout[1])
-    return *counts, address_at(layout[2]), address_at(layout[3]), address_at(layout[4])
+def places(state: IntArray) -> tuple[int, int, list[int]]:
+    """Return the numbers and addresses that compiled code finds."""
+    return integer_at(state[0]), integer_at(state[1]), [address_at(each) for each in state[2:]]
+
+
+def swing(world: World, steps: range) -> list[list[float]]:
+    """Command all joints in each step, and return their positions."""
+    rows = []
+    for step in steps:
+        for number in range(LINKS):
+            command(world, 0.2 * sin(0.1 * step + number), joint=f"j{number}")
+        world.run_until(step * 20_000_000)
+        rows.append(world.joint_states("chain").positions.tolist())
+    return rows
 
 
 def test_the_constraints_of_a_step_are_found_in_the_state() -> None:
     with opened() as world:
-        for number in range(LINKS):
-            command(world, 0.1, joint=f"j{number}")
-        world.run_until(20_000_000)
+        swing(world, range(1, 2))
         data: Any = world.engine._data  # type: ignore[attr-defined]
-        arrays = data.efc_KBIP, data.efc_aref, data.efc_force
-        assert places(addresses(data)) == (data.ne, data.nf, *(array.ctypes.data for array in arrays))
+        found = Constraints(data)
+        assert found.direct
+        arrays = [getattr(data, name).ctypes.data for name in ARRAYS]
+        memory = [data.maxuse_arena, data.narena]
+        assert places(found.addresses) == (data.ne, data.nf, [*arrays, *memory])
         assert (data.ne, data.nf) == (0, LINKS)
+
+
+def undescribed() -> dict[str, Any]:
+    raise ImportError
+
+
+def shifted() -> dict[str, Any]:
+    """Return MuJoCo's descriptions with the constraints two places too early, as of another version."""
+    described = dict(structures())
+    fields = [field for field in described["mjData"].fields if field.name not in ("efc_margin", "efc_vel")]
+    return described | {"mjData": SimpleNamespace(fields=fields)}
+
+
+@pytest.mark.parametrize("described", [undescribed, shifted])
+def test_steps_are_the_same_where_the_layout_of_the_state_is_unknown(
+    described: Callable[[], dict[str, Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with opened() as world:
+        expected = swing(world, range(1, 11))
+    monkeypatch.setattr(state_layout, "structures", described)
+    monkeypatch.setattr(state_layout, "layout", state_layout.layout.__wrapped__)
+    with opened() as world:
+        assert swing(world, range(1, 11)) == expected
+        assert not world.engine._control.firm._constraints.direct  # type: ignore[attr-defined]
+        told = ["is not laid out as its package says" in each.message for each in world.warnings]
+        assert told == ([True] if described is shifted else [])
+
+
+def test_the_constraint_of_a_joint_is_found_wherever_it_stands() -> None:
+    """Constraints of bodies that sleep are left out, so those of others stand elsewhere."""
+    with opened() as world:
+        expected = swing(world, range(1, 11))
+    with opened() as world:
+        rows = world.engine._control.firm._joints["row"]  # type: ignore[attr-defined]
+        positions = []
+        for step in range(1, 11):
+            rows[:] = [5, 4, 1, 99, 0, 0]
+            positions += swing(world, range(step, step + 1))
+        assert positions == expected
+        assert rows.tolist() == list(range(LINKS))
 
 
 def test_the_solver_begins_with_the_motion_that_is_wanted_and_ends_after_one_iteration() -> None:
     iterations = []
     with opened() as world:
         for step in range(1, 60):
-            for number in range(LINKS):
-                command(world, 0.2 * sin(0.1 * step + number), joint=f"j{number}")
-            world.run_until(step * 20_000_000)
+            swing(world, range(step, step + 1))
             iterations.append(int(world.engine._data.solver_niter.max()))  # type: ignore[attr-defined]
     assert np.mean(iterations[5:]) <= 1.0
 
@@ -87,3 +144,20 @@ def test_a_lack_of_memory_is_an_error_and_does_not_end_the_process(monkeypatch: 
         command(world, 0.1)
         with pytest.raises(SimulationError, match="mj_stackAlloc: out of memory"):
             world.run_until(20_000_000)
+
+
+def test_a_joint_moves_where_a_file_takes_dry_friction_away(tmp_path: Path) -> None:
+    """Firm joints are dry friction in MuJoCo, so gains move them then."""
+    file = tmp_path / "arm.urdf"
+    file.write_text(
+        """<robot name="arm"><link name="world"/><link name="l"><inertial><mass value="1"/>
+        <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+        <joint name="j" type="continuous"><parent link="world"/><child link="l"/></joint>
+        <mujoco><option><flag frictionloss="disable"/></option></mujoco></robot>"""
+    )
+    model = fitted(read_model(file, name="arm"), Fitting(control=(("j", JointControl("position")),)))
+    backend = worlds().load("mujoco")
+    with backend.open(Scene((model,)), seed=1, options=backend.options()) as world:
+        world.advertise(model.controllers[0].topic).publish(Float64(0.3))
+        world.run_until(1_000_000_000)
+        assert world.joint_states("arm").positions == pytest.approx([0.3], abs=1e-3)
