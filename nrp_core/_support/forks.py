@@ -83,12 +83,17 @@ def _leave_parent(fork: Fork) -> None:
         file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
         os.dup2(file, number)
     os.closerange(_FIRST_OTHER_FILE, _MOST_FILES)
-    os.chdir(fork.folder)
+    take_over(fork.folder, fork.environment)
+
+
+def take_over(folder: str, environment: dict[str, str]) -> None:
+    """Go on in a folder and with environment variables as ``python -m`` would start there."""
+    os.chdir(folder)
     ours = _path_of_environment()
     os.environ.clear()
-    os.environ.update(fork.environment)
-    own_folder = [] if sys.flags.safe_path else [fork.folder]  # as python -m does
-    rest = [folder for folder in sys.path[len(own_folder) :] if folder not in ours]
+    os.environ.update(environment)
+    own_folder = [] if sys.flags.safe_path else [folder]  # as python -m does
+    rest = [place for place in sys.path[len(own_folder) :] if place not in ours]
     sys.path[:] = [*own_folder, *_path_of_environment(), *rest]
     invalidate_caches()
     tempfile.tempdir = None

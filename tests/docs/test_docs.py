@@ -17,6 +17,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
+from warm import programs
 
 from nrp_core.cli.commands import COMMANDS
 
@@ -32,7 +33,7 @@ READMES = sorted(
 
 BLOCK = re.compile(r"(<!-- not run: .+? -->\n)?^```(\w+)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE_NAME = re.compile(r"(?:#|<!--) ([\w./-]+\.\w+)(?: -->)?\n")
-RUNS_AS = {"sh": ["bash", "-e"], "python": [sys.executable]}
+RUNS_AS = {"sh": ["bash", "-e"], "python": ["python"]}
 MANY_RUNS = frozenset(
     f"docs/{name}.md"
     for name in (
@@ -64,23 +65,30 @@ def name_of(page: Path) -> str:
     return str(page.relative_to(ROOT))
 
 
+@pytest.fixture(scope="module")
+def warm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The folder of the commands that run in forks."""
+    with programs(tmp_path_factory.mktemp("warm")) as folder:
+        yield folder
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "page", [p for p in PAGES if any(blocks(p)) and name_of(p) not in MANY_RUNS], ids=name_of
 )
-def test_every_block_of_a_page_runs(page: Path, tmp_path: Path) -> None:
-    run_blocks(page, tmp_path)
+def test_every_block_of_a_page_runs(page: Path, warm: Path, tmp_path: Path) -> None:
+    run_blocks(page, tmp_path, warm)
 
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("page", sorted(MANY_RUNS))
-def test_every_block_of_a_page_with_many_runs_runs(page: str, tmp_path: Path) -> None:
-    run_blocks(ROOT / page, tmp_path)
+def test_every_block_of_a_page_with_many_runs_runs(page: str, warm: Path, tmp_path: Path) -> None:
+    run_blocks(ROOT / page, tmp_path, warm)
 
 
-def run_blocks(page: Path, tmp_path: Path) -> None:
-    """Run the blocks of a page in order, in one folder."""
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+def run_blocks(page: Path, tmp_path: Path, warm: Path) -> None:
+    """Run the blocks of a page in order, in one folder, with the programs of another."""
+    path = os.pathsep.join(map(str, (warm, Path(sys.executable).parent, os.environ["PATH"])))
     for block in blocks(page):
         named = FILE_NAME.match(block.text)
         if named:
