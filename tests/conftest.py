@@ -3,6 +3,7 @@
 import gc
 import os
 import signal
+from collections.abc import Iterator
 from pathlib import Path
 
 import platformdirs
@@ -17,6 +18,15 @@ signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's job in the
 os.environ.setdefault("NUMBA_CACHE_DIR", str(platformdirs.user_cache_path("nrp-core") / "kernels"))
 # and where Matplotlib keeps its list of fonts, which takes it seconds to make
 os.environ.setdefault("MPLCONFIGDIR", str(platformdirs.user_cache_path("matplotlib")))
+
+
+@pytest.fixture(scope="session")
+def warm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The folder of the commands ``python`` and ``nrp`` that run in forks, which start sooner."""
+    from warm import programs  # not when ``nrp conformance`` reads this file
+
+    with programs(tmp_path_factory.mktemp("warm")) as folder:
+        yield folder
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

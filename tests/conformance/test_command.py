@@ -2,7 +2,8 @@
 
 import json
 import subprocess
-import sys
+from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -10,12 +11,16 @@ from nrp_core.conformance.proof import Proof
 from nrp_core.errors import ExperimentError
 
 
-def nrp_conformance(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "nrp_core", "conformance", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+@pytest.fixture
+def nrp_conformance(warm: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
+    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+        command = [warm / "nrp", "conformance", *arguments]
+        return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+
+    return run
 
 
-def test_a_report_is_written_as_json_and_printed_as_text(tmp_path):
+def test_a_report_is_written_as_json_and_printed_as_text(nrp_conformance, tmp_path):
     file = tmp_path / "report.json"
     done = nrp_conformance(
         "brain", "event", "-o", "tolerance=1e-7", "--level", "contract", "--report", str(file)
@@ -30,7 +35,7 @@ def test_a_report_is_written_as_json_and_printed_as_text(tmp_path):
     assert done.stdout.splitlines()[-1].startswith("brain event conforms: ")
 
 
-def test_an_option_that_does_not_exist_is_refused_in_one_line():
+def test_an_option_that_does_not_exist_is_refused_in_one_line(nrp_conformance):
     done = nrp_conformance("brain", "event", "-o", "tolerence=1", "--json")
     assert done.returncode == 3
     message = json.loads(done.stdout)["error"]["message"]

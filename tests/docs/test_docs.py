@@ -17,7 +17,6 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
-from warm import programs
 
 from nrp_core.cli.commands import COMMANDS
 
@@ -65,13 +64,6 @@ def name_of(page: Path) -> str:
     return str(page.relative_to(ROOT))
 
 
-@pytest.fixture(scope="module")
-def warm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """The folder of the commands that run in forks."""
-    with programs(tmp_path_factory.mktemp("warm")) as folder:
-        yield folder
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "page", [p for p in PAGES if any(blocks(p)) and name_of(p) not in MANY_RUNS], ids=name_of
@@ -102,6 +94,24 @@ def run_blocks(page: Path, tmp_path: Path, warm: Path) -> None:
             capture_output=True, text=True, timeout=300, check=False,
         )  # fmt: skip
         assert done.returncode == 0, f"{page}:{block.line}\n{done.stdout}\n{done.stderr}"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "block",
+    [
+        "```python\nraise SystemExit(3)\n```\n",
+        "```python\nimport os\nos.kill(os.getpid(), 9)\n```\n",
+        "```sh\nnrp explain NRP000\ntrue\n```\n",
+        "```python\nimport nrp_core\nnrp_core.of_another_block\n```\n",
+    ],
+    ids=["exit code", "signal", "command", "state of another"],
+)
+def test_a_block_that_fails_is_named(block: str, warm: Path, tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(f"```python\nimport nrp_core\nnrp_core.of_another_block = 1\n```\n{block}")
+    with pytest.raises(AssertionError, match=r"page\.md:5"):
+        run_blocks(page, tmp_path, warm)
 
 
 @pytest.mark.parametrize("page", [*PAGES, *READMES], ids=name_of)

@@ -1,7 +1,6 @@
 """What a PyNN script changes between two runs: parameters, spike times, rates, weights."""
 
 import subprocess
-import sys
 from math import exp
 from pathlib import Path
 from types import ModuleType
@@ -154,7 +153,7 @@ def test_an_attribute_that_is_fixed_during_a_run_keeps_its_value(sim: ModuleType
     assert projection.get("delay", format="array") == 3.0
 
 
-def test_a_script_that_asks_for_its_simulator_by_name_gets_it(tmp_path: Path) -> None:
+def test_a_script_that_asks_for_its_simulator_by_name_gets_it(warm: Path, tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text(
         "from pyNN.utility import get_simulator\n"
@@ -165,7 +164,7 @@ def test_a_script_that_asks_for_its_simulator_by_name_gets_it(tmp_path: Path) ->
         "sim.run(100.0)\n"
         "print(options.simulator, cell.get_spike_counts())\n"
     )
-    command = [sys.executable, "-m", "nrp_core.pynn", str(script), "nrp", "--current", "1.5"]
+    command = [warm / "python", "-m", "nrp_core.pynn", str(script), "nrp", "--current", "1.5"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     name, count = done.stdout.split(maxsplit=1)
     assert name == "nrp"

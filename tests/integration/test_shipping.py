@@ -86,8 +86,9 @@ def test_the_main_experiment_passes_on_the_pair_of_minimal_backends(run: Run) ->
     assert list(result["events"]) == ["left_red", "right_red", "all_blue"]
 
 
+@pytest.mark.heavy
 def test_the_brain_conforms(run: Run) -> None:
-    """The kit for worlds runs in another environment below; all of its tests are those of the plugin."""
+    """The kit for worlds runs in such an environment below; the plugin's own tests are those of the kit."""
     done = run("nrp", "conformance", "brain", "minimal", "--level", "contract", "--json")
     assert done.returncode == 0, done.stdout[-2000:]
     counts = json.loads(done.stdout)["counts"]

@@ -376,9 +376,9 @@ def test_such_a_script_is_a_brain_of_an_experiment_too(tmp_path: Path) -> None:
     )
 
 
-def test_the_command_line_runs_one_and_ends_with_one_error(tmp_path: Path) -> None:
+def test_the_command_line_runs_one_and_ends_with_one_error(warm: Path, tmp_path: Path) -> None:
     (tmp_path / "bad.py").write_text(HEAD + "p.extra_models.StocExp()\n")
-    command = [sys.executable, "-m", "nrp_core.pynn", "--as", "spinnaker"]
+    command = [warm / "python", "-m", "nrp_core.pynn", "--as", "spinnaker"]
     done = subprocess.run([*command, "bad.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr.startswith("error: ")

@@ -60,13 +60,13 @@ def nrp_run(corpus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ca
 
 @pytest.mark.slow
 def test_a_status_callback_ends_a_trial_at_its_second(
-    ran: Ran, nrp_run: Callable[..., None], corpus: Path, tmp_path: Path
+    ran: Ran, warm: Path, nrp_run: Callable[..., None], corpus: Path, tmp_path: Path
 ) -> None:
     experiment = corpus / "p3dx_2018"
     nrp_run(experiment, "--allow-incomplete", "--until", "1s", "-s", "duration=2 s")
     expected = (experiment / "csv" / "spikes.csv").read_text()
     assert expected.count("\n") > 100
-    said = ran(sys.executable, SCRIPTS / "trial.py", tmp_path, NRP_SET="duration=2s")
+    said = ran(warm / "python", SCRIPTS / "trial.py", tmp_path, NRP_SET="duration=2s")
     assert (tmp_path / "spikes.csv").read_text() == expected
     assert "p3dx_2018\n" in said
     assert (experiment / "csv" / "run_0" / "spikes.csv").read_text() == expected
@@ -133,9 +133,9 @@ def test_without_pynrp_the_newer_name_is_ours(ran: Ran) -> None:
 
 
 @pytest.mark.slow
-def test_a_script_that_ends_early_ends_its_simulation(ran: Ran, corpus: Path) -> None:
+def test_a_script_that_ends_early_ends_its_simulation(ran: Ran, warm: Path, corpus: Path) -> None:
     script = """if True:
         from hbp_nrp_virtual_coach.virtual_coach import VirtualCoach
         VirtualCoach().launch_experiment('p3dx_2018').start()"""
-    ran(sys.executable, "-c", script, NRP_SET="duration=600s", NRP_PACE="realtime")
+    ran(warm / "python", "-c", script, NRP_SET="duration=600s", NRP_PACE="realtime")
     assert (corpus / "p3dx_2018" / "csv" / "run_0" / "spikes.csv").read_text().startswith("id,time\n")

@@ -72,9 +72,9 @@ def test_its_methods_are_the_fewest_and_each_says_what_to_write(made, side):
         assert f'"{name}: ' in source
 
 
-def test_its_conformance_fails_and_says_what_to_write_first(made):
+def test_its_conformance_fails_and_says_what_to_write_first(made, warm):
     made("brain", "acme")
-    command = [sys.executable, "-m", "nrp_core", "conformance", "brain", "acme", "--level", "contract"]
+    command = [warm / "nrp", "conformance", "brain", "acme", "--level", "contract"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 1
     *_, cause, verdict = done.stdout.splitlines()
