@@ -1,6 +1,7 @@
-"""Sort synapses by source neuron, delay and target: count them, distribute them, sort in place.
+"""Sort synapses by source neuron, key and target: count them, distribute them, sort in place.
 
-This needs less additional memory than the tables themselves.
+The key is the delay, and the table where several lie together. This needs less additional memory than the
+tables themselves.
 """
 
 from __future__ import annotations
@@ -9,6 +10,9 @@ import numpy as np
 
 from nrp_brain_event.records import Array
 from nrp_core._support.jit import jit
+
+_MOST = 1 << 16
+"""Keys below it are counted if they are not much more than the synapses."""
 
 
 @jit
@@ -51,56 +55,72 @@ def sort_targets(first: Array, targets: Array) -> None:
 
 
 @jit
-def sort_by_delay(first: Array, delays: Array, targets: Array, values: Array) -> None:
-    """Sort each neuron's synapses by delay and target; ``values`` may be empty."""
+def sort_by_key(first: Array, keys: Array, targets: Array, values: Array) -> None:
+    """Sort each neuron's synapses by key and target; ``values`` may be empty."""
     longest = 0
-    for k in range(len(delays)):
-        longest = max(longest, delays[k])
-    place = np.zeros(longest + 2, np.int64)
+    for k in range(len(keys)):
+        longest = max(longest, keys[k])
+    place = np.zeros(longest + 2 if longest < _MOST else 0, np.int64)
     for i in range(len(first) - 1):
         a, b = first[i], first[i + 1]
         if b - a < 2:
             continue
-        if longest < b - a and (targets[a + 1 : b] >= targets[a : b - 1]).all():
-            order = _by_delay(delays[a:b], place)
+        if longest < min(_MOST, 4 * (b - a)):
+            order = _by_key(keys[a:b], place)
         else:
-            order = np.argsort(delays[a:b].astype(np.int64) * 65536 + targets[a:b], kind="mergesort")
-        delays[a:b], targets[a:b] = delays[a:b][order], targets[a:b][order]
+            order = np.argsort(keys[a:b], kind="mergesort")
+        order = _ascending(order, keys[a:b], targets[a:b])
+        keys[a:b], targets[a:b] = keys[a:b][order], targets[a:b][order]
         if len(values) > 0:
             values[a:b] = values[a:b][order]
 
 
 @jit
-def _by_delay(delays: Array, place: Array) -> Array:
-    """Return the stable order of delays by counting; ``place`` has room for one more than the longest."""
+def _by_key(keys: Array, place: Array) -> Array:
+    """Return the stable order of keys by counting; ``place`` has room for one more than the highest."""
     place[:] = 0
-    for delay in delays:
-        place[delay + 1] += 1
+    for key in keys:
+        place[key + 1] += 1
     for k in range(len(place) - 1):
         place[k + 1] += place[k]
-    order = np.empty(len(delays), np.int64)
-    for k in range(len(delays)):
-        order[place[delays[k]]] = k
-        place[delays[k]] += 1
+    order = np.empty(len(keys), np.int64)
+    for k in range(len(keys)):
+        order[place[keys[k]]] = k
+        place[keys[k]] += 1
     return order
 
 
 @jit
-def count_segments(first: Array, delays: Array) -> int:
-    """Return how many stretches of equal delay there are."""
+def _ascending(order: Array, keys: Array, targets: Array) -> Array:
+    """Sort by target where keys are equal, and only there where connectors did not."""
+    begin = 0
+    for k in range(1, len(order) + 1):
+        if k == len(order) or keys[order[k]] != keys[order[begin]]:
+            for j in range(begin + 1, k):
+                if targets[order[j]] < targets[order[j - 1]]:
+                    part = order[begin:k].copy()
+                    order[begin:k] = part[np.argsort(targets[part], kind="mergesort")]
+                    break
+            begin = k
+    return order
+
+
+@jit
+def count_segments(first: Array, keys: Array) -> int:
+    """Return how many stretches of equal keys there are."""
     n = 0
     for i in range(len(first) - 1):
         for k in range(first[i], first[i + 1]):
-            n += k == first[i] or delays[k] != delays[k - 1]
+            n += k == first[i] or keys[k] != keys[k - 1]
     return n
 
 
 @jit
-def cut_segments(first: Array, delays: Array, neuron: Array, start: Array) -> None:
+def cut_segments(first: Array, keys: Array, neuron: Array, start: Array) -> None:
     """Write the neuron and the first synapse of each stretch."""
     n = 0
     for i in range(len(first) - 1):
         for k in range(first[i], first[i + 1]):
-            if k == first[i] or delays[k] != delays[k - 1]:
+            if k == first[i] or keys[k] != keys[k - 1]:
                 neuron[n], start[n] = i, k
                 n += 1

@@ -1,12 +1,14 @@
 """The synapses of a network as tables of the grid: two bytes each where weights and delays are equal.
 
 A table takes all projections whose synapses act on the same variable of the same 65536 neurons in the
-same way. Individual weights are in single precision; delays are given by the stretch of a synapse.
+same way. Individual weights are in single precision; delays are given by the stretch of a synapse. A
+stretch is shorter than a line of memory in many networks, so the tables of static synapses with weights of
+their own lie together: what a spike reaches after one delay is read in one go.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Final
@@ -64,16 +66,20 @@ class ProjectionPart:
         return low, low + _SPAN
 
 
+Store = dict[int, list[ProjectionPart]]
+"""The parts of the tables that lie together, by the number of the table."""
+
+
 @dataclass(frozen=True)
 class Segments:
-    """Stretches of equal delay in one table."""
+    """Stretches of equal delay and table."""
 
     neuron: Array
     start: Array
     length: Array
     delay: Array
     """Steps."""
-    table: int = 0
+    table: Array
 
 
 def load_tables(
@@ -106,27 +112,28 @@ def load_tables(
             now = projection if given is None else replace(projection, weight=given)
             for part in _parts(network, now, cells, row_of, grid, plastic_rows):
                 groups.setdefault(part.key, []).append(part)
-    firsts = [np.append(0, np.cumsum(_count(network, parts))) for parts in groups.values()]
+    stores = _stores(list(groups.values()))
+    firsts = [np.append(0, np.cumsum(_count(network, _parts_in(store)))) for store in stores]
+    owns = [_parts_in(store)[0].weight is None for store in stores]
     n_all = sum(int(first[-1]) for first in firsts)
-    n_own = sum(
-        int(f[-1]) for f, parts in zip(firsts, groups.values(), strict=True) if parts[0].weight is None
-    )
+    n_own = sum(int(first[-1]) for first, own in zip(firsts, owns, strict=True) if own)
     targets, weights = np.empty(n_all, np.uint16), np.empty(n_own, np.float32)
     tables, segments = np.zeros(len(groups), Table.dtype()), []
     dynamics = {SHORT_TERM: [np.empty(0, ShortTerm.dtype())], PLASTIC: [np.empty(0, np.int32)]}
     done = done_own = 0
-    for number, (first, parts) in enumerate(zip(firsts, groups.values(), strict=True)):
-        n, own = int(first[-1]), parts[0].weight is None
-        table, values = tables[number], weights[done_own : done_own + n * own]
-        table["line"] = parts[0].line * len(cells) + parts[0].span * _SPAN
-        table["weight"], table["own"], table["dynamic"] = parts[0].weight or 0.0, own, parts[0].dynamic
-        table["weights"] = done_own - done
-        found = _fill(parts, first, targets[done : done + n], values, grid)
-        segments.append(replace(found, start=found.start + done, table=number))
-        if parts[0].dynamics is not None:
-            before = dynamics[parts[0].dynamic]
-            table["dynamics"] = sum(map(len, before)) - done
-            before.append(parts[0].dynamics)
+    for first, store, own in zip(firsts, stores, owns, strict=True):
+        n = int(first[-1])
+        for number, (one, *_) in store.items():
+            table = tables[number]
+            table["line"] = one.line * len(cells) + one.span * _SPAN
+            table["weight"], table["own"], table["dynamic"] = one.weight or 0.0, own, one.dynamic
+            table["weights"] = done_own - done
+            if one.dynamics is not None:
+                before = dynamics[one.dynamic]
+                table["dynamics"] = sum(map(len, before)) - done
+                before.append(one.dynamics)
+        found = _fill(store, first, targets[done : done + n], weights[done_own : done_own + n * own], grid)
+        segments.append(replace(found, start=found.start + done))
         done, done_own = done + n, done_own + n * own
     return {
         "tables": tables, "targets": targets, "weights": weights,
@@ -195,8 +202,24 @@ def common(values: FloatArray) -> float | None:
     return float(kept[0]) if (kept == kept[0]).all() else None
 
 
+def _stores(groups: list[list[ProjectionPart]]) -> list[Store]:
+    """Return the tables that lie together, and each other one alone."""
+    together: Store = {}
+    alone: list[Store] = []
+    for number, parts in enumerate(groups):
+        if parts[0].weight is None and not parts[0].dynamic:
+            together[number] = parts
+        else:
+            alone.append({number: parts})
+    return [together, *alone] if together else alone
+
+
+def _parts_in(store: Store) -> list[ProjectionPart]:
+    return [part for parts in store.values() for part in parts]
+
+
 def _count(network: Network, parts: list[ProjectionPart]) -> IntArray:
-    """Return the number of synapses of a table from each neuron."""
+    """Return the number of synapses of a store from each neuron."""
     n = np.zeros(network.size, np.int64)
     for part in parts:
         for pre, post in part.projection.pairs():
@@ -204,30 +227,34 @@ def _count(network: Network, parts: list[ProjectionPart]) -> IntArray:
     return n
 
 
-def _fill(
-    parts: list[ProjectionPart], first: IntArray, targets: Array, weights: Array, grid: TimeGrid
-) -> Segments:
-    """Write the synapses of a table; ``first`` is the index of each neuron's first synapse."""
-    at = first[:-1].copy()
+def _fill(store: Store, first: IntArray, targets: Array, weights: Array, grid: TimeGrid) -> Segments:
+    """Write the synapses of a store; ``first`` is the index of each neuron's first synapse."""
+    at, parts, numbers = first[:-1].copy(), _parts_in(store), np.array([*store])
     for part in parts:
         shift = part.post_first - part.span * _SPAN
         for pre, post in part.projection.pairs():
             sorting.place(pre, post, *part.bounds, shift, at[part.pre_first :], targets)
     if len(weights):
-        _place_values((part.projection.weight for part in parts), parts, first, weights)
+        _place_values(parts, first, weights, lambda part: part.projection.weight, lambda _, given: given)
     ends = np.concatenate([_steps(extremes(kept(part.projection, "delay_ms")), grid) for part in parts])
     if common(ends) is not None and not len(weights):
         sorting.sort_targets(first, targets)
         neuron = np.flatnonzero(np.diff(first))
-        return Segments(neuron, first[neuron], np.diff(first)[neuron], np.full(len(neuron), ends[0]))
-    delays = np.empty(len(targets), np.uint16 if ends.max() < _SPAN else np.int32)
-    _place_values((part.projection.delay_ms for part in parts), parts, first, delays, grid.delays)
-    sorting.sort_by_delay(first, delays, targets, weights)
-    n = sorting.count_segments(first, delays)
-    neuron, start, length = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
-    sorting.cut_segments(first, delays, neuron, start)
-    length[:] = np.diff(np.append(start, len(targets)))
-    return Segments(neuron, start, length, delays[start].astype(np.int64))
+        delay, table = np.full(len(neuron), ends[0]), np.full(len(neuron), numbers[0])
+        return Segments(neuron, first[neuron], np.diff(first)[neuron], delay, table)
+    place_of = {own[0].key: place for place, own in enumerate(store.values())}
+
+    def key(part: ProjectionPart, delays_ms: Array) -> Array:
+        return grid.delays(delays_ms) * len(store) + place_of[part.key]
+
+    keys = np.empty(len(targets), np.uint16 if (ends.max() + 1) * len(store) < _SPAN else np.int64)
+    _place_values(parts, first, keys, lambda part: part.projection.delay_ms, key)
+    sorting.sort_by_key(first, keys, targets, weights)
+    n = sorting.count_segments(first, keys)
+    neuron, start = np.empty(n, np.int64), np.empty(n, np.int64)
+    sorting.cut_segments(first, keys, neuron, start)
+    delay, table = np.divmod(keys[start].astype(np.int64), len(store))
+    return Segments(neuron, start, np.diff(np.append(start, len(targets))), delay, numbers[table])
 
 
 def _steps(delays_ms: FloatArray, grid: TimeGrid) -> Array:
@@ -236,17 +263,17 @@ def _steps(delays_ms: FloatArray, grid: TimeGrid) -> Array:
 
 
 def _place_values(
-    values: Iterable[Array], parts: list[ProjectionPart], first: IntArray, out: Array,
-    converted: Callable[[Array], Array] = np.ascontiguousarray,
+    parts: list[ProjectionPart], first: IntArray, out: Array,
+    given: Callable[[ProjectionPart], Array], converted: Callable[[ProjectionPart, Array], Array],
 ) -> None:  # fmt: skip
     at = first[:-1].copy()
-    for part, given in zip(parts, values, strict=True):
-        each, begin = distinct(given), 0
+    for part in parts:
+        each, begin = distinct(given(part)), 0
         for pre, post in part.projection.pairs():
             some = each[begin : begin + len(pre)] if len(each) == part.projection.size else each
             begin += len(pre)
-            step = int(len(some) == len(pre))
-            sorting.place_values(pre, post, *part.bounds, converted(some), step, at[part.pre_first :], out)
+            step, values = int(len(some) == len(pre)), np.ascontiguousarray(converted(part, some))
+            sorting.place_values(pre, post, *part.bounds, values, step, at[part.pre_first :], out)
 
 
 def _joined(segments: list[Segments], n_neurons: int) -> dict[str, Array]:
@@ -254,7 +281,7 @@ def _joined(segments: list[Segments], n_neurons: int) -> dict[str, Array]:
     none = np.empty(0, np.int64)
     neuron = np.concatenate([none, *(part.neuron for part in segments)])
     delay = np.concatenate([none, *(part.delay for part in segments)])
-    table = np.concatenate([none, *(np.full(len(part.neuron), part.table) for part in segments)])
+    table = np.concatenate([none, *(part.table for part in segments)])
     order = np.lexsort((table, delay, neuron))
     neuron, delay = neuron[order], delay[order]
     begins = np.append(True, neuron[1:] != neuron[:-1])[: len(neuron)]

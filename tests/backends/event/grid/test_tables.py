@@ -90,6 +90,26 @@ def test_equal_synapses_take_two_bytes_and_own_weights_four_more() -> None:
     assert bytes_of(rng.random(n * fan_out)) < 6.1
 
 
+def test_what_a_spike_reaches_after_one_delay_lies_together(cells: Cells) -> None:
+    """Excitatory and inhibitory synapses are of different tables; equal weights are kept elsewhere."""
+    rng, pre = np.random.default_rng(2), np.repeat(np.arange(20, dtype=np.int32), 30)
+
+    def drawn(receptor: str, sign: float) -> Projection:
+        post = rng.integers(0, 20, pre.size, dtype=np.int32)
+        weight, delay = sign * rng.uniform(0.1, 1.0, pre.size), rng.integers(1, 4, pre.size) / 10
+        return Projection(receptor, "n", "n", receptor, pre, post, weight, delay)
+
+    projections = drawn("excitatory", 1.0), drawn("inhibitory", -1.0)
+    network = Network({"n": cells("n", "IF_curr_exp", 20)}, projections)
+    grid, _, _ = build_grid(network, 1e-9, TimeGrid(NS_PER_MS // 10), frozenset())
+    assert len(grid.tables) == 2
+    ends = grid.segments["start"] + grid.segments["length"]
+    for first, last in zip(grid.row_first, grid.row_first[1:], strict=False):
+        own = grid.segments[first:last]
+        assert {*own["table"].tolist()} == {0, 1}
+        assert (own["start"][1:] == ends[first : last - 1]).all()
+
+
 def test_targets_beyond_sixteen_bits_are_reached() -> None:
     n = 70_000
     post = np.array([0, 65_535, 65_536, 69_999, 3], np.int32)
