@@ -15,6 +15,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.data import RECEPTORS, Network, Population, Projection
+from nrp_core.brain.network.drawing.drawn import extremes, kept
 from nrp_core.brain.network.equations.cell_doubts import doubts_about_cells, doubts_about_weights
 from nrp_core.brain.network.equations.synapse_doubts import doubts_about_synapses
 
@@ -207,7 +208,7 @@ def _of_synapses(projection: Projection, post: Population) -> Iterator[str]:
     if not projection.size:
         return
     owner = f"the projection '{projection.label}'"
-    yield from _outside(f"a delay of {owner}", projection.delay_ms, _DELAY)
+    yield from _outside(f"a delay of {owner}", _extremes(projection, "delay_ms"), _DELAY)
     yield from _beyond_limits(owner, projection)
     if projection.equations is not None:
         scale = projection.equations.weight_scale(post.weight_unit(projection.receptor))
@@ -232,7 +233,7 @@ def _within_step(projection: Projection, step_ms: float | None) -> Iterator[str]
     """Yield that a delay ends within a time step; a delay of 0 is deliberate."""
     if step_ms is None or not projection.size:
         return
-    shortest = float(projection.delay_ms.min())
+    shortest = float(_extremes(projection, "delay_ms").min())
     if _DELAY.low <= shortest < step_ms * (1.0 - _ROUNDING):
         yield (
             f"a delay of the projection '{projection.label}' is {shortest:g} ms, shorter than the time step "
@@ -243,16 +244,17 @@ def _within_step(projection: Projection, step_ms: float | None) -> Iterator[str]
 def _of_weights(owner: str, projection: Projection, post: Population) -> Iterator[str]:
     """Yield that weights, or what they may grow to, are too large or all 0."""
     limits = {} if projection.equations is not None else projection.synapse_parameters
-    if not projection.weight.size:
+    weights = _extremes(projection, "weight")
+    if not weights.size:
         return
-    size = too_strong(float(np.abs(projection.weight).max()), post)
+    size = too_strong(float(np.abs(weights).max()), post)
     if size:
         yield f"a weight of {owner} is {size}"
     highest = limits.get("w_max", _NOTHING)
     size = too_strong(float(highest.max()), post) if highest.size and not size else ""
     if size:
         yield f"w_max of {owner} is {size}"
-    if not projection.weight.any() and "w_max" not in projection.synapse_parameters:
+    if not weights.any() and "w_max" not in projection.synapse_parameters:
         yield f"all weights of {owner} are 0: it has no effect"
 
 
@@ -297,7 +299,7 @@ def _of_all_together(projection: Projection, post: Population) -> Iterator[str]:
     distance_mv = float(distances_mv[distances_mv > 0].min(initial=np.inf))  # others are pacemakers
     if not np.isfinite(distance_mv):
         return
-    effect_mv = float(np.abs(projection.weight).max()) * projection.size
+    effect_mv = float(np.abs(_extremes(projection, "weight")).max()) * projection.size
     suspect = "the weight"
     if post.cell_type not in _IN_MV:
         effect_mv *= float(cells[name].max()) * np.e / float(cells["cm"].min())
@@ -319,6 +321,11 @@ def _leak_us(cells: Population) -> float | None:
         return None
     leak = float((cells.parameters["cm"] / cells.parameters["tau_m"]).min())
     return leak if leak > 0.0 else None  # equations may have any sign
+
+
+def _extremes(projection: Projection, name: str) -> FloatArray:
+    """Return values of a projection, or the lowest and the highest of those that would be drawn again."""
+    return extremes(kept(projection, name))
 
 
 def _beyond_limits(owner: str, projection: Projection) -> Iterator[str]:
