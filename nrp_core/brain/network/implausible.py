@@ -37,7 +37,7 @@ _CELLS: Final = {
     "tau_syn_E": _TIME,
     "tau_syn_I": _TIME,
     "tau_refrac": _SHORT_TIME,
-    "cm": Plausible(1e-4, 50.0, "nF", "uF", "pF"),
+    "cm": Plausible(6e-4, 50.0, "nF", "uF", "pF"),  # none has less than 1 pF; 0.6 nF is not a few pF
     "tau_w": Plausible(0.16, 1e5, "ms", "s", "us"),
     "delta_T": Plausible(0.008, 500.0, "mV", "V", "uV"),
     "i_offset": Plausible(0.0, 50.0, "nA", "uA", "pA"),

@@ -55,8 +55,9 @@ class Connector(connectors.Connector):
             super().__init__(*args, **options)
         except _IMPOSSIBLE as error:  # PyNN gives no more details
             shown = ", ".join([*map(repr, args), *(f"{key}={value!r}" for key, value in options.items())])
+            distance = "; the distance is d" if isinstance(error, NameError) else ""
             raise WrongKindError(
-                f"{name}({shown}): an argument is impossible; {str(error) or _RULES}"
+                f"{name}({shown}): an argument is impossible; {str(error) or _RULES}{distance}"
             ) from None
         given = inspect.signature(super().__init__).bind(*args, **options).arguments
         if hasattr(self, "rng") and given.get("rng") is None:

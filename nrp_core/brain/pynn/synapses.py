@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from pyNN.parameters import LazyArray
 from pyNN.standardmodels import StandardSynapseType, synapses
@@ -18,6 +18,8 @@ from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.models import RULE_PARTS, untranslated
 from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.errors import CapabilityError, NetworkError
+
+_FUNCTIONS: Final = "; a function of Python, such as lambda d: numpy.exp(-d), may use any name"
 
 
 class SynapseType(StandardSynapseType):
@@ -59,7 +61,8 @@ class SynapseType(StandardSynapseType):
                 try:
                     LazyArray(value)
                 except Exception as error:  # noqa: BLE001 - whatever the user wrote
-                    raise InvalidValueError(f"{name}: {parameter} is {value!r}. {error}") from None
+                    hint = _FUNCTIONS if "is not defined" in str(error) else ""
+                    raise InvalidValueError(f"{name}: {parameter} is {value!r}. {error}{hint}") from None
         fraction = parameters.get("dendritic_delay_fraction", 1.0)
         if not (isinstance(fraction, (int, float)) and 0 <= fraction <= 1):
             raise InvalidValueError(

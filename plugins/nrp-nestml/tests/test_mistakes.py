@@ -57,6 +57,12 @@ MISTAKES = {
     "number": ("tau_m ms = 10 ms", "tau_m ms = 10", 'line 14: .*Expected: "ms", got: "integer"'),
     "sum": (" / C_m", "", "line 9: Operation mV / ms .*pA is not defined"),
     "pulse": (" * 1 s", "", 'line 38: .*Expected: "pA", got: "pA / s"'),
+    "second": ("* 1 s", "* 1 ms", "line 38: a spike is a pulse in 1/s: it is multiplied by 1 s, not by 1 ms"),
+    "time": (
+        "tau_m ms = 10 ms",
+        "tau_m mV = 10 mV",
+        "line 9: the equation of 'V_m' adds a number without a u",
+    ),
     "reset": ("V_m = E_L\n        emit", "V_m = refr_T\n        emit", 'line 42: .*"mV", got: "ms"'),
     "parameter": ("tau_syn ms", "tau_m ms", "redeclared"),
     "two equations": ("refr_t' = -1", "refr_t' = -1\n        refr_t' = -1", "line 11: 'refr_t' has two equa"),

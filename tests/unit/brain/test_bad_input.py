@@ -150,6 +150,9 @@ CASES = {
     "sim.FixedNumberPreConnector(n=2.5)": "FixedNumberPreConnector(n=2.5): an argument is impossible; n must",
     "sim.DistanceDependentProbabilityConnector('d <')":
         "DistanceDependentProbabilityConnector('d <'): an argument is impossible; invalid syntax",
+    "sim.DistanceDependentProbabilityConnector('exp(-D)')":
+        "an argument is impossible; name 'D' is not defined; the distance is d",
+    "sim.StaticSynapse(weight='exp(-d)')": "name 'exp' is not defined; a function of Python, such as lambda",
     "sim.FromListConnector([0, 1])": "its list of synapses is [0, 1]; each is (pre, post, ...)",
     "sim.STDPMechanism(timing_dependence=5)": "its timing_dependence is 5; it must be one such as",
     joined("sim.STDPMechanism(timing_dependence=sim.Vogels2011Rule(), "

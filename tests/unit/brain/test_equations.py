@@ -140,6 +140,11 @@ DOUBTS = {
     "no synapse": ({"receptors": {"excitatory": "v += weight"}}, "'ge' stays at 0: no spike or input"),
     "equality": ({"threshold": "v == v_thresh"}, "'v == v_thresh', which a value that changes"),
     "a step": (with_parameter(tau_refrac="0.1 ms"), None),
+    "added rest": ({"equations": MEMBRANE.replace("v_rest - v", "-v_rest - v")}, "v is drawn to 65 mV, the"),
+    "subtracted": (
+        {"equations": MEMBRANE.replace("v_rest - v", "0*v_rest - v - a"), **with_parameter(a="65 mV")}, None
+    ),
+    "product": ({"equations": MEMBRANE.replace("v_rest - v", "(v - v_rest)*(v - v_thresh)/(9*mV)")}, None),
 }  # fmt: skip
 
 

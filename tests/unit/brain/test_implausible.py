@@ -20,6 +20,7 @@ WRONG_UNITS = [
     ({"tau_m": 20_000.0}, "tau_m of the population 'cells' is 20000 ms; is it meant in us?"),
     ({"tau_syn_E": 0.005}, "tau_syn_E of the population 'cells' is 0.005 ms; is it meant in s?"),
     ({"tau_refrac": 0.002}, "tau_refrac of the population 'cells' is 0.002 ms; is it meant in s?"),
+    ({"cm": 0.00025}, "cm of the population 'cells' is 0.00025 nF; is it meant in uF?"),
     ({"cm": 250.0}, "cm of the population 'cells' is 250 nF; is it meant in pF?"),
     ({"i_offset": 300.0}, "i_offset of the population 'cells' is 300 nA; is it meant in pA?"),
     (

@@ -22,7 +22,14 @@ from nrp_core.brain.network.equations.doubts import (
 from nrp_core.brain.network.equations.expressions import TIME, names_in
 from nrp_core.brain.network.equations.linear import rates
 from nrp_core.brain.network.equations.model import INPUT, Model
-from nrp_core.brain.network.equations.responses import Crossing, beginning, crossing, direction, drift
+from nrp_core.brain.network.equations.responses import (
+    Crossing,
+    beginning,
+    crossing,
+    direction,
+    drift,
+    is_added,
+)
 from nrp_core.brain.network.equations.units import VOLT
 
 _MOST_CELLS: Final = 100
@@ -72,6 +79,7 @@ def doubts_about_cells(
     if limit is not None:
         yield from _threshold(equations, limit, state)
         yield from _time_constants(model, limit.variable, state)
+        yield from _added_rests(model, limit.variable, state)
         if INPUT in model.parameters and direction(model, state, limit.variable, INPUT) * limit.sign < 0:
             yield f"a positive {INPUT} takes {limit.variable} away from its threshold: is a sign wrong?"
     yield from _reset(model)
@@ -210,6 +218,22 @@ def _time_constants(model: Model, membrane: str, state: dict[str, Any]) -> Itera
         fastest = max(abs(drift(model, where, name, name)) for where in (state, below))
         if fastest and not low <= 1.0 / fastest <= high:
             yield f"{name} changes with a time constant of {1e3 / fastest:.4g} ms; is it in another unit?"
+
+
+def _added_rests(model: Model, membrane: str, state: dict[str, Any]) -> Iterator[str]:
+    """Yield the negative potentials that a membrane adds to its own, as in -(v + E_L)/tau."""
+    if model.variables[membrane].unit.dimension != VOLT:
+        return
+    for name, unit in model.parameters.items():
+        if unit.dimension != VOLT or name not in state:
+            continue
+        if np.max(state[name]) >= 0.0 or not is_added(model, state, membrane, name):
+            continue
+        volts = np.atleast_1d(state[name]).flat[0]
+        yield (
+            f"{membrane} is drawn to {-volts * 1e3:g} mV, the opposite of {name}, {volts * 1e3:g} mV: is a "
+            f"sign wrong in d{membrane}/dt?"
+        )
 
 
 def _constant(model: Model, state: dict[str, Any]) -> Iterator[str]:

@@ -19,6 +19,10 @@ _STEP: Final = 1e-4
 """The step of differences, in the unit of a variable."""
 _NOISE: Final = 1e-9
 """A difference that is smaller, as a share of the values, is rounding."""
+_SHIFT: Final = 5.0
+"""In the unit of a variable: where a term is not linear, its slope is another one so far away."""
+_SMALL: Final = 1e-6
+"""A share of the largest rate that stands for none."""
 _RISING: Final = (ast.Gt, ast.GtE)
 _FALLING: Final = (ast.Lt, ast.LtE)
 State = Mapping[str, Any]
@@ -90,6 +94,30 @@ def drift(model: Model, state: State, variable: str, of: str) -> float:
     low, high = (float(end.flat[0]) for end in ends)
     change = high - low
     return change / (2.0 * step) if abs(change) > _NOISE * (abs(low) + abs(high)) else 0.0
+
+
+def is_added(model: Model, state: State, variable: str, parameter: str) -> bool:
+    """Return whether a derivative has a term -(variable + parameter) * rate, at any value of the variable.
+
+    Args:
+        model: the equations.
+        state: parameters and state in SI units.
+        variable: the variable.
+        parameter: a parameter in its unit.
+    """
+    rate, shift = model.variables[variable].rate, _SHIFT * model.variables[variable].unit.scale
+    at_start, value = state.get(variable, 0.0), state[parameter]
+    moved = [at_start + k * shift for k in (-1.0, 0.0, 1.0)]
+    rates = [
+        [known_value(rate, {**state, variable: v, parameter: value + p}, model.definitions) for v in moved]
+        for p in (-shift, 0.0, shift)
+    ]
+    if any(one is None for row in rates for one in row):
+        return False
+    by = np.array([[float(one.flat[0]) for one in row] for row in rates])
+    slopes = np.diff(by, axis=0)
+    noise = _SMALL * np.abs(by).max()
+    return bool(slopes.max() < -noise and np.ptp(slopes) <= noise and by[1, 2] < by[1, 0])
 
 
 def direction(model: Model, state: State, target: str, cause: str) -> int:

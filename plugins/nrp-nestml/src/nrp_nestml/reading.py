@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import io
+import re
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from nrp_nestml.errors import NestmlError
+
+_CAST: Final = re.compile(r'Implicit casting from \(compatible\) type "(.+)" to "real"')
 
 
 def read(path: Path) -> Any:
@@ -36,4 +39,37 @@ def read(path: Path) -> Any:
     for *_, place, message in Logger.get_messages(models[0], LoggingLevel.ERROR):
         line = f"line {place.start_line}: " if place is not None else ""
         raise NestmlError(f"{line}{' '.join(str(message).split())}")
+    _require_units(models[0], Logger.get_messages(models[0], LoggingLevel.WARNING))
     return models[0]
+
+
+def _require_units(model: Any, warnings: list[Any]) -> None:
+    """Refuse an equation that adds a number without a unit to a term in the unit of the equation.
+
+    NESTML only warns when it drops a unit, as it does in models that are fitted to measurements. If the unit
+    that it drops is that of the equation, the other term lacks it: a parameter is in another unit.
+    """
+    from astropy.units import Unit
+
+    units = {
+        variable.get_name(): str(declaration.get_data_type())
+        for block in model.get_state_blocks()
+        for declaration in block.get_declarations()
+        for variable in declaration.get_variables()
+    }
+    needed = {
+        one.get_source_position().start_line: (name, units[name])
+        for block in model.get_equations_blocks()
+        for one in block.get_ode_equations()
+        if (name := one.get_lhs().get_name()) in units
+    }
+    for *_, place, message in warnings:
+        found = _CAST.match(str(message))
+        if place is None or found is None or place.start_line not in needed:
+            continue
+        name, unit = needed[place.start_line]
+        if unit != "real" and Unit(found[1]).is_equivalent(Unit(unit) / Unit("s")):
+            raise NestmlError(
+                f"line {place.start_line}: the equation of '{name}' adds a number without a unit to one in "
+                f"{found[1]}: is a parameter in another unit?"
+            )

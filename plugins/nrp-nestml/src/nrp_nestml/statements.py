@@ -13,6 +13,8 @@ from nrp_nestml.expressions import Writer, plain
 
 _NEARLY: Final = "(1 - 1e-9)"
 """Of a period, so that rounding does not delay a cell that counts steps by one."""
+_MILLISECOND: Final = re.compile(r"\*\s*(?:1(?:\.0*)?\s*)?ms\b")
+"""A factor of one millisecond, as NESTML prints expressions."""
 
 
 @dataclass
@@ -273,6 +275,8 @@ class Reader:
         name, value = target(one.get_assignment(), self._writer)
         ports = [port] if port else [each for each in self._ports if re.search(rf"\b{each}\b", value)]
         added = value.removeprefix(f"{name} + ")
+        if _MILLISECOND.search(str(one.get_assignment().get_expression())):
+            raise NestmlError(f"{at(one)}: a spike is a pulse in 1/s: it is multiplied by 1 s, not by 1 ms")
         if port and re.search(rf"\b{port}\b", value) is None:
             raise NestmlError(f"{at(one)}: what a spike of '{port}' adds does not depend on '{port}'")
         if len(ports) != 1 or added == value or ports[0] in self.found.effects:
