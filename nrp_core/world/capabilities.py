@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from nrp_core.findings import Code, Findings
 from nrp_core.findings.refusals import no_joint, refusal, unmoved
 from nrp_core.simulation import Determinism
-from nrp_core.world.scene.model import Joint, Scene
+from nrp_core.world.scene.model import Joint, Model, Scene
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +29,7 @@ class WorldCapabilities:
         joint_control: single joints can be controlled, and forces be applied to bodies.
         joint_wrenches: it reports the force and torque in a joint.
         ball_joints: it has ball joints. Otherwise a scene with one is refused.
+        ball_control: ball joints can be led to orientations. Otherwise a scene in which one is, is refused.
         coupled_joints: joints can follow others, as in gearboxes and screws. Otherwise a scene with one is
             refused.
         loops: joints can close loops. Otherwise those that do are left out, with a warning.
@@ -52,6 +54,7 @@ class WorldCapabilities:
     joint_control: bool = False
     joint_wrenches: bool = False
     ball_joints: bool = False
+    ball_control: bool = False
     coupled_joints: bool = False
     loops: bool = False
     own_actuators: bool = False
@@ -67,7 +70,7 @@ class WorldCapabilities:
             if not (self.dynamics or model.static or model.drives):
                 return unmoved(model.name)
             for joint in model.joints if self.dynamics and not model.static else ():
-                for need in needs_of(joint):
+                for need in needs_of(model, joint):
                     if not getattr(self, need):
                         return no_joint(model.name, joint.name, need)
         return ""
@@ -91,7 +94,11 @@ def check_scene(scene: Scene, capabilities: WorldCapabilities, engine: object, w
             warnings.add(Code.NRP260, message, subject=loop.name)
 
 
-def needs_of(joint: Joint) -> tuple[str, ...]:
-    """Return the capabilities that a joint needs besides dynamics."""
-    ball = ("ball_joints",) if joint.kind == "ball" else ()
-    return ball if joint.mimic is None else (*ball, "coupled_joints")
+def needs_of(model: Model, joint: Joint) -> Iterator[str]:
+    """Yield the capabilities that a joint of a model needs besides dynamics."""
+    if joint.kind == "ball":
+        yield "ball_joints"
+        if any(controller.joint == joint.name for controller in model.controllers):
+            yield "ball_control"
+    if joint.mimic is not None:
+        yield "coupled_joints"

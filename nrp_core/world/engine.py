@@ -33,6 +33,7 @@ from nrp_core.world.rigid.motion import (
     Touch,
     Wrench,
 )
+from nrp_core.world.rigid.pose import Quaternion
 from nrp_core.world.scene.merged_bodies import Body, bodies_of, body_of
 from nrp_core.world.scene.model import Light, Model, Rgba, Scene
 
@@ -240,6 +241,11 @@ class Engine(ABC):
     def set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
         """Set the target of a joint's servo; only joints with a controller have one."""
         self._do_set_joint_aim(model, joint, aim)
+
+    @final
+    def set_ball_aim(self, model: str, joint: str, orientation: Quaternion | None) -> None:
+        """Lead a ball joint with a controller to an orientation of its child, or release it."""
+        self._do_set_ball_aim(model, joint, orientation)
 
     def retarget(
         self,
@@ -480,6 +486,10 @@ class Engine(ABC):
     def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
         """Set the target of the servo of a joint with a controller."""
         raise self.lacks(JOINT_CONTROL)
+
+    def _do_set_ball_aim(self, model: str, joint: str, orientation: Quaternion | None) -> None:
+        """Lead a ball joint with a controller to an orientation, or release it."""
+        raise self.lacks("cannot lead ball joints to orientations")
 
     def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:
         """Apply an effort to a joint from now on, in addition to its servo."""

@@ -53,7 +53,7 @@ class Fitting:
 
 def commandable(model: Model) -> list[Joint]:
     """Return the joints of a model that could be commanded."""
-    return [joint for joint in model.joints if joint.takes_commands and joint.mimic is None]
+    return [joint for joint in model.joints if joint.coordinates and joint.mimic is None]
 
 
 def without_commands(model: Model) -> list[Joint]:
@@ -79,7 +79,7 @@ def fitted(model: Model, fitting: Fitting) -> Model:
     model = replace(model, starts=tuple(starts.items()))
     told: dict[tuple[str, str], JointControl] = {}
     for pattern, control in fitting.control:
-        for joint in _chosen(model, pattern):
+        for joint in _chosen(model, pattern, control):
             if (joint, control.mode) in told:
                 raise SceneError(f"two patterns give the joint '{joint}' of '{model.name}' a {control.mode}")
             told[joint, control.mode] = control
@@ -130,15 +130,19 @@ def _start(model: Model, name: str, position: float) -> tuple[str, float]:
     return name, position
 
 
-def _chosen(model: Model, pattern: str) -> list[str]:
-    """Return the joints that a pattern matches."""
+def _chosen(model: Model, pattern: str, control: JointControl) -> list[str]:
+    """Return the joints that a pattern matches; ball joints only take positions, without gains."""
     try:
         matches = re.compile(pattern).fullmatch
     except re.error as error:
         raise SceneError(f"'{pattern}' is not a regular expression for joints: {error}") from None
-    names = [joint.name for joint in commandable(model)]
+    turns_all_ways = control == JointControl("position")
+    names = [joint.name for joint in commandable(model) if joint.takes_commands or turns_all_ways]
     chosen = [name for name in names if matches(name)]
     if not chosen:
+        balls = [joint.name for joint in model.joints if joint.kind == "ball" and matches(joint.name)]
+        if balls:
+            raise SceneError(f"the ball joint '{balls[0]}' of '{model.name}' takes only {{mode: position}}")
         hint = did_you_mean(pattern, names) if names else "; no joint of it can be commanded"
         raise SceneError(f"no joint of '{model.name}' that can be commanded matches '{pattern}'{hint}")
     return chosen

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from nrp_core.errors import SceneError
 from nrp_core.world.controllers.group import GroupPart
 from nrp_core.world.controllers.joint import ControllerPart
+from nrp_core.world.controllers.orientation import OrientationPart
 from nrp_core.world.controllers.pair import PairPart
 from nrp_core.world.controllers.trajectory import TrajectoryPart
 from nrp_core.world.drives.drive import Drive
@@ -45,8 +46,10 @@ def _unserved(owner: str, data: object, base: type) -> SceneError:
 def _controllers_of(model: Model, engine: Engine) -> Iterator[Part]:
     """Yield the parts of single joints before those of trajectories, so that integrals are updated first."""
     parts: dict[str, ControllerPart] = {}
+    of_balls = [each for each in model.controllers if model.joint(each.joint).kind == "ball"]
+    yield from (OrientationPart(each, model.name, engine) for each in of_balls)
     names = [
-        *(each.joint for each in model.controllers),
+        *(each.joint for each in model.controllers if each not in of_balls),
         *(name for each in model.leaders for name in each.joints),
     ]
     for joint in dict.fromkeys(names):

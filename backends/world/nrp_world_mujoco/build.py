@@ -53,7 +53,7 @@ class Built:
         cameras: ids of the cameras.
         servos: ids of the actuators of servoed joints, by model and joint.
         declared: stiffness and damping with which they are driven as they are, of those in MJCF.
-        firm: the joints among them that follow with any load.
+        firm: the joints among them, and the coordinates of ball joints, that follow with any load.
         owners: model and body of each geom; those that nothing touches may have none.
         actuators: ids of the actuators of MuJoCo's own elements, by model and name.
         warnings: elements for MuJoCo that are not used.
@@ -179,14 +179,14 @@ class _Builder:
             actuators = self._add_servo(f"{model.name}/{drive.name}", servo, elements[servo.body], joints)
             self._drives[model.name, drive.name] = servo, actuators
         for name in servoed_joints(model):
-            if name in joints:
-                limit = next(joint.effort for joint in model.joints if joint.name == name)
+            if name in joints and model.joint(name).takes_commands:
+                limit = model.joint(name).effort
                 self._servos[model.name, name] = self._add_joint_servo(joints[name], limit)
         self._close(model)
         self._native.apply(BuiltParts(model, self._links, joints, self._collisions))
         armatures = {name: float(joint.armature) for name, joint in joints.items()}
         for name, firm in firm_joints(model, bodies, armatures).items():
-            joints[name].solimp_friction = FIRMEST
+            joints[firm.joint.name].solimp_friction = FIRMEST
             self._firm[model.name, name] = firm
 
     def _owners_of(self, model: Any) -> Sequence[BodyPath]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from nrp_core.world.rigid.motion import BodyPath, JointAim, Touch, Wrench
+from nrp_core.world.rigid.pose import Quaternion
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_world_mujoco.build import Built
 from nrp_world_mujoco.firm import MujocoFirmJoints
@@ -47,8 +48,14 @@ class Control:
         self._model.actuator_biasprm[actuator, :3] = 0.0, -aim.stiffness, -damping
         self._data.ctrl[actuator] = aim.stiffness * aim.position + aim.damping * aim.velocity + aim.effort
 
+    def orient(self, model: str, joint: str, orientation: Quaternion | None) -> None:
+        """Lead a ball joint to an orientation, or release it."""
+        self.firm.orient(model, joint, orientation)
+
     def release(self) -> None:
         """Remove the targets of all servos."""
+        for model, firm in ((model, firm) for (model, _), firm in self._built.firm.items() if firm.axis == 0):
+            self.orient(model, firm.joint.name, None)
         for model, joint in self._built.servos:
             self.aim(model, joint, JointAim())
 

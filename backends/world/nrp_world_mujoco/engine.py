@@ -70,7 +70,7 @@ class MujocoEngine(JointedEngine):
     def copy(self, seed: int) -> MujocoEngine:
         """Open the same scene again without compiling it."""
         built = self._built
-        if built.servos or built.visuals:  # gains and colours are written into the model
+        if built.servos or built.firm or built.visuals:  # gains and colours are written into the model
             built = replace(built, model=copy(built.model))
         has, options = self.capabilities, self._options
         return MujocoEngine(self.scene, seed=seed, capabilities=has, options=options, built=built)

@@ -8,6 +8,7 @@ the solver of constraints does not see that dampers act at the end of a step.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -42,15 +43,16 @@ class MujocoFirmJoints(FirmJoints):
         self._last = np.zeros(0)
         self._tried = False  # whether Python took a step from the present state with these constraints
         if self.paths:
-            self._prepare(step_s)
+            self._prepare(step_s, [firm.axis for firm in built.firm.values()])
 
-    def _prepare(self, step_s: float) -> None:
+    def _prepare(self, step_s: float, axes: Sequence[int]) -> None:
         from nrp_world_mujoco import firm_steps  # compiled code takes time to load
         from nrp_world_mujoco.state_layout import Constraints
 
         model, data = self._model, self._data
         self._steps = firm_steps
         self._joints = np.zeros(len(self.paths), firm_steps.LED)
+        self._joints["axis"] = axes
         self._joints["dof"], self._last = self._dofs, self._joints["effort"]
         places = model.jnt_qposadr[model.dof_jntid[self._dofs]].astype(int)
         self._joints["position"] = data.qpos.ctypes.data + data.qpos.itemsize * places
@@ -60,7 +62,7 @@ class MujocoFirmJoints(FirmJoints):
         halves = halves_of_step() if COMPILED else None
         self._calls = None if halves is None else np.array([*halves, model._address, data._address])
         times_s = np.array([step_s, STIFF_TIME_CONSTANT_S, RETURN_S])
-        self._led = times_s, self._constraints.addresses, self._joints, self.servos.paths
+        self._led = times_s, self._constraints.addresses, self._joints, self.orientations, self.servos.paths
 
     def _do_step(self, steps: int) -> None:
         servos = self.servos
@@ -73,7 +75,7 @@ class MujocoFirmJoints(FirmJoints):
             mujoco.mj_step2(self._model, self._data)
             self._tried = True
         if steps:
-            self._steps.read_efforts(*self._led[1:])
+            self._steps.read_efforts(self._constraints.addresses, self._joints, self.servos.paths)
 
     def forget(self, model: str) -> None:
         super().forget(model)

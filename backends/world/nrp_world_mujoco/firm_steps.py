@@ -10,10 +10,11 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import inlined, jit
 from nrp_core._support.memory import address_at, call, integer_at, number_at, put_number
 from nrp_core.world.engine_kit.firm_kinds import FREE
-from nrp_core.world.engine_kit.firm_paths import advance, velocities_to
+from nrp_core.world.engine_kit.firm_paths import advance, turn_from, velocities_to
 
 _FIELDS = [
-    ("position", np.int64),  # the addresses of its position,
+    ("axis", np.int64),  # of a ball joint, each coordinate of which is led; else -1
+    ("position", np.int64),  # the addresses of its position, a quaternion of a ball joint,
     ("velocity", np.int64),  # its velocity
     ("guess", np.int64),  # and the acceleration with which the solver begins
     ("dof", np.int64),  # its degree of freedom
@@ -47,7 +48,9 @@ def row_of(joint: Any, state: IntArray) -> int:
 
 
 @jit
-def lead(moving: bool, times_s: FloatArray, state: IntArray, joints: Any, paths: Any) -> bool:
+def lead(
+    moving: bool, times_s: FloatArray, state: IntArray, joints: Any, orientations: FloatArray, paths: Any
+) -> bool:
     """Write the wanted velocities into the constraints between the two halves of a step.
 
     Args:
@@ -56,6 +59,7 @@ def lead(moving: bool, times_s: FloatArray, state: IntArray, joints: Any, paths:
             path.
         state: the addresses of :data:`~.state_layout.FIELDS`.
         joints: the joints, of the type :data:`LED`, shape ``(n,)``.
+        orientations: those from which the positions of ball joints are measured, shape ``(n, 4)``.
         paths: their paths, of the type :data:`~nrp_core.world.engine_kit.firm_kinds.PATHS`.
 
     Returns:
@@ -63,7 +67,14 @@ def lead(moving: bool, times_s: FloatArray, state: IntArray, joints: Any, paths:
     """
     positions, velocities = np.empty(len(joints)), np.empty(len(joints))
     for i in range(len(joints)):
-        positions[i], velocities[i] = number_at(joints[i].position), number_at(joints[i].velocity)
+        velocities[i] = number_at(joints[i].velocity)
+        if joints[i].axis < 0:
+            positions[i] = number_at(joints[i].position)
+        elif joints[i].axis == 0:
+            start = joints[i].position
+            w, x = number_at(start), number_at(start + _NUMBER)
+            y, z = number_at(start + 2 * _NUMBER), number_at(start + 3 * _NUMBER)
+            turn_from(orientations[i], (x, y, z, w), paths[i : i + 3], positions[i : i + 3])
     if moving:
         moving = advance(times_s[0], times_s[1], positions, velocities, paths)
     velocities_to(times_s[0], times_s[2], positions, paths)
@@ -90,7 +101,14 @@ def read_efforts(state: IntArray, joints: Any, paths: Any) -> None:
 
 @jit
 def take_steps(
-    steps: int, calls: IntArray, moving: bool, times_s: FloatArray, state: IntArray, joints: Any, paths: Any
+    steps: int,
+    calls: IntArray,
+    moving: bool,
+    times_s: FloatArray,
+    state: IntArray,
+    joints: Any,
+    orientations: FloatArray,
+    paths: Any,
 ) -> tuple[int, bool]:
     """Take steps while there is memory, and read the efforts of the last one.
 
@@ -101,6 +119,7 @@ def take_steps(
         times_s: as there.
         state: as there.
         joints: as there.
+        orientations: as there.
         paths: as there.
 
     Returns:
@@ -109,7 +128,7 @@ def take_steps(
     first_half, second_half, model, data = calls
     while steps and address_at(state[6]) < AMPLE * address_at(state[7]):
         call(first_half, model, data)
-        moving = lead(moving, times_s, state, joints, paths)
+        moving = lead(moving, times_s, state, joints, orientations, paths)
         call(second_half, model, data)
         steps -= 1
     read_efforts(state, joints, paths)

@@ -13,7 +13,7 @@ from nrp_core.world.engine_kit.firm_joints import JointPath
 from nrp_core.world.engine_kit.firm_servo import firm_joints
 from nrp_core.world.engine_kit.joint_servo import ExplicitServos, servoed_joints
 from nrp_core.world.rigid.motion import BodyPath, JointAim, JointStates, Touch, Wrench
-from nrp_core.world.rigid.pose import Pose, Vector
+from nrp_core.world.rigid.pose import Pose, Quaternion, Vector
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Model, Scene
 from nrp_world_pybullet.build import BodyHandle, Built
@@ -150,7 +150,8 @@ class Control:
         """Yield the trees of a model with servos, springs or strong dampers."""
         places, bodies = self._built.joints[model.name], self._built.bodies[model.name]
         movable = [(body.joint, place) for body, place in bodies if body.joint and body.joint.coordinates]
-        servoed = {places[name].multibody for name in servoed_joints(model) if name in places}
+        led = set(servoed_joints(model))
+        servoed = {place.multibody for body, place in bodies if body.joint and body.joint.name in led}
         for multibody in sorted({place.multibody for place in places.values()}):
             joints = [(joint, place) for joint, place in movable if place.multibody == multibody]
             joints.sort(key=lambda each: each[1].link)
@@ -184,6 +185,13 @@ class Control:
         tree, number = self._numbers[path]
         tree.damp(number, aim.firm is None)
         tree.servos.aim(number, JointAim() if aim.firm is not None else aim)
+
+    def orient(self, model: str, joint: str, orientation: Quaternion | None) -> None:
+        """Lead a ball joint to an orientation, or release it."""
+        for axis in "xyz":
+            tree, number = self._numbers[model, f"{joint}_{axis}"]
+            tree.damp(number, orientation is None)
+        self._firm_by_path[model, f"{joint}_x"].orient(model, joint, orientation)
 
     def retarget(
         self,

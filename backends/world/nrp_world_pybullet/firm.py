@@ -6,15 +6,16 @@ joints would sag a little. Here the remaining error is learnt slowly, and the pa
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray
+from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.world.engine_kit.firm_joints import FirmJoints, JointPath
 from nrp_core.world.engine_kit.firm_kinds import FREE
 from nrp_core.world.engine_kit.firm_servo import RETURN_S, FirmJoint
+from nrp_core.world.rigid.pose import multiply, rotation_by
 from nrp_core.world.scene.joint_inertia import STIFF_TIME_CONSTANT_S
 from nrp_world_pybullet.build import UNLIMITED_FORCE, BodyHandle
 from nrp_world_pybullet.library import bullet
@@ -23,6 +24,10 @@ LEARNT_S = 0.1
 """Time constant with which the remaining error is learnt, s."""
 LARGEST = 0.005
 """The largest error that is learnt, rad or m; larger ones are due to a load beyond the limit of effort."""
+
+
+SHARE, GAIN = 0.2, 100.0
+"""The share of an error that PyBullet's motors of ball joints correct in a step, and a gain of the error."""
 
 
 class BulletFirmJoints(FirmJoints):
@@ -38,33 +43,74 @@ class BulletFirmJoints(FirmJoints):
         self, joints: Mapping[JointPath, tuple[FirmJoint, BodyHandle]], client: int, step_s: float
     ) -> None:
         super().__init__({path: firm for path, (firm, _) in joints.items()}, step_s)
+        self._step_s = step_s
         self._client, self._multibody = client, next(place.multibody for _, place in joints.values())
         self._links = [place.link for _, place in joints.values()]
+        self._axes: IntArray = np.array([firm.axis for firm, _ in joints.values()])
+        self._single = np.flatnonzero(self._axes < 0)
+        self._balls = np.flatnonzero(self._axes == 0).tolist()  # their first coordinates
         own = [firm.joint for firm, _ in joints.values()]
         self._frictions = [joint.friction for joint in own]
         self._limits = [min(joint.effort, UNLIMITED_FORCE) for joint in own]
-        self._led: tuple[list[int], list[float]] = [], []  # links and limits of the joints with a target
+        # numbers, links and limits of the joints with a target that are no ball joints
+        self._led: tuple[IntArray, list[int], list[float]] = self.on, [], []
         self._learnt = np.zeros(len(joints))
         self._now, self._wanted = np.zeros((2, len(joints))), self.servos.paths["wanted"]
         self._times_s = np.array([step_s, STIFF_TIME_CONSTANT_S, RETURN_S, LEARNT_S])
-        from nrp_world_pybullet.firm_steps import aim_motors  # compiled code takes time to load
+        from nrp_core.world.engine_kit.firm_paths import turn_from  # compiled code takes time to load
+        from nrp_world_pybullet.firm_steps import aim_motors
 
-        self._aim_motors = aim_motors
+        self._aim_motors, self._turn_from = aim_motors, turn_from
 
     def _do_step(self, steps: int) -> None:
         servos, (positions, velocities) = self.servos, self._now
-        states = bullet.getJointStates(self._multibody, self._links, self._client)
-        positions[:] = [state[0] for state in states]
+        states = self._states()
+        positions[self._single] = [state[0] for state in states]
         if servos.moving:
-            velocities[:] = [state[1] for state in states]
+            velocities[self._single] = [state[1] for state in states]
+        for first in self._balls:
+            three = slice(first, first + 3)
+            turn, velocities[three], *_ = self._state_of_ball(first)
+            self._turn_from(self.orientations[first], turn, servos.paths[three], positions[three])
         servos.moving = self._aim_motors(
             servos.moving, self._times_s, LARGEST, positions, velocities, self._learnt, servos.paths
         )
-        links, limits = self._led
-        wanted = self._wanted.take(self.on).tolist()
+        numbers, links, limits = self._led
+        wanted = self._wanted.take(numbers).tolist()
         mode, client = bullet.VELOCITY_CONTROL, self._client
         bullet.setJointMotorControlArray(
             self._multibody, links, mode, targetVelocities=wanted, forces=limits, physicsClientId=client
+        )
+        for first in self._balls:
+            if servos.kinds[first] != FREE:
+                self._turn_ball(first, self._wanted[first : first + 3].tolist(), self._limits[first])
+
+    def _states(self) -> Sequence[Any]:
+        """Return the states of the joints that are no ball joints."""
+        links = [self._links[number] for number in self._single]
+        states: Sequence[Any] | None = bullet.getJointStates(self._multibody, links, self._client)
+        return states or ()  # PyBullet returns None for none
+
+    def _state_of_ball(self, first: int) -> Any:
+        return bullet.getJointStateMultiDof(self._multibody, self._links[first], self._client)
+
+    def _turn_ball(self, first: int, velocity: Sequence[float], limit: float, gain: float = GAIN) -> None:
+        """Set the velocity of a ball joint, and the limit of its effort about each axis.
+
+        PyBullet's motors of ball joints take no velocity. They go to an orientation: in a step by a share of
+        the Euler angles to it, times a gain. With a large gain it is so near that these angles are those of a
+        rotation vector. With a gain of 0 they are friction.
+        """
+        orientation = self._state_of_ball(first)[0]
+        x, y, z = (each * self._step_s / (SHARE * GAIN) for each in velocity)
+        bullet.setJointMotorControlMultiDof(
+            self._multibody,
+            self._links[first],
+            bullet.POSITION_CONTROL,
+            targetPosition=multiply(orientation, rotation_by((x, y, z))),
+            positionGain=gain,
+            force=[limit] * 3,
+            physicsClientId=self._client,
         )
 
     def save(self) -> object:
@@ -77,16 +123,23 @@ class BulletFirmJoints(FirmJoints):
 
     def _select(self) -> None:
         super()._select()
-        on = self.on.tolist()
-        self._led = [self._links[number] for number in on], [self._limits[number] for number in on]
+        on = self.on[self._axes[self.on] < 0]
+        self._led = on, [self._links[number] for number in on], [self._limits[number] for number in on]
 
     def _do_efforts(self) -> FloatArray:
-        states = bullet.getJointStates(self._multibody, self._links, self._client)
-        return np.where(self.servos.kinds == FREE, 0.0, [state[3] for state in states])
+        efforts = np.zeros(len(self.paths))
+        efforts[self._single] = [state[3] for state in self._states()]
+        for first in self._balls:
+            efforts[first : first + 3] = self._state_of_ball(first)[3]
+        return np.where(self.servos.kinds == FREE, 0.0, efforts)
 
     def _do_select(self, number: int) -> None:
         self._learnt[number] = 0.0
-        if self.servos.kinds[number] == FREE:  # its motor acts as friction again
-            link, mode = self._links[number], bullet.VELOCITY_CONTROL
-            friction, client = self._frictions[number], self._client
+        if self.servos.kinds[number] != FREE:
+            return
+        friction = self._frictions[number]  # its motor acts as friction again
+        if self._axes[number] == 0:
+            self._turn_ball(number, (0.0, 0.0, 0.0), friction, gain=0.0)
+        elif self._axes[number] < 0:
+            link, mode, client = self._links[number], bullet.VELOCITY_CONTROL, self._client
             bullet.setJointMotorControl2(self._multibody, link, mode, force=friction, physicsClientId=client)

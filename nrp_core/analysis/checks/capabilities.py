@@ -97,7 +97,9 @@ def the_world_moves_the_robots(study: Study) -> Iterator[Finding]:
     has, backend = study.world.capabilities, study.experiment.world.backend
     for model in study.scene.models:
         held = [one.joint for one in model.controllers if one.initial is not None]
-        lacking = [(j.name, need) for j in model.joints for need in needs_of(j) if not getattr(has, need)]
+        lacking = [
+            (j.name, need) for j in model.joints for need in needs_of(model, j) if not getattr(has, need)
+        ]
         message = ""
         if not (has.dynamics or model.static or model.drives):
             message = f"'{model.name}' could not move: {world_lacks(backend, 'dynamics')}"

@@ -5,12 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from math import pi, sqrt
 
+import numpy as np
 import pytest
 
 from nrp_core.conformance.world.kit import GRAVITY, WorldKit
 from nrp_core.conformance.world.scenes import at
 from nrp_core.errors import CapabilityError
-from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.messages.geometry_msgs import Quaternion
+from nrp_core.world.rigid.pose import Pose, rotation_by
+from nrp_core.world.scene.acting import JointController
 from nrp_core.world.scene.model import Inertial, Joint, Link, Mimic, Model
 from nrp_core.world.world import World
 
@@ -95,6 +98,23 @@ class JointTests(WorldKit):
         assert motion.angular == pytest.approx((-self._rate(0.4), -self._rate(0.6), 0.0), rel=0.03, abs=1e-3)
         along = zip(("hip_x", "hip_y", "hip_z"), motion.pose.rotate_back(motion.angular), strict=True)
         assert rates == pytest.approx(dict(along), abs=1e-6)
+
+    def test_a_ball_joint_follows_orientations(self) -> None:
+        """It is there within half a second, and held there: the torque is that of gravity."""
+        self._require_balls()
+        self.require("ball_control")
+        turn = (0.8, -0.6, 0.5)
+        led = replace(ball(), controllers=(JointController("hip", "position", "/bob/hip", None),))
+        world = self.open(led)
+        world.advertise("/bob/hip").publish(Quaternion(*rotation_by(turn)))
+        angles, _ = self._after_a_while(world, "bob", 0.5)
+        assert list(angles.values()) == pytest.approx(turn, abs=0.01)
+        self.run(world, 0.5)
+        assert world.joint_states("bob").positions == pytest.approx(turn, abs=1e-3)
+        centre = BOB.pose.position
+        down = Pose(orientation=rotation_by(turn)).rotate_back((0.0, 0.0, -GRAVITY * MASS_KG))
+        held = -np.cross(centre, down)
+        assert world.joint_states("bob").efforts == pytest.approx(held, rel=0.02, abs=0.02)
 
     def test_a_mimic_joint_follows_its_leader(self) -> None:
         """By the law of the lever, the first mass carries four times the second one."""

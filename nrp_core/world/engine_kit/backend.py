@@ -47,6 +47,7 @@ class PhysicsBackend(WorldBackend):
             joint_control=True,
             joint_wrenches=True,
             ball_joints=True,
+            ball_control=True,
             loops=True,
             coupled_joints=True,
             changes=True,

@@ -12,6 +12,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.world.engine_kit.firm_kinds import FREE
 from nrp_core.world.engine_kit.firm_servo import FirmJoint, FirmServos
 from nrp_core.world.rigid.motion import JointAim, JointStates
+from nrp_core.world.rigid.pose import Quaternion
 
 JointPath = tuple[str, str]
 """A model and its joint."""
@@ -29,6 +30,8 @@ class FirmJoints(ABC):
     Attributes:
         paths: the joints, which are numbered in this order.
         servos: computes their velocities.
+        orientations: the orientation (x, y, z, w) to which each coordinate of a ball joint is led, shape
+            ``(n, 4)``; its position is that of the rotation vector from there, along the child's axes.
         on: numbers of the joints that have a target, ascending.
         active: whether there are any.
     """
@@ -38,6 +41,7 @@ class FirmJoints(ABC):
         self.servos = FirmServos(list(joints.values()), step_s)
         self.on: IntArray = np.zeros(0, dtype=int)
         self.active = False
+        self.orientations: FloatArray = np.tile([0.0, 0.0, 0.0, 1.0], (len(joints), 1))
         self._numbers = {path: number for number, path in enumerate(self.paths)}
         self._groups: dict[tuple[str, tuple[str, ...]], Span] = {}
         self._columns: dict[str, tuple[Span, Span]] = {}
@@ -53,6 +57,16 @@ class FirmJoints(ABC):
             self._select()
             self._do_select(number)
         return bool(before != FREE != after)
+
+    def orient(self, model: str, joint: str, orientation: Quaternion | None) -> None:
+        """Lead a ball joint to an orientation of its child, or release it."""
+        numbers = [self._numbers[model, f"{joint}_{axis}"] for axis in "xyz"]
+        aim = JointAim() if orientation is None else JointAim(stiffness=1.0, firm=True)
+        for number in numbers:
+            self.aim(self.paths[number], aim)
+        if orientation is not None and (self.orientations[numbers] != orientation).any():
+            self.orientations[numbers] = orientation
+            self.servos.forget(numbers)
 
     def retarget(
         self,
@@ -94,11 +108,11 @@ class FirmJoints(ABC):
 
     def save(self) -> object:
         """Return the state that is kept between steps."""
-        return self.servos.save(), self._efforts().copy()
+        return self.servos.save(), self.orientations.copy(), self._efforts().copy()
 
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`."""
-        servos, self._restored = saved
+        servos, self.orientations[:], self._restored = saved
         self.servos.restore(servos)
         self._select()
 

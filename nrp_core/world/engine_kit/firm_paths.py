@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import exp, sqrt
+from math import atan2, exp, pi, sqrt
 from typing import Any
 
 from nrp_core._support.arrays import FloatArray
@@ -16,6 +16,34 @@ _ARRIVED = 1e-9
 @inlined
 def _clipped(value: float, lowest: float, highest: float) -> float:
     return min(max(value, lowest), highest)
+
+
+@jit
+def turn_from(
+    orientation: FloatArray, now: tuple[float, float, float, float], paths: Any, turn: FloatArray
+) -> None:
+    """Compute the rotation vector from an orientation to that of a ball joint, along the joint's axes.
+
+    It is as short as possible, or the other way round if the paths come from there.
+
+    Args:
+        orientation: x, y, z, w.
+        now: the orientation of the ball joint, x, y, z, w.
+        paths: the paths of its coordinates, shape ``(3,)``.
+        turn: the result, rad, shape ``(3,)``.
+    """
+    ax, ay, az, aw = -orientation[0], -orientation[1], -orientation[2], orientation[3]
+    bx, by, bz, bw = now
+    x, y = aw * bx + ax * bw + ay * bz - az * by, aw * by - ax * bz + ay * bw + az * bx
+    z, w = aw * bz + ax * by - ay * bx + az * bw, aw * bw - ax * bx - ay * by - az * bz
+    half = sqrt(x * x + y * y + z * z)
+    angle = 2.0 * atan2(half, abs(w))
+    sign = 1.0 if w >= 0 else -1.0
+    ahead = paths[0].path * x + paths[1].path * y + paths[2].path * z
+    if not paths[0].fresh and sign * ahead < 0.0 and angle > pi / 2:
+        angle -= 2.0 * pi
+    times = sign * angle / half if half > 0.0 else 0.0
+    turn[0], turn[1], turn[2] = times * x, times * y, times * z
 
 
 @jit

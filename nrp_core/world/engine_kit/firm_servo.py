@@ -40,10 +40,12 @@ class FirmJoint:
     Args:
         joint: the joint, with its limits.
         inertia: the inertia (kg m^2) or mass (kg) that it moves, with all joints at 0.
+        axis: the coordinate of a ball joint; -1 for that of another joint.
     """
 
     joint: Joint
     inertia: float = 0.0
+    axis: int = -1
 
     @property
     def braking(self) -> float:
@@ -54,7 +56,7 @@ class FirmJoint:
 def firm_joints(
     model: Model, bodies: Sequence[Body], armatures: Mapping[str, float] = _NONE
 ) -> Mapping[str, FirmJoint]:
-    """Return the joints of a model with a controller without gains.
+    """Return the joints of a model with a controller without gains, by the names of their coordinates.
 
     Those without a limit of effort get one, so that they do not crush what is in their way: the effort that
     holds :data:`STRENGTH` times the whole model at the distance of its farthest body, and that moves its own
@@ -77,7 +79,9 @@ def firm_joints(
             motor = armatures.get(joint.name, 0.0)
             largest = weight * (1.0 if joint.kind == "prismatic" else lever) + STRENGTH * GRAVITY * motor
             limited = replace(joint, effort=largest) if joint.effort == inf and largest else joint
-            joints[joint.name] = FirmJoint(limited, inertias[joint.name] + motor)
+            inertia, is_ball = inertias[joint.name] + motor, joint.kind == "ball"
+            for axis, name in enumerate(joint.coordinates):
+                joints[name] = FirmJoint(limited, inertia, axis if is_ball else -1)
     return joints
 
 

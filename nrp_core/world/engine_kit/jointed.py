@@ -73,6 +73,9 @@ class Control(Protocol):
     def aim(self, model: str, joint: str, aim: JointAim) -> None:
         """Set the target of a joint's servo."""
 
+    def orient(self, model: str, joint: str, orientation: Quaternion | None) -> None:
+        """Lead a ball joint to an orientation of its child, or release it."""
+
     def set_effort(self, model: str, joint: str, effort: float) -> None:
         """Apply an effort to a joint."""
 
@@ -182,6 +185,9 @@ class JointedEngine(Engine):
 
     def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
         self._control.aim(model, joint, aim)
+
+    def _do_set_ball_aim(self, model: str, joint: str, orientation: Quaternion | None) -> None:
+        self._control.orient(model, joint, orientation)
 
     def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:
         self._control.set_effort(model, joint, effort)

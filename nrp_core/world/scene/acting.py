@@ -65,6 +65,9 @@ class Pid:
 class JointController:
     """Makes one joint follow commands (``std_msgs/Float64``).
 
+    That of a ball joint is of positions, has neither gains nor an initial target, and follows orientations of
+    the child in the joint's frame (``geometry_msgs/Quaternion``).
+
     Args:
         joint: its name.
         kind: the commanded quantity: a position (rad, m), a velocity or an effort (N m, N).

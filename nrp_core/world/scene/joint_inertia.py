@@ -16,7 +16,10 @@ STIFF_TIME_CONSTANT_S = 0.04
 
 
 def joint_inertias(bodies: Sequence[Body]) -> Mapping[str, float]:
-    """Return the inertia (kg m^2) or mass (kg) that each movable joint has to move, with all joints at 0."""
+    """Return the inertia (kg m^2) or mass (kg) that each movable joint has to move, with all joints at 0.
+
+    That of a ball joint is the one about the axis about which it is the largest.
+    """
     return {
         body.joint.name: _inertia(index, bodies)
         for index, body in enumerate(bodies)
@@ -37,6 +40,10 @@ def _inertia(index: int, bodies: Sequence[Body]) -> float:
     assert whole is not None  # movable bodies have mass
     if body.joint.kind == "prismatic":
         return whole.mass
+    if body.joint.kind == "ball":
+        to_centre = np.array(whole.pose.position)
+        outer = to_centre @ to_centre * np.eye(3) - np.outer(to_centre, to_centre)
+        return float(np.linalg.eigvalsh(turned(whole) + whole.mass * outer)[-1])
     axis = np.array(body.joint.axis)
     lever = np.cross(axis, whole.pose.position)
     return float(axis @ turned(whole) @ axis + whole.mass * lever @ lever)

@@ -301,6 +301,14 @@ class Model:
         hint = did_you_mean(name, [link.name for link in self.links])
         raise SceneError(f"model '{self.name}' has no link '{name}'{hint}")
 
+    def joint(self, name: str) -> Joint:
+        """Return a joint by name."""
+        for joint in self.joints:
+            if joint.name == name:
+                return joint
+        hint = did_you_mean(name, [joint.name for joint in self.joints])
+        raise SceneError(f"model '{self.name}' has no joint '{name}'{hint}")
+
     def check(self) -> None:
         """Refuse an inconsistent model.
 
@@ -331,8 +339,10 @@ class Model:
         for drive in self.drives:
             for joint_name in drive.joints:
                 self._require_led(joint_name, f"the drive '{drive.name}' of {owner} names the joint")
+        balls = {joint.name for joint in self.joints if joint.kind == "ball"}
         for controller in self.controllers:
-            self._require_led(controller.joint, f"a controller of {owner} names the joint")
+            if not (controller.joint in balls and controller.is_firm and controller.kind == "position"):
+                self._require_led(controller.joint, f"a controller of {owner} names the joint")
         for leader in self.leaders:
             for joint_name in leader.joints:
                 self._require_led(joint_name, f"the controller '{leader.name}' of {owner} names the joint")

@@ -25,9 +25,12 @@ from jointed import (
 )
 from scipy.special import ellipk
 
+from nrp_core.errors import SceneError, TopicError
+from nrp_core.world.fitting import Fitting, JointControl, fitted
 from nrp_core.world.messages.base import Duration
-from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid.pose import Pose, rotation_by
+from nrp_core.world.messages.geometry_msgs import Quaternion, Twist, Vector3
+from nrp_core.world.rigid.pose import Pose, multiply, rotation_by, rotation_vector
+from nrp_core.world.scene.acting import Pid
 
 
 def test_a_bob_on_a_ball_swings_in_any_plane_with_the_period_of_a_pendulum(open_world, read, advance):
@@ -115,6 +118,75 @@ def test_an_effort_on_a_ball_acts_about_one_axis_of_it(open_world, read, advance
     answer = world.call("/gazebo/get_joint_properties", "robot::j_y")
     assert (answer.success, answer.type) == (True, answer.BALL)
     assert answer.rate == pytest.approx([0.01 / MOMENT], rel=2e-3)
+
+
+def led(read):
+    """Return a bob on a ball joint that takes orientations, and rubs."""
+    rubs = (
+        "<axis><xyz>0 0 1</xyz><dynamics><damping>0.05</damping><friction>0.01</friction></dynamics></axis>"
+    )
+    return fitted(read(HANGING + joint("ball", rubs)), Fitting(control=((".*", JointControl("position")),)))
+
+
+def lead(world, turn):
+    world.advertise("/robot/j/cmd_pos").publish(Quaternion(*rotation_by(turn)))
+
+
+def distance(world, turn):
+    """Return the angle from an orientation to that of the bob, rad."""
+    x, y, z, w = rotation_by(turn)
+    now = rotation_by(tuple(told(world)[0].values()))
+    return np.linalg.norm(rotation_vector(multiply((-x, -y, -z, w), now)))
+
+
+def test_a_ball_reaches_the_orientations_it_is_commanded_and_is_held_there(open_world, read, advance):
+    """By the shorter way, also where two lie more than half a turn apart; against gravity and friction."""
+    world = open_world(led(read))
+    for turn in ((0.5, 0.3, -0.2), (-1.0, 1.2, 0.8), (2.0, -1.5, 0.3)):
+        away = distance(world, turn)
+        lead(world, turn)
+        advance(world, 0.5)
+        assert distance(world, turn) < 0.01 * away
+        advance(world, 0.5)
+        assert distance(world, turn) < 1e-4
+    down = Pose(orientation=rotation_by(turn)).rotate_back((0.0, 0.0, -GRAVITY * MASS))
+    held = -np.cross((0.0, 0.0, -ARM), down)
+    assert world.joint_states("robot").efforts == pytest.approx(held, rel=1e-3, abs=1e-3)
+
+
+def test_a_led_ball_goes_on_from_a_snapshot_and_hangs_loose_after_a_reset(open_world, read, advance):
+    world = open_world(led(read))
+
+    def swing():
+        world.set_joints("robot", {"j_y": 0.7})
+        advance(world, 0.3)
+        return told(world)
+
+    loose = swing()
+    lead(world, (0.2, 0.9, 0.4))
+    advance(world, 0.1)
+    before = world.snapshot()
+    advance(world, 0.1)
+    expected = told(world)
+    lead(world, (-1.0, 0.0, 0.0))
+    advance(world, 0.5)
+    world.restore(before)
+    advance(world, 0.1)
+    assert told(world) == expected
+    world.reset()
+    assert swing() == loose
+
+
+def test_a_ball_takes_nothing_but_unit_quaternions(open_world, read):
+    world = open_world(led(read))
+    with pytest.raises(TopicError, match=r"/robot/j/cmd_pos: \(0, 0, 0, 0.5\) is not a unit quaternion"):
+        world.advertise("/robot/j/cmd_pos").publish(Quaternion(0.0, 0.0, 0.0, 0.5))
+
+
+@pytest.mark.parametrize("control", [JointControl("velocity"), JointControl("position", Pid(100.0))])
+def test_a_ball_takes_no_other_mode_and_no_gains(read, control):
+    with pytest.raises(SceneError, match=r"the ball joint 'j' of 'robot' takes only \{mode: position\}"):
+        fitted(read(HANGING + joint("ball")), Fitting(control=(("j", control),)))
 
 
 def test_a_servo_beside_a_ball_gets_what_its_stiffness_gives(open_world, read, advance):

@@ -13,7 +13,7 @@ from one_bug import ChangesTheScene, Opens, with_links, with_sensors
 from registry import Found, register
 
 from nrp_core.world.rigid.motion import BodyPath, BodyVelocity, JointStates, ModelMotion, Touch, Wrench
-from nrp_core.world.rigid.pose import Pose, rotation_by
+from nrp_core.world.rigid.pose import Pose, Quaternion, rotation_by
 from nrp_core.world.scene.model import Capsule, Cylinder, Joint, Link, Scene
 
 FOUND_BY: Found = {}
@@ -269,7 +269,15 @@ class GivesEveryLinkSomeWeight(ChangesTheScene):
         return with_links(scene, heavier)
 
 
+@found_by("a_ball_joint_follows_orientations")
+class LeadsBallJointsBackwards(MujocoEngine):
+    def _do_set_ball_aim(self, model: str, joint: str, orientation: Quaternion | None) -> None:
+        x, y, z, w = orientation or (0.0, 0.0, 0.0, 1.0)
+        super()._do_set_ball_aim(model, joint, (-x, -y, -z, w))
+
+
 @found_by(
+    "a_ball_joint_follows_orientations",
     "a_ball_joint_turns_about_any_axis",
     "undeclared_ball_joints_are_refused",
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",

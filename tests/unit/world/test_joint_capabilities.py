@@ -33,6 +33,15 @@ def test_a_joint_that_the_world_does_not_have_is_refused(room: Any, joint: Joint
     assert engine(pair(BACK)).scene.models
 
 
+def test_a_ball_that_the_world_cannot_lead_is_refused(room: Any) -> None:
+    (model,) = pair(BALL).models
+    led = replace(model, controllers=(JointController("second", "position", "/cmd", None),))
+    has = replace(room.engine.capabilities, ball_joints=True)
+    assert not has.lacking_for(pair(BALL))
+    assert has.lacking_for(Scene((led,))) == "has no ball control, such as 'pair/second'"
+    assert not replace(has, ball_control=True).lacking_for(Scene((led,)))
+
+
 @pytest.mark.parametrize(
     ("parts", "what"),
     [

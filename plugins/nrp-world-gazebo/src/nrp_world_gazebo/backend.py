@@ -30,7 +30,8 @@ class GazeboBackend(PhysicsBackend):
         assert isinstance(options, GazeboOptions)
         known = super().capabilities(options)
         slip = float(options.drive != "planar")
-        return replace(known, ball_joints=False, coupled_joints=False, loops=False, slip=slip)
+        known = replace(known, ball_joints=False, ball_control=False, coupled_joints=False, loops=False)
+        return replace(known, slip=slip)
 
     def diagnose(self) -> list[Diagnosis]:
         root = default_root()

@@ -7,7 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.world import BodyPath, FloatArray, JointAim, Model, Scene, Touch, Vector, Wrench
+from nrp_core.world import (
+    BodyPath,
+    FloatArray,
+    JointAim,
+    Model,
+    Quaternion,
+    Scene,
+    Touch,
+    Vector,
+    Wrench,
+)
 from nrp_core.world.engine_kit.firm_joints import FirmJoints
 from nrp_core.world.engine_kit.firm_kinds import FREE
 from nrp_core.world.engine_kit.firm_servo import firm_joints
@@ -151,6 +161,9 @@ class Control:
         if (model, joint) in self._firm:
             self.firm.aim((model, joint), aim)
         self._trees[model].aim(joint, JointAim() if aim.firm is not None else aim)
+
+    def orient(self, model: str, joint: str, orientation: Quaternion | None) -> None:
+        raise AssertionError(f"Gazebo has no ball joints, such as '{model}/{joint}'")  # refused before
 
     def set_effort(self, model: str, joint: str, effort: float) -> None:
         """Apply an effort to a joint."""
