@@ -84,13 +84,16 @@ class LiveState(RunningState):
     def run_until(self, t_ms: float) -> None:
         if self._forever is not None and current_thread() is not self._forever:
             raise LifecycleError("run: the network runs already; call external_devices.request_stop() first")
-        if not self.hub.is_used:
+        if not self.hub.is_used and not self.hub.ports:
             super().run_until(t_ms)
             return
         self._begin(t_ms)
         assert self._sockets is not None
+        if not self.hub.is_used and not self._sockets.has_programs:
+            super().run_until(t_ms)
+            return
         self._step_until(t_ms, _Pace(self.t) if self._sockets.listens else None)
-        self._call("pause_stop")
+        self._end()
 
     def run_forever(self) -> None:
         """Run in real time in a thread of its own until :meth:`stop`; return when it has begun."""
@@ -130,7 +133,7 @@ class LiveState(RunningState):
             while not self._stop.is_set():
                 self._step_until(self.t + self.dt)
                 self._stop.wait(pace.ahead_s(self.t))
-            self._call("pause_stop")
+            self._end()
         except BaseException as error:  # noqa: BLE001 - raised in the thread of the script
             self._failure = error
 
@@ -149,6 +152,7 @@ class LiveState(RunningState):
             self._close_sockets()
         if self._sockets is None:
             self._sockets = Sockets(self.hub)
+        self._sockets.begin(self.dt, until_ms - self.t)
         first, self._first = self._first, False
         run_time_ms = until_ms - self.t
         if first:
@@ -157,6 +161,11 @@ class LiveState(RunningState):
         self._clock.advance(self.t)
         for event in ("start", "start_resume") if first else ("start_resume",):
             self._call(event)
+
+    def _end(self) -> None:
+        self._call("pause_stop")
+        assert self._sockets is not None
+        self._sockets.end()
 
     def _call(self, event: str) -> None:
         """Call callbacks, each in a thread of its own, in which it may sleep."""
@@ -186,8 +195,7 @@ class LiveState(RunningState):
         assert brain is not None
         assert self._sockets is not None
         if self._sockets.listens:
-            sizes = {label: int(each.size) for label, each in self.hub.injectors.items()}
-            self.hub.sent.extend(self._sockets.received(sizes))
+            self.hub.sent.extend(self._sockets.received())
         while self.hub.sent:
             label, cells = self.hub.sent.popleft()
             population = self.hub.injectors[label]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import logging
 import socket
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Final
 
-from nrp_core.brain.pynn.spynnaker.connections import Hub, LiveInput, LiveOutput
+from nrp_core.brain.pynn.spynnaker.connections import Hub, LiveOutput
 from nrp_core.errors import NetworkError
 from nrp_core.pynn.spynnaker.eieio import KEY_16_BIT, KEY_PAYLOAD_16_BIT, keys_of, packets
+from nrp_core.pynn.spynnaker.programs import Programs
 
 _logger = logging.getLogger(__name__)
 _LARGEST: Final = 65536
@@ -24,22 +25,26 @@ class Sockets:
         hub: the connections, which name ports.
 
     Raises:
-        NetworkError: a port is in use, a host has no address, or a kind of packet is not sent.
+        NetworkError: a port is in use, a host has no address, a kind of packet is not sent, or populations
+            have a key in common.
     """
 
     def __init__(self, hub: Hub) -> None:
-        self._inputs: list[tuple[str, LiveInput, socket.socket]] = []
-        self._outputs: dict[str, tuple[LiveOutput, tuple[str, int], int]] = {}
+        self._inputs: list[tuple[str, socket.socket]] = []
+        self._outputs: dict[str, tuple[LiveOutput, tuple[str, int]]] = {}
+        self._keys = _keys_of(hub)
+        self._programs: Programs | None = None
         self._sender: socket.socket | None = None
         self._refused: set[str] = set()
         try:
             for label, given in hub.inputs.items():
-                self._inputs.append((label, given, _bound(label, given.port)))
-            for k, (label, output) in enumerate(hub.outputs.items()):
-                base = hub.inputs[label].key if label in hub.inputs else k * KEYS_OF_A_POPULATION
-                self._outputs[label] = output, (_address(label, output), output.port), base
+                self._inputs.append((label, _bound(label, given.port)))
+            for label, output in hub.outputs.items():
+                self._outputs[label] = output, (_address(label, output), output.port)
             if self._outputs:
                 self._sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+            if hub.ports:
+                self._programs = Programs(hub.ports, self._keys, list(hub.heard), list(hub.injectors))
         except NetworkError:
             self.close()
             raise
@@ -47,46 +52,64 @@ class Sockets:
     @property
     def listens(self) -> bool:
         """Whether other programs may send spikes, so that the network keeps to the real time."""
-        return bool(self._inputs)
+        return bool(self._inputs) or self.has_programs
 
-    def received(self, sizes: Mapping[str, int]) -> list[tuple[str, list[int]]]:
+    @property
+    def has_programs(self) -> bool:
+        """Whether other programs take part in the run that has begun."""
+        return self._programs is not None and self._programs.are_there
+
+    def begin(self, timestep_ms: float, run_time_ms: float) -> None:
+        """Tell other programs that a run begins, as :meth:`Programs.begin`."""
+        if self._programs is not None:
+            self._programs.begin(timestep_ms, run_time_ms)
+
+    def end(self) -> None:
+        """Tell other programs that the run has stopped."""
+        if self._programs is not None:
+            self._programs.end()
+
+    def received(self) -> list[tuple[str, list[int]]]:
         """Return the spikes that have arrived: labels of injectors, and cells.
 
         A packet that is not one, and keys that are not those of cells, are told once for each population.
-
-        Args:
-            sizes: the number of cells of each injector.
         """
-        found = []
-        for label, given, bound in self._inputs:
+        arrived = list(self._programs.packets()) if self._programs is not None else []
+        for label, bound in self._inputs:
             while True:
                 try:
-                    packet = bound.recv(_LARGEST)
+                    arrived.append((label, bound.recv(_LARGEST)))
                 except BlockingIOError:
                     break
-                cells = self._cells(label, packet, given.key, sizes[label])
-                if cells:
-                    found.append((label, cells))
-        return found
+        found = [(label, self._cells(label, packet)) for label, packet in arrived]
+        return [(label, cells) for label, cells in found if cells]
 
     def send(self, label: str, time: int, cells: Sequence[int]) -> None:
         """Send the spikes of a step to where the live output of a population goes."""
-        if label not in self._outputs or not cells:
+        if not cells:
             return
-        output, address, base = self._outputs[label]
-        assert self._sender is not None
-        for packet in packets([base + cell for cell in cells], time, output.kind):
-            self._sender.sendto(packet, address)
+        keys = [self._keys[label].start + cell for cell in cells]
+        if self._programs is not None and self._programs.are_there:
+            for packet in packets(keys, time):
+                self._programs.send(packet)
+        if label in self._outputs:
+            output, address = self._outputs[label]
+            assert self._sender is not None
+            for packet in packets(keys, time, output.kind):
+                self._sender.sendto(packet, address)
 
     def close(self) -> None:
         """Close all sockets."""
-        for _, _, bound in self._inputs:
+        for _, bound in self._inputs:
             bound.close()
+        if self._programs is not None:
+            self._programs.close()
         if self._sender is not None:
             self._sender.close()
-        self._inputs, self._outputs, self._sender = [], {}, None
+        self._inputs, self._outputs, self._sender, self._programs = [], {}, None, None
 
-    def _cells(self, label: str, packet: bytes, base: int, size: int) -> list[int]:
+    def _cells(self, label: str, packet: bytes) -> list[int]:
+        base, size = self._keys[label].start, len(self._keys[label])
         try:
             cells = [key - base for key in keys_of(packet, base >> 16)]
         except ValueError as error:
@@ -104,6 +127,22 @@ class Sockets:
         if text not in self._refused:
             self._refused.add(text)
             _logger.warning("%s", text)
+
+
+def _keys_of(hub: Hub) -> dict[str, range]:
+    """Return the keys of the cells of all populations with live output, and of injectors."""
+    keys: dict[str, range] = {}
+    for k, (label, population) in enumerate({**hub.heard, **hub.injectors}.items()):
+        first = hub.inputs[label].key if label in hub.inputs else k * KEYS_OF_A_POPULATION
+        keys[label] = range(first, first + int(population.size))
+        for other in hub.heard if label in hub.heard else ():
+            both = keys.get(other, range(0))
+            if other != label and max(first, both.start) < min(keys[label].stop, both.stop):
+                raise NetworkError(
+                    f"live output of '{label}' and '{other}' has a key in common, "
+                    f"{max(first, both.start):#x}; give the injector another virtual_key"
+                )
+    return keys
 
 
 def _bound(label: str, port: int) -> socket.socket:

@@ -6,6 +6,7 @@ UDP ports that populations name; when an experiment runs the network, they have 
 
 from __future__ import annotations
 
+import logging
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
@@ -18,10 +19,14 @@ from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.populations import Population
 from nrp_core.errors import NetworkError, did_you_mean
 
+_logger = logging.getLogger(__name__)
 Callback: TypeAlias = Callable[..., Any]
 _EVENTS = ("start", "start_resume", "pause_stop", "init")
 _PORTS: Final = range(1, 1 << 16)
 _KEYS: Final = range(1 << 32)
+_THIS_MACHINE: Final = ("localhost", "127.0.0.1")
+NOTIFY_PORT: Final = 19999
+"""The UDP port at which a program is told of the database, unless it has another."""
 KEY_32_BIT: Final = 2
 """The number of the usual kind of packets."""
 
@@ -56,6 +61,7 @@ class Hub:
         rates: rates to set: label, indices of cells, and rates in Hz.
         outputs: where live output is sent over UDP, by label.
         inputs: where injectors receive spikes over UDP, by label.
+        notified: the UDP ports of programs that are told of the database.
         is_run: whether the script runs the network, so that ports have an effect.
     """
 
@@ -67,6 +73,7 @@ class Hub:
     rates: deque[tuple[str, list[int], list[float]]] = field(default_factory=deque)
     outputs: dict[str, LiveOutput] = field(default_factory=dict)
     inputs: dict[str, LiveInput] = field(default_factory=dict)
+    notified: set[int] = field(default_factory=set)
     is_run: bool = False
 
     @property
@@ -74,18 +81,42 @@ class Hub:
         """Whether something happens while the network runs."""
         return bool(self.connections or self.outputs or self.inputs)
 
+    @property
+    def ports(self) -> list[int]:
+        """The UDP ports of other programs that are told of the database; the script's connections are not."""
+        return sorted(self.notified - {connection.local_port for connection in self.connections})
+
+    def notify(self, port: Any = None, host: str | None = None) -> None:
+        """Tell a program of the database.
+
+        Raises:
+            InvalidValueError: a port that cannot be one.
+        """
+        port = NOTIFY_PORT if port is None else port
+        _require_number("the database of keys", "the port of a program", port, _PORTS)
+        if host is None or host in _THIS_MACHINE:
+            self.notified.add(int(port))
+        else:
+            _logger.warning(
+                "a program at %s is not told of the database of keys: only those of this machine are", host
+            )
+
     def clear(self) -> None:
         """Forget the populations, which ``setup`` discards; connections may be older, and stay."""
         for known in (
             self.heard, self.injectors, self.controlled, self.sent, self.rates, self.outputs, self.inputs,
+            self.notified,
         ):  # fmt: skip
             known.clear()
 
     def activate_live_output_for(
-        self, population: Any, *_: Any, port: int | None = None, host: str | None = None,
-        message_type: int = KEY_32_BIT, **__: Any,
+        self, population: Any, database_notify_host: str | None = None,
+        database_notify_port_num: int | None = None, *_: Any, port: int | None = None,
+        host: str | None = None, message_type: int = KEY_32_BIT, **__: Any,
     ) -> None:  # fmt: skip
         """Let connections hear the spikes of a population, and send them to a UDP port if there is one.
+
+        A program that listens at ``database_notify_port_num`` hears them too; it is told of the database.
 
         Raises:
             InvalidValueError: a port that cannot be one.
@@ -93,6 +124,7 @@ class Hub:
         require_kind("activate_live_output_for", "population", population, Population, "a population")
         label = population.label
         self.heard[label] = population
+        self.notify(database_notify_port_num, database_notify_host)
         if port is None:
             return
         _require_number(f"live output of '{label}'", "port", port, _PORTS)
@@ -116,6 +148,7 @@ class Hub:
         """
         label = population.label
         self.injectors[label] = population
+        self.notify()
         if port is None:
             return
         owner, key = f"population '{label}'", 0 if virtual_key is None else virtual_key
@@ -176,13 +209,16 @@ class Connection:
         hub: the script's connections.
         receive_labels: labels of populations with live output.
         send_labels: labels of populations of ``SpikeInjector`` cells.
+        local_port: the UDP port at which no other program is told of the database.
     """
 
     sets_rates = False
 
     def __init__(
         self, hub: Hub, receive_labels: Iterable[str] | None = None, send_labels: Iterable[str] | None = None,
+        local_port: int | None = None,
     ) -> None:  # fmt: skip
+        self.local_port = NOTIFY_PORT if local_port is None else local_port
         self.receive_labels, self.send_labels = list(receive_labels or ()), list(send_labels or ())
         self.receivers: list[tuple[str, Callback, bool]] = []
         self.callbacks: dict[str, list[tuple[str, Callback]]] = {event: [] for event in _EVENTS}
@@ -242,13 +278,13 @@ class Connection:
 
 
 class SpikesConnection(Connection):
-    """sPyNNaker's ``SpynnakerLiveSpikesConnection``, within this process: addresses have no effect."""
+    """sPyNNaker's ``SpynnakerLiveSpikesConnection``, within this process: an address has no effect."""
 
     def __init__(
         self, hub: Hub, receive_labels: Iterable[str] | None = None, send_labels: Iterable[str] | None = None,
-        local_host: Any = None, local_port: Any = None, live_packet_gather_label: Any = None,
+        local_host: Any = None, local_port: int | None = None, live_packet_gather_label: Any = None,
     ) -> None:  # fmt: skip
-        super().__init__(hub, receive_labels, send_labels)
+        super().__init__(hub, receive_labels, send_labels, local_port)
 
     def send_spike(self, label: str, neuron_id: int, send_full_keys: bool = False) -> None:
         """Let a cell emit a spike in the next time step."""
@@ -271,9 +307,9 @@ class RatesConnection(Connection):
 
     def __init__(
         self, hub: Hub, poisson_labels: Iterable[str] | None = None, local_host: Any = None,
-        local_port: Any = None, control_label_extension: Any = None,
+        local_port: int | None = None, control_label_extension: Any = None,
     ) -> None:  # fmt: skip
-        super().__init__(hub, send_labels=poisson_labels)
+        super().__init__(hub, send_labels=poisson_labels, local_port=local_port)
 
     def set_rate(self, label: str, neuron_id: int, rate: float) -> None:
         """Set the rate of a source cell (Hz) from the next time step on."""

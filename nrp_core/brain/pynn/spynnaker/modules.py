@@ -118,7 +118,7 @@ class Dialect:
             ),
             "OneToOneOffsetConnector": simulator.bind(OneToOneOffsetConnector),
             "MultapseConnector": own["FixedTotalNumberConnector"],
-            "register_database_notification_request": _nothing,
+            "register_database_notification_request": self._notify,
             "distance": space.distance,
             "name": lambda: NAME,
             "setup": self._setup(names["setup"]),
@@ -209,12 +209,20 @@ class Dialect:
             "activate_live_output_for": self._hub.activate_live_output_for,
             "activate_live_output_to": activate_live_output_to,
             "add_poisson_live_rate_control": self._hub.add_poisson_live_rate_control,
-            "add_database_socket_address": _nothing,
-            "register_database_notification_request": _nothing,
+            "add_database_socket_address": self._add_database_socket_address,
+            "register_database_notification_request": self._notify,
             **self._devices,
         }
         vars(module).update(own, __getattr__=unknown)
         return module
+
+    def _notify(self, hostname: str | None, notify_port: int | None, ack_port: int | None = None) -> None:
+        """Tell a program of the database of keys."""
+        self._hub.notify(notify_port, hostname)
+
+    def _add_database_socket_address(self, socket_address: Any) -> None:
+        """Tell a program of the database of keys, as :meth:`_notify`."""
+        self._hub.notify(socket_address.notify_port_no, socket_address.notify_host_name)
 
     def _injector(self, names: Mapping[str, Any]) -> type:
         cell = spike_injector(names["SpikeSourceArray"])
@@ -226,10 +234,6 @@ def _module(name: str, **names: Any) -> ModuleType:
     module = ModuleType(name)
     vars(module).update(names)
     return module
-
-
-def _nothing(*_: object, **__: object) -> None:
-    """Have no effect: there is no database of keys."""
 
 
 def _cell_class(cell: Any, names: Mapping[str, Any]) -> type:
