@@ -26,6 +26,7 @@ from nrp_world_mujoco.build import Built, build
 from nrp_world_mujoco.cameras import frame_reader, open_cameras
 from nrp_world_mujoco.control import Control
 from nrp_world_mujoco.copies import MujocoCopies
+from nrp_world_mujoco.decay import Decays
 from nrp_world_mujoco.drive import Drive
 from nrp_world_mujoco.library import SAID, mujoco
 from nrp_world_mujoco.motion import Floating, JointReader, motion_of
@@ -98,6 +99,7 @@ class MujocoEngine(JointedEngine):
             name: JointReader(self._model, self._data, joints) for name, joints in self._built.joints.items()
         }
         self._control = Control(self._built, self._data, seconds(options.timestep))
+        self._decays = Decays(self._built, self._data, seconds(options.timestep))
         self._survey(scene)
         self._refresh()
 
@@ -130,13 +132,19 @@ class MujocoEngine(JointedEngine):
         return states
 
     def _do_advance(self, steps: int) -> None:
+        if self._decays:
+            self._decays.advance(steps, self._step)
+        else:
+            self._step(steps)
+        self._stale = True
+        if SAID or self._warned.tobytes() != self._calm:
+            self._report_warnings()
+
+    def _step(self, steps: int) -> None:
         if self._control.firm.active:
             self._control.firm.step(steps)
         else:
             mujoco.mj_step(self._model, self._data, steps)
-        self._stale = True
-        if SAID or self._warned.tobytes() != self._calm:
-            self._report_warnings()
 
     def check_finite(self, t_ns: int) -> None:
         if not isfinite(self._positions.dot(self._positions)):  # faster than a check of each model

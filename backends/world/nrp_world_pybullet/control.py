@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core.world.engine_kit.decay import Decay
 from nrp_core.world.engine_kit.firm_joints import JointPath
 from nrp_core.world.engine_kit.firm_servo import firm_joints
 from nrp_core.world.engine_kit.joint_servo import ExplicitServos, servoed_joints
@@ -138,6 +139,9 @@ class Control:
         self._wrenches: dict[BodyPath, Wrench] = {}
         self._applied: dict[JointPath, float] = {}
         self._lifts = list(self._lifts_of(scene.gravity))
+        places = [each for bodies in built.bodies.values() for each in bodies]
+        decays = [(body, place, Decay.of(body, step_s)) for body, place in places]
+        self._decays = [(body, place, decay) for body, place, decay in decays if decay is not None]
 
     def _lifts_of(self, gravity: Vector) -> Iterator[tuple[Body, BodyHandle, Wrench]]:
         """Yield the bodies that gravity does not pull, or not in full, with the forces that hold them."""
@@ -224,7 +228,7 @@ class Control:
         self._applied = {}
         found: list[Callable[[], None]] = [partial(self._push, trees)] if trees or self._efforts else []
         found += [firm.step for firm in self._firm if firm.active]
-        return [*found, self._pull_all] if self._wrenches or self._lifts else found
+        return [*found, self._pull_all] if self._wrenches or self._lifts or self._decays else found
 
     def _push(self, trees: Sequence[Tree]) -> None:
         """Apply the efforts of joints, and those of trees of joints with servos, springs or dampers."""
@@ -247,6 +251,9 @@ class Control:
             self._pull(*self._built.bodies[model][index], wrench)
         for lift in self._lifts:
             self._pull(*lift)
+        for body, place, decay in self._decays:
+            motion = Moving(place, Pose(), self._client)()  # of its centre of mass and principal axes
+            self._pull(body, place, decay.wrench(motion.pose, motion.linear, motion.angular))
 
     def _drive(self, efforts: Iterable[tuple[BodyHandle, float]]) -> None:
         """Apply efforts to joints, those of a multi-body in one call."""

@@ -55,6 +55,16 @@ class Body:
         without = sum(mass for mass, pulled in masses if not pulled)
         return without / sum(mass for mass, _ in masses) if without else 0.0
 
+    @property
+    def decay(self) -> tuple[float, float]:
+        """The rates at which its velocities decay, 1/s: the means of its links by mass."""
+        masses = [(link.inertial.mass, link.decay) for link in self.links if link.inertial is not None]
+        if not any(any(rates) for _, rates in masses):
+            return 0.0, 0.0
+        whole = sum(mass for mass, _ in masses)
+        linear, angular = (sum(mass * rates[i] for mass, rates in masses) / whole for i in (0, 1))
+        return linear, angular
+
 
 def bodies_of(model: Model) -> tuple[Body, ...]:
     """Return the bodies of a model, parents before children, roots in the order of the links.

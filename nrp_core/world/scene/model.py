@@ -179,6 +179,7 @@ class Link:
     Args:
         inertial: its mass; None: without mass.
         gravity: whether gravity pulls it.
+        decay: the rates at which its linear and its angular velocity decay exponentially, 1/s.
     """
 
     name: str
@@ -188,6 +189,7 @@ class Link:
     collisions: tuple[Collision, ...] = ()
     sensors: tuple[MountedSensor, ...] = ()
     gravity: bool = field(default=True, metadata=LATER)
+    decay: tuple[float, float] = field(default=(0.0, 0.0), metadata=LATER)
 
 
 @dataclass(frozen=True, slots=True)

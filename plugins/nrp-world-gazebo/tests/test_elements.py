@@ -58,7 +58,7 @@ def arms(draw):
 
 def written(model, folder):
     file = folder / "model.sdf"
-    sdf = element("sdf", model_element(model, bodies_of(model)), version="1.6")
+    sdf = element("sdf", model_element(model, bodies_of(model), 0.002), version="1.6")
     file.write_bytes(etree.tostring(sdf))
     return read_model(file)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
+from math import log1p
 
 from nrp_core.findings import Code
 from nrp_core.world.scene.bodies import Shape, Shown, Touched, build_link, free_name
@@ -24,6 +25,8 @@ from nrp_core.world.scene.reading.sensors import Mount, link_sensors
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.appearance import read_look
 from nrp_core.world.scene.sdf.frames import Frames
+
+_STEP_S = 0.001  # of Gazebo
 
 
 def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) -> Link:
@@ -54,7 +57,21 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) 
     sensors = link_sensors(link.all("sensor"), Mount(name, place), reading)
     pose, touched = frames.pose(name, link), [part for part, _ in solid]
     result = build_link(name, pose, inertial, shown, touched, sensors)
-    return replace(result, gravity=link.flag("gravity", True))
+    return replace(result, gravity=link.flag("gravity", True), decay=_decay(link))
+
+
+def _decay(link: Element) -> tuple[float, float]:
+    """Return the rates of a ``<velocity_decay>``, 1/s.
+
+    Gazebo (ODE) multiplies a velocity by ``1 - decay`` in each of its steps, by default of 1 ms.
+    """
+    section = link.section("velocity_decay")
+    shares = {tag: section.number(tag, 0.0) for tag in ("linear", "angular")}
+    for tag, share in shares.items():
+        if not 0.0 <= share < 1.0:
+            least = "a velocity loses this share of it in each millisecond"
+            raise section.error(f"<{tag}> must be at least 0 and below 1, not {share:g}: {least}")
+    return -log1p(-shares["linear"]) / _STEP_S, -log1p(-shares["angular"]) / _STEP_S
 
 
 def _named(link: Element, tag: str, reading: Reading) -> Iterator[tuple[str, Element]]:

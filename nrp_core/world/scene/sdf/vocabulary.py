@@ -109,8 +109,6 @@ _NOT_SIMULATED: dict[tuple[str, str], tuple[str, ...]] = {
     ("link", "light"): (),
     ("link", "particle_emitter"): (),
     ("link", "projector"): (),
-    ("velocity_decay", "linear"): ("", "0", "0.0"),
-    ("velocity_decay", "angular"): ("", "0", "0.0"),
     ("inertial", "fluid_added_mass"): (),
     ("spot", "falloff"): ("1", "1.0"),
     **{

@@ -23,7 +23,7 @@ _SOLVER = {
         "laserRetro",
         "provideFeedback",
     ),
-    *("implicitSpringDamper", "cfmDamping", "stopCfm", "stopErp", "fudgeFactor", "dampingFactor"),
+    *("implicitSpringDamper", "cfmDamping", "stopCfm", "stopErp", "fudgeFactor"),
     *("disableFixedJointLumping", "preserveFixedJoint"),
 }
 _SPRINGS = {"springStiffness": "spring_stiffness", "springReference": "spring_reference"}
@@ -65,6 +65,9 @@ def _give(child: Element, target: Element) -> None:
         dynamics.children.append(new(_SPRINGS[child.tag], child, text=_value(child)))
     elif child.tag == "turnGravityOff":
         target.children.append(new("gravity", child, text="0" if _value(child) in ("1", "true") else "1"))
+    elif child.tag == "dampingFactor":
+        slower = (new(tag, child, text=_value(child)) for tag in ("linear", "angular"))
+        target.children.append(new("velocity_decay", child, *slower))
     elif child.tag in ("visual", "collision"):
         for part in target.all(child.tag):
             part.children[:0] = child.children

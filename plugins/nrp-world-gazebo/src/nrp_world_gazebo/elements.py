@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import isfinite
+from math import expm1, isfinite
 from typing import Any, TypeAlias, cast
 
 from lxml import etree
@@ -51,18 +51,19 @@ def pose_element(pose: Pose) -> Xml:
     return numbers("pose", *pose.position, *pose.rpy)
 
 
-def model_element(model: Model, bodies: Sequence[Body]) -> Xml:
+def model_element(model: Model, bodies: Sequence[Body], step_s: float) -> Xml:
     """Return a model at the origin of its frame.
 
     Args:
         model: the model.
         bodies: its bodies.
+        step_s: the physics step.
     """
     made = element("model", name=model.name)
     made.append(element("static", text=str(int(model.static))))
     made.append(element("allow_auto_disable", text="0"))
     for number, body in enumerate(bodies):
-        made.append(_link(body, number))
+        made.append(_link(body, number, step_s))
         if body.fixed and not model.static:
             made.append(_held(FIXED))
         if body.joint is not None and body.parent is not None:
@@ -75,10 +76,13 @@ def link_name(body: Body) -> str:
     return FIXED if body.fixed else body.name
 
 
-def _link(body: Body, number: int) -> Xml:
+def _link(body: Body, number: int, step_s: float) -> Xml:
     made = element("link", pose_element(body.in_model), name=link_name(body))
     if body.inertial is not None:
         made.append(_inertial(body.inertial))
+    if any(body.decay):  # the shares of velocities that Gazebo takes in each step
+        shares = zip(("linear", "angular"), (-expm1(-rate * step_s) for rate in body.decay), strict=True)
+        made.append(element("velocity_decay", *(numbers(*share) for share in shares)))
     for link in body.links:
         for visual in link.visuals:
             for part, shape in _shapes(visual.geometry, link.pose @ visual.pose, visual.name):

@@ -34,7 +34,7 @@ def write_world(
     world = element("world", _physics(step_ns), numbers("gravity", *scene.gravity), name="nrp")
     for number, model in enumerate(scene.models):
         given = own.get(model.name)
-        sdf = _sdf(model_element(model, bodies[model.name])) if given is None else given
+        sdf = _sdf(model_element(model, bodies[model.name], seconds(step_ns))) if given is None else given
         world.append(_include(run.models / f"nrp_{number}", model, sdf))
     told = [element("socket", text=str(run.socket))]
     if run.images.exists():
