@@ -18,6 +18,7 @@ from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.reading.recording import Recording
+from tests.shared.profiled import is_profilable
 
 QUICK = "function_time_limit=1 s"
 WAYS = {
@@ -94,6 +95,7 @@ def test_with_quarantine_a_function_that_hangs_is_set_aside(hanging: Callable[..
         result = run.result()
     assert (result.steps, len(result.failures), result.error) == (10, 1, None)
     assert "did not return within 1 s" in str(result.failures[0])
+    assert is_profilable()
 
 
 def test_in_another_thread_a_function_that_computes_is_interrupted(hanging: Callable[..., Any]) -> None:
@@ -111,6 +113,7 @@ def test_in_another_thread_a_function_that_computes_is_interrupted(hanging: Call
     thread.join(20)
     assert not thread.is_alive()
     assert "did not return within 1 s" in str(failures[0])
+    assert is_profilable()
 
 
 def test_the_command_line_says_it_in_one_error(

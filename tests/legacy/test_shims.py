@@ -29,6 +29,7 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Findings
 from nrp_core.world.messages.geometry_msgs import Point, Quaternion, Vector3
 from nrp_core.world.pose_messages import pose_of
+from tests.shared.profiled import is_profilable
 
 ANGLES = st.floats(-1.5, 1.5)
 
@@ -217,6 +218,7 @@ def test_a_task_that_does_not_wait_is_ended_after_its_limit(caught: type[BaseExc
     seen.add("the end")  # code that catches everything goes on until here
     assert task.is_over
     assert str(task.error) == "it did not wait within 0.5 s, the function_time_limit"
+    assert is_profilable()
 
 
 def test_a_task_that_was_left_while_it_ran_is_stopped() -> None:

@@ -12,7 +12,7 @@ from itertools import count
 from math import ceil
 from typing import Final
 
-from nrp_core.cle.time_limit import TimeLimitExceeded, interrupt
+from nrp_core.cle.time_limit import TimeLimitExceeded, forget_interrupts, interrupt
 
 _TOO_MANY_GLANCES = 1000
 """So many looks at the clock without waiting are a loop that waits by looking."""
@@ -76,6 +76,8 @@ class Task:
                 interrupt(self._thread.ident)
                 interrupts += 1
             self._waits_again(_LOOK_S)
+        if interrupts:
+            forget_interrupts()
         self.is_over = True
 
     def _waits_again(self, limit_s: float | None) -> bool:
