@@ -49,7 +49,12 @@ PROGRAMS: dict[str, list[str]] = {"python": [], "nrp": ["-m", "nrp_core"]}
 
 @contextmanager
 def programs(folder: Path) -> Iterator[Path]:
-    """Make the commands in a folder, and serve them until the end of the block."""
+    """Make the commands in a folder, and serve them until the end of the block; elsewhere than on Linux, the
+    folder of the interpreter has them.
+    """
+    if not sys.platform.startswith("linux"):
+        yield Path(sys.executable).parent
+        return
     address = str(folder / "server")
     for name, before in PROGRAMS.items():
         text = COMMAND.format(python=sys.executable, address=address, before=before)
