@@ -70,6 +70,8 @@ class Declared:
 
         A script that looks names up (``globals()``, ``exec``) may read any of them.
         """
+        if not self.parameters:
+            return []
         nodes = [node for tree in self.trees.values() for node in ast.walk(tree)]
         read = {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
         if read & _LOOKING:
@@ -121,9 +123,10 @@ def read_parameters(
         except (SyntaxError, ValueError, OSError):  # reported where the script is executed or checked
             continue
         declared.trees[file] = tree
-        for call in _calls(tree, dialect):
+        nodes = list(ast.walk(tree))
+        for call in _calls(nodes, dialect):
             _declare(call, file, declared)
-        waiting += _neighbours(tree, file.parent)
+        waiting += _neighbours(nodes, file.parent)
     return declared
 
 
@@ -164,10 +167,10 @@ def _parameter(call: ast.Call, path: Path) -> Parameter:
     return Parameter(**values, path=path, line=call.lineno)
 
 
-def _calls(tree: ast.Module, dialect: Dialect) -> Iterator[ast.Call]:
+def _calls(nodes: Collection[ast.AST], dialect: Dialect) -> Iterator[ast.Call]:
     """Yield the calls that declare parameters."""
     objects, functions = {dialect.name}, set[str]()
-    for node in ast.walk(tree):
+    for node in nodes:
         match node:
             case ast.Import(names):
                 objects |= {
@@ -179,7 +182,7 @@ def _calls(tree: ast.Module, dialect: Dialect) -> Iterator[ast.Call]:
             case ast.Assign(targets=[target], value=ast.Call(func=func)) if _last(func) in dialect.makers:
                 first = target.elts[0] if isinstance(target, ast.Tuple) else target
                 objects.add(ast.unparse(first))
-    for node in ast.walk(tree):
+    for node in nodes:
         match node:
             case ast.Call(func=ast.Attribute(value=of, attr="parameter")) if ast.unparse(of) in objects:
                 yield node
@@ -201,8 +204,8 @@ def _last(node: ast.expr) -> str:
     return ast.unparse(node).rpartition(".")[2]
 
 
-def _neighbours(tree: ast.Module, folder: Path) -> Iterator[Path]:
-    for node in ast.walk(tree):
+def _neighbours(nodes: Collection[ast.AST], folder: Path) -> Iterator[Path]:
+    for node in nodes:
         names: list[str] = []
         match node:
             case ast.Import(aliases):

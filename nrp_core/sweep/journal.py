@@ -7,8 +7,8 @@ dropped; every line before it is on the disk.
 from __future__ import annotations
 
 import fcntl
+import json
 import os
-from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -86,15 +86,21 @@ def read_records(folder: Path) -> dict[str, Record]:
     return found
 
 
-def records_in(path: Path) -> Iterator[Record]:
-    """Yield the records of one journal, without a truncated line.
+def records_in(path: Path) -> list[Record]:
+    """Return the records of one journal, without a truncated line.
 
     Raises:
         ExperimentError: a line is not a record.
     """
     *lines, _cut = path.read_text("utf-8").split("\n")
-    for number, line in enumerate(lines, 1):
-        try:
-            yield Record.from_line(line)
-        except (ValueError, TypeError, KeyError) as error:
-            raise ExperimentError("this line is not a record of a run", path=path, line=number) from error
+    try:  # all at once, which is much faster
+        return list(map(Record.from_data, json.loads(f"[{','.join(lines)}]")))
+    except (ValueError, TypeError, KeyError):
+        return [_record(path, number, line) for number, line in enumerate(lines, 1)]
+
+
+def _record(path: Path, number: int, line: str) -> Record:
+    try:
+        return Record.from_data(json.loads(line))
+    except (ValueError, TypeError, KeyError) as error:
+        raise ExperimentError("this line is not a record of a run", path=path, line=number) from error

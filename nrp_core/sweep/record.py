@@ -108,13 +108,12 @@ class Record:
         return _line(self)
 
     @classmethod
-    def from_line(cls, line: str) -> Self:
-        """Read a line of :meth:`to_line`.
+    def from_data(cls, data: Mapping[str, Any]) -> Self:
+        """Return the record of the data in a line of :meth:`to_line`.
 
         Raises:
-            ValueError, TypeError: the line has another form.
+            TypeError, KeyError: they have another form.
         """
-        data: dict[str, Any] = json.loads(line)
         return cls(**{**data, "problems": tuple(data["problems"])})
 
 

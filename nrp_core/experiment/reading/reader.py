@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import reduce
 from pathlib import Path
 
@@ -105,12 +106,13 @@ def _lineage(path: Path, extending: tuple[Path, ...] = ()) -> dict[Path, Tree]:
     except ExperimentError as error:
         raise InvalidExperimentError([Finding.of(error, Code.NRP200)]) from error
     lineage: dict[Path, Tree] = {}
-    named = tree.value.pop(EXTENDS, None)
+    own = dict(tree.value)
+    named = own.pop(EXTENDS, None)
     for base in [] if named is None else named.value if isinstance(named.value, list) else [named]:
         trail = (*extending, path)
-        for known, own in _lineage(_base(base, trail), trail).items():
-            lineage.setdefault(known, own)
-    return {**lineage, path: tree}
+        for known, below in _lineage(_base(base, trail), trail).items():
+            lineage.setdefault(known, below)
+    return {**lineage, path: replace(tree, value=own)}
 
 
 def _base(base: Tree, extending: tuple[Path, ...]) -> Path:

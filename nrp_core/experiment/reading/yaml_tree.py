@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,7 @@ def read_tree(path: Path) -> Tree:
         raise ExperimentError(found.message, path=path, line=found.line, column=found.column) from error
     except OSError as error:
         raise ExperimentError(f"cannot be read: {error.strerror}", path=path) from error
-    tree = parse_tree(text, Place(path))
+    tree = _known(text, Place(path))
     if not isinstance(tree.value, dict):
         raise ExperimentError(
             "an experiment is a mapping: 'name: ...' and so on", path=path, line=1, column=1
@@ -62,6 +63,10 @@ def parse_tree(text: str, place: Place) -> Tree:
         raise place.error(f"not YAML: {str(error).splitlines()[0]}") from error
     except RecursionError as error:
         raise place.error("not an experiment: nested too deeply") from error
+
+
+_known = lru_cache(64)(parse_tree)
+"""Files are read again for every run of a sweep; a tree does not change."""
 
 
 def _place(place: Place, mark: Any) -> Place:

@@ -67,7 +67,7 @@ class SlurmExecutor(Executor):
             while True:
                 ended = not _command("squeue", "--noheader", "--jobs", job, may_fail=True).strip()
                 for journal, count in seen.items():
-                    records = list(records_in(journal)) if journal.exists() else []
+                    records = records_in(journal) if journal.exists() else []
                     yield from records[count:]
                     seen[journal] = len(records)
                 if ended:
