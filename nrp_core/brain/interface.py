@@ -281,12 +281,16 @@ class Brain(Simulation):
         """Run to ``t_ns``, halting on the brain's grid where a current changes; record state on the way."""
         grid_ns = self.capabilities.resolution_ns or 1
         at_ns = self.now_ns
+        if not self._attached.currents:
+            self._update_currents(milliseconds(at_ns))
+            self._run_recording(at_ns, t_ns, grid_ns)
+            return
         while at_ns < t_ns:
             now_ms = milliseconds(at_ns)
             self._update_currents(now_ms)
             halts_ms = [source.next_change_ms(now_ms) for source in self._attached.currents]
             stop_ns = t_ns
-            if halts_ms and min(halts_ms) < milliseconds(t_ns):
+            if min(halts_ms) < milliseconds(t_ns):
                 stop_ns = min(t_ns, -(-round(min(halts_ms) * NS_PER_MS) // grid_ns) * grid_ns)
             self._run_recording(at_ns, stop_ns, grid_ns)
             at_ns = stop_ns

@@ -14,7 +14,7 @@ class SideBySide(Closing):
     """Steps independent loops together; each takes the step that it would take alone.
 
     Brains and worlds of all loops advance on threads. Transfer functions and hooks run on the calling thread,
-    one loop after the other, because code of users may share values. The pace of a loop is ignored, and calls
+    loop by loop, because code of users may share values. The pace of a loop is ignored, and calls
     that other threads make on a loop are not held back until the end of a step.
 
     Args:
@@ -38,9 +38,12 @@ class SideBySide(Closing):
             loop.time_limit = limit  # a limit of its own for each would be a thread for each
         failed: dict[int, Exception] = {}
         with DeferredInterrupt(), limit.watching():
-            self._each(loops, ClosedLoop.begin_step, failed)
-            self._each(loops, ClosedLoop.advance_in_turn, failed, self._pool)
-            self._each(loops, _end, failed)
+            if self._pool is None:  # a loop at a time, while the data of its sides are in the fastest caches
+                self._each(loops, _step, failed)
+            else:
+                self._each(loops, ClosedLoop.begin_step, failed)
+                self._each(loops, ClosedLoop.advance_in_turn, failed, self._pool)
+                self._each(loops, _end, failed)
         return dict(sorted(failed.items()))
 
     def close(self) -> None:
@@ -68,6 +71,12 @@ class SideBySide(Closing):
 
         shares = [range(first, len(loops), self.threads) for first in range(self.threads)]
         list(pool.map(work, shares) if pool is not None else map(work, shares))
+
+
+def _step(loop: ClosedLoop) -> None:
+    loop.begin_step()
+    loop.advance_in_turn()
+    _end(loop)
 
 
 def _end(loop: ClosedLoop) -> None:

@@ -123,7 +123,9 @@ class AgentRun:
         return reward, terminated, run.loop.now_ns >= run.experiment.duration
 
     def _newly_decided(self) -> list[bool]:
-        outcomes = {name: verdict.passed for name, verdict in self.run.outcomes().items()}
+        outcomes = self.run.passed()
+        if outcomes == self.decided:
+            return []
         newly = [met for name, met in outcomes.items() if met is not None and self.decided.get(name) is None]
         self.decided = outcomes
         return newly

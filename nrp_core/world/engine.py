@@ -33,7 +33,7 @@ from nrp_core.world.rigid.motion import (
     Touch,
     Wrench,
 )
-from nrp_core.world.rigid.pose import Quaternion
+from nrp_core.world.rigid.pose import Pose, Quaternion
 from nrp_core.world.scene.merged_bodies import Body, bodies_of, body_of
 from nrp_core.world.scene.model import Light, Model, Rgba, Scene
 
@@ -164,6 +164,10 @@ class Engine(ABC):
     def visual_colors(self) -> Mapping[str, Rgba]:
         """The colours of visuals that were set, by path, ``model/link/visual``."""
         return self._eyes.colors
+
+    def model_pose(self, model: str) -> Pose:
+        """Return the pose of a model's frame."""
+        return self._do_model_motion(model).pose
 
     def read_motion(self, model: str, row: FloatArray) -> None:
         """Write position, orientation (x, y, z, w), linear and angular velocity, shape ``(13,)``."""

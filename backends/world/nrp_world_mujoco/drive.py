@@ -31,8 +31,12 @@ class Drive:
         self, data: Any, servo: PlanarServo, base: Floating, actuators: list[int], step_s: float
     ) -> None:
         self.servo, self.base, self.step_s = servo, base, step_s
-        self._controls = data.ctrl
-        self._actuators = np.array(actuators)
+        places = np.array(actuators)
+        first, end = places[0], places[0] + len(places)
+        # a range, as it usually is, is written several times as fast
+        in_a_row = np.array_equal(places, np.arange(first, end))
+        self._controls = data.ctrl[first:end] if in_a_row else data.ctrl
+        self._places: Any = ... if in_a_row else places
         self.command: BodyVelocity | None = BodyVelocity()
 
     def aim(self, velocity: BodyVelocity) -> None:
@@ -47,7 +51,7 @@ class Drive:
 
     def control(self, controls: Any) -> None:
         """Set the controls of the actuators, in their order."""
-        self._controls[self._actuators] = controls
+        self._controls[self._places] = controls
 
     def forget(self) -> None:
         """Treat the next command as if it had been in force before."""

@@ -165,6 +165,10 @@ class MujocoEngine(JointedEngine):
 
         return refreshed
 
+    def model_pose(self, model: str) -> Pose:
+        motion = self._motions[model]
+        return motion.pose() if isinstance(motion, Floating) else motion().pose
+
     def read_motion(self, model: str, row: FloatArray) -> None:
         motion = self._motions[model]
         if isinstance(motion, Floating):

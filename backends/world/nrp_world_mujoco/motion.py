@@ -47,10 +47,14 @@ class Floating:
         self.position = data.qpos[position : position + 7]
         self.velocity = data.qvel[velocity : velocity + 6]
 
-    def __call__(self) -> ModelMotion:
+    def pose(self) -> Pose:
+        """Return the pose."""
         x, y, z, qw, qx, qy, qz = self.position.tolist()
+        return Pose((x, y, z), (qx, qy, qz, qw))
+
+    def __call__(self) -> ModelMotion:
+        pose = self.pose()
         vx, vy, vz, wx, wy, wz = self.velocity.tolist()
-        pose = Pose((x, y, z), (qx, qy, qz, qw))
         return ModelMotion(pose, (vx, vy, vz), pose.rotate((wx, wy, wz)))  # MuJoCo's is in the body's frame
 
     def read(self, row: FloatArray) -> None:

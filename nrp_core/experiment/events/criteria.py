@@ -92,6 +92,11 @@ class Judge(ABC):
             self._finish(now_ns)
 
     @property
+    def passed(self) -> bool | None:
+        """Whether the criterion is met so far; None: it is not decided."""
+        return self._passed
+
+    @property
     def outcome(self) -> Verdict:
         """The outcome so far."""
         decided, began = self._decided_ns, self._began_ns

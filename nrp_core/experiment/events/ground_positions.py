@@ -35,7 +35,7 @@ class GroundPositions:
             self._poses = {model.name: model.pose for model in self._scene.models}
             self._moving = [model.name for model in self._scene.models if not model.static]
         for name in self._moving:
-            self._poses[name] = engine.model_motion(name).pose
+            self._poses[name] = engine.model_pose(name)
 
     def __contains__(self, model: object) -> bool:
         return model in self._poses

@@ -124,3 +124,7 @@ class Watch:
                 that continues is not affected.
         """
         return {name: judge.outcome_at(end_ns) for name, judge in self._judges.items()}
+
+    def passed(self) -> dict[str, bool | None]:
+        """Return whether each criterion is met so far; None: it is not decided."""
+        return {name: judge.passed for name, judge in self._judges.items()}

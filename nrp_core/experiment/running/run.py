@@ -258,8 +258,7 @@ class Run(Closing):
         Args:
             until_s: end time, s; by default the experiment's duration.
         """
-        duration_s = seconds(self.experiment.duration)
-        self.run_until(duration_s if until_s is None else until_s)
+        self.run_until(seconds(self.experiment.duration) if until_s is None else until_s)
 
     def change(self, add: Iterable[TransferFunction | Path] = (), remove: Iterable[str] = ()) -> None:
         """Add, replace and remove transfer functions before the next step, or change nothing; any thread may.
@@ -383,14 +382,12 @@ class Run(Closing):
             self.brain.restore(brain)
             self.world.restore(world)
             self.loop.restore(loop)
-            looked_at_ns, digest, watched, *found = own  # no findings in version 0.1
-            self._observation.restore((looked_at_ns, digest, watched))
-            self.found = tuple(found[0]) if found else self.found
+            self._observation.restore(own[:3])
+            self.found = tuple(own[3]) if own[3:] else self.found  # no findings in version 0.1
         except NrpError:
             raise
         except Exception as error:  # invalid bytes may raise anything
-            message = f"the snapshot cannot be read: {type(error).__name__}: {error}"
-            raise SnapshotError(message) from error
+            raise SnapshotError(f"the snapshot cannot be read: {type(error).__name__}: {error}") from error
 
     def start_over(self, seed: int) -> None:
         """Return to time 0 with another seed, as a new run with that seed; the engines stay open.
@@ -426,8 +423,7 @@ class Run(Closing):
     @property
     def spikes(self) -> dict[str, int]:
         """The number of spikes so far, by population and view."""
-        spikes: dict[str, int] = self._counter.of(self.brain.network)
-        return spikes
+        return dict(self._counter.of(self.brain.network))
 
     @property
     def _is_over(self) -> bool:
@@ -477,6 +473,10 @@ class Run(Closing):
     def outcomes(self) -> dict[str, Verdict]:
         """Return what came of each criterion so far."""
         return self._watch.outcomes()
+
+    def passed(self) -> dict[str, bool | None]:
+        """Return whether each criterion is met so far; None: it is not decided."""
+        return self._watch.passed()
 
     def write_csv(self, folder: Path | None = None) -> list[Path]:
         """Write the rows of CSV recorders so far, and return the files.

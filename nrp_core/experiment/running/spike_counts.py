@@ -14,6 +14,8 @@ from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.indices import indices_of
 from nrp_core.brain.spikes import Spikes
 
+_AT_ONCE = 64
+"""Windows whose spikes are counted together; for a few spikes the call costs more than the sum."""
 _AUTOMATIC = re.compile(r"population\d+")
 """Automatic names of populations without a label in their script."""
 
@@ -31,7 +33,8 @@ class SpikeCounterPort(SinkPort):
 
     def __init__(self, neurons: IntArray, n_neurons: int, name: str) -> None:
         super().__init__(neurons, n_neurons, name)
-        self._counts = np.zeros(n_neurons, np.int64)
+        self._sums = np.zeros(n_neurons, np.int64)
+        self._uncounted: list[IntArray] = []
         self._reached: IntArray | None = None
 
     def activity(self, network: Network) -> dict[str, int]:
@@ -55,10 +58,24 @@ class SpikeCounterPort(SinkPort):
 
     def _absorb(self, spikes: Spikes, until_ms: float) -> None:
         if len(spikes):
-            np.add.at(self._counts, spikes.neurons, 1)
+            self._uncounted.append(spikes.neurons)
+            if len(self._uncounted) >= _AT_ONCE:
+                self._count()
+
+    def _count(self) -> None:
+        for neurons in (np.concatenate(self._uncounted),) if self._uncounted else ():
+            np.add.at(self._sums, neurons, 1)
+        self._uncounted.clear()
+
+    @property
+    def _counts(self) -> IntArray:
+        """The number of spikes of each neuron."""
+        self._count()
+        return self._sums
 
     def reset(self) -> None:
-        self._counts[:] = 0
+        self._uncounted.clear()
+        self._sums[:] = 0
 
     def save(self) -> object:
         return self.active, self._counts.copy()
