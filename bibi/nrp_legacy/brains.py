@@ -42,6 +42,7 @@ from nrp_legacy.shims.missing import StandIns
 from nrp_legacy.shims.paths import Paths
 from nrp_legacy.spinnaker import EXTERNAL_DEVICES, add_spinnaker
 
+_PLACES = ("from", "to", "step", "index")
 _HDF5 = (".h5", ".hdf5")
 _SIMULATORS = (
     "hbp_nrp_cle.brainsim.simulator", "hbp_nrp_cle.brainsim.pynn.simulator", "python_cle.brainsim.simulator",
@@ -220,7 +221,10 @@ def remark(path: Path, populations: Mapping[str, Element], network: Network, not
     for name, element in populations.items():
         last = _last(element)
         if name not in (*network.views, *network.populations):
-            notes(Code.NRP271, f"population '{name}' has no neurons in {path.name}", subject=name)
+            asked = [f"{key}={value}" for key, value in element.attributes.items() if local(key) in _PLACES]
+            asked += [f"element {one.text.strip()}" for one in element.children]
+            message = f"population '{name}' has no neurons in {path.name}: {', '.join(asked)}".rstrip(": ")
+            notes(Code.NRP271, message, subject=name)
         elif len(circuit) and last is not None and last >= len(circuit):
             message = (
                 f"population '{name}' goes to neuron {last}, and {path.name} has {len(circuit)}: the others "

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from difflib import get_close_matches
 from typing import Final
 
 from nrp_core._support.xml import Element
@@ -20,6 +21,9 @@ _TRUTH: Final = ("true", "false", "1", "0")
 _SELECTORS: Final = ("Range", "List", "Population", "Index")
 _ONCE_IN_EXC: Final = ("bibiConf", "environmentModel", "timeout", "rngSeed", "physicsEngine")
 _ONCE_IN_BIBI: Final = ("brainModel", "timestep", "mode")
+_OF_EXC: Final = (*_ONCE_IN_EXC, "experimentControl", "experimentEvaluation", "robotPose")
+_OF_BIBI: Final = (*_ONCE_IN_BIBI, "bodyModel", "transferFunction", "populations", "connectors")
+_OF_POSE: Final = ("x", "y", "z", "roll", "pitch", "yaw", "ux", "uy", "uz", "theta", "robotId")
 _LEAST_MS: Final = 0.1
 """A tenth of the smallest time step that the platform accepts."""
 _TURN_RAD: Final = 6.3
@@ -32,6 +36,8 @@ def doubts_about(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
     """Yield a finding for each value that is passed over."""
     yield from _repeated(exc.element, _ONCE_IN_EXC)
     yield from _repeated(bibi.element, _ONCE_IN_BIBI)
+    yield from _misspelt(exc.element, _OF_EXC)
+    yield from _misspelt(bibi.element, _OF_BIBI)
     yield from _settings(exc)
     yield from _places(exc, bibi)
     yield from _selectors(bibi.populations)
@@ -52,6 +58,15 @@ def _repeated(root: Element, tags: tuple[str, ...]) -> Iterator[Finding]:
         for other in others:
             if (other.text, other.attributes) != (first.text, first.attributes):
                 yield _doubt(other, f"a second <{tag}> is ignored: the one of line {first.line} is used")
+
+
+def _misspelt(root: Element, known: tuple[str, ...]) -> Iterator[Finding]:
+    """Yield the elements whose names are nearly those of elements that are read; others may be anything."""
+    for element in root.children:
+        tag = local(element.tag)
+        near = get_close_matches(tag, known, n=1, cutoff=0.8)
+        if tag not in known and near:
+            yield _doubt(element, f"<{tag}> is ignored; did you mean <{near[0]}>?")
 
 
 def _settings(exc: Experiment) -> Iterator[Finding]:
@@ -81,6 +96,9 @@ def _places(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
             hint = did_you_mean(name, bibi.bodies)
             yield _doubt(pose, f"there is no robot '{name}', whose start pose this is{hint}")
         yield from _orientation(pose)
+        for key in map(local, pose.attributes):
+            if key not in _OF_POSE:
+                yield _doubt(pose, f"a start pose has no '{key}'{did_you_mean(key, _OF_POSE)}")
 
 
 def _orientation(pose: Element) -> Iterator[Finding]:

@@ -67,6 +67,31 @@ def of_functions(husky: Path, body: str = "pass", **changes: str) -> list[str]:
         ("criteria.reaches_left.near.model=left_vr_screen", "'left_vr_screen' is always near itself"),
         ("brain.populations.more=[0, 0, 1]", "the population 'more' has 2 neurons, some of them twice"),
         ("world.sensors={/husky/camera: {noise: 30}}", "is 30, and full brightness is 1 [NRP298]"),
+        (
+            "criteria.reaches_left.near.within=1.2 mm",
+            "'within' is 0.0012 m, and 'husky' is 1.22 m large: its origin hardly ever comes that near",
+        ),
+        (
+            "criteria.x={stays_within: {model: husky, distance: 0.5 m, of: [3, 0]}}",
+            "'x' is not met from the beginning: 'husky' starts 3 m away [NRP248]",
+        ),
+        (
+            "events.go={when: {near: {model: husky, point: [1, 0], within: 2 m}}}",
+            "'go' happens before anything moves: 'husky' starts 1 m away [NRP248]",
+        ),
+        (
+            "events.left_red.publish={topic: /screens/left/color, value: {r: 1}}",
+            "'left_red' makes '/screens/left/color' invisible: the opacity 'a' is 0 unless it is given",
+        ),
+        (
+            "world.robots.husky.add_sensors=[{type: imu, link: base_link, pose: [0, 0, 0, 0, 30, 0]}]",
+            "the pitch of the sensor on 'husky/base_link' is 30 rad, more than a turn; write '30 deg'",
+        ),
+        (
+            "world.robots.husky.add_sensors=[{type: lidar, link: base_link, lidar: {scan: {horizontal: "
+            "{samples: 1, min_angle: -1.5, max_angle: 1.5}}}}]",
+            "a laser with one ray has angles from -1.5 to 1.5 rad: the ray points to the first",
+        ),
         ("world.sensors={/husky/camera: {}}", "sets nothing; valid: noise, bias, delay, drop_out"),
         (
             "events.blue={at: 5 s, publish: {topic: /left_vr_screen/body/screen_glass/color, value: blue}}",
@@ -124,6 +149,11 @@ def test_what_an_experiment_asks_in_vain_is_reported(husky: Path, override: str,
         "world.sensors={/husky/camera: {noise: 0.5, bias: -0.2}}",
         "events.go={when: {near: {model: left_vr_screen, other: husky, within: 1 m}}}",
         "topics={/mine: std_msgs/Float64}",
+        "criteria.x={stays_within: {model: husky, distance: 9 m, of: [3, 0]}}",
+        "criteria.x={stays_within: {model: husky, distance: 1 m, of: [3, 0], during: {since: 9 s}}}",
+        "events.left_red.publish={topic: /screens/left/color, value: {r: 1, a: 1}}",
+        "events.home={when: {event: all_blue, near: {model: husky, point: [0, 0], within: 1 m}}}",
+        "world.robots.husky.add_sensors=[{type: imu, link: base_link, pose: [0, 0, 0, 0, 30 deg, 0]}]",
     ],
 )
 def test_what_an_experiment_may_ask_is_not_reported(husky: Path, override: str) -> None:

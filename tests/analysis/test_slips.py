@@ -12,9 +12,9 @@ WRONG = """\
 import math
 
 import gazebo_msgs.msg
-import numpy as np
-from geometry_msgs.msg import Twist, Vector3
-from sensor_msgs.msg import Image, JointState
+import cv2; import numpy as np
+from cv_bridge import CvBridge; from geometry_msgs.msg import Twist, Vector3
+from sensor_msgs.msg import Image, JointState; from std_msgs.msg import ColorRGBA
 
 
 @nrp.MapRobotSubscriber("camera", Topic("/husky/camera", Image))
@@ -97,14 +97,57 @@ def drive(t, left, cells, mood):
         return twist
     else:
         twist.linear.x = 0.0  # NRP300 'twist' is filled and not returned here
+
+
+def shortened(state):
+    state.name = state.name[:2]
+
+
+CUT = nrp.PreprocessedTopic("/husky/joint_states", JointState, shortened)  # NRP300 it is always None
+
+@nrp.MapRobotSubscriber("camera", Topic("/husky/camera", Image))
+@nrp.MapRobotSubscriber("joints", CUT)
+@nrp.MapRobotSubscriber("states", Topic("/gazebo/model_states", gazebo_msgs.msg.ModelStates))
+@nrp.MapRobotPublisher("screen", Topic("/left_vr_screen/body/screen_glass/color", ColorRGBA))
+@nrp.MapSpikeSource("dc", nrp.brain.sensors[1], nrp.dc_source)
+@nrp.MapSpikeSource("ac", nrp.brain.sensors[2], nrp.ac_source)
+@nrp.MapSpikeSource("eye", nrp.brain.sensors[3], nrp.poisson)
+@nrp.MapSpikeSink("left", nrp.brain.actors[0], nrp.population_rate)
+@nrp.MapSpikeSink("right", nrp.brain.actors[1], nrp.population_rate)
+@nrp.MapSpikeSink("rec", nrp.brain.actors, nrp.spike_recorder)
+@nrp.MapVariable("seen", initial_value=0)  # NRP330 nothing sets this 'seen': 'tell' sets another of its own
+@nrp.Robot2Neuron()
+def more(t, camera, joints, states, screen, dc, ac, eye, left, right, rec, seen):
+    dc.amplitude = 2e-10 * left.rate  # NRP297 'amplitude' is in nA and is set to 2e-10 or a multiple
+    ac.phase = math.pi / 2  # NRP297 half a turn is 180
+    ac.frequency = 0.001  # NRP248 0.04 periods in a run of 40 s; is it meant in kHz?
+    ac.offset: 0.1  # NRP320 sets nothing: a value is assigned with '='
+    if camera.value.width > seen.value:
+        eye.rate = 75.0  # NRP320 stays at 75 Hz once it was set
+    if left.rate == right.rate:  # NRP248 compares two measured numbers
+        ac.amplitude = 0.1 * np.sin(2 * np.pi * 50 * t)  # NRP249 turns by 6.28 rad in a step
+    recent = [one for _, one in rec.times if one > t - 0.1]  # NRP233 'rec.times' is in ms
+    pixels = CvBridge().imgmsg_to_cv2(camera.value, "rgb8")
+    hsv = cv2.cvtColor(pixels, cv2.COLOR_BGR2HSV)  # NRP331 takes the pixels as BGR, and they are RGB
+    states.value.name.sort()  # NRP300 changes the received message
+    if type(camera.value) == "Image":  # NRP320 compares a type with a text: they are never equal
+        ac.offset = left.rate // 100  # NRP320 rounds down to a whole number; a quotient is written '/'
+        ac.offset += np.cos(left.rate * 180 / np.pi)  # NRP249 takes degrees as radians
+    screen.send_message(ColorRGBA(len(recent), hsv.mean(), len(joints.value.name)))  # NRP298 is invisible
+
+
+@nrp.MapVariable("seen", initial_value=0)
+@nrp.Robot2Neuron()
+def tell(t, seen):
+    seen.value = t
 """
 RIGHT = """\
 import math
 
 import gazebo_msgs.msg
-import numpy as np
-from geometry_msgs.msg import Twist, Vector3
-from sensor_msgs.msg import Image, JointState
+import cv2; import numpy as np
+from cv_bridge import CvBridge; from geometry_msgs.msg import Twist, Vector3
+from sensor_msgs.msg import Image, JointState; from std_msgs.msg import ColorRGBA
 
 NOISE = np.random.default_rng(3)
 
@@ -187,6 +230,46 @@ def drive(t, left, mood):
     else:
         twist.linear.x = 0.0
     return twist
+
+
+def shortened(state):
+    return JointState(name=state.name[:2])
+
+@nrp.MapRobotSubscriber("camera", Topic("/husky/camera", Image))
+@nrp.MapRobotSubscriber("joints", nrp.PreprocessedTopic("/husky/joint_states", JointState, shortened))
+@nrp.MapRobotPublisher("screen", Topic("/left_vr_screen/body/screen_glass/color", ColorRGBA))
+@nrp.MapSpikeSource("dc", nrp.brain.sensors[1], nrp.dc_source)
+@nrp.MapSpikeSource("ac", nrp.brain.sensors[2], nrp.ac_source, phase=90.0)
+@nrp.MapSpikeSource("eye", nrp.brain.sensors[3], nrp.poisson)
+@nrp.MapSpikeSource("late", nrp.brain.sensors[4], nrp.poisson)
+@nrp.MapSpikeSink("left", nrp.brain.actors[0], nrp.population_rate)
+@nrp.MapSpikeSink("rec", nrp.brain.actors, nrp.spike_recorder)
+@nrp.MapVariable("seen", initial_value=0)
+@nrp.Robot2Neuron()
+def more(t, camera, joints, screen, dc, ac, eye, late, left, rec, seen):
+    dc.amplitude = 1e-3 * left.rate
+    ac.frequency = 5.0
+    ac.amplitude = 0.1 * np.sin(2 * np.pi * 5 * t)
+    if camera.value.width > seen.value:
+        eye.rate = 75.0
+    else:
+        eye.rate = 0.0
+    if t > 2:
+        late.rate = 50.0
+    if left.rate == 0:
+        seen.value += 1
+    recent = [one for _, one in rec.times if one > 1000 * t - 100]
+    first = cv2.cvtColor(CvBridge().imgmsg_to_cv2(camera.value, "bgr8"), cv2.COLOR_BGR2HSV)
+    second = cv2.cvtColor(CvBridge().imgmsg_to_cv2(camera.value), cv2.COLOR_RGB2HSV)
+    names = list(joints.value.name)
+    names.sort()
+    screen.send_message(ColorRGBA(len(recent), first.mean(), second.mean(), len(names)))
+
+
+@nrp.MapVariable("seen", initial_value=0)
+@nrp.Robot2Neuron()
+def tell(t, seen):
+    seen.value = t
 """
 
 

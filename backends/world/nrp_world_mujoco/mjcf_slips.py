@@ -11,10 +11,8 @@ from nrp_core.findings import Code, Findings
 from nrp_core.world.scene.reading.xml import Element
 from nrp_world_mujoco.actuators import actuators_of
 
-_TURNS_RAD: Final = 4 * pi
-"""Two turns: an orientation needs half of one."""
 _FULL_RAD: Final = 6.3
-"""A full turn as files round it."""
+"""A full turn as files round it; an orientation needs half of one."""
 _RIGHT_ANGLES_RAD: Final = (pi / 4, pi / 2, pi, 3 * pi / 2)
 _ROUNDED: Final = 2e-3
 _RANGES: Final = ("range", "forcerange", "ctrlrange", "actuatorfrcrange")
@@ -70,8 +68,8 @@ def _named(element: Element) -> str:
 def _orientation(element: Element, in_degrees: bool) -> Iterator[str]:
     given = _numbers(element, "euler")
     owner = f"the euler of the {_named(element)} is {element.attributes.get('euler')}"
-    if not in_degrees and any(abs(angle) > _TURNS_RAD for angle in given):
-        yield f"{owner} rad, more than two turns; is it meant in degrees?"
+    if not in_degrees and any(abs(angle) > _FULL_RAD for angle in given):
+        yield f"{owner} rad, more than a turn; is it meant in degrees?"
     elif in_degrees and any(
         abs(abs(angle) - right) < _ROUNDED for angle in given for right in _RIGHT_ANGLES_RAD
     ):

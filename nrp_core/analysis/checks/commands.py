@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from nrp_core.analysis.events import Call, Write
-from nrp_core.analysis.registry import checks_experiment
+from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Instance, Known
 from nrp_core.analysis.study import Examined, Study
@@ -15,10 +15,12 @@ from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.drives.drive import Drive
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.scene.model import Scene
 
 _HALVES = ("linear", "angular")
 _AXES = ("x", "y", "z")
+_COLOUR = ("r", "g", "b", "a")
 
 
 def drives_of(scene: Scene, experiment: Experiment) -> dict[str, tuple[str, tuple[str, ...]]]:
@@ -30,6 +32,22 @@ def drives_of(scene: Scene, experiment: Experiment) -> dict[str, tuple[str, tupl
         if isinstance(drive, Drive) and drive.components and hasattr(drive, "command_topic")
     }
     return found | {alias: found[topic] for alias, topic in experiment.aliases.items() if topic in found}
+
+
+@checks_function(Code.NRP298)
+def colours_have_an_opacity(function: Examined) -> Iterator[Finding]:
+    """Look for colours that are made without their opacity, which is then 0."""
+    nodes = list(own_nodes(function.declared.node.body))
+    if any(isinstance(one, ast.Attribute) and one.attr == "a" for one in nodes):
+        return
+    for event in function.events:
+        match event:
+            case Call(node, Known(callee), given, named, True) if callee is ColorRGBA:
+                if len(given) + len(named) > 0 and len(given) < len(_COLOUR) and "a" not in named:
+                    message = (
+                        f"'{ast.unparse(node):.60}' is invisible: the opacity 'a' is 0 unless it is given"
+                    )
+                    yield function.declared.finding(Code.NRP298, node, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP321)

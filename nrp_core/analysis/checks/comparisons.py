@@ -6,10 +6,10 @@ import ast
 from collections.abc import Iterator
 from typing import get_origin
 
-from nrp_core.analysis.events import Read
+from nrp_core.analysis.events import Add, Read
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.scopes import own_nodes
-from nrp_core.analysis.shapes import Instance, Known, hints
+from nrp_core.analysis.shapes import Instance, Known, Number, hints
 from nrp_core.analysis.study import Examined
 from nrp_core.findings import Code, Finding, Level
 
@@ -44,6 +44,21 @@ def lists_are_compared_with_lists(function: Examined) -> Iterator[Finding]:
                             f"'{ast.unparse(one)}' is a list: it never equals a tuple, '{ast.unparse(other)}'"
                         )
                         yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP248)
+def measured_numbers_are_compared_with_a_margin(function: Examined) -> Iterator[Finding]:
+    """Look for rates and voltages that are asked to be exactly equal."""
+    for event in function.events:
+        match event:
+            case Add(ast.Compare(_, [ast.Eq()], [_]) as node, Number(first), Number(second)):
+                if first and first == second:
+                    one, other = ast.unparse(node.left), ast.unparse(node.comparators[0])
+                    message = (
+                        f"'{ast.unparse(node):.60}' compares two measured numbers, which are hardly ever "
+                        f"exactly equal unless both are 0; write abs({one} - {other}) < ..."
+                    )
+                    yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
 
 
 def _fields(function: Examined, kind: str) -> set[int]:

@@ -58,6 +58,20 @@ def shared_variables_are_shared_by_both(study: Study) -> Iterator[Finding]:
             message = f"nothing sets this '{name}': another function sets the one with scope=nrp.GLOBAL"
             node = function.declared.nodes.get(name)
             yield function.declared.finding(Code.NRP330, node, message, Level.WARNING)
+    own = {
+        (function.function.name, name): [_is_stored(one) for one in nodes]
+        for function, name, mapping, nodes in uses
+        if mapping.global_key is None and nodes
+    }
+    only_set = {name: setter for (setter, name), stored in own.items() if all(stored)}
+    for function, name, *_ in uses:
+        if name in only_set and not any(own.get((function.function.name, name), [True])):
+            message = (
+                f"nothing sets this '{name}': '{only_set[name]}' sets another of its own; "
+                "scope=nrp.GLOBAL in both makes it one"
+            )
+            node = function.declared.nodes.get(name)
+            yield function.declared.finding(Code.NRP330, node, message, Level.WARNING)
 
 
 def _nodes(body: list[ast.stmt]) -> list[ast.AST]:

@@ -21,7 +21,8 @@ _MOST_STEPS: Final = 200_000
 _FUNCTIONS: Final[Mapping[str, Any]] = {
     one.__name__: one for one in (int, float, round, abs, min, max, divmod, bool)
 } | {
-    f"math.{name}": getattr(math, name)
+    f"{module}.{name}": getattr(math, name)
+    for module in ("math", "numpy")
     for name in ("floor", "ceil", "fmod", "sin", "cos", "isclose", "trunc", "pi", "tau", "radians")
 }
 _WAVES: Final = ("sin", "cos", "math.sin", "math.cos", "np.sin", "np.cos", "numpy.sin", "numpy.cos")

@@ -13,11 +13,13 @@ from nrp_core.analysis.declared import found_in
 from nrp_core.analysis.events import Add, Call, Divide, Read, Write
 from nrp_core.analysis.imported import full_names
 from nrp_core.analysis.registry import checks_experiment, checks_function
+from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import UNITS, Known, Number, Shape, item_of
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.clock import seconds
 from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
+from nrp_core.experiment.model.tree import Key
 from nrp_core.findings import Code, Finding, Level
 
 _OF_ANGLES: Final[tuple[Any, ...]] = (sin, cos, tan, np.sin, np.cos, np.tan)
@@ -79,17 +81,50 @@ def times_of_recorders_are_in_ms(function: Examined) -> Iterator[Finding]:
                         yield function.declared.finding(Code.NRP233, node, message, Level.WARNING)
 
 
+@checks_function(Code.NRP233)
+def times_in_loops_are_in_ms(function: Examined) -> Iterator[Finding]:
+    """Look for loops over the times of a recorder, in ms, that compare them with ``t``, in s."""
+    nodes = list(own_nodes(function.declared.node.body))
+    for loop in nodes:
+        if not isinstance(loop, ast.For | ast.comprehension):
+            continue
+        text = ast.unparse(loop.iter).partition("[")[0]
+        name, _, attribute = text.partition(".")
+        if attribute != "times" or not isinstance(function.adapters.get(name), Device):
+            continue
+        spikes = {one.id for one in ast.walk(loop.target) if isinstance(one, ast.Name)}
+        for node in nodes:
+            match node:
+                case ast.Compare(ast.Name(spike), _, [other]) | ast.BinOp(other, ast.Sub(), ast.Name(spike)):
+                    if spike in spikes and _is_time(other):
+                        message = f"'{text}' is in ms, and '{ast.unparse(node):.60}' combines it with s"
+                        yield function.declared.finding(Code.NRP233, node, message, Level.WARNING)
+
+
+def _is_time(node: ast.expr) -> bool:
+    """Return whether an expression is ``t``, or ``t`` and a constant span."""
+    match node:
+        case ast.Name("t") | ast.BinOp(ast.Name("t"), ast.Add() | ast.Sub(), ast.Constant()):
+            return True
+    return False
+
+
 @checks_experiment(Code.NRP249)
 def angles_have_units(study: Study) -> Iterator[Finding]:
     """Look for angles of poses given in degrees instead of radians."""
     experiment = study.experiment
-    for name in experiment.world.robots:
+    owners: dict[tuple[Key, ...], str] = {}
+    for name, robot in experiment.world.robots.items():
+        owners["world", "robots", name] = f"'{name}'"
+        for number, sensor in enumerate(robot.add_sensors):
+            owners["world", "robots", name, "add_sensors", number] = f"the sensor on '{name}/{sensor.link}'"
+    for place, owner in owners.items():
         for i, what in enumerate(("roll", "pitch", "yaw"), start=3):
-            keys = "world", "robots", name, "pose", i
+            keys = (*place, "pose", i)
             written, reached = experiment.source.nearest(keys)
             value = written.value
             if reached == keys and isinstance(value, (int, float)) and abs(value) > tau:
-                message = f"the {what} of '{name}' is {value:g} rad, more than a turn; write '{value:g} deg'"
+                message = f"the {what} of {owner} is {value:g} rad, more than a turn; write '{value:g} deg'"
                 yield written.place.finding(Code.NRP249, message, Level.WARNING)
 
 
@@ -148,6 +183,32 @@ def angles_are_converted_once(function: Examined) -> Iterator[Finding]:
                 if ast.unparse(func).endswith(_TO_DEGREES):
                     message = f"'{ast.unparse(node):.60}' takes degrees as radians"
                     yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
+            case Call(
+                ast.Call(
+                    args=[ast.BinOp(ast.BinOp(_, ast.Mult(), ast.Constant(180)), ast.Div(), pi)]
+                ) as node,
+                Known(callee),
+            ) if any(callee is one for one in _OF_ANGLES) and ast.unparse(pi).endswith("pi"):
+                message = f"'{ast.unparse(node):.60}' takes degrees as radians"
+                yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP320)
+def rates_are_divided_without_rounding(function: Examined) -> Iterator[Finding]:
+    """Look for ``//`` on rates and voltages, which rounds down to whole numbers."""
+    read = {
+        id(event.node)
+        for event in function.events
+        if isinstance(event, Read) and event.name in ("rate", "voltage") and isinstance(event.owner, Known)
+        if isinstance(event.owner.value, Device)
+    }
+    for node in own_nodes(function.declared.node.body):
+        match node:
+            case ast.BinOp(left, ast.FloorDiv(), _) if any(id(one) in read for one in ast.walk(left)):
+                message = (
+                    f"'{ast.unparse(node):.60}' rounds down to a whole number; a quotient is written '/'"
+                )
+                yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
 
 
 @checks_function(Code.NRP249)

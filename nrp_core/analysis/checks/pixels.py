@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.scopes import own_nodes
@@ -29,6 +29,44 @@ def images_have_rows_of_columns(function: Examined) -> Iterator[Finding]:
                         "its height comes first"
                     )
                     yield function.declared.finding(Code.NRP331, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP331)
+def colours_keep_their_order(function: Examined) -> Iterator[Finding]:
+    """Look for conversions of pixels as BGR that are RGB, as those of all cameras, and vice versa."""
+    nodes = list(own_nodes(function.declared.node.body))
+    orders: dict[str, str] = {}
+    for step in sorted((one for one in nodes if isinstance(one, ast.Assign)), key=lambda one: one.lineno):
+        for target in step.targets:
+            if isinstance(target, ast.Name):
+                orders[target.id] = _order(step.value, orders)
+    for node in nodes:
+        match node:
+            case ast.Call(ast.Attribute(_, "cvtColor"), [image, ast.Attribute(_, code), *_]):
+                taken, is_, _ = code.removeprefix("COLOR_").partition("2")
+                given = _order(image, orders)
+                if is_ and {taken, given} == {"RGB", "BGR"}:
+                    message = (
+                        f"'{ast.unparse(node):.60}' takes the pixels as {taken}, and they are {given}: red "
+                        f"and blue are exchanged; write COLOR_{given}2..."
+                    )
+                    yield function.declared.finding(Code.NRP331, node, message, Level.WARNING)
+
+
+def _order(value: ast.expr, orders: Mapping[str, str]) -> str:
+    """Return the order of the colours in an image, RGB or BGR; empty if it is unknown."""
+    match value:
+        case ast.Name(name):
+            return orders.get(name, "")
+        case ast.Call(ast.Attribute(_, "imgmsg_to_cv2"), args, keywords):
+            given = [*args[1:2], *(one.value for one in keywords if one.arg == "desired_encoding")]
+            encoding = ast.unparse(given[0]).strip("'\"") if given else "passthrough"
+            return "RGB" if encoding == "passthrough" else encoding.upper().removesuffix("8")
+        case ast.Call(ast.Attribute(inner, "reshape" | "copy")):
+            return _order(inner, orders)
+        case ast.Call(ast.Attribute(_, "frombuffer"), [ast.Attribute(_, "data"), *_]):
+            return "RGB"
+    return ""
 
 
 @checks_function(Code.NRP331)

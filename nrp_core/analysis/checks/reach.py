@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import combinations
 
 from nrp_core.analysis.checks.conditions import asked
@@ -12,6 +12,7 @@ from nrp_core.clock import milliseconds, seconds
 from nrp_core.dsl.functions.function import TIME
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.raycast.extent import outside_m
 
 
@@ -95,6 +96,20 @@ def coloured_shapes_are_seen(study: Study) -> Iterator[Finding]:
             visual = invisible.get(_target(experiment, said.topic))
             if visual is not None:
                 message = f"'{visual}', which '{name}' colours, is invisible at the start: its opacity is 0"
+                yield experiment.place("events", name, "publish").finding(Code.NRP298, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP298)
+def given_colours_are_seen(study: Study) -> Iterator[Finding]:
+    """Look for colours of events that leave out the opacity, which is then 0."""
+    experiment = study.experiment
+    for name, event in experiment.events.items():
+        for said in event.publish:
+            info = study.topics.get(_target(experiment, said.topic))
+            if info is None or info.type is not ColorRGBA or not isinstance(said.value, Mapping):
+                continue
+            if "a" not in said.value and any(said.value.values()):
+                message = f"'{name}' makes '{said.topic}' invisible: the opacity 'a' is 0 unless it is given"
                 yield experiment.place("events", name, "publish").finding(Code.NRP298, message, Level.WARNING)
 
 

@@ -6,6 +6,7 @@ import ast
 from collections.abc import Iterator, Mapping
 from typing import Final
 
+from nrp_core.analysis.declared import found_in
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.study import Examined, Study
@@ -13,6 +14,19 @@ from nrp_core.dsl.functions.mappings import MapRobotSubscriber
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Finding, Level
 
+_CHANGING: Final = (
+    "sort",
+    "reverse",
+    "append",
+    "extend",
+    "insert",
+    "remove",
+    "pop",
+    "clear",
+    "fill",
+    "resize",
+)
+"""Methods that change a list or an array in place."""
 _ANGLES: Final = ("yaw", "heading", "theta", "angle", "roll", "pitch")
 
 
@@ -34,6 +48,13 @@ def received_messages_stay(function: Examined) -> Iterator[Finding]:
                         "nothing; send a message on a topic of commands"
                     )
                     yield function.declared.finding(Code.NRP300, target, message, Level.WARNING)
+            case ast.Expr(ast.Call(ast.Attribute(ast.Attribute() | ast.Subscript() as part, method))):
+                if method in _CHANGING and _message_of(part, received):
+                    message = (
+                        f"'{ast.unparse(node):.60}' changes the received message, which other functions get "
+                        "as well: change a copy"
+                    )
+                    yield function.declared.finding(Code.NRP300, node, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP332)
@@ -64,6 +85,24 @@ def joints_of_messages_exist(study: Study) -> Iterator[Finding]:
                     if known is not None and name not in known:
                         message = f"'{topic}' has no joint '{name}'{did_you_mean(name, known)}"
                         yield function.declared.finding(Code.NRP332, node, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP300)
+def preprocessed_messages_are_returned(study: Study) -> Iterator[Finding]:
+    """Look for functions of preprocessed topics that return nothing, so that ``value`` is None."""
+    for source in [source for listing in study.listings for source in listing.sources]:
+        defined = {one.name: one for one in ast.walk(source.tree) if isinstance(one, ast.FunctionDef)}
+        for node in ast.walk(source.tree):
+            match node:
+                case ast.Call(func, [_, _, ast.Name(name), *_]) if name in defined:
+                    returned = [one for one in own_nodes(defined[name].body) if isinstance(one, ast.Return)]
+                    if ast.unparse(func).endswith("PreprocessedTopic") and not any(
+                        one.value is not None for one in returned
+                    ):
+                        message = (
+                            f"'{name}' returns nothing, and its result is the message: it is always None"
+                        )
+                        yield found_in(source, Code.NRP300, node, message, Level.WARNING)
 
 
 @checks_function(Code.NRP233)

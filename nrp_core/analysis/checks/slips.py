@@ -96,7 +96,26 @@ def _is_gathering(node: ast.stmt) -> bool:
     return False
 
 
-_LOOKS: Final[tuple[Callable[[ast.AST], str], ...]] = (_same_twice, _many_limits, _power, _ends_at_once)
+def _annotated(node: ast.AST) -> str:
+    """Return that ``eye.rate: 2.0`` sets nothing."""
+    match node:
+        case ast.AnnAssign(ast.Attribute() | ast.Subscript() as target, annotation, None):
+            where = ast.unparse(target)
+            return f"'{where:.40}: {ast.unparse(annotation):.20}' sets nothing: a value is assigned with '='"
+    return ""
+
+
+def _type_and_text(node: ast.AST) -> str:
+    """Return that a type is never equal to a text: ``type(x) == "Image"``."""
+    match node:
+        case ast.Compare(ast.Call(ast.Name("type"), [_]), [ast.Eq() | ast.NotEq()], [ast.Constant(str())]):
+            return f"'{ast.unparse(node):.60}' compares a type with a text: they are never equal"
+    return ""
+
+
+_LOOKS: Final[tuple[Callable[[ast.AST], str], ...]] = (
+    _same_twice, _many_limits, _power, _ends_at_once, _annotated, _type_and_text,
+)  # fmt: skip
 
 
 @checks_function(Code.NRP320)

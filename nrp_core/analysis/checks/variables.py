@@ -62,6 +62,17 @@ def shared_variables_are_set_and_read(study: Study) -> Iterator[Finding]:
                     return
                 (read if isinstance(event, Read) else written).add(mapping.global_key)
                 readers.setdefault(mapping.global_key, (function, name))
+    begun = {
+        mapping.global_key
+        for function in study.examined
+        for mapping in function.function.mappings.values()
+        if isinstance(mapping, MapVariable) and mapping.initial_value is not None
+    }
+    for key in sorted(read - written - begun if study.is_complete and not written - read else ()):
+        function, name = readers[key]
+        message = f"nothing sets the shared variable '{key}', and it has no initial_value: it is always None"
+        node = function.declared.nodes.get(name)
+        yield function.declared.finding(Code.NRP210, node, message, Level.WARNING)
     for key in sorted(read - written if study.is_complete and written - read else ()):
         function, name = readers[key]
         others = ", ".join(map(repr, sorted(written - read)))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import copy
 from typing import Any
 
+import numpy as np
+
 from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.dsl.parameters.brief import brief
 
@@ -49,8 +51,20 @@ class Variable(Adapter):
     def restore(self, saved: Any) -> None:
         self.value = saved
 
+    @property
+    def is_lost(self) -> bool:
+        """Whether a number of the value has become NaN, so that whatever is computed with it is NaN."""
+        return _has_nan(self.value) and not _has_nan(self._initial)
+
     def shown(self) -> str:
         return f"value = {brief(self.value)}"
+
+
+def _has_nan(value: Any) -> bool:
+    if isinstance(value, list | tuple):
+        return any(_has_nan(one) for one in value)
+    is_real = isinstance(value, float | np.floating | np.ndarray) and np.asarray(value).dtype.kind == "f"
+    return is_real and bool(np.isnan(value).any())
 
 
 def _copied(value: Any) -> Any:

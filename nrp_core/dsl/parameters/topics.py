@@ -212,11 +212,32 @@ def _require(topic: Topic, world: World) -> None:
     """
     if topic.name in world.topics:
         return
-    hint = did_you_mean(topic.name, world.topics)
+    if reason := _not_commanded(topic.name, world):
+        raise TopicError(f"no topic '{topic.name}': {reason}")
+    elsewhere = [name for name, info in world.topics.items() if _is_namesake(topic, name, info)]
+    hint = did_you_mean(topic.name, elsewhere or world.topics, cutoff=0.0 if elsewhere else 0.6)
     if hint.instead is not None:
         raise TopicError(f"no topic '{topic.name}'{hint}", instead=hint.instead)
     needs = f", which needs its type: Topic('{topic.name}', TYPE)" if topic.topic_type is None else ""
     raise TopicError(f"no topic '{topic.name}'{_OWN}{needs}")
+
+
+def _not_commanded(name: str, world: World) -> str:
+    """Return why the joint of a topic such as ``/arm/elbow/cmd_pos`` takes no commands; empty if it may."""
+    robot, _, rest = name.removeprefix("/").partition("/")
+    models = [model for model in world.scene.models if model.name == robot]
+    for joint in (joint for model in models for joint in model.joints if rest == f"{joint.name}/cmd_pos"):
+        if joint.mimic is not None:
+            return f"the joint '{joint.name}' follows '{joint.mimic.leader}' and takes no commands"
+        if joint.kind == "fixed":
+            return f"the joint '{joint.name}' is fixed and takes no commands"
+    return ""
+
+
+def _is_namesake(topic: Topic, name: str, info: TopicInfo) -> bool:
+    """Return whether a topic differs only by a prefix: ``/scan`` and ``/pioneer/scan``."""
+    (shorter, longer) = sorted((topic.name, name), key=len)
+    return info.type is topic.topic_type and longer.endswith(shorter) and longer != shorter
 
 
 _PLAIN = (bool, int, float, str)

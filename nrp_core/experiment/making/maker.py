@@ -68,9 +68,20 @@ class Maker(PartMaker):
             read_model, section.model, name=name, pose=section.start, search_path=models, args=section.args
         )
         if experiment.strict:
-            return fitted(read(), section.fitting)
+            return self._fitted(experiment, name, read())
         model, left_out = read_without(lambda without: read(without=without))
-        return fitted(replace(model, warnings=(*model.warnings, *left_out)), section.fitting)
+        return self._fitted(experiment, name, replace(model, warnings=(*model.warnings, *left_out)))
+
+    def _fitted(self, experiment: Experiment, name: str, model: Model) -> Model:
+        """Return a robot with what the experiment adds to it; findings about that stand in the experiment."""
+        result, place = (
+            fitted(model, experiment.world.robots[name].fitting),
+            experiment.place("world", "robots", name),
+        )
+        warnings = [
+            one if one.path else place.finding(one.code, one.message, one.level) for one in result.warnings
+        ]
+        return replace(result, warnings=tuple(warnings))
 
     def network(self, experiment: Experiment, build: Build = build_here) -> Network:
         brain = experiment.brain

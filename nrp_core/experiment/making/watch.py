@@ -15,6 +15,7 @@ from nrp_core.experiment.making.maker import maker_of
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Level, has_errors
+from nrp_core.world.messages.base import type_name
 from nrp_core.world.world import World
 
 
@@ -59,8 +60,12 @@ def warn_of_missing_topics(
     collector: Collector, experiment: Experiment, world: World, functions: Sequence[TransferFunction]
 ) -> None:
     """Add the topics that functions expect to a world, with a warning for each that nothing publishes."""
+    served = dict(world.topics)
     for topic in declare_missing_topics(experiment, world, functions):
-        message = f"the world has no topic '{topic}': it is silent unless a function publishes on it"
+        ending = f"/{topic.rpartition('/')[2]}"
+        others = [info for name, info in served.items() if name.endswith(ending)]
+        other = f"; '{others[0].name}' carries {type_name(others[0].type)}" if others else ""
+        message = f"the world has no topic '{topic}': it is silent unless a function publishes on it{other}"
         collector.add(Code.NRP268, message, "transfer_functions", level=Level.WARNING, subject=topic)
 
 

@@ -433,8 +433,8 @@ class Run(Closing):
         return too_fast(self.experiment, self.brain.network, self.spikes, self.now_s)
 
     def _at_the_end(self) -> Iterator[Finding]:
-        times, now_ns = self._watch.events.times, self.loop.now_ns
-        return at_the_end(self.experiment, times, now_ns) if self._is_over else iter(())
+        times, loop = self._watch.events.times, self.loop
+        return at_the_end(self.experiment, times, loop.now_ns, loop.functions, is_over=self._is_over)
 
     def result(self) -> Result:
         """Return the result so far."""

@@ -388,3 +388,11 @@ NO_SUCH_JOINT = Explanation(
     "{n} names are not joints of the robot",
     Weight.REMARK,
 )
+
+LOST_NUMBER = Explanation(
+    "A variable of a transfer function has become NaN, not a number.",
+    "NumPy gives NaN for the mean of nothing and for 0 / 0, without an error; it never goes away again.",
+    "Test that there is something to compute with, as by `if len(values)`, before the variable is set.",
+    "{n} variables have become NaN",
+    Weight.ALTERED,
+)

@@ -162,6 +162,7 @@ class Code(Enum):
     NRP351 = experiment.CONTRADICTORY_PARAMETER
     NRP352 = experiment.LATE_PARAMETER
     NRP353 = running.BEYOND_THE_END
+    NRP354 = functions.LOST_NUMBER
 
     def __repr__(self) -> str:
         return f"Code.{self.name}"

@@ -89,6 +89,7 @@ def _of_wheels(owner: str, drive: _Wheeled, model: Model) -> Iterator[str]:
     joints = {joint.name: joint for joint in model.joints}
     wheels = [joints[name] for name in (*drive.left, *drive.right) if name in joints]
     yield from _of_shapes(owner, drive, wheels, model)
+    yield from _of_grip(owner, wheels, model)
     for joint in wheels:
         if joint.kind == "fixed":
             yield f"{owner} has a wheel that cannot turn: the joint '{joint.name}' is fixed"
@@ -120,6 +121,13 @@ def _of_shapes(owner: str, drive: _Wheeled, wheels: list[Joint], model: Model) -
                 f"'{wheel}' is {size_m:.3g} m across"
             )
             return
+
+
+def _of_grip(owner: str, wheels: list[Joint], model: Model) -> Iterator[str]:
+    """Yield that a wheel touches nothing although others do."""
+    bare = [joint.child for joint in wheels if not model.link(joint.child).collisions]
+    if bare and len(bare) < len(wheels):
+        yield f"{owner} has a wheel that touches nothing: '{bare[0]}' has no collision shape, and others have"
 
 
 def _of_lying(owner: str, joint: Joint, model: Model) -> Iterator[str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from nrp_core.errors import SceneError
 from nrp_core.world.raycast.solids import Solid, solids_of
-from nrp_core.world.scene.model import Plane, Scene
+from nrp_core.world.scene.model import Model, Plane, Scene
 
 _ENDLESS_M: Final = 100.0
 """The smallest width of a scene with an endless floor: about as far as robots go in a few minutes."""
@@ -26,6 +26,15 @@ def width_m(scene: Scene) -> float:
     shapes = [solid for solid in solids if not isinstance(solid.geometry, Plane)]
     width = _across(shapes, [model.pose.position[:2] for model in scene.models])
     return width if len(shapes) == len(solids) else max(_ENDLESS_M, _TIMES * width)
+
+
+def size_m(model: Model) -> float | None:
+    """Return the horizontal size of a model, m; None without shapes that can be read."""
+    try:
+        corners = [corner[:2] for solid in solids_of(model) for corner in solid.box]
+    except SceneError:
+        return None
+    return float(hypot(*np.ptp(np.array(corners), axis=0))) if corners else None
 
 
 def outside_m(scene: Scene, point: tuple[float, float]) -> float:

@@ -96,7 +96,7 @@ def _of_measurements(model: Model) -> Iterator[str]:
         if sensor.rate_hz > _FASTEST_HZ:
             yield f"{owner} measures {sensor.rate_hz:g} times a second"
         # the largest value of a measurement, with its name
-        largest = [(1.0, "full brightness")] if hasattr(sensor, "view") else []
+        largest = [(1.0, "full brightness")] if sensor.view is not None else []
         largest += [(one, "its range") for one in [getattr(sensor, "range_max", inf)] if isfinite(one)]
         noise = max(abs(sensor.noise.mean), sensor.noise.stddev)
         for limit, what in largest:
@@ -171,6 +171,12 @@ def _of_sizes(model: Model) -> Iterator[str]:
     yield from _of_density(model, around)
 
 
+def _largest_link_m(model: Model) -> float:
+    """Return the size of the largest link, m: the robot itself may be large by a wrong pose."""
+    boxes = (_size((one.pose, one.geometry) for one in solid_or_seen(link)) for link in model.links)
+    return max((float(np.linalg.norm(one)) for one in boxes if one is not None), default=inf)
+
+
 def _of_furniture(model: Model) -> Iterator[str]:
     """Yield that a model of the room is too light for its size; heavy links are reported one by one."""
     shapes = [(link, one) for link in model.links for one in solid_or_seen(link)]
@@ -203,6 +209,12 @@ def _of_sensors(model: Model, size_m: float) -> Iterator[str]:
             owner = f"'{sensor.name}' of '{model.name}'"
             yield from _of_view(f"the camera {owner}", sensor, size_m)
             yield from _of_beams(owner, sensor, size_m)
+            reach_m = getattr(sensor, "range_max", inf)
+            if reach_m < _SHORT * min(size_m, _largest_link_m(model)):
+                yield (
+                    f"the sensor {owner} measures up to {reach_m:g} m, and the robot is {size_m:.3g} m "
+                    "large; is its range meant in km?"
+                )
             pose = getattr(sensor, "pose", None)
             away_m = 0.0 if pose is None else hypot(*pose.position)
             if away_m > _SENSOR_TIMES * size_m:
@@ -247,11 +259,6 @@ def _of_beams(owner: str, sensor: MountedSensor, size_m: float) -> Iterator[str]
         )
     if _FARTHEST_M < reach_m < inf:
         yield f"the sensor {owner} measures up to {reach_m:g} m; is its range meant in mm?"
-    if reach_m < _SHORT * size_m:
-        yield (
-            f"the sensor {owner} measures up to {reach_m:g} m, and the robot is {size_m:.3g} m large; is its "
-            "range meant in km?"
-        )
 
 
 def _size(shapes: Iterable[tuple[Pose, Geometry]]) -> FloatArray | None:

@@ -27,6 +27,8 @@ _FIRM: Final = 100.0
 """How many times stiffer than its controller a spring is that no command moves by more than a hundredth."""
 _WEAKEST: Final = 1e-3
 """The least effort of a joint as a share of the one that carries its link."""
+_WEAKEST_GAIN: Final = 1e-2
+"""The same share for the effort of a gain, which is chosen and not a motor's."""
 _GRAVITY: Final = 9.81
 _UPRIGHT: Final = 0.7
 """The cosine of 45 degrees: gravity does not load an axis that is steeper."""
@@ -47,7 +49,7 @@ def of_joints(model: Model) -> Iterator[str]:
         if controller.joint in joints:
             owner, joint = f"the joint '{controller.joint}' of '{model.name}'", joints[controller.joint]
             yield from _of_controller(owner, joint, controller)
-            yield from _of_strength(owner, joint, model)
+            yield from _of_strength(owner, joint, controller, model)
     yield from _of_double_control(model)
 
 
@@ -106,8 +108,8 @@ def _strongest(joint: Joint, controller: JointController) -> float:
     return min(joint.effort, gains.p * span if is_spring and gains is not None else inf)
 
 
-def _of_strength(owner: str, joint: Joint, model: Model) -> Iterator[str]:
-    """Yield that a joint is too weak for its own link."""
+def _of_strength(owner: str, joint: Joint, controller: JointController, model: Model) -> Iterator[str]:
+    """Yield that a joint, or the gain of its controller, is too weak for its own link."""
     inertial = model.link(joint.child).inertial
     upward = abs(float((matrix_of(joint.pose)[:, :3] @ np.array(joint.axis))[2]))
     if inertial is None or joint.kind != "revolute" or not joint.effort > 0 or upward > _UPRIGHT:
@@ -119,6 +121,16 @@ def _of_strength(owner: str, joint: Joint, model: Model) -> Iterator[str]:
         yield (
             f"{owner} has a controller and an effort of at most {joint.effort:g} N m: its link of "
             f"{inertial.mass:.3g} kg needs {needed:.2g} N m to be held; is that meant?"
+        )
+    elif (
+        (strongest := _strongest(joint, controller)) < _WEAKEST_GAIN * needed
+        and controller.gains
+        and strongest > 0
+    ):
+        yield (
+            f"the controller of {owner} has a gain of {controller.gains.p:g}: even at the largest error it "
+            f"exerts {strongest:.2g} N m, and its link of {inertial.mass:.3g} kg needs {needed:.2g} N m to "
+            "be held"
         )
 
 

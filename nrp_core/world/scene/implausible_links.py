@@ -27,8 +27,13 @@ from nrp_core.world.scene.tessellation import triangles_of
 
 _DENSEST: Final = 1e5
 """Four times the density of osmium, kg/m^3: many links are too heavy for a simplified shape."""
-_TIMES: Final = 30.0
-"""How much larger or smaller than its shapes a link is by its inertia; many are off by 10."""
+_TIMES: Final = 12.0
+_TIMES_SMALLER: Final = 30.0
+"""How much larger or smaller than its shapes a link is by its inertia; many are off by 10. With a moment in
+g m^2 it is 32 times too large, and twice the radius of gyration of a body is at least half of its size.
+"""
+_SLENDER: Final = 3.0
+"""How much longer than wide a link is that turns easily about its length."""
 _OUTSIDE: Final = 0.25
 """How far outside its shapes the mass of a link may be centred, in sizes of the link."""
 _TINY: Final = 0.01
@@ -111,10 +116,15 @@ def _of_mass(owner: str, inertial: Inertial, low: FloatArray, high: FloatArray) 
     largest = max(inertial.inertia[:3])
     if mass > 0 and largest > 0 and inertial.inertia != UNIT_INERTIA:  # SDF's default, which is reported
         gyration_m = sqrt(largest / mass)
-        if not 1 / _TIMES <= 2 * gyration_m / size_m <= _TIMES:
+        if not 1 / _TIMES_SMALLER <= 2 * gyration_m / size_m <= _TIMES:
             yield (
                 f"{owner} has an inertia of {largest:.3g} kg m^2, that of {mass:.3g} kg in a ball of "
                 f"{3.16 * gyration_m:.2g} m, and its shapes are {size_m:.2g} m large; is it in kg m^2?"
+            )
+        elif _fits_about_other_axes(inertial, sides):
+            yield (
+                f"{owner} has its largest moment of inertia about the axis along which its shapes are "
+                "longest; are the axes exchanged?"
             )
     centre = np.array(inertial.pose.position)
     outside_m = float(np.linalg.norm(np.maximum(0.0, np.maximum(low - centre, centre - high))))
@@ -123,6 +133,16 @@ def _of_mass(owner: str, inertial: Inertial, low: FloatArray, high: FloatArray) 
             f"the centre of mass of {owner} is {outside_m:.2g} m outside of its shapes, which are "
             f"{size_m:.2g} m large"
         )
+
+
+def _fits_about_other_axes(inertial: Inertial, sides: FloatArray) -> bool:
+    """Return whether a slender link turns harder about its length than all its mass at its sides would."""
+    along, moments = int(np.argmax(sides)), np.array(inertial.inertia[:3])
+    across_m = np.delete(sides, along)
+    is_slender = sides[along] > _SLENDER * across_m.max()
+    is_turned = not np.allclose(np.abs(matrix_of(inertial.pose)[:, :3]).max(0), 1.0, atol=0.1)
+    largest = inertial.mass * float((across_m**2).sum())  # twice as far as any of its shapes is from the axis
+    return bool(is_slender and not is_turned and moments[along] > max(largest, _SLENDER * moments.min()))
 
 
 def _of_tiny_shapes(model: Model) -> Iterator[str]:

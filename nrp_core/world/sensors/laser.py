@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cache
 from math import pi
-from typing import ClassVar
+from typing import ClassVar, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -185,6 +185,10 @@ class LaserPart(SensorPart):
         return create_cloud(self._header(now_ns), points)
 
 
+_ONE_RAD: Final = 1.0
+"""Angles farther apart than this are meant for several rays."""
+
+
 def _require_sensible(scan: Element, reading: Reading) -> None:
     """Warn of invalid angles."""
     low, high = scan.number("min_angle", 0.0), scan.number("max_angle", 0.0)
@@ -193,6 +197,9 @@ def _require_sensible(scan: Element, reading: Reading) -> None:
         reading.notes.warn(scan, Code.NRP264, message)
     elif scan.find("min_angle") and scan.find("max_angle") and low > high:
         message = f"the <min_angle> of a laser, {low:g} rad, is above its <max_angle>, {high:g} rad"
+        reading.notes.warn(scan, Code.NRP264, message)
+    elif scan.find("samples") and _count(scan, 1) == 1 and high - low > _ONE_RAD:
+        message = f"a laser with one ray has angles from {low:g} to {high:g} rad: the ray points to the first"
         reading.notes.warn(scan, Code.NRP264, message)
 
 

@@ -183,7 +183,7 @@ _RADIANS = '<compiler angle="radian"/>'
     [
         ("", 'euler="0 0 90"', "-90 90", ""),
         (_RADIANS, 'euler="0 0 1.5708"', "-1.57 1.57", ""),
-        (_RADIANS, 'euler="0 0 90"', "-1.57 1.57", "90 rad, more than two turns; is it meant in degrees?"),
+        (_RADIANS, 'euler="0 0 90"', "-1.57 1.57", "90 rad, more than a turn; is it meant in degrees?"),
         ("", 'euler="0 0 1.5708"', "-90 90", "1.5708 degrees; is it meant in radians?"),
         ("", "", "-1.57 1.57", "a range of -1.57 to 1.57 degrees, and no joint of the file one of more than"),
     ],

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import nrp_experiments.bodies
 import numpy as np
 import pytest
 
+from nrp_core import Scene, read_model
 from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
@@ -21,6 +23,8 @@ from nrp_core.errors import (
 )
 from nrp_core.world.messages.geometry_msgs import Twist
 from nrp_core.world.messages.std_msgs import Float64
+
+BODIES = Path(nrp_experiments.bodies.__path__[0])
 
 Load = Callable[[str], list[TransferFunction]]
 
@@ -101,6 +105,47 @@ WRONG: list[tuple[type[ExperimentError], str, str, str]] = [
         "cannot be triggered by 'x'; only subscribed topics",
     ),
 ]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            'name="elbow" type="revolute"',
+            'name="elbow" type="fixed"',
+            "the joint 'elbow' is fixed and takes no",
+        ),
+        (
+            "<limit><lower>-2.5",
+            "<mimic joint='shoulder'><multiplier>1</multiplier></mimic><limit><lower>-2.5",
+            "the joint 'elbow' follows 'shoulder' and takes no commands",
+        ),
+    ],
+)
+def test_a_command_for_a_joint_that_takes_none_is_refused_with_the_reason(
+    load: Load, tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    text = (BODIES / "arm.sdf").read_text()
+    assert old in text
+    (tmp_path / "arm.sdf").write_text(
+        text.replace(old, new).replace("<plugin", "<unused").replace("</plugin", "</unused")
+    )
+    arm = MockWorld(scene=Scene((read_model(tmp_path / "arm.sdf"),)))
+    (function,) = load(
+        "@nrp.MapRobotPublisher('x', Topic('/arm/elbow/cmd_pos', 'std_msgs/Float64'))\n"
+        "@nrp.Robot2Neuron()\ndef f(t, x): pass"
+    )
+    with pytest.raises(TopicError, match=message):
+        function.bind(brain(), arm)
+
+
+def test_a_topic_that_differs_by_a_prefix_is_proposed_first(load: Load) -> None:
+    (function,) = load(
+        "@nrp.MapRobotSubscriber('x', Topic('/husky/scan', 'std_msgs/Float64'))\n"
+        "@nrp.Robot2Neuron()\ndef f(t, x): pass"
+    )
+    with pytest.raises(TopicError, match="did you mean '/scan'"):
+        function.bind(brain(), MockWorld({"/scan": Float64, "/husky/span": Float64}))
 
 
 @pytest.mark.parametrize(("kind", "mapping", "decorator", "message"), WRONG)

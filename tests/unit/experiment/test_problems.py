@@ -121,6 +121,35 @@ def test_an_event_that_never_happened_is_a_remark_at_the_end(
     assert result.complete
 
 
+# -- variables
+
+
+@pytest.mark.parametrize(
+    ("value", "initial", "is_lost"),
+    [
+        ("last.value + numpy.mean([])", "0.0", True),
+        ("numpy.array([1.0, math.nan])", "None", True),
+        ("[0.0, (math.nan,)]", "None", True),
+        ("last.value", "math.nan", False),
+        ("math.inf", "0.0", False),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:Mean of empty slice", "ignore:invalid value")
+def test_a_variable_that_has_become_nan_is_a_problem(
+    fakes: None, drive_to_the_wall: Path, value: str, initial: str, is_lost: bool
+) -> None:
+    file = drive_to_the_wall / "more.py"
+    file.write_text(
+        f"import math\nimport numpy\n\n@nrp.MapVariable('last', initial_value={initial})\n"
+        f"@nrp.Robot2Neuron()\ndef mean(t, last):\n    last.value = {value}\n"
+    )
+    functions = f"transfer_functions=[{drive_to_the_wall / 'drive.py'}, {file}]"
+    with Run(load_experiment(drive_to_the_wall, [functions])) as simulation:
+        simulation.run(0.1)
+        found = [one for one in simulation.problems if one.code is Code.NRP354]
+    assert [(one.path, one.line, one.subject) for one in found] == [(file, 4, "mean")] * is_lost
+
+
 # -- commands
 
 

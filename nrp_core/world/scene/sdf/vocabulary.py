@@ -130,7 +130,7 @@ _FLAGS: Final = frozenset(
 _TRUTH: Final = ("", "0", "1", "false", "true")
 _PARAMS: Final = "experimental:params"
 """Changes of an included model (http://sdformat.org/tutorials?tut=param_passing_proposal)."""
-_TURNS_RAD: Final = 4 * pi
+_TURN_RAD: Final = 2.02 * pi
 """Two turns: a pose needs half of one."""
 
 
@@ -156,9 +156,9 @@ def _check_angles(pose: Element, notes: Notes) -> None:
         widest = max(map(abs, pose.numbers(6)[3:]))
     except SceneError:  # empty, or refused where it is read
         return
-    if widest > _TURNS_RAD:
+    if widest > _TURN_RAD:
         message = (
-            f"the <pose> {pose.text} has an angle of {widest:g} rad, more than two turns; "
+            f"the <pose> {pose.text} has an angle of {widest:g} rad, more than a turn; "
             'is it meant in degrees? In SDF <pose degrees="true"> reads it so; xacro has ${radians(...)}'
         )
         notes.warn(pose, Code.NRP298, message, subject=pose.text)

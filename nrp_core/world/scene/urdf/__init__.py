@@ -178,7 +178,7 @@ def _link(link: Element, robot: _Robot) -> Element:
     if name in robot.carried:
         result.attributes[MASSLESS] = "true"
     elif inertial is not None:
-        result.children.append(_inertial(inertial))
+        result.children.append(_inertial(inertial, robot.notes))
     for tag in ("visual", "collision"):
         for number, shaped in enumerate(link.all(tag)):
             named = shaped.attributes.get("name") or f"{name}_{tag}" + (f"_{number}" if number else "")
@@ -196,9 +196,13 @@ def _place(joint: Element | None, robot: _Robot) -> Iterator[Element]:
         yield new("pose", joint, relative_to=robot.joint_name(joint))
 
 
-def _inertial(inertial: Element) -> Element:
+def _inertial(inertial: Element, notes: Notes) -> Element:
     mass = new("mass", inertial, text=inertial.require("mass").attribute("value"))
     given = inertial.require("inertia")
+    missing = [name for name in ("ixx", "iyy", "izz") if name not in given.attributes]
+    if missing:
+        message = f"the <inertia> has no {', '.join(missing)}: 1 kg m^2 is used, as in SDF"
+        notes.warn(given, Code.NRP264, message)
     inertia = new("inertia", given, *from_attributes(given, "ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
     return new("inertial", inertial, mass, inertia, pose(inertial))
 

@@ -91,7 +91,7 @@ def test_wheels_that_a_controller_moves_as_well_are_reported(
         (
             "<pose>-0.16 0 0.23 0 0 0<",
             "<pose>-0.16 0 0.23 0 0 90<",
-            "an angle of 90 rad, more than two turns",
+            "an angle of 90 rad, more than a turn",
         ),
         ("<format>R8G8B8<", "<format>RGB<", "the image format 'RGB' is not simulated: images are R8G8B8"),
         ("<pose>0 0 0.143 0 0 0<", "<static>true</static><pose>0 0 0.143 0 0 0<", "'husky' is static"),

@@ -15,6 +15,11 @@ _BODIES = Path(nrp_experiments.bodies.__path__[0])
 _POSITION = "gz::sim::systems::JointPositionController"
 _LIMIT = "<limit><lower>-2</lower><upper>2</upper><effort>20</effort><velocity>10</velocity></limit>"
 _REACH = "<range><min>0.1</min><max>8</max></range>"
+_MOMENTS = "<ixx>0.0003</ixx><iyy>0.004</iyy><izz>0.004</izz>"
+_TYRE = """<collision name="tyre">
+        <pose>0 0 0 1.5707963267948966 0 0</pose>
+        <geometry><cylinder><radius>0.0975</radius><length>0.04</length></cylinder></geometry>
+      </collision>"""
 _ACROSS = "<pose>0 0 0 1.5707963267948966 0 0</pose>"
 
 
@@ -50,6 +55,21 @@ def test_the_bodies_that_ship_have_no_slip(file: str) -> None:
         ),
         ("pioneer.sdf", _REACH, f"{_REACH}<range><max>1</max></range>", "a second <range> in the <ray> is"),
         ("arm.sdf", "<effort>20</effort>", "<effort>4e-4</effort>", "needs 1.2 N m to be held"),
+        ("arm.sdf", "<p_gain>12<", "<p_gain>2e-3<", "even at the largest error it exerts"),
+        ("arm.sdf", _MOMENTS, _MOMENTS.replace("0.0003", "0.3").replace("0.004", "4"), "is it in kg m^2?"),
+        (
+            "arm.sdf",
+            _MOMENTS,
+            "<ixx>0.004</ixx><iyy>0.0003</iyy><izz>0.004</izz>",
+            "about the axis along which its sh",
+        ),
+        ("pioneer.sdf", _TYRE, "", "'left_wheel' has no collision shape, and others have"),
+        (
+            "pioneer.sdf",
+            _REACH,
+            f"{_REACH}<noise><type>gaussian</type><stddev>9</stddev></noise>",
+            "its range is 8",
+        ),
         ("arm.sdf", "<d_gain>1.5", "<d_gain>1500", "nears its target with a time constant of 125 s"),
         (
             "arm.sdf",
@@ -86,6 +106,11 @@ def test_a_slip_in_the_file_of_a_robot_is_reported(
 ) -> None:
     said = _edited(tmp_path, file, old, new)
     assert any(words in one for one in said), said
+
+
+def test_noise_of_a_laser_is_not_compared_with_brightness(tmp_path: Path) -> None:
+    noise = f"{_REACH}<noise><type>gaussian</type><stddev>9</stddev></noise>"
+    assert not any("brightness" in one for one in _edited(tmp_path, "pioneer.sdf", _REACH, noise))
 
 
 def test_an_element_that_is_repeated_with_the_same_contents_is_not_reported(tmp_path: Path) -> None:
