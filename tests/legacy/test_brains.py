@@ -106,7 +106,7 @@ def test_a_population_of_a_name_that_the_file_has_is_the_file_s(tmp_path: Path) 
 
 def test_a_name_without_neurons_is_reported(tmp_path: Path) -> None:
     _, notes = loaded(tmp_path, CELLS, '<populations population="p" from="7" to="9"/>')
-    assert notes.messages == ["population 'p' has no neurons in brain.py"]
+    assert notes.messages == ["population 'p' has no neurons in brain.py: from=7, to=9"]
 
 
 def test_a_brain_in_another_kind_of_file_is_refused(tmp_path: Path) -> None:

@@ -152,7 +152,7 @@ def criteria_are_not_met_at_once(study: Study) -> Iterator[Finding]:
     where = GroundPositions(MockWorld(scene=study.scene))
     for name, criterion in study.experiment.criteria.items():
         near = criterion.near
-        if near is None or (criterion.within_of is not None and near.point is not None):  # it comes home
+        if near is None or criterion.within_of is not None:
             continue
         distance = _distance(near, study.scene, where)
         if distance is not None and distance <= near.within:

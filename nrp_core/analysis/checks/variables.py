@@ -65,10 +65,10 @@ def shared_variables_are_set_and_read(study: Study) -> Iterator[Finding]:
     begun = {
         mapping.global_key
         for function in study.examined
-        for mapping in function.function.mappings.values()
-        if isinstance(mapping, MapVariable) and mapping.initial_value is not None
+        for name, mapping in function.function.mappings.items()
+        if isinstance(mapping, MapVariable) and _begins(function.declared.nodes.get(name))
     }
-    for key in sorted(read - written - begun if study.is_complete and not written - read else ()):
+    for key in sorted(read - written - begun if study.is_complete and written and not written - read else ()):
         function, name = readers[key]
         message = f"nothing sets the shared variable '{key}', and it has no initial_value: it is always None"
         node = function.declared.nodes.get(name)
@@ -102,6 +102,15 @@ def _local(function: Examined) -> Iterator[tuple[str, ast.Call]]:
         node = function.declared.nodes.get(name)
         if isinstance(mapping, MapVariable) and mapping.global_key is None and isinstance(node, ast.Call):
             yield name, node
+
+
+def _begins(decorator: ast.AST | None) -> bool:
+    """Return whether a variable is given an initial value, which may be known only when the file runs."""
+    if not isinstance(decorator, ast.Call):
+        return True
+    return len(decorator.args) > 1 or any(
+        one.arg in ("initial_value", None) and ast.unparse(one.value) != "None" for one in decorator.keywords
+    )
 
 
 def _place(node: ast.expr) -> tuple[int, int, str]:
