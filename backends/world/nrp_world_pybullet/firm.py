@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.world.engine_kit.firm_joints import FirmJoints, JointPath
+from nrp_core.world.engine_kit.firm_joints import FirmJoints, JointPath, span
 from nrp_core.world.engine_kit.firm_kinds import FREE
 from nrp_core.world.engine_kit.firm_servo import RETURN_S, FirmJoint
 from nrp_core.world.rigid.pose import multiply, rotation_by
@@ -47,7 +47,8 @@ class BulletFirmJoints(FirmJoints):
         self._client, self._multibody = client, next(place.multibody for _, place in joints.values())
         self._links = [place.link for _, place in joints.values()]
         self._axes: IntArray = np.array([firm.axis for firm, _ in joints.values()])
-        self._single = np.flatnonzero(self._axes < 0)
+        single = np.flatnonzero(self._axes < 0).tolist()
+        self._single, self._of_single = span(single), [self._links[number] for number in single]
         self._balls = np.flatnonzero(self._axes == 0).tolist()  # their first coordinates
         own = [firm.joint for firm, _ in joints.values()]
         self._frictions = [joint.friction for joint in own]
@@ -87,8 +88,8 @@ class BulletFirmJoints(FirmJoints):
 
     def _states(self) -> Sequence[Any]:
         """Return the states of the joints that are no ball joints."""
-        links = [self._links[number] for number in self._single]
-        states: Sequence[Any] | None = bullet.getJointStates(self._multibody, links, self._client)
+        links, client = self._of_single, self._client
+        states: Sequence[Any] | None = bullet.getJointStates(self._multibody, links, client)
         return states or ()  # PyBullet returns None for none
 
     def _state_of_ball(self, first: int) -> Any:

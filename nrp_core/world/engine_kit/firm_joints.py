@@ -83,7 +83,7 @@ class FirmJoints(ABC):
             numbers = [self._numbers.get((model, joint), -1) for joint in joints]
             if -1 in numbers or not self.servos.kinds[numbers].all():
                 return False
-            self._groups[places] = _span(numbers)
+            self._groups[places] = span(numbers)
         self.servos.retarget(self._groups[places], targets, rates, smooth=smooth)
         return True
 
@@ -102,7 +102,7 @@ class FirmJoints(ABC):
             if model not in self._columns:
                 own = [number for number in self.on.tolist() if self.paths[number][0] == model]
                 places = [states.names.index(self.paths[number][1]) for number in own]
-                self._columns[model] = _span(own), _span(places)
+                self._columns[model] = span(own), span(places)
             numbers, columns = self._columns[model]
             states.efforts[columns] += self._efforts()[numbers]
 
@@ -137,7 +137,7 @@ class FirmJoints(ABC):
         """Constrain or release a joint, after it got its first target or lost its last one."""
 
 
-def _span(places: Sequence[int]) -> Span:
+def span(places: Sequence[int]) -> Span:
     """Return places, as a slice if they are neighbours, which is faster."""
     first = min(places, default=0)
     neighbours = slice(first, first + len(places))
