@@ -98,7 +98,12 @@ class ActedSource(Acted):
     """The rate, Hz, of a Poisson source that drives a group of neurons."""
 
     def __init__(self, run: Run, group: str, bounds: tuple[float, float], weight: float) -> None:
-        _pair(f"the rate of '{group}'", bounds)
+        low, _ = _pair(f"the rate of '{group}'", bounds)
+        if low < 0.0 or not isfinite(weight) or weight == 0.0:
+            raise ExperimentError(
+                f"'source:{group}' takes (lowest, highest, weight), with rates from 0 Hz on and a weight "
+                f"that is not 0, not {(*bounds, weight)}"
+            )
         neurons, network = neurons_of(run, group), run.brain.network
         self._port = run.brain.add_source(PoissonSource(weight=weight), neurons, name=f"gym/{group}")
         driven = (one for one in network.populations if np.isin(network.ids_of(one), neurons).any())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite, nan
 from numbers import Real
@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from gymnasium import spaces
 
+from nrp_core.clock import seconds
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.run import Run
@@ -31,7 +32,7 @@ class Agent:
         ExperimentError: nothing is observed, or ``steps`` is not a number of steps.
     """
 
-    observe: list[str]
+    observe: Sequence[str]
     act: Mapping[str, Any]
     reward: Reward | None
     terminate: Terminate | None
@@ -43,8 +44,24 @@ class Agent:
             raise ExperimentError(
                 f"a step of an environment is at least 1 step of the loop, not {self.steps}"
             )
-        if not self.observe:
-            raise ExperimentError("an environment needs at least one observation: a topic, or 'rate:GROUP'")
+        if isinstance(self.observe, str) or not self.observe:
+            raise ExperimentError(
+                "an environment needs a list of at least one observation: a topic, or 'rate:GROUP', not "
+                f"{self.observe!r:.60}"
+            )
+        if not isinstance(self.same_noise, bool):
+            raise ExperimentError(f"same_noise is true or false, not {self.same_noise!r:.60}")
+
+
+def bounds_by_name(act: Sequence[str] | Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the actions with their bounds; None: those of the topic.
+
+    Raises:
+        ExperimentError: it is one text.
+    """
+    if isinstance(act, str):
+        raise ExperimentError(f"actions are a list, or {{topic or 'source:GROUP': bounds}}, not {act!r:.60}")
+    return act if isinstance(act, Mapping) else dict.fromkeys(act)
 
 
 class AgentRun:
@@ -62,6 +79,12 @@ class AgentRun:
 
     def __init__(self, run: Run, agent: Agent, like: AgentRun | None = None) -> None:
         self.run, self._agent = run, agent
+        lasts, step = run.experiment.duration, agent.steps * run.experiment.timestep
+        if step > lasts:
+            raise ExperimentError(
+                f"a step of an environment of {agent.steps} steps of the loop takes {seconds(step):g} s, and "
+                f"an episode {seconds(lasts):g} s"
+            )
         replaced = [function.name for function in run.loop.functions if _publishes(function, agent.act)]
         run.loop.change((), replaced)
         self.acted = act_on(run, agent.act)

@@ -13,7 +13,7 @@ from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.reading.find import load_experiment, require_once
 from nrp_core.experiment.running.run import Run
-from nrp_core.gym.agent_run import Agent, AgentRun, Reward, Terminate
+from nrp_core.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name
 from nrp_core.gym.observing import values_of
 
 
@@ -66,8 +66,8 @@ class NrpEnv(gymnasium.Env[Any, Any]):
     ) -> None:
         if render_mode not in (None, "rgb_array"):
             raise ExperimentError(f"render_mode is None or 'rgb_array', not {render_mode!r}")
-        acted = act if isinstance(act, Mapping) else dict.fromkeys(act)
-        agent = Agent(list(observe), acted, reward, terminate, steps, same_noise)
+        acted = bounds_by_name(act)
+        agent = Agent(observe, acted, reward, terminate, steps, same_noise)
         self.render_mode = render_mode
         require_once(overrides)
         self.run = Run(load_experiment(experiment, overrides))

@@ -150,7 +150,9 @@ def _observed(run: Run, name: str) -> Observed:
     return ObservedTopic(run, name)
 
 
-def observe(run: Run, names: list[str], known: Mapping[str, Observed] | None = None) -> dict[str, Observed]:
+def observe(
+    run: Run, names: Sequence[str], known: Mapping[str, Observed] | None = None
+) -> dict[str, Observed]:
     """Subscribe to the observed topics only; the run is at time 0 before and after.
 
     Args:

@@ -18,7 +18,7 @@ from nrp_core.cle.side_by_side import SideBySide
 from nrp_core.errors import ExperimentError, SimulationError
 from nrp_core.experiment.reading.find import load_experiment, require_once
 from nrp_core.experiment.running.run import Run
-from nrp_core.gym.agent_run import Agent, AgentRun, Reward, Terminate
+from nrp_core.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name
 from nrp_core.gym.vector_arguments import masked, mode_of, require_going, require_number, rows_of, seeds_of
 from nrp_core.gym.vector_infos import final_infos, infos_of, times_of
 from nrp_core.world.batch import threads_for
@@ -77,8 +77,8 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
             raise ExperimentError(
                 f"copies have no render_mode ({render_mode!r}); render a single environment"
             )
-        acted = act if isinstance(act, Mapping) else dict.fromkeys(act)
-        agent = Agent(list(observe), acted, reward, terminate, steps, same_noise)
+        acted = bounds_by_name(act)
+        agent = Agent(observe, acted, reward, terminate, steps, same_noise)
         self.autoreset_mode = mode_of(autoreset_mode)
         self._opened = ExitStack()
         try:

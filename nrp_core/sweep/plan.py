@@ -252,8 +252,8 @@ def _remarks(sweep: SweepFile, own: Experiment) -> Iterator[str]:
     for key, axis in sweep.vary.items():
         if isinstance(axis, Range) and (seeds is None or len(seeds) < _PAIR):  # type: ignore[arg-type]
             yield f"'{key}' is drawn once, because there is one seed: give several under 'vary', as 'seed'"
-        if key in ("name", "description"):
-            yield f"'{key}' has no effect on a run"
+        if key in ("name", "description") or (key == "duration" and sweep.until is not None):
+            yield f"'{key}' has no effect on a run" + f", which ends at {end}" * (key == "duration")
         if fnmatchcase(key, "events.*.at"):
             times_ns = list(map(time_ns, _ends(key, axis)))
             if min(times_ns) >= until_ns:

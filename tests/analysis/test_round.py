@@ -136,6 +136,10 @@ def test_what_an_experiment_asks_in_vain_is_reported(husky: Path, override: str,
     assert any(words in message for message in said(husky, override))
 
 
+def test_a_wrong_parameter_is_not_also_that_of_a_comparison(husky: Path) -> None:
+    assert len([one for one in said(husky, "brain.parameters.gian=2") if "'gian'" in one]) == 1
+
+
 @pytest.mark.parametrize(
     "override",
     [

@@ -139,7 +139,11 @@ def test_a_source_drives_neurons() -> None:
         (["/pioneer/scna"], {}, "no topic '/pioneer/scna' to observe; did you mean '/pioneer/scan'?"),
         (["rate:wheel"], {}, "no group of neurons 'wheel'; did you mean 'wheels'?"),
         (["joint:pioneer"], {}, "'joint:pioneer' cannot be observed; did you mean 'joints:'?"),
-        ([], {}, "an environment needs at least one observation"),
+        ([], {}, "an environment needs a list of at least one observation"),
+        ("/pioneer/scan", {}, "at least one observation: a topic, or 'rate:GROUP', not '/pioneer/scan'"),
+        (["rate:wheels"], "/pioneer/cmd_vel", "are a list, or {topic or 'source:GROUP': bounds}, not '/pi"),
+        (["rate:wheels"], {"source:feelers": (-5.0, 200.0, 6.0)}, "with rates from 0 Hz on and a weight"),
+        (["rate:wheels"], {"source:feelers": (0.0, 200.0, 0.0)}, "weight that is not 0, not (0.0, 200.0, 0"),
         (["rate:wheels"], {"/pioneer/cmd_vl": None}, "did you mean '/pioneer/cmd_vel'?"),
         (["rate:wheels"], {"/pioneer/cmd_vel": {"linear.w": (0, 1)}}, "has no number 'linear.w'"),
         (
@@ -161,7 +165,7 @@ def test_a_source_drives_neurons() -> None:
         ),
     ],
 )
-def test_a_mistake_is_named(observe: list[str], act: dict[str, Any], message: str) -> None:
+def test_a_mistake_is_named(observe: Any, act: Any, message: str) -> None:
     with pytest.raises(nrp_core.NrpError) as raised:
         make_env("slalom_pioneer", observe=observe, act=act)
     assert message in str(raised.value)
@@ -182,6 +186,10 @@ def test_a_reward_that_is_no_number_and_half_a_step_are_refused() -> None:
             made.step({})
     with pytest.raises(nrp_core.NrpError, match=r"at least 1 step of the loop, not 1\.5"):
         make_env("slalom_pioneer", observe=["rate:wheels"], steps=1.5)  # type: ignore[arg-type]
+    with pytest.raises(nrp_core.NrpError, match=r"of 51 steps of the loop takes 1\.02 s, and an episode 1 s"):
+        make_env("slalom_pioneer", observe=["rate:wheels"], steps=51, overrides=["duration=1 s"])
+    with pytest.raises(nrp_core.NrpError, match="same_noise is true or false, not 'no'"):
+        make_env("slalom_pioneer", observe=["rate:wheels"], same_noise="no")  # type: ignore[arg-type]
 
 
 def test_without_gymnasium_the_command_that_installs_it_is_named() -> None:

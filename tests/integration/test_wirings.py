@@ -129,6 +129,8 @@ def test_a_sweep_over_wirings_alone_has_the_verdict_of_diff(
         (["--controls", "rewirr"], "did you mean 'rewire'?"),
         (["--controls", "signs,shuffle: signs"], "'shuffle: signs' is given twice"),
         (["--controls", "all", "--engines"], "omit this option"),
+        (["--worlds", "mujoco,pybullet", "--vary", "seed=1..3"], "their number is that of --seeds"),
+        (["--worlds", "mujoco,pybullet", "--baseline", __file__], "test_wirings.py: is not a baseline: it"),
         (["--controls", "all", "--brains", "event,spinnaker"], "so that a difference has one cause"),
         (["-s", "brain.controls=[{shuffle: signs}]"], "is a control already (shuffle: signs)"),
     ],

@@ -260,6 +260,7 @@ def varied_settings_exist(study: Study) -> Iterator[Finding]:
     experiment = study.experiment
     if not experiment.source.value:  # it was created in Python
         return
+    own = _wrong_parameters(experiment_of(experiment.source)) if experiment.comparison.vary else []
     for key, values in experiment.comparison.vary.items():
         message = ""
         try:
@@ -271,13 +272,16 @@ def varied_settings_exist(study: Study) -> Iterator[Finding]:
             message = "".join(
                 f"there is no '{name}'{did_you_mean(name, known)}" for name in _named(changed) - known
             )
-            parameters = Collector(changed.source)
-            with_parameters(changed, parameters)
-            wrong = [one.message for one in parameters.findings if one.code is Code.NRP288]
-            message = message or "; ".join(wrong)
+            message = message or "; ".join(one for one in _wrong_parameters(changed) if one not in own)
         if message:
             message = f"'{key}' cannot be varied: {message}"
             yield experiment.place("comparison", "vary", key).finding(Code.NRP215, message)
+
+
+def _wrong_parameters(experiment: Experiment) -> list[str]:
+    found = Collector(experiment.source)
+    with_parameters(experiment, found)
+    return [one.message for one in found.findings if one.code is Code.NRP288]
 
 
 def _named(experiment: Experiment) -> set[str]:

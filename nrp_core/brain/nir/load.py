@@ -20,6 +20,8 @@ DT_S: Final = 1e-4
 """The step that most frameworks assume when they write a file."""
 _MOST_REFRACTORY: Final = 10**6
 _CURRENTS: Final = frozenset({"CubaLIF", "CubaLI"})
+_TIMES: Final = ("tau", "tau_mem", "tau_syn")
+_SHORT: Final = 1.0 - 1e-6
 _GRADED: Final = frozenset({"LI", "CubaLI", "I"})
 
 
@@ -58,7 +60,11 @@ def load_nir(
     for name, value, valid in (("method", method, get_args(Method)), ("inputs", inputs, get_args(Inputs))):
         if value not in valid:
             raise NetworkError(f"load_nir: {name} is '{value}'{did_you_mean(str(value), valid)}")
-    dt_s = float(graph.metadata.get("dt", DT_S) if dt is None else dt)
+    length = graph.metadata.get("dt", DT_S) if dt is None else dt
+    try:
+        dt_s = float(length)
+    except (TypeError, ValueError):
+        raise NetworkError(f"load_nir: dt is {length!r}; it must be a number of seconds") from None
     if not 0.0 < dt_s < np.inf:
         raise NetworkError(f"load_nir: dt is {dt_s:g} s; it must be more than 0, and finite")
     if refractory not in range(_MOST_REFRACTORY):
@@ -94,7 +100,17 @@ class _Loader:
             if reason:
                 self._sim.state.remark(f"no cell of '{end}' can fire: {reason}")
         self._remark_loose_ends({start for start, _ in edges})
+        self._remark_short_times()
         return populations
+
+    def _remark_short_times(self) -> None:
+        """Remark on time constants shorter than a step, in which a cell keeps nothing of its state."""
+        for name, kind in self._kinds.items():
+            node = self._graph.nodes[name]
+            taus = [np.min(getattr(node, one)) for one in _TIMES if hasattr(node, one) and kind in NEURONS]
+            if taus and min(taus) < self._step.dt_s * _SHORT:
+                shortest = f"a time constant of the node '{name}' ({kind}) is {min(taus):g} s"
+                self._sim.state.remark(f"{shortest}, shorter than a step of the file, {self._step.dt_s:g} s")
 
     def _remark_loose_ends(self, sending: set[str]) -> None:
         """Remark on inputs that reach no cell, and on nodes that no edge joins to the others."""

@@ -128,6 +128,8 @@ def diff(
 
     if other is not None:
         _refuse_options_of_runs(context)
+        if Path(experiment).resolve() == other.resolve():
+            raise typer.BadParameter("it is the first recording, which has no difference", param_hint="DIR2")
     require_folder_of(html, "--html")
     require_folder_of(baseline, "--baseline")
     if html is not None:
@@ -155,6 +157,10 @@ def diff(
             "wirings are compared on one brain and one world; omit this option",
             param_hint="--engines" if engines else "--baseline",
         )
+    if baseline is not None and baseline.exists():
+        from nrp_core.comparison.engines.baseline import Baseline
+
+        Baseline.read(baseline)  # before hours of runs
     found = _compared(grid, metrics, margins, engine_margins, results or _folder(experiment), jobs)
     found = replace(found, engines=_with_baseline(found.engines, found.name, baseline))
     _report(found, html, as_json=json)
@@ -214,6 +220,8 @@ def _grid(
 
     with usage_errors("--vary"):
         varied = dict(map(keyed_range, vary))
+        if "seed" in varied:
+            raise ValueError("every run has a seed of its own; their number is that of --seeds")
     with usage_errors("--controls"):
         wirings = WIRINGS if controls.strip() == "all" else tuple(map(wiring_named, _names(controls)))
     grid = RunGrid.of(experiment, _names(brains), _names(worlds), seeds, settings, varied, wirings)

@@ -64,6 +64,8 @@ def inspect(
     from nrp_core.cli.inspection.functions import are_functions, inspect_functions
     from nrp_core.cli.inspection.recording import inspect_recording, is_recording
 
+    if overrides and is_recording(file):
+        raise typer.BadParameter("a recording has the settings of its run; omit this option", param_hint="-s")
     if check:
         from nrp_core.cli.inspection.check import check_recording
 

@@ -66,6 +66,8 @@ def video(
         from_where = _vector(eye)
     with usage_errors("--target"):
         to_where = _vector(target)
+        if from_where is not None and from_where == to_where:
+            raise ValueError("it is the position of the view, so there is no direction to look in")
     _refuse_ignored(view, {"--camera": camera, "--robot": robot, "--eye": eye, "--target": target})
     options = VideoOptions(
         camera, View(view), speed, begin_s, end_s, width, height, robot=robot, eye=from_where, target=to_where

@@ -34,7 +34,7 @@ class Baseline:
         return cls(experiment, {one.key: one.amount for one in differences if one.matters})
 
     @classmethod
-    def read(cls, path: Path, experiment: str) -> Baseline:
+    def read(cls, path: Path, experiment: str | None = None) -> Baseline:
         """Read a baseline.
 
         Raises:
@@ -51,7 +51,7 @@ class Baseline:
                 "is not a baseline: it needs 'experiment' and 'known', as nrp diff --baseline writes them",
                 path=path,
             ) from error
-        if found.experiment != experiment:
+        if experiment is not None and found.experiment != experiment:
             raise ExperimentError(
                 f"is the baseline of '{found.experiment}', not of '{experiment}'; give another file",
                 path=path,

@@ -114,9 +114,7 @@ class Story:
             story.end_s = max(story.end_s, t_s)
             story._take(topics[recorded.topic], recorded)
         if begin_s and story.end_s <= begin_s:
-            message = (
-                f"it has no messages between {begin_s:g} s and {end_s:g} s: it ends at {story.end_s:g} s"
-            )
+            message = f"it has no messages from {begin_s:g} s on: it ends at {story.end_s:g} s"
             raise ExperimentError(message, path=recording.file)
         return story
 

@@ -135,6 +135,8 @@ def test_flywires_tables_have_signs_of_their_own(tmp_path: Path) -> None:
             {"pre": [1.5], "post": [2], "weight": [1]},
             "the column 'pre' holds double values; ids are whole numbers",
         ),
+        ({"pre": [1, -1], "post": [2, 3], "weight": [1, 1]}, "'pre' holds -1 for 1 ids, which stands for no"),
+        ({"pre;post;weight": ["1;2;3"]}, "columns pre;post;weight; are they separated by ';'"),
         ({"pre": [1, None], "post": [2, 3], "weight": [1, 1]}, "the column 'pre' lacks 1 ids"),
         (
             {"pre": [1], "post": [2], "weight": ["many"]},
@@ -161,6 +163,9 @@ def test_a_neuron_that_is_there_twice_and_a_file_that_is_none_are_errors(tmp_pat
     twice = write(tmp_path / "neurons.csv", id=[1, 2, 1])
     with pytest.raises(NetworkError, match="the neuron 1 is in the column 'id' twice"):
         read_connectome(edges, twice)
+    aside = write(tmp_path / "sides.csv", id=[1, 2, 3, 4], side=["L", "rigth", "left", ""])
+    with pytest.raises(NetworkError, match="the column 'side' holds 'rigth'; did you mean 'right'"):
+        read_connectome(edges, aside)
     (tmp_path / "text.parquet").write_text("not a table")
     for name, message in (
         ("text.parquet", "cannot be read"),

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from nrp_core import read_nir
+from nrp_core.errors import NetworkError
 
 DT = 1e-4
 KEPT = 0.9  # of a voltage in a step: it rises to 10 times what comes in each step
@@ -53,6 +54,23 @@ def test_a_node_that_no_input_makes_fire_is_reported(
     remarks = _remarks(tmp_path, weight, current_based, bias)
     assert len(remarks) == found
     assert all("no cell of 'wheels' can fire: all inputs together, in every step" in one for one in remarks)
+
+
+def test_a_time_constant_shorter_than_a_step_is_reported(tmp_path: Path) -> None:
+    _remarks(tmp_path, 0.6, False)
+    graph = nir.read(tmp_path / "net.nir")
+    for dt, words in (
+        (1e-3, None),
+        (0.01, "'wheels' (LIF) is 0.001 s, shorter than a step of the file, 0.01 s"),
+    ):
+        graph.metadata["dt"] = dt
+        nir.write(tmp_path / "net.nir", graph)
+        found = [one for one in read_nir(tmp_path / "net.nir").remarks if "shorter" in one]
+        assert [words is not None and words in one for one in found] == [True] * (words is not None)
+    graph.metadata["dt"] = "1 ms"
+    nir.write(tmp_path / "net.nir", graph)
+    with pytest.raises(NetworkError, match="dt is '1 ms'; it must be a number of seconds"):
+        read_nir(tmp_path / "net.nir")
 
 
 def test_an_input_that_reaches_no_cell_is_reported(tmp_path: Path) -> None:

@@ -46,6 +46,7 @@ def slower(recorded: Path, tmp_path: Path) -> Path:
         (("--eye", "1,2,3"), "has no effect with --view follow"),
         (("--view", "above", "--robot", "husky"), "has no effect with --view above"),
         (("--camera", "eye", "--view", "above"), "shows recorded images: leave out --view"),
+        (("--view", "free", "--eye", "1,2,3", "--target", "1,2,3.0"), "there is no direction to look in"),
     ],
 )
 def test_an_option_of_another_view_of_a_video_is_refused(
@@ -54,6 +55,15 @@ def test_an_option_of_another_view_of_a_video_is_refused(
     done = nrp("video", PLAIN, *options)
     assert done.code == 2
     assert words in " ".join(done.err.split())
+
+
+def test_settings_of_a_recording_and_its_difference_from_itself_are_refused(nrp: Nrp) -> None:
+    inspected = nrp("inspect", PLAIN, "--check", "-s", "seed=4")
+    assert inspected.code == 2
+    assert "a recording has the settings of its run; omit this option" in " ".join(inspected.err.split())
+    compared = nrp("diff", PLAIN, PLAIN.parent / "." / PLAIN.name)
+    assert compared.code == 2
+    assert "it is the first recording, which has no difference" in " ".join(compared.err.split())
 
 
 def test_a_page_too_small_for_its_texts_is_noted(nrp: Nrp, tmp_path: Path) -> None:

@@ -147,6 +147,7 @@ def test_what_the_runs_never_reach_is_reported(until: str | None, times: Any, wo
     ("vary", "words"),
     [
         ({}, "the sweep has one run: nothing in it varies"),
+        ({"duration": ["1 s", "2 s"]}, "'duration' has no effect on a run, which ends at 0.5 s"),
         (
             {"world.options.timestep": ["1 ms", "2 ms"], "events.left_red.at": "4..8 s"},
             "is drawn once, because",
@@ -155,7 +156,8 @@ def test_what_the_runs_never_reach_is_reported(until: str | None, times: Any, wo
     ],
 )
 def test_a_sweep_that_varies_less_than_it_seems_is_reported(vary: dict[str, Any], words: str) -> None:
-    sweep = SweepFile.model_validate({"experiment": "braitenberg_husky", "vary": vary})
+    until = {"until": "0.5 s"} if "duration" in vary else {}
+    sweep = SweepFile.model_validate({"experiment": "braitenberg_husky", "vary": vary, **until})
     assert [words in remark for remark in Plan.of(sweep).remarks] == [True] * bool(words)
 
 

@@ -7,11 +7,13 @@ from typing import Final
 
 import numpy as np
 
-from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.data import Network, Projection
 
 _ROUNDED: Final = 1e-3
 _LARGE: Final = 0.5
 """The share of edges from a neuron to itself that no nervous system has."""
+_REPEATED: Final = 0.1
+"""The share of edges that are equal to another one; more than in a table with a row for each neuropil."""
 
 
 def doubts_about(network: Network, unit_mv: float) -> Iterator[str]:
@@ -29,8 +31,18 @@ def doubts_about(network: Network, unit_mv: float) -> Iterator[str]:
             f"{int(broken.sum())} of {len(counts)} edges have no whole number of synapses, the first "
             f"{first:.3g}: are they shares or weights? A synapse is a weight of --unit-mv"
         )
+    repeated = sum(map(_repeats, network.projections))
+    if repeated > _REPEATED * len(counts):
+        yield f"{repeated} of {len(counts)} edges repeat another one, with the same number of synapses"
     selves = sum(
         int((np.asarray(one.pre_index) == np.asarray(one.post_index)).sum()) for one in network.projections
     )
     if selves > _LARGE * len(counts):
         yield f"{selves} of {len(counts)} edges join a neuron with itself"
+
+
+def _repeats(edges: Projection) -> int:
+    """Return how many edges are equal to another one."""
+    order = np.lexsort((edges.weight, edges.post_index, edges.pre_index))
+    columns = (np.asarray(one)[order] for one in (edges.pre_index, edges.post_index, edges.weight))
+    return int(np.logical_and.reduce([one[1:] == one[:-1] for one in columns]).sum())

@@ -34,6 +34,13 @@ def ids_of(path: Path, column: str, values: Any) -> tuple[IntArray, dict[int, st
         raise NetworkError(f"the column '{column}' lacks {values.null_count} ids", path=path)
     if not is_text:
         numbers: IntArray = values.to_numpy(zero_copy_only=False).astype(np.int64)
+        if numbers.size and numbers.min() < 0:
+            count = int((numbers < 0).sum())
+            raise NetworkError(
+                f"the column '{column}' holds {numbers.min()} for {count} ids, which stands for no neuron: "
+                "leave these rows out",
+                path=path,
+            )
         return numbers, {}
     names = [str(text).strip() for text in values.to_pylist()]
     if "" in names:

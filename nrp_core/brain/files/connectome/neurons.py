@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,7 +13,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.files.connectome.ids import ids_of
 from nrp_core.brain.files.connectome.signs import sign_of
 from nrp_core.brain.files.connectome.tables import chosen_column, column_names, read_rows
-from nrp_core.errors import NetworkError
+from nrp_core.errors import NetworkError, did_you_mean
 
 IDS: Final = ("id", "root_id", "bodyId", "body", "Unnamed: 0", "", "neuron", "name")
 """Names of the column of ids: plain, FlyWire's, MaleCNS's, that of a table with an index, and of names."""
@@ -32,6 +33,7 @@ _TEXTS: Final = {
     "class": ("super_class", "superclass", "class"),
 }
 _POSITION: Final = ("x", "y", "z")
+_ALIKE: Final = 0.75
 _SIDES: Final = {"l": "left", "r": "right", "m": "center", "c": "center"}
 
 
@@ -91,7 +93,15 @@ def read_neurons(path: Path) -> Neurons:
         texts.setdefault("name", [named[number] for number in every.tolist()])
     if "side" in texts:
         texts["side"] = [_SIDES.get(side.lower(), side) for side in texts["side"]]
+        _require_sides(path, columns["side"], set(texts["side"]))
     return Neurons(every, texts, np.concatenate(positions) if positions else None)
+
+
+def _require_sides(path: Path, column: str, sides: set[str]) -> None:
+    valid = [*dict.fromkeys(_SIDES.values())]
+    for side in sorted(sides - set(valid)):
+        if side.lower() not in valid and get_close_matches(side.lower(), valid, cutoff=_ALIKE):
+            raise NetworkError(f"the column '{column}' holds '{side}'{did_you_mean(side, valid)}", path=path)
 
 
 def _numbers(values: Any) -> FloatArray:

@@ -63,9 +63,11 @@ def chosen_column(path: Path, wanted: str, candidates: Sequence[str], names: Seq
     """
     found = next((name for name in candidates if name in names), None)
     if found is None:
+        separator = next((one for one in ";\t|" if any(one in name for name in names)), "")
+        hint = f"; are they separated by {separator!r}? Columns of CSV are by commas" if separator else ""
         raise NetworkError(
             f"there is no column for {wanted}: {', '.join(filter(None, candidates))}; the table has the "
-            f"columns {', '.join(names)}",
+            f"columns {', '.join(names)}{hint}",
             path=path,
         )
     return found
