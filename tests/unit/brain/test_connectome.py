@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyarrow import csv, feather, parquet
 
+from nrp_core.brain.files.connectome.doubts import doubts_about
 from nrp_core.brain.files.connectome.network import read_connectome
 from nrp_core.brain.network.data import Network
 from nrp_core.errors import NetworkError
@@ -176,3 +177,13 @@ def test_a_neuron_that_is_there_twice_and_a_file_that_is_none_are_errors(tmp_pat
             read_connectome(tmp_path / name)
     with pytest.raises(NetworkError, match=r"no group is called 'MN8'"):
         read_connectome(edges, write(tmp_path / "more.csv", id=[1, 2], type=["MN9", "MN9"]), groups=("MN8",))
+
+
+def test_a_table_in_which_edges_are_repeated_is_reported(tmp_path: Path) -> None:
+    pre, post, weight = [1, 2, 3, 1, 2, 3], [2, 3, 1, 2, 3, 1], [5, 6, 7, 5, 6, 7]
+    twice = read_connectome(write(tmp_path / "twice.csv", pre=pre, post=post, weight=weight)).network
+    assert list(doubts_about(twice, 0.275)) == [
+        "3 of 6 edges repeat another one, with the same number of synapses"
+    ]
+    parts = write(tmp_path / "neuropils.csv", pre=pre, post=post, weight=[*weight[:3], 1, 2, 3])
+    assert list(doubts_about(read_connectome(parts).network, 0.275)) == []
