@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar, final
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.errors import CapabilityError, DivergedError
+from nrp_core.errors import DivergedError
 from nrp_core.findings import Findings
-from nrp_core.findings.refusals import JOINT_CONTROL, MODEL_MOVES, SCENE_CHANGES, SNAPSHOTS, refusal
+from nrp_core.findings.refusals import MODEL_MOVES, SCENE_CHANGES, SNAPSHOTS
 from nrp_core.world.capabilities import WorldCapabilities, check_scene
 from nrp_core.world.copies import Copies
+from nrp_core.world.joint_commands import JointCommands
 from nrp_core.world.part import Part
 from nrp_core.world.pulls import Pulls
 from nrp_core.world.raycast.beams import Beams
@@ -26,14 +27,13 @@ from nrp_core.world.rigid.matrices import rotation_matrix
 from nrp_core.world.rigid.motion import (
     BodyPath,
     BodyVelocity,
-    JointAim,
     JointStates,
     ModelMotion,
     ReadFrames,
     Touch,
     Wrench,
 )
-from nrp_core.world.rigid.pose import Pose, Quaternion
+from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import Body, bodies_of, body_of
 from nrp_core.world.scene.model import Light, Model, Rgba, Scene
 
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from nrp_core.world.raycast.collisions import CollisionSpace
 
 
-class Engine(ABC):
+class Engine(JointCommands):
     """A physics engine with a scene in it; it knows nothing of topics.
 
     The world and its parts step it, query it and change its scene. A backend implements the ``_do_*``
@@ -242,47 +242,6 @@ class Engine(ABC):
         self._do_set_drive(model, drive, velocity)
 
     @final
-    def set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
-        """Set the target of a joint's servo; only joints with a controller have one."""
-        self._do_set_joint_aim(model, joint, aim)
-
-    @final
-    def set_ball_aim(self, model: str, joint: str, orientation: Quaternion | None) -> None:
-        """Lead a ball joint with a controller to an orientation of its child, or release it."""
-        self._do_set_ball_aim(model, joint, orientation)
-
-    def retarget(
-        self,
-        model: str,
-        joints: tuple[str, ...],
-        targets: Sequence[float],
-        rates: Sequence[float],
-        *,
-        smooth: bool,
-    ) -> bool:
-        """Change the targets of firm joints at once, if the engine can, and return whether it did.
-
-        It is faster than as many calls of :meth:`set_joint_aim`, which gave the joints their present targets.
-
-        Args:
-            model: the model.
-            joints: the joints.
-            targets: positions or velocities, as before.
-            rates: the rates of change of positions; none for 0.
-            smooth: whether the targets are approached smoothly, see :class:`~.rigid.motion.JointAim`.
-        """
-        return False
-
-    @final
-    def set_joint_effort(self, model: str, joint: str, effort: float) -> None:
-        """Apply an effort (N m, N) to a joint from now on, in addition to its servo."""
-        self._do_set_joint_effort(model, joint, effort)
-
-    def set_control(self, model: str, actuator: str, value: float) -> None:
-        """Set the control of an actuator; implemented where ``own_actuators`` is declared."""
-        raise self.lacks("has no actuators of its own")
-
-    @final
     def set_wrench(self, model: str, link: str, wrench: Wrench, of: str = "") -> bool:
         """Set the wrench that acts at a link's centre of mass from now on, in addition to those of others.
 
@@ -355,11 +314,6 @@ class Engine(ABC):
     def configure(self, model: str, configuration: object) -> None:
         """Restore a model's state from :meth:`configuration`."""
         self._do_configure(model, configuration)
-
-    @final
-    def lacks(self, what: str) -> CapabilityError:
-        """Return the error for an operation that the engine does not have."""
-        return refusal(self, what)
 
     def parts(self, usual: Sequence[Part], model: Model | None) -> Sequence[Part]:
         """Return the parts of a model, or of the world itself (None).
@@ -486,18 +440,6 @@ class Engine(ABC):
     def _do_joint_wrench(self, model: str, joint: str) -> Wrench:
         """Return the wrench of a joint's child on its parent in the last step, at the child link's origin."""
         raise self.lacks("does not report the forces in joints")
-
-    def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None:
-        """Set the target of the servo of a joint with a controller."""
-        raise self.lacks(JOINT_CONTROL)
-
-    def _do_set_ball_aim(self, model: str, joint: str, orientation: Quaternion | None) -> None:
-        """Lead a ball joint with a controller to an orientation, or release it."""
-        raise self.lacks("cannot lead ball joints to orientations")
-
-    def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None:
-        """Apply an effort to a joint from now on, in addition to its servo."""
-        raise self.lacks(JOINT_CONTROL)
 
     def _do_set_wrench(self, body: BodyPath, wrench: Wrench) -> None:
         """Set the wrench that acts at a body's centre of mass from now on."""
