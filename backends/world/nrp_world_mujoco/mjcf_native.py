@@ -109,7 +109,7 @@ class NativeElements:
         differing = {
             name: _text(getattr(given, name))
             for name in _OPTIONS
-            if not np.allclose(getattr(given, name), getattr(usual, name))
+            if np.any(getattr(given, name) != getattr(usual, name))
         }
         for name, words in _CHOICES.items():
             if getattr(given, name) != getattr(usual, name):
@@ -133,7 +133,7 @@ class NativeElements:
             for numbers, at in ((_JOINT, joint), (_OF_DOF, dof)):
                 for name, (field, usual) in numbers.items():
                     stated = name in _STOP and m.jnt_limited[joint]
-                    if stated or not np.allclose(getattr(m, field)[at], usual):
+                    if stated or np.any(getattr(m, field)[at] != usual):
                         values[name] = _text(getattr(m, field)[at])
             if values:
                 yield (
@@ -147,7 +147,7 @@ class NativeElements:
             values = {
                 name: _text(getattr(m, f"geom_{name}")[geom])
                 for name, usual in _GEOM.items()
-                if not np.allclose(getattr(m, f"geom_{name}")[geom], usual)
+                if np.any(getattr(m, f"geom_{name}")[geom] != usual)
             }
             if m.geom_condim[geom] > _TORSION:
                 values["friction"] = _text(m.geom_friction[geom])
@@ -168,7 +168,7 @@ class NativeElements:
             values = {
                 name: _text(getattr(m, f"tendon_{name}")[tendon])
                 for name, usual in _TENDON.items()
-                if not np.allclose(getattr(m, f"tendon_{name}")[tendon], usual)
+                if np.any(getattr(m, f"tendon_{name}")[tendon] != usual)
             }
             shift = self._shift_of_tendon(tendon)
             if m.tendon_limited[tendon]:

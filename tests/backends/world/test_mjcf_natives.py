@@ -149,6 +149,14 @@ def test_loops_welds_tendons_and_actuators_of_any_kind_act_as_in_mujoco_alone(tm
     assert found == pytest.approx({name: wanted[name] for name in found}, abs=1e-5)
 
 
+LEG = """<mujoco><option tolerance="1e-12" impratio="1.0000001"/>
+  <worldbody>
+    <body name="leg"><joint name="knee" armature="1e-10"/><geom size="0.001" mass="1e-6"/></body>
+  </worldbody>
+  <tendon><fixed stiffness="1e-9"><joint joint="knee" coef="1"/></fixed></tendon>
+</mujoco>"""
+
+
 def hopped(folder: Path) -> tuple[dict[str, float], dict[str, float]]:
     """Return how a leg with a round foot of 400 corners lands, here and in MuJoCo alone."""
     spread = np.random.default_rng(1).normal(size=(400, 3))
@@ -166,6 +174,16 @@ def test_position_servos_springs_and_meshes_of_a_file_act_as_in_mujoco_alone(tmp
     found, wanted = hopped(tmp_path)
     assert wanted["hip_z"] > 0.2  # it has landed; in free fall it would be at 0.01 m
     assert found == pytest.approx({name: wanted[name] for name in found}, abs=1e-7)
+
+
+def test_numbers_near_the_usual_ones_are_kept(tmp_path):
+    """Those of an insect are, in SI units."""
+    (tmp_path / "leg.xml").write_text(LEG)
+    with opened(read_scene(tmp_path / "leg.xml")) as world:
+        model = world.engine._model
+    assert (model.opt.tolerance, model.opt.impratio) == (1e-12, 1.0000001)
+    assert model.joint("leg/knee").armature == 1e-10
+    assert model.tendon_stiffness.max() == 1e-9
 
 
 def damped_servos(monkeypatch: pytest.MonkeyPatch) -> None:
