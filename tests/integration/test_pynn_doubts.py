@@ -75,6 +75,9 @@ def test_a_current_ends_after_it_begins() -> None:
     sim, _ = network()
     with pytest.raises(ValueError, match="DCSource: stop is 10 ms, before start, 20 ms"):
         sim.DCSource(amplitude=0.5, start=20.0, stop=10.0)
+    source = sim.DCSource(amplitude=0.5, start=20.0)
+    with pytest.raises(ValueError, match="DCSource: stop is 10 ms, before start, 20 ms"):
+        source.stop = 10.0
 
 
 def test_an_instance_of_cells_takes_no_further_parameters() -> None:

@@ -22,4 +22,9 @@ class MujocoCopies(Copies):
             super().read_motions(model, rows)
 
     def set_drives(self, model: str, drive: str, velocities: Sequence[BodyVelocity]) -> None:
-        aim_all([engine.drives[model, drive] for engine in self._engines], velocities)
+        drives = [engine.drives[model, drive] for engine in self._engines]
+        servo = drives[0].servo
+        if all(one.servo == servo for one in drives):
+            aim_all(drives, velocities)
+        else:  # an event replaced the robot in a copy by another one
+            super().set_drives(model, drive, velocities)

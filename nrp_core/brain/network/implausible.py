@@ -57,6 +57,8 @@ _ROUNDING: Final = 1e-6
 _DELAY: Final = Plausible(0.01, 1_000.0, "ms", "s", "us")
 _MEMORY: Final = Plausible(0.5, 10_000.0, "ms", "s", "us")
 """Time constants of plasticity."""
+_USUAL_HIGHEST: Final = 1.0
+"""What PyNN's rules of spike-timing-dependent plasticity take for ``w_max`` if a script does not set it."""
 _AT_ONCE_MS: Final = 1e-6
 """The longest time constant that stands for none: a nanosecond, the resolution of time."""
 HIGHEST_HZ: Final = 1e5
@@ -217,7 +219,7 @@ def _of_synapses(projection: Projection, post: Population) -> Iterator[str]:
         yield from (f"the equations of {owner}: {doubt}" for doubt in dict.fromkeys(found))
     if post.equations is not None and projection.receptor in RECEPTORS:
         cells = post.equations, post.parameters, post.initial_values
-        against = doubts_about_weights(*cells, projection.receptor, projection.weight)
+        against = doubts_about_weights(*cells, projection.receptor, _extremes(projection, "weight"))
         yield from (f"the equations of the population '{post.label}', at {owner}: {one}" for one in against)
     for name in ("tau_rec", "tau_facil", "tau_plus", "tau_minus"):
         if name in projection.synapse_parameters:
@@ -253,7 +255,8 @@ def _of_weights(owner: str, projection: Projection, post: Population) -> Iterato
     highest = limits.get("w_max", _NOTHING)
     size = too_strong(float(highest.max()), post) if highest.size and not size else ""
     if size:
-        yield f"w_max of {owner} is {size}"
+        whose = ", PyNN's default" if (highest == _USUAL_HIGHEST).all() else ""
+        yield f"w_max of {owner}{whose} is {size}"
     if not weights.any() and "w_max" not in projection.synapse_parameters:
         yield f"all weights of {owner} are 0: it has no effect"
 

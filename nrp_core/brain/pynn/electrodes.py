@@ -51,10 +51,9 @@ class CurrentSource(StandardCurrentSource):
             allowed, rule = _allowed(name, numbers)
             if not allowed.all():
                 raise InvalidValueError(f"{type(self).__name__}: {name} is {numbers}; it must be {rule}")
-        if values.get("stop", _FOREVER_MS) < values.get("start", 0.0):
-            raise InvalidValueError(
-                f"{type(self).__name__}: stop is {values['stop']:g} ms, before start, {values['start']:g} ms"
-            )
+        start, stop = (values.get(name, self.__dict__.get(name)) for name in ("start", "stop"))
+        if start is not None and stop is not None and stop < start:
+            raise InvalidValueError(f"{type(self).__name__}: stop is {stop:g} ms, before start, {start:g} ms")
 
     def get_native_parameters(self) -> ParameterSpace:
         """Return the values of all parameters."""

@@ -14,8 +14,11 @@ from pyNN.random import RandomDistribution
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core.brain.network import data as data
 from nrp_core.brain.network.data import Network, Origin
+from nrp_core.brain.network.equations.doubts import known_value
 from nrp_core.brain.network.equations.model import INPUT
+from nrp_core.brain.network.equations.responses import beginning
 from nrp_core.brain.network.indices import indices_of
+from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.populations import SPIKE_TIMES, Population, ids_of, parts_of
 from nrp_core.brain.pynn.projections import Projection
 from nrp_core.brain.pynn.remarks import remarks_on
@@ -67,23 +70,41 @@ def _population(population: Population, label: str, current_na: FloatArray) -> d
     trains = parameters.pop(SPIKE_TIMES, ())
     if current_na.any():
         parameters[INPUT] += current_na * getattr(population.celltype, "input_per_na", 1.0)
-    equations = getattr(population.celltype, "equations", None)
-    begins = population.initial_arrays.items()
     return data.Population(
         label=label,
         size=population.size,
         cell_type=cell_type_of(population),
         parameters=parameters,
-        initial_values={
-            name: array.copy()
-            for name, array in begins
-            if equations is None or name in equations.model.variables
-        },
+        initial_values=_beginnings(population, label, parameters),
         spike_times_ms=tuple(np.asarray(train.value, dtype=float) for train in trains),
         positions_um=np.ascontiguousarray(population.positions.T) if population.has_space else None,
         hints=dict(population.hints),
-        equations=equations,
+        equations=getattr(population.celltype, "equations", None),
     )
+
+
+def _beginnings(population: Population, label: str, parameters: Mapping[str, Any]) -> dict[str, FloatArray]:
+    """Return the initial values of state variables.
+
+    Raises:
+        InvalidValueError: another value was set for what follows from the equations of the cells.
+    """
+    kind, values = population.celltype, population.initial_arrays
+    equations = getattr(kind, "equations", None)
+    if equations is None:
+        return {name: array.copy() for name, array in values.items()}
+    model = equations.model
+    kept = {name: array.copy() for name, array in values.items() if name in model.variables}
+    state = dict.fromkeys(model.variables, 0.0) | beginning(equations, parameters, kept, population.size)
+    for name in values.keys() - kept.keys():
+        follows = known_value(model.definitions[name], state, model.definitions) / model.recorded[name].scale
+        own = (values[name] != kind.default_initial_values[name]) & ~np.isclose(values[name], follows)
+        if own.any():
+            raise InvalidValueError(
+                f"population '{label}': {name} follows from the equations of {type(kind).__name__}: "
+                f"it begins at {np.broadcast_to(follows, own.shape)[own][0]:g}, not at {values[name][own][0]:g}"
+            )
+    return kept
 
 
 def cell_type_of(population: Population) -> str:

@@ -74,12 +74,11 @@ class Maker(PartMaker):
 
     def _fitted(self, experiment: Experiment, name: str, model: Model) -> Model:
         """Return a robot with what the experiment adds to it; findings about that stand in the experiment."""
-        result, place = (
-            fitted(model, experiment.world.robots[name].fitting),
-            experiment.place("world", "robots", name),
-        )
+        result = fitted(model, experiment.world.robots[name].fitting)
+        place = experiment.place("world", "robots", name)
         warnings = [
-            one if one.path else place.finding(one.code, one.message, one.level) for one in result.warnings
+            one if one.path else replace(place.finding(one.code, one.message, one.level), subject=one.subject)
+            for one in result.warnings
         ]
         return replace(result, warnings=tuple(warnings))
 

@@ -33,7 +33,7 @@ def at_the_end(
         functions: its transfer functions.
         is_over: whether the run has reached the end of the experiment.
     """
-    yield from _lost_numbers(functions)
+    yield from _lost_numbers(functions, now_ns)
     if not is_over:
         return
     if now_ns > experiment.duration:
@@ -51,14 +51,15 @@ def at_the_end(
         yield experiment.place("events", name).finding(Code.NRP322, message, Level.WARNING)
 
 
-def _lost_numbers(functions: Iterable[TransferFunction]) -> Iterator[Finding]:
+def _lost_numbers(functions: Iterable[TransferFunction], now_ns: int) -> Iterator[Finding]:
     """Yield a finding for each variable that has become NaN, as after ``np.mean([])``."""
     for function in functions:
         for name, adapter in function.adapters.items():
             if isinstance(adapter, Variable) and adapter.is_lost:
                 message = (
-                    f"the variable '{name}' of '{function.name}' is nan, not a number, at the end: every "
-                    "comparison with it is false, and everything computed with it is nan"
+                    f"the variable '{name}' of '{function.name}' is nan, not a number, at "
+                    f"{seconds(now_ns):g} s: every comparison with it is false, and everything computed with "
+                    "it is nan"
                 )
                 path, line = Path(function.place.path), function.place.line
                 yield Finding(Code.NRP354, message, Level.WARNING, path, line, subject=function.name)

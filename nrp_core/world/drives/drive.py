@@ -124,7 +124,10 @@ class DrivePart(Part):
     @classmethod
     def write_rows(cls, parts: Sequence[Any], topic: str, rows: FloatArray, now_ns: Sequence[int]) -> bool:
         first, (forward, *others, turn) = parts[0], rows.T
-        usual = topic == first._drive.command_topic and cls._commanded is DrivePart._commanded
+        replaced = (DrivePart.write, DrivePart._commanded, DrivePart._aim)
+        usual = topic == first._drive.command_topic and all(
+            getattr(cls, one.__name__) is one for one in replaced
+        )
         slow = (np.abs(forward) <= _FAST_M_S) & (np.abs(turn) <= _FAST_RAD_S)
         if not (usual and slow.all()) or np.any(others):
             return False

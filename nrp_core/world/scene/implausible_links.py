@@ -27,11 +27,11 @@ from nrp_core.world.scene.tessellation import triangles_of
 
 _DENSEST: Final = 1e5
 """Four times the density of osmium, kg/m^3: many links are too heavy for a simplified shape."""
-_TIMES: Final = 12.0
+_TIMES_LARGER: Final = 12.0
+"""How much larger than its shapes a link may be by its inertia. Many are by 10; with moments in g m^2 it is
+32 times too large, and twice the radius of gyration of a body is at least half of its size."""
 _TIMES_SMALLER: Final = 30.0
-"""How much larger or smaller than its shapes a link is by its inertia; many are off by 10. With a moment in
-g m^2 it is 32 times too large, and twice the radius of gyration of a body is at least half of its size.
-"""
+"""How much smaller it may be."""
 _SLENDER: Final = 3.0
 """How much longer than wide a link is that turns easily about its length."""
 _OUTSIDE: Final = 0.25
@@ -116,7 +116,7 @@ def _of_mass(owner: str, inertial: Inertial, low: FloatArray, high: FloatArray) 
     largest = max(inertial.inertia[:3])
     if mass > 0 and largest > 0 and inertial.inertia != UNIT_INERTIA:  # SDF's default, which is reported
         gyration_m = sqrt(largest / mass)
-        if not 1 / _TIMES_SMALLER <= 2 * gyration_m / size_m <= _TIMES:
+        if not 1 / _TIMES_SMALLER <= 2 * gyration_m / size_m <= _TIMES_LARGER:
             yield (
                 f"{owner} has an inertia of {largest:.3g} kg m^2, that of {mass:.3g} kg in a ball of "
                 f"{3.16 * gyration_m:.2g} m, and its shapes are {size_m:.2g} m large; is it in kg m^2?"

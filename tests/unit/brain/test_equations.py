@@ -100,6 +100,8 @@ def test_a_mistake_is_one_error_with_its_place(name: str) -> None:
 
 SLOW = "da/dt = -a/(20*second) : nA\n"
 SPIKE = "v = v_rest; a += 0.01*nA"
+FLAG = MEMBRANE + "dn/dt = 0/ms : 1\n"
+ADAPTING = MEMBRANE + "dtheta/dt = (v_thresh + 0.3*(v - v_rest) - theta)/(50*ms) : mV\n"
 CURVED = MEMBRANE.replace("R*", "2*mV*exp((v + 50*mV)/(2*mV)) + R*")
 DOUBTS = {
     "none": ({}, None),
@@ -139,6 +141,11 @@ DOUBTS = {
     "to threshold": ({"reset": "v = v_thresh"}, "the reset takes v to its threshold, 'v > v_thresh'"),
     "no synapse": ({"receptors": {"excitatory": "v += weight"}}, "'ge' stays at 0: no spike or input"),
     "equality": ({"threshold": "v == v_thresh"}, "'v == v_thresh', which a value that changes"),
+    "flag": (
+        {"threshold": "v > v_thresh and n == 0", "equations": FLAG, "reset": "v = v_rest; n += 1"}, None
+    ),
+    "turned round": ({"equations": ADAPTING, "threshold": "theta < v", "reset": "v = v_rest; theta += d",
+                      "initial": {"v": "-65 mV", "theta": "-50 mV"}, **with_parameter(d="-0.05 mV")}, None),
     "a step": (with_parameter(tau_refrac="0.1 ms"), None),
     "added rest": ({"equations": MEMBRANE.replace("v_rest - v", "-v_rest - v")}, "v is drawn to 65 mV, the"),
     "subtracted": (

@@ -13,6 +13,7 @@ from nrp_core.cli import app
 from nrp_core.errors import SceneError
 from nrp_core.experiment.making.maker import Maker
 from nrp_core.experiment.model.experiment import RobotSection
+from nrp_core.experiment.model.tree import Place
 from nrp_core.world.scene.acting import Pid
 from nrp_core.world.scene.model import Model
 
@@ -36,7 +37,8 @@ def arm(tmp_path: Path):
     def make(**keys: object) -> Model:
         section = RobotSection.model_validate({"model": path, **keys})
         world = SimpleNamespace(robots={"arm": section})
-        return Maker().robot(SimpleNamespace(world=world, models=(), strict=True), "arm")
+        experiment = SimpleNamespace(world=world, models=(), strict=True, place=lambda *_: Place(path))
+        return Maker().robot(experiment, "arm")
 
     return make
 

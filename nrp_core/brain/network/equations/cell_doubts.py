@@ -72,7 +72,12 @@ def doubts_about_cells(
     state = beginning(equations, parameters, states, _MOST_CELLS)
     units = {name: variable.unit for name, variable in model.variables.items()}
     yield from doubts_about_values(model.parameters, parameters)
-    yield from tiny_voltages({**model.parameters, **units}, {**parameters, **states})
+    # what only the reset uses is an increment
+    potentials = reached(
+        [model.threshold, *(one.rate for one in model.variables.values())], {}, model.definitions
+    )
+    known = {name: array for name, array in {**parameters, **states}.items() if name in potentials}
+    yield from tiny_voltages({**model.parameters, **units}, known)
     yield from reversed_limits([*nodes, *model.definitions.values()], state, model.definitions)
     yield from _growth(model, state)
     limit = crossing(model, state)
@@ -249,8 +254,16 @@ def _constant(model: Model, state: dict[str, Any]) -> Iterator[str]:
     for node in ast.walk(model.threshold):
         if not isinstance(node, ast.Compare) or not any(isinstance(op, ast.Eq) for op in node.ops):
             continue
-        if not model.variables.keys().isdisjoint(names_in(node)):
+        if any(name in model.variables and not _stands(model, name, state) for name in names_in(node)):
             yield f"the threshold has '{ast.unparse(node)}', which a value that changes in steps rarely meets"
+
+
+def _stands(model: Model, name: str, state: dict[str, Any]) -> bool:
+    """Return whether a variable changes with spikes alone, as a flag or a counter does."""
+    rate = model.variables[name].rate
+    needs = reached([rate], {}, model.definitions) & {*model.variables, INPUT, TIME}
+    value = known_value(rate, state, model.definitions)
+    return not needs and value is not None and not value.any()
 
 
 def _reset(model: Model) -> Iterator[str]:

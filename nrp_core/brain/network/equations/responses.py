@@ -66,17 +66,27 @@ def crossing(model: Model, state: State) -> Crossing | None:
     for node in ast.walk(model.threshold):
         match node:
             case ast.Compare(left=left, ops=[op], comparators=[right]) if isinstance(op, _RISING + _FALLING):
-                names = [name for name in names_in(left) if name in model.variables]
+                name = _set_back(model, [*names_in(left), *names_in(right)])
                 above = ast.BinOp(left, ast.Sub(), right)
-                parts = coefficients_of(above, set(names[:1]), model.definitions)
-                if not names or parts is None or names[0] not in parts:
+                parts = coefficients_of(above, {name}, model.definitions)
+                if parts is None or name not in parts:
                     continue
-                slope = known_value(parts[names[0]], state, model.definitions)
-                rest = known_value(above, {**state, names[0]: 0.0}, model.definitions)
+                slope = known_value(parts[name], state, model.definitions)
+                rest = known_value(above, {**state, name: 0.0}, model.definitions)
                 if slope is not None and rest is not None and slope.flat[0]:
                     is_rising = isinstance(op, _RISING) == bool(slope.flat[0] > 0.0)
-                    return Crossing(names[0], -rest / slope, 1 if is_rising else -1)
+                    return Crossing(name, -rest / slope, 1 if is_rising else -1)
     return None
+
+
+def _set_back(model: Model, names: list[str]) -> str:
+    """Return the one state variable among names; of several the one that the reset sets to a new value."""
+    compared = dict.fromkeys(name for name in names if name in model.variables)
+    if len(compared) > 1:  # a threshold that adapts is raised, not set
+        compared = dict.fromkeys(
+            name for name, value in model.reset if name in compared and name not in names_in(value)
+        )
+    return next(iter(compared)) if len(compared) == 1 else ""
 
 
 def drift(model: Model, state: State, variable: str, of: str) -> float:

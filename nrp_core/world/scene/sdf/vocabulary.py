@@ -131,7 +131,7 @@ _TRUTH: Final = ("", "0", "1", "false", "true")
 _PARAMS: Final = "experimental:params"
 """Changes of an included model (http://sdformat.org/tutorials?tut=param_passing_proposal)."""
 _TURN_RAD: Final = 2.02 * pi
-"""Two turns: a pose needs half of one."""
+"""A full turn, as files round it; a pose needs half of one."""
 
 
 def check_vocabulary(element: Element, notes: Notes) -> None:

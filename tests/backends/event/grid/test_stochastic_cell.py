@@ -60,6 +60,13 @@ def test_currents_and_thresholds_after_spikes_are_those_of_nest() -> None:
     assert found["v_t"][0].tolist() == [-55.0, -55.0]
 
 
+def test_a_threshold_that_follows_from_the_equations_cannot_begin_elsewhere() -> None:
+    sim = simulator()
+    sim.Population(2, sim.GIF_cond_exp(v_t_star=-55.0), initial_values={"v_t": -40.0}, label="own")
+    with pytest.raises(ValueError, match=r"'own': v_t follows from .*: it begins at -55, not at -40"):
+        sim.run(1.0)
+
+
 def test_adapting_cells_fire_at_random_as_in_nest() -> None:
     sim = simulator()
     cells = noisy(sim)
