@@ -43,7 +43,7 @@ def import_connectome(
     made = read_connectome(edges, neurons, groups=tuple(group or ()), unit_mv=unit_mv, delay_ms=delay_ms)
     target = output or Path(f"{edges.stem}{SUFFIX}")
     save_network(made.network, target)
-    suspicious = [*doubts_about(made.network, unit_mv), *implausible(made.network)]
+    suspicious = [*made.network.remarks, *doubts_about(made.network, unit_mv), *implausible(made.network)]
     sizes = {projection.label: projection.size for projection in made.network.projections}
     if json:
         facts = {"neurons": made.network.size, "edges": sizes, "groups": len(made.network.views)}

@@ -164,9 +164,6 @@ def test_a_neuron_that_is_there_twice_and_a_file_that_is_none_are_errors(tmp_pat
     twice = write(tmp_path / "neurons.csv", id=[1, 2, 1])
     with pytest.raises(NetworkError, match="the neuron 1 is in the column 'id' twice"):
         read_connectome(edges, twice)
-    aside = write(tmp_path / "sides.csv", id=[1, 2, 3, 4], side=["L", "rigth", "left", ""])
-    with pytest.raises(NetworkError, match="the column 'side' holds 'rigth'; did you mean 'right'"):
-        read_connectome(edges, aside)
     (tmp_path / "text.parquet").write_text("not a table")
     for name, message in (
         ("text.parquet", "cannot be read"),
@@ -177,6 +174,15 @@ def test_a_neuron_that_is_there_twice_and_a_file_that_is_none_are_errors(tmp_pat
             read_connectome(tmp_path / name)
     with pytest.raises(NetworkError, match=r"no group is called 'MN8'"):
         read_connectome(edges, write(tmp_path / "more.csv", id=[1, 2], type=["MN9", "MN9"]), groups=("MN8",))
+
+
+def test_a_misspelt_side_is_a_remark_and_names_of_the_middle_are_one_side(tmp_path: Path) -> None:
+    edges = write(tmp_path / "edges.csv", pre=[1], post=[2], weight=[1])
+    sides = ["L", "rigth", "left", "", "centre", "Central", "centered", "M"]
+    network = read_connectome(edges, write(tmp_path / "sides.csv", id=[*range(1, 9)], side=sides)).network
+    assert network.remarks == ("the column 'side' holds 'rigth'; did you mean 'right'?",)
+    views = {name: ids.tolist() for name, ids in network.views.items()}
+    assert views == {"left": [0, 2], "rigth": [1], "center": [4, 5, 6, 7]}
 
 
 def test_a_table_in_which_edges_are_repeated_is_reported(tmp_path: Path) -> None:

@@ -97,6 +97,7 @@ def read_connectome(
             )
         ),
         _groups(known, groups, neurons or edges),
+        remarks=known.doubts,
     )
     return Connectome(network, _sources(edges, neurons), left_out, unsigned, electrical)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -34,7 +35,8 @@ _TEXTS: Final = {
 }
 _POSITION: Final = ("x", "y", "z")
 _ALIKE: Final = 0.75
-_SIDES: Final = {"l": "left", "r": "right", "m": "center", "c": "center"}
+_MIDDLE: Final = ("m", "c", "centre", "central", "centered", "centred", "median", "midline", "middle")
+_SIDES: Final = {"l": "left", "r": "right", "center": "center", **dict.fromkeys(_MIDDLE, "center")}
 
 
 @dataclass(frozen=True)
@@ -45,11 +47,13 @@ class Neurons:
         ids: shape ``(n,)``, unique.
         texts: ``name``, ``type``, ``side``, ``transmitter``, ``class`` of each as far as known; empty texts.
         positions: in the unit of the table, shape ``(n, 3)``, or None.
+        doubts: sentences about labels that are probably misspelt.
     """
 
     ids: IntArray
     texts: dict[str, list[str]]
     positions: FloatArray | None = None
+    doubts: tuple[str, ...] = ()
 
     @property
     def signs(self) -> IntArray:
@@ -91,17 +95,18 @@ def read_neurons(path: Path) -> Neurons:
         raise NetworkError(f"the neuron {who} is in the column '{id_column}' twice", path=path)
     if named:
         texts.setdefault("name", [named[number] for number in every.tolist()])
+    doubts: tuple[str, ...] = ()
     if "side" in texts:
         texts["side"] = [_SIDES.get(side.lower(), side) for side in texts["side"]]
-        _require_sides(path, columns["side"], set(texts["side"]))
-    return Neurons(every, texts, np.concatenate(positions) if positions else None)
+        doubts = tuple(_misspelt(columns["side"], set(texts["side"])))
+    return Neurons(every, texts, np.concatenate(positions) if positions else None, doubts)
 
 
-def _require_sides(path: Path, column: str, sides: set[str]) -> None:
+def _misspelt(column: str, sides: set[str]) -> Iterator[str]:
     valid = [*dict.fromkeys(_SIDES.values())]
-    for side in sorted(sides - set(valid)):
+    for side in sorted(sides - set(valid)):  # any label may be meant
         if side.lower() not in valid and get_close_matches(side.lower(), valid, cutoff=_ALIKE):
-            raise NetworkError(f"the column '{column}' holds '{side}'{did_you_mean(side, valid)}", path=path)
+            yield f"the column '{column}' holds '{side}'{did_you_mean(side, valid)}"
 
 
 def _numbers(values: Any) -> FloatArray:
