@@ -342,7 +342,7 @@ def _cut(folder: Path) -> None:
          "nodes 'v1': node 5 is in the group 7, and the groups are 0, 1"),
         (_text("models/exc.json", "{", '{"C_m": 9.0, '), NetworkError, "all_types.csv:2: .*'C_m' is given"),
         (_text("models/exc.json", "200.0", '"200 pF"'), NetworkError,
-         "all_types.csv:2: C_m in 'exc.json' is '200 pF'; a parameter is a number, without unit"),
+         r"node type 100 of 'v1' \(dynamics_params 'exc.json'\): C_m is '200 pF', not a number"),
         (_text("circuit_config.json", '"edges": [', '"edges": [{"edges_file": "$BASE/edges.h5", '
                '"edge_types_file": "edge_types.csv"}, '), NetworkError, "two populations of edges have"),
         (_text("circuit_config.json", "{", "{,"), NetworkError, "circuit_config.json:1: .*not JSON"),
@@ -397,6 +397,10 @@ def test_a_circuit_that_cannot_be_used_says_where_and_why(
 @pytest.mark.parametrize(
     ("change", "remark"),
     [
+        (
+            _text("models/exc.json", "{", '{"reference": "10.1016/j.x", "version": "1.0", "fit": "2-part", '),
+            "",
+        ),
         (
             _text("models/exc.json", "V_th", "V_thr"),
             "'V_thr' of the nodes 'v1' is not used; did you mean 'V_th'?",

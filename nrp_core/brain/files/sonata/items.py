@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import csv
 import json
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,7 +23,6 @@ Types = Mapping[int, Mapping[str, Any]]
 
 DYNAMICS = "dynamics_params"
 _NOTHING = frozenset({"", "null", "none", "nan"})
-_NUMBER = re.compile(r"\s*[-+]?[.\d]")
 
 
 @dataclass(frozen=True)
@@ -91,8 +89,10 @@ class SonataItems:
         try:
             return np.nan if value is None else float(value)
         except ValueError:
+            parameters = self.types[number].get(DYNAMICS)
+            source = "" if parameters is None else f" ({DYNAMICS} '{parameters}')"
             raise NetworkError(
-                f"{self.kind} type {number} of '{self.name}': {name} is '{value}', not a number"
+                f"{self.kind} type {number} of '{self.name}'{source}: {name} is '{value}', not a number"
             ) from None
 
 
@@ -201,8 +201,4 @@ def _parameters(name: str | None, folder: Path, table: Path, line: int) -> dict[
         raise NetworkError(f"its parameters cannot be read: {error}", path=table, line=line) from error
     if not isinstance(given, dict):
         raise NetworkError(f"its parameters in '{name}' are not a JSON object", path=table, line=line)
-    for key, value in given.items():
-        if isinstance(value, str) and _NUMBER.match(value):
-            message = f"{key} in '{name}' is '{value}'; a parameter is a number, without unit and quotes"
-            raise NetworkError(message, path=table, line=line)
-    return {key: value for key, value in given.items() if isinstance(value, (int, float))}
+    return {key: value for key, value in given.items() if isinstance(value, (int, float)) or _is_given(value)}
