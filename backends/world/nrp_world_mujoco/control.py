@@ -59,6 +59,15 @@ class Control:
         for model, joint in self._built.servos:
             self.aim(model, joint, JointAim())
 
+    def restore(self, firm: object) -> None:
+        """Restore the firm joints from a state of theirs.
+
+        Then a command to one that is led changes no gains, and these are not in MuJoCo's state.
+        """
+        self.firm.restore(firm)
+        led = [self._built.servos[path] for path in self.firm.paths if path in self._built.servos]
+        self._model.actuator_biasprm[led, :3] = 0.0
+
     def set_effort(self, model: str, joint: str, effort: float) -> None:
         """Apply an effort to a joint."""
         self._data.qfrc_applied[self._built.joints[model][joint]] = effort

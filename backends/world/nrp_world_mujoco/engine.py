@@ -218,7 +218,7 @@ class MujocoEngine(JointedEngine):
         mujoco.mj_setState(self._model, self._data, self._buffer, mujoco.mjtState.mjSTATE_INTEGRATION)
         self._data.qfrc_actuator[:] = np.frombuffer(efforts)
         self._continue()
-        self._control.firm.restore(firm)
+        self._control.restore(firm)
 
     def _moved(self, model: str) -> None:
         self._control.firm.forget(model)

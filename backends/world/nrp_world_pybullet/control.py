@@ -305,6 +305,8 @@ class Control:
             tree.servos.restore(kept)
         for each, paths in zip(self._firm, firm, strict=True):
             each.restore(paths)
+            for tree, number in (self._numbers[each.paths[on]] for on in each.on.tolist()):
+                tree.damp(number, False)
 
     def forget(self, model: str) -> None:
         """Forget the last motion of a model's joints, because they were moved from outside."""

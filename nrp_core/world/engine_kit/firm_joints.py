@@ -54,6 +54,8 @@ class FirmJoints(ABC):
         self.servos.aim(number, aim)
         after = self.servos.kinds[number]
         if before != after:
+            if self._restored is not None:
+                self._restored[number] = 0.0
             self._select()
             self._do_select(number)
         return bool(before != FREE != after)
@@ -112,7 +114,8 @@ class FirmJoints(ABC):
 
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`."""
-        servos, self.orientations[:], self._restored = saved
+        servos, self.orientations[:], efforts = saved
+        self._restored = efforts.copy()
         self.servos.restore(servos)
         self._select()
 

@@ -127,24 +127,32 @@ def test_a_joint_without_a_limit_of_effort_does_not_crush_the_world(open_world, 
     assert world.joint_states("chain").efforts[0] <= 10.01 * MASS * 9.81 * LENGTH / 2
 
 
-@pytest.mark.parametrize("kind", ["position", "velocity"])
-def test_a_firm_joint_goes_on_from_a_snapshot_and_after_a_reset(open_world, advance, require_to_go_on, kind):
-    def opened():
-        return open_world(chain(kind=kind, effort=200.0, velocity=2.0))
+@pytest.mark.parametrize(("kind", "damping"), [("position", 0.05), ("velocity", 5.0)])
+def test_a_firm_joint_goes_on_from_a_snapshot_and_after_a_reset(
+    open_world, advance, require_to_go_on, kind, damping
+):
+    """Also in a world where its damper acted and other gains held."""
+    loose = chain(kind=kind, effort=200.0, velocity=2.0)
+    joints = tuple(replace(joint, damping=damping) for joint in loose.joints)
+    soft = JointController("j0", "velocity", "/chain/j0/soft", Pid(500.0))
+    damped = replace(loose, joints=joints, controllers=(*loose.controllers, soft))
 
     def look(world):
         states = world.joint_states("chain")
         return states.positions.tolist(), states.velocities.tolist(), states.efforts.tolist()
 
-    world, fresh = opened(), opened()
+    world, other = open_world(damped), open_world(damped)
+    command(other, 1.0, kind="soft")
     command(world, 0.5, kind=kind)
     advance(world, 0.06)
     first = look(world)
     command(world, -0.4, joint="j3", kind=kind)
     advance(world, 0.06)
-    require_to_go_on(world, fresh, 0.2, look)
+    require_to_go_on(world, other, 0.2, look)
+    world.restore(world.snapshot())
     world.reset()
     command(world, 0.5, kind=kind)
+    assert not world.joint_states("chain").efforts.any()
     advance(world, 0.06)
     assert look(world) == first
 
