@@ -102,7 +102,8 @@ def _beginnings(population: Population, label: str, parameters: Mapping[str, Any
         if own.any():
             raise InvalidValueError(
                 f"population '{label}': {name} follows from the equations of {type(kind).__name__}: "
-                f"it begins at {np.broadcast_to(follows, own.shape)[own][0]:g}, not at {values[name][own][0]:g}"
+                f"it begins at {np.broadcast_to(follows, own.shape)[own][0]:g}, "
+                f"not at {values[name][own][0]:g}"
             )
     return kept
 
