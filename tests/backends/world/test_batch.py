@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from nrp_core.errors import DivergedError, LifecycleError, TopicError
+from nrp_core.world.copies import copies_of
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
-from nrp_core.world.rigid.motion import ModelMotion
+from nrp_core.world.rigid.motion import BodyVelocity, ModelMotion
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Scene
 from nrp_core.world.scene.sensing import Noise
@@ -44,6 +48,30 @@ def drive(batch):
     for step in range(STEPS):
         publication.publish(commands(step))
         batch.run_until(batch.now_ns + STEP_NS)
+
+
+def test_copies_of_other_robots_are_driven_as_they_are_alone(backend, parts):
+    """As after an event that replaced the robot in one copy."""
+    light = parts.husky(pose=Pose((0, 0, 0.2)))
+    base, *rest = light.links
+    heavy = replace(light, links=(replace(base, inertial=replace(base.inertial, mass=80.0)), *rest))
+    command, moved = BodyVelocity(0.4, 0.0, 0.3), []
+    for together in (True, False):
+        with contextlib.ExitStack() as stack:
+            scenes = [Scene((parts.floor(), robot)) for robot in (light, heavy)]
+            opened = [backend.open(scene, seed=1, options=backend.options()) for scene in scenes]
+            engines = [stack.enter_context(world).engine for world in opened]
+            drive = light.drives[0].name
+            if together:
+                copies_of(engines).set_drives("husky", drive, [command, command])
+            else:
+                for engine in engines:
+                    engine.set_drive("husky", drive, command)
+            for world in opened:
+                world.run_until(10 * STEP_NS)
+            moved.append([engine.model_motion("husky") for engine in engines])
+    assert moved[0] == moved[1]
+    assert moved[0][0] != moved[0][1]
 
 
 def test_every_copy_is_bit_for_bit_what_it_is_alone(backend, scene, batch):
