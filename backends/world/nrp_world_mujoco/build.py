@@ -34,7 +34,6 @@ FIRMEST = [0.9999, 0.9999, 0.001, 0.5, 2.0]  # of joints that no load moves off 
 SMALLEST = 1e-12  # MuJoCo refuses an empty range
 FEW_GEOMS = 64  # with fewer, testing each pair is faster than bounding volumes
 SAME_CONTACTS = mujoco.mjtDisableBit.mjDSBL_MIDPHASE  # has no bounding volumes, and the same contacts
-WITHOUT_FRICTION = mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
 TYPES = {"prismatic": mujoco.mjtJoint.mjJNT_SLIDE, "ball": mujoco.mjtJoint.mjJNT_BALL}
 AHEAD, ASIDE = [1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0]
 
@@ -143,8 +142,7 @@ class _Builder:
         actuators = self._native.finish()
         if len(self._spec.geoms) < FEW_GEOMS:
             self._spec.option.disableflags |= SAME_CONTACTS
-        if self._spec.option.disableflags & WITHOUT_FRICTION:
-            self._firm.clear()  # gains move them
+        self._check_friction()
         model = compiled(self._spec)
         return Built(
             model,
@@ -160,6 +158,19 @@ class _Builder:
             {path: element.id for path, element in actuators.items()},
             self._native.warnings,
         )
+
+    def _check_friction(self) -> None:
+        """Let gains move the joints where a file takes dry friction away; ball joints have none."""
+        taker = self._native.without_friction
+        if taker is None:
+            return
+        for (model, _), firm in self._firm.items():
+            if firm.axis == 0:
+                raise taker.error(
+                    f"dry friction is disabled, by which MuJoCo leads the ball joint '{firm.joint.name}' of "
+                    f"'{model}': enable <flag frictionloss> and <flag constraint>, or do not control the joint"
+                )
+        self._firm.clear()
 
     def _add_model(self, model: Model) -> None:
         bodies = simulated_bodies(model, self._spec.option.timestep, self._physical)

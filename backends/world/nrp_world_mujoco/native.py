@@ -13,6 +13,7 @@ from xml.etree import ElementTree as ET
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Findings
 from nrp_core.world.scene.origin import Native
+from nrp_world_mujoco.library import mujoco
 from nrp_world_mujoco.mechanisms import SECTIONS, BuiltParts, Mechanisms, parsed, written
 
 _SOLVER = {"solreflimit": "solref_limit", "solimplimit": "solimp_limit"}
@@ -22,6 +23,7 @@ _OF_GEOM = ("adhesion", "conaffinity", "condim", "contype", "friction", "gap", "
             "solmix", "solref", "surfacevel")  # fmt: skip
 _KEPT = ("gravity", "integrator", "timestep")  # set by the experiment, and by servos that must stay stable
 _TAGS = ("compiler", "geom", "joint", "option", "size", *SECTIONS)
+_WITHOUT_FRICTION = mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
 _ACTING = ("boundinertia", "boundmass", "settotalmass")  # attributes of the compiler
 
 
@@ -33,10 +35,12 @@ class NativeElements:
 
     Attributes:
         warnings: elements that are valid and not used.
+        without_friction: an element that disables dry friction, if there is one.
     """
 
     def __init__(self, spec: Any) -> None:
         self._spec = spec
+        self.without_friction: Native | None = None
         self._options: dict[str, tuple[str, Native]] = {}
         self.warnings = Findings()
         self._mechanisms = Mechanisms(spec, self.warnings)
@@ -98,6 +102,8 @@ class NativeElements:
                 )
             setattr(self._spec.option, name, getattr(read, name))
         self._spec.option.disableflags |= read.disableflags
+        if read.disableflags & _WITHOUT_FRICTION:
+            self.without_friction = element
         self._spec.option.enableflags |= read.enableflags
 
     def _warn(self, element: Native, unused: Collection[str]) -> None:

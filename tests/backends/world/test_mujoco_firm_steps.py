@@ -12,15 +12,16 @@ from typing import Any
 import numpy as np
 import pytest
 from chains import LINKS, chain, command
+from jointed import HANGING, joint, read
 
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import jit
 from nrp_core._support.memory import address_at, call, integer_at, number_at, put_number
-from nrp_core.errors import SimulationError
+from nrp_core.errors import SceneError, SimulationError
 from nrp_core.world.backends import worlds
 from nrp_core.world.fitting import Fitting, JointControl, fitted
 from nrp_core.world.messages.std_msgs import Float64
-from nrp_core.world.scene.model import Scene
+from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sdf import read_model
 from nrp_core.world.world import World
 
@@ -31,9 +32,9 @@ from nrp_world_mujoco.library import structures
 from nrp_world_mujoco.state_layout import ARRAYS, Constraints
 
 
-def opened(links: int = LINKS) -> World:
+def opened(model: Model | None = None) -> World:
     backend = worlds().load("mujoco")
-    return backend.open(Scene((chain(links=links),)), seed=1, options=backend.options())
+    return backend.open(Scene((model or chain(),)), seed=1, options=backend.options())
 
 
 @jit
@@ -60,6 +61,14 @@ def test_numbers_and_functions_are_reached_by_their_addresses() -> None:
 def places(state: IntArray) -> tuple[int, int, list[int]]:
     """Return the numbers and addresses that compiled code finds."""
     return integer_at(state[0]), integer_at(state[1]), [address_at(each) for each in state[2:]]
+
+
+def led(model: Model) -> Model:
+    return fitted(model, Fitting(control=((".*", JointControl("position")),)))
+
+
+def option(flag: str) -> str:
+    return f'<mujoco:option xmlns:mujoco="urn:mujoco"><mujoco:flag {flag}/></mujoco:option>'
 
 
 def swing(world: World, steps: range) -> list[list[float]]:
@@ -155,9 +164,17 @@ def test_a_joint_moves_where_a_file_takes_dry_friction_away(tmp_path: Path) -> N
         <joint name="j" type="continuous"><parent link="world"/><child link="l"/></joint>
         <mujoco><option><flag frictionloss="disable"/></option></mujoco></robot>"""
     )
-    model = fitted(read_model(file, name="arm"), Fitting(control=(("j", JointControl("position")),)))
-    backend = worlds().load("mujoco")
-    with backend.open(Scene((model,)), seed=1, options=backend.options()) as world:
+    model = led(read_model(file, name="arm"))
+    with opened(model) as world:
         world.advertise(model.controllers[0].topic).publish(Float64(0.3))
         world.run_until(1_000_000_000)
         assert world.joint_states("arm").positions == pytest.approx([0.3], abs=1e-3)
+
+
+def test_a_ball_joint_that_takes_orientations_is_refused_where_a_file_takes_dry_friction_away(
+    tmp_path: Path,
+) -> None:
+    """A ball joint has no gains."""
+    model = read(tmp_path, HANGING + joint("ball") + option('frictionloss="disable"'))
+    with pytest.raises(SceneError, match=r"robot.sdf:1: .*leads the ball joint 'j' of 'robot'"):
+        opened(led(model))
