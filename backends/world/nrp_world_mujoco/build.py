@@ -168,7 +168,7 @@ class _Builder:
             if firm.axis == 0:
                 raise taker.error(
                     f"dry friction is disabled, by which MuJoCo leads the ball joint '{firm.joint.name}' of "
-                    f"'{model}': enable <flag frictionloss> and <flag constraint>, or do not control the joint"
+                    f"'{model}': enable <flag frictionloss> and <flag constraint>, or do not control it"
                 )
         self._firm.clear()
 
@@ -198,6 +198,8 @@ class _Builder:
         armatures = {name: float(joint.armature) for name, joint in joints.items()}
         for name, firm in firm_joints(model, bodies, armatures).items():
             joints[firm.joint.name].solimp_friction = FIRMEST
+            # what sleeps has no constraints, and a target wakes nothing
+            _root_of(joints[firm.joint.name]).sleep = mujoco.mjtSleepPolicy.mjSLEEP_NEVER
             self._firm[model.name, name] = firm
 
     def _owners_of(self, model: Any) -> Sequence[BodyPath]:
@@ -327,6 +329,15 @@ def _freedoms(joints: Sequence[tuple[Joint, Any]], model: Any) -> Iterator[tuple
     for joint, element in joints:
         first = int(model.jnt_dofadr[element.id])
         yield from zip(joint.coordinates, count(first))
+
+
+def _root_of(joint: Any) -> Any:
+    """Return the first body that moves, on the way from the world to a joint."""
+    body = root = joint.parent
+    while body is not None:
+        root = body if body.joints else root
+        body = body.parent
+    return root
 
 
 def _range(joint: Joint) -> list[float]:

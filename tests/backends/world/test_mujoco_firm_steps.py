@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from chains import LINKS, chain, command
-from jointed import HANGING, joint, read
+from jointed import HANGING, axis, joint, read, told
 
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import jit
@@ -20,7 +20,9 @@ from nrp_core._support.memory import address_at, call, integer_at, number_at, pu
 from nrp_core.errors import SceneError, SimulationError
 from nrp_core.world.backends import worlds
 from nrp_core.world.fitting import Fitting, JointControl, fitted
+from nrp_core.world.messages.geometry_msgs import Quaternion
 from nrp_core.world.messages.std_msgs import Float64
+from nrp_core.world.rigid.pose import rotation_by
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sdf import read_model
 from nrp_core.world.world import World
@@ -178,3 +180,13 @@ def test_a_ball_joint_that_takes_orientations_is_refused_where_a_file_takes_dry_
     model = read(tmp_path, HANGING + joint("ball") + option('frictionloss="disable"'))
     with pytest.raises(SceneError, match=r"robot.sdf:1: .*leads the ball joint 'j' of 'robot'"):
         opened(led(model))
+
+
+def test_a_ball_joint_moves_after_a_rest_where_bodies_at_rest_sleep(tmp_path: Path) -> None:
+    damped = axis("0 0 1", "<dynamics><damping>1</damping></dynamics>")
+    model = led(read(tmp_path, HANGING + joint("ball", damped) + option('sleep="enable"')))
+    with opened(model) as world:
+        world.run_until(2_000_000_000)
+        world.advertise("/robot/j/cmd_pos").publish(Quaternion(*rotation_by((0.0, 0.8, 0.0))))
+        world.run_until(3_000_000_000)
+        assert told(world)[0] == pytest.approx({"j_x": 0.0, "j_y": 0.8, "j_z": 0.0}, abs=1e-3)
