@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 from nrp_core.analysis.choices import number_of
+from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import hints
 from nrp_core.dsl.parameters.messages import message_packages
 from nrp_core.findings import Code
@@ -35,11 +36,13 @@ def doubtful_conditions(
                         for node in ast.walk(tree))  # fmt: skip
     for call, callback in monitors(tree):
         answers = _answers(callback)
-        if not answers:
+        if not any(answers):
             assert isinstance(callback, ast.FunctionDef)
             message = f"'{callback.name}' returns nothing: the state ends with its first message"
             yield Code.NRP237, callback, message
-        elif not is_concurrent and all(isinstance(one, ast.Constant) and one.value for one in answers):
+        elif not (is_concurrent or _is_limited(call)) and all(
+            isinstance(one, ast.Constant) and one.value for one in answers
+        ):
             yield Code.NRP320, call, "the condition is always true: the state waits until the run ends"
         kind = _message_of(call)
         for node in ast.walk(callback):
@@ -80,12 +83,17 @@ def monitors(tree: ast.Module) -> Iterator[tuple[ast.Call, Callback]]:
                         yield node, functions[name]
 
 
-def _answers(callback: Callback) -> list[ast.expr]:
-    """Return the values that a condition can have."""
+def _answers(callback: Callback) -> list[ast.expr | None]:
+    """Return the values that a condition can have; None where it returns nothing, which ends the state."""
     if isinstance(callback, ast.Lambda):
         return [callback.body]
-    returns = [node for node in ast.walk(callback) if isinstance(node, ast.Return)]
-    return [node.value for node in returns if node.value is not None]
+    returns = [node.value for node in own_nodes(callback.body) if isinstance(node, ast.Return)]
+    return returns if isinstance(callback.body[-1], ast.Return) else [*returns, None]
+
+
+def _is_limited(call: ast.Call) -> bool:
+    """Return whether a monitor may end after a number of messages, ``max_checks``."""
+    return len(call.args) > 3 or any(one.arg in ("max_checks", None) for one in call.keywords)
 
 
 def _parameter(callback: Callback) -> str:

@@ -77,6 +77,11 @@ with sm:
         ("return pose", "pose", Code.NRP237, "'is_near' returns nothing: the state ends with its first"),
         ("return pose.position", "return True or pose.position", None, ""),  # computed, so not judged
         ("m: m.pose.pose.position.x < 0.2", "m: True", Code.NRP320, "the condition is always true: the stat"),
+        ("m: m.pose.pose.position.x < 0.2", "m: True, 5", None, ""),
+        ("m: m.pose.pose.position.x < 0.2", "m: True, max_checks=5", None, ""),
+        ("pose.position.x < 0.1 and pose.orientation.z > -0.5", "True", Code.NRP320, "is always true: the"),
+        ("return pose.position.x < 0.1 and pose.orientation.z > -0.5",
+         "if pose.position.x < 3:\n        return True", None, ""),
         ("Odometry, lambda ud, m: m.pose.pose.position.x < 0.2", "Bool, lambda ud, m: m.data == 'on'",
          Code.NRP320, "compares a bool with a text: they are never equal"),
         ("Odometry, lambda ud, m: m.pose.pose.position.x < 0.2", "String, lambda ud, m: m.data != 1",
