@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from nrp_core.analysis.validate import validate_file
 from nrp_core.findings import Finding, Level
 
@@ -123,7 +125,7 @@ def more(t, camera, joints, states, screen, dc, ac, eye, left, right, rec, seen)
     ac.frequency = 0.001  # NRP248 0.04 periods in a run of 40 s; is it meant in kHz?
     ac.offset: 0.1  # NRP320 sets nothing: a value is assigned with '='
     if camera.value.width > seen.value:
-        eye.rate = 75.0  # NRP320 stays at 75 Hz once it was set
+        eye.rate = 75.0
     if left.rate == right.rate:  # NRP248 compares two measured numbers
         ac.amplitude = 0.1 * np.sin(2 * np.pi * 50 * t)  # NRP249 turns by 6.28 rad in a step
     recent = [one for _, one in rec.times if one > t - 0.1]  # NRP233 'rec.times' is in ms
@@ -140,6 +142,27 @@ def more(t, camera, joints, states, screen, dc, ac, eye, left, right, rec, seen)
 @nrp.Robot2Neuron()
 def tell(t, seen):
     seen.value = t
+"""
+WRONG_SOURCES = """\
+import math
+
+import numpy as np
+from sensor_msgs.msg import Image
+
+
+@nrp.MapRobotSubscriber("camera", Topic("/husky/camera", Image))
+@nrp.MapSpikeSource("dc", nrp.brain.sensors[1], nrp.dc_source)
+@nrp.MapSpikeSource("ac", nrp.brain.sensors[2], nrp.ac_source, phase=math.pi / 2)  # NRP297 half a turn is 180
+@nrp.MapSpikeSource("eye", nrp.brain.sensors[3], nrp.poisson)
+@nrp.MapSpikeSink("left", nrp.brain.actors[0], nrp.population_rate)
+@nrp.Robot2Neuron()
+def once(t, camera, dc, ac, eye, left):
+    found = nrp.tf_lib.detect_red(camera.value)
+    ac.amplitude = 2e-10  # NRP297 'amplitude' is in nA and is set to 2e-10 or a multiple
+    if left.rate > 50:
+        dc.amplitude = 0.5  # NRP320 stays at 0.5 nA once it was set
+    if 0.3 < found.left:
+        eye.rate = 75.0  # NRP320 stays at 75 Hz once it was set
 """
 RIGHT = """\
 import math
@@ -271,6 +294,47 @@ def more(t, camera, joints, screen, dc, ac, eye, late, left, rec, seen):
 def tell(t, seen):
     seen.value = t
 """
+RIGHT_SOURCES = """\
+import math
+
+import numpy as np
+from sensor_msgs.msg import Image
+
+
+@nrp.MapSpikeSource("dc", nrp.brain.sensors[0], nrp.dc_source)
+@nrp.MapSpikeSource("ac", nrp.brain.sensors[1], nrp.ac_source, phase=math.degrees(math.pi / 90))
+@nrp.MapSpikeSink("left", nrp.brain.actors[0], nrp.leaky_integrator_alpha)
+@nrp.MapVariable("first", initial_value=True)
+@nrp.Robot2Neuron()
+def latch(t, dc, ac, left, first):
+    ac.phase = math.degrees(math.pi / 2)
+    ac.phase = 0.05 * 180 / math.pi
+    ac.phase = left.voltage * 180 / math.pi
+    ac.phase = 90 * math.sin(2 * math.pi * t)
+    ac.offset = 1e6 * left.voltage * 1e-9
+    if first.value and left.voltage > 0.5:
+        dc.amplitude = 0.5
+        first.value = False
+
+
+@nrp.MapRobotSubscriber("camera", Topic("/husky/camera", Image))
+@nrp.MapSpikeSource("dc", nrp.brain.sensors[3], nrp.dc_source)
+@nrp.MapSpikeSource("ac", nrp.brain.actors[0], nrp.ac_source)
+@nrp.MapSpikeSource("eye", nrp.brain.sensors[4], nrp.poisson)
+@nrp.MapSpikeSource("late", nrp.brain.actors[1], nrp.poisson)
+@nrp.MapSpikeSink("left", nrp.brain.actors[0], nrp.population_rate)
+@nrp.Robot2Neuron()
+def begin(t, camera, dc, ac, eye, late, left):
+    if t > 2 * math.pi:
+        late.rate = 30.0
+    if camera.value is not None:
+        eye.rate = 20.0
+        image = np.frombuffer(camera.value.data, np.uint8)
+        dc.amplitude = 5e-9 * np.sum(image)
+    levels = np.array([0.0, 0.1, 0.2])
+    state = int(left.rate // 20)
+    ac.amplitude = levels[left.rate // 20] if left.rate // 20 < 2 else 0.1 * state
+"""
 
 
 def found_in(husky: Path, text: str) -> list[Finding]:
@@ -280,19 +344,21 @@ def found_in(husky: Path, text: str) -> list[Finding]:
     return [one for one in found if one.level is not Level.NOTE]
 
 
-def test_each_slip_is_reported_once_at_its_line(husky: Path) -> None:
-    found = found_in(husky, WRONG)
-    for line, text in enumerate(WRONG.splitlines(), start=1):
+@pytest.mark.parametrize("code", [WRONG, WRONG_SOURCES], ids=["all", "sources"])
+def test_each_slip_is_reported_once_at_its_line(husky: Path, code: str) -> None:
+    found = found_in(husky, code)
+    for line, text in enumerate(code.splitlines(), start=1):
         messages = [f"{one.code.name} {one.message}" for one in found if one.line == line]
         _, sign, wanted = text.partition("  # NRP")
         if not sign:
             assert messages == [], text
             continue
-        code, _, words = wanted.partition(" ")
+        number, _, words = wanted.partition(" ")
         assert len(messages) == 1, (text, messages)
-        assert messages[0].startswith(f"NRP{code} "), (text, messages)
+        assert messages[0].startswith(f"NRP{number} "), (text, messages)
         assert words in messages[0], (text, messages)
 
 
-def test_code_like_it_that_is_right_is_left_alone(husky: Path) -> None:
-    assert [str(one) for one in found_in(husky, RIGHT)] == []
+@pytest.mark.parametrize("code", [RIGHT, RIGHT_SOURCES], ids=["all", "sources"])
+def test_code_like_it_that_is_right_is_left_alone(husky: Path, code: str) -> None:
+    assert [str(one) for one in found_in(husky, code)] == []

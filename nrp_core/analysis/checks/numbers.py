@@ -193,24 +193,6 @@ def angles_are_converted_once(function: Examined) -> Iterator[Finding]:
                 yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
 
 
-@checks_function(Code.NRP320)
-def rates_are_divided_without_rounding(function: Examined) -> Iterator[Finding]:
-    """Look for ``//`` on rates and voltages, which rounds down to whole numbers."""
-    read = {
-        id(event.node)
-        for event in function.events
-        if isinstance(event, Read) and event.name in ("rate", "voltage") and isinstance(event.owner, Known)
-        if isinstance(event.owner.value, Device)
-    }
-    for node in own_nodes(function.declared.node.body):
-        match node:
-            case ast.BinOp(left, ast.FloorDiv(), _) if any(id(one) in read for one in ast.walk(left)):
-                message = (
-                    f"'{ast.unparse(node):.60}' rounds down to a whole number; a quotient is written '/'"
-                )
-                yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
-
-
 @checks_function(Code.NRP249)
 def messages_carry_radians(function: Examined) -> Iterator[Finding]:
     """Look for angles that are converted to degrees where a message takes them."""

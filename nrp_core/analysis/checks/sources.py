@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 import ast
+from collections import Counter
 from collections.abc import Iterator
+from math import tau
 from typing import Final
 
-from nrp_core.analysis.events import Write
+from nrp_core.analysis.events import Multiply, Read, Write
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.scopes import own_nodes
-from nrp_core.analysis.shapes import UNITS, Known
+from nrp_core.analysis.shapes import UNITS, Instance, Known, Number, Shape
 from nrp_core.analysis.study import Examined
 from nrp_core.clock import seconds
 from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.dsl.functions.mappings import MapSpikeSource
+from nrp_core.dsl.functions.variables import Variable
 from nrp_core.findings import Code, Finding, Level
 
 _CURRENTS: Final = ("amplitude", "offset", "mean", "stdev")
 _WEAKEST_NA: Final = 1e-6
 """A thousandth of a pA, which moves no cell."""
+_TIMES: Final = ("sec", "secs")
+"""Parts of the times in messages, which only grow."""
 _PERIODS: Final = 0.5
 """How much of its period a wave needs to be one."""
 
@@ -27,21 +32,22 @@ _PERIODS: Final = 0.5
 @checks_function(Code.NRP297)
 def currents_are_in_na(function: Examined) -> Iterator[Finding]:
     """Look for currents with a factor that turns nA into A, and for phases in radians."""
+    products = {id(event.node): event for event in function.events if isinstance(event, Multiply)}
     for event in function.events:
         match event:
-            case Write(node, Known(Device() | DeviceGroup()), name, True):
+            case Write(node, Known(Device() | DeviceGroup()), name, True, shape):
                 value = _assigned(function, node)
-                tiny = next((one for one in _factors(value) if 0 < abs(one) < _WEAKEST_NA), None)
-                if name in _CURRENTS and tiny is not None:
-                    message = f"'{name}' is in nA and is set to {tiny:g} or a multiple; is it meant in A?"
+                factor = abs(_factor(shape, products.get(id(value))))
+                if name in _CURRENTS and 0 < factor < _WEAKEST_NA:
+                    message = f"'{name}' is in nA and is set to {factor:g} or a multiple; is it meant in A?"
                     yield function.declared.finding(Code.NRP297, node, message, Level.WARNING)
-                elif name == "phase" and _has_pi(value):
+                elif name == "phase" and isinstance(shape, Known) and _is_in_radians(shape.value, value):
                     yield function.declared.finding(Code.NRP297, node, _DEGREES, Level.WARNING)
     for name, mapping in function.function.mappings.items():
         decorator = function.declared.nodes.get(name)
         given = decorator.keywords if isinstance(decorator, ast.Call) else []
         if isinstance(mapping, MapSpikeSource) and any(
-            one.arg == "phase" and _has_pi(one.value) for one in given
+            one.arg == "phase" and _is_in_radians(mapping.options.get("phase"), one.value) for one in given
         ):
             yield function.declared.finding(Code.NRP297, decorator, _DEGREES, Level.WARNING)
 
@@ -65,37 +71,59 @@ def waves_have_periods(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP320)
+def currents_are_not_rounded(function: Examined) -> Iterator[Finding]:
+    """Look for currents that are set to a rate or voltage divided with ``//``."""
+    read = {id(node) for node, owner in _levels(function) if isinstance(owner, Known)}
+    for event in function.events:
+        match event:
+            case Write(node, Known(Device() | DeviceGroup()), name, True) if name in _CURRENTS:
+                value = _assigned(function, node)
+                if not isinstance(value, ast.BinOp) or not isinstance(value.op, ast.FloorDiv):
+                    continue
+                if any(id(one) in read for one in ast.walk(value.left)):
+                    text = ast.unparse(value)
+                    message = f"'{text:.60}' rounds down to a whole number; a quotient is written '/'"
+                    yield function.declared.finding(Code.NRP320, value, message, Level.WARNING)
+
+
+@checks_function(Code.NRP320)
 def sources_are_switched_off(function: Examined) -> Iterator[Finding]:
-    """Look for sources that are only ever set to one number, where something was seen, and so keep it."""
-    conditional = {
+    """Look for sources that are only ever set to one number, where a level was passed, and so keep it."""
+    if any(isinstance(one, Variable) for one in function.adapters.values()):
+        return  # the function may remember that it set them, and they stay on purpose
+    nodes = list(ast.walk(function.declared.node))
+    uses = Counter(one.id for one in nodes if isinstance(one, ast.Name))
+    read = {id(node) for node, _ in _levels(function)}
+    tests = {
         id(node): choice.test
         for choice in own_nodes(function.declared.node.body)
         if isinstance(choice, ast.If)
-        for node in own_nodes([*choice.body, *choice.orelse])
+        for node in own_nodes(choice.body)
     }
-    writes = [
-        (event.owner.value, event)
-        for event in function.events
-        if isinstance(event, Write) and event.exists and event.name in UNITS
-        if isinstance(event.owner, Known) and isinstance(event.owner.value, Device | DeviceGroup)
-    ]
-    for source, event in writes:
-        alike = [one for owner, one in writes if owner is source and one.name == event.name]
-        test = conditional.get(id(event.node))
-        match event.value:
-            case Known(int() | float() as value) if value and len(alike) == 1 and test is not None:
-                if any(_is_read(one) for one in ast.walk(test)):
-                    unit = UNITS[event.name]
-                    message = (
-                        f"'{event.name}' stays at {value:g} {unit} once it was set: nothing sets it to "
-                        f"another value; write {value:g} if {ast.unparse(test):.40} else 0"
-                    )
-                    yield function.declared.finding(Code.NRP320, event.node, message, Level.WARNING)
+    for event in function.events:
+        if not isinstance(event, Write) or event.name not in UNITS:
+            continue
+        match event, tests.get(id(event.node)):
+            case (
+                Write(ast.Attribute(ast.Name(source)) as node, Known(Device() | DeviceGroup()), name, True,
+                      Known(int() | float() as value)),
+                ast.Compare(one, [ast.Lt() | ast.LtE() | ast.Gt() | ast.GtE()], [other]) as test,
+            ) if value and uses[source] == 1 and read & {id(one), id(other)}:  # fmt: skip
+                message = (
+                    f"'{name}' stays at {value:g} {UNITS[name]} once it was set: nothing sets it to another "
+                    f"value; write {value:g} if {ast.unparse(test):.40} else 0"
+                )
+                yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
 
 
-def _is_read(node: ast.AST) -> bool:
-    """Return whether a part of a condition is about something that changes and changes back, unlike time."""
-    return isinstance(node, ast.Attribute | ast.Call | ast.Subscript)
+def _levels(function: Examined) -> Iterator[tuple[ast.expr, Shape]]:
+    """Yield the reads of rates, voltages and parts of messages, which rise and fall, and their owners."""
+    for event in function.events:
+        match event:
+            case Read(node, Known(Device()) as owner, "rate" | "voltage", True):
+                yield node, owner
+            case Read(node, Instance() as owner, name, True) if name not in _TIMES:
+                yield node, owner
 
 
 def _assigned(function: Examined, target: ast.expr) -> ast.expr | None:
@@ -106,15 +134,30 @@ def _assigned(function: Examined, target: ast.expr) -> ast.expr | None:
     return None
 
 
-def _factors(value: ast.expr | None) -> Iterator[float]:
-    """Yield the numbers by which a product is multiplied."""
+def _factor(value: Shape, product: Multiply | None) -> float:
+    """Return a constant, or that by which something measured in a known unit is multiplied; otherwise 0."""
+    if isinstance(value, Known) and isinstance(value.value, int | float):
+        return value.value
+    match product:
+        case (
+            Multiply(ast.BinOp(ast.Attribute()), Number(unit), Known(int() | float() as number))
+            | Multiply(ast.BinOp(_, _, ast.Attribute()), Known(int() | float() as number), Number(unit))
+        ) if unit:  # fmt: skip
+            return number
+    return 0.0
+
+
+def _is_in_radians(phase: object, written: ast.expr | None) -> bool:
+    """Return whether a phase of at most a turn in radians is a multiple of pi."""
+    return isinstance(phase, int | float) and abs(phase) <= tau and _powers_of_pi(written) > 0
+
+
+def _powers_of_pi(value: ast.expr | None) -> int:
     match value:
-        case ast.Constant(int() | float() as number):
-            yield number
+        case ast.UnaryOp(operand=operand):
+            return _powers_of_pi(operand)
         case ast.BinOp(left, ast.Mult(), right):
-            yield from (*_factors(left), *_factors(right))
-
-
-def _has_pi(value: ast.expr | None) -> bool:
-    parts = () if value is None else ast.walk(value)
-    return any(getattr(one, "attr", getattr(one, "id", "")) == "pi" for one in parts)
+            return _powers_of_pi(left) + _powers_of_pi(right)
+        case ast.BinOp(left, ast.Div(), right):
+            return _powers_of_pi(left) - _powers_of_pi(right)
+    return getattr(value, "attr", getattr(value, "id", "")) == "pi"
