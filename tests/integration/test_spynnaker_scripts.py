@@ -352,12 +352,22 @@ def test_what_has_no_equivalent_is_refused_by_name(tmp_path: Path, line: str, ex
             "cannot receive spikes at UDP port",
         ),
         ("p.Population(9, cell, label='x', neurons_per_core=300); p.run(1)", "neurons_per_core is 300"),
+        ("p.Population(1, p.external_devices.SpikeInjector(virtual_kei=1))", "did you mean 'virtual_key'"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_named_with_its_line(tmp_path: Path, line: str, expected: str) -> None:
     error = refused(tmp_path, line)
     assert isinstance(error, NetworkError)
     assert expected in str(error)
+
+
+@pytest.mark.parametrize(
+    ("given", "ports"), [("database_notify_port_num=19997", [19997]), ("notify=False", []), ("", [19999])]
+)
+def test_an_injector_names_the_port_of_its_program(tmp_path: Path, given: str, ports: list[int]) -> None:
+    made = f"p.Population(1, p.external_devices.SpikeInjector({given}))"
+    script = run(tmp_path, f"{HEAD}injector = {made}\nports = injector.celltype.hub.ports\n")
+    assert script.ports == ports
 
 
 def test_such_a_script_is_a_brain_of_an_experiment_too(tmp_path: Path) -> None:

@@ -81,8 +81,13 @@ def spike_injector(array: Any) -> type:
         array: the class of PyNN's ``SpikeSourceArray``.
     """
 
-    def begin(self: Any, *_: Any, **settings: Any) -> None:
+    def begin(
+        self: Any, notify: bool = True, database_notify_host: str | None = None,
+        database_notify_port_num: int | None = None, database_ack_port_num: int | None = None,  # noqa: ARG001
+        **settings: Any,
+    ) -> None:  # fmt: skip
         array.__init__(self, spike_times=Sequence([]))
+        self.program = (database_notify_port_num, database_notify_host) if notify else None
         self.settings = settings
 
     doc = "Source cells that emit the spikes which a live connection sends."

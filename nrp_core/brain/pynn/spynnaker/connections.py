@@ -148,7 +148,6 @@ class Hub:
         """
         label = population.label
         self.injectors[label] = population
-        self.notify()
         if port is None:
             return
         owner, key = f"population '{label}'", 0 if virtual_key is None else virtual_key

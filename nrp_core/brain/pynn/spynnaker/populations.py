@@ -35,14 +35,16 @@ class Population(populations.Population):
         size = int(size) if isinstance(size, (float, np.floating)) and float(size).is_integer() else size
         state = {**getattr(cellclass, "given_state", {}), **(initial_values or {})}
         super().__init__(size, cellclass, cellparams, structure, state, label)
-        owner, given = f"population '{self.label}'", {**(additional_parameters or {}), **settings}
+        own = getattr(cellclass, "settings", {})
+        owner, given = f"population '{self.label}'", {**own, **(additional_parameters or {}), **settings}
         defaults = self._simulator.state.hints_by_cell.get(type(cellclass), {})
         self.hints = {**defaults, **hints_of(owner, given)}
         if constraints:
             self._place()
         if hasattr(cellclass, "hub"):
-            address = [given.pop(name, cellclass.settings.get(name)) for name in ("port", "virtual_key")]
-            cellclass.hub.inject_into(self, *address)
+            cellclass.hub.inject_into(self, given.pop("port", None), given.pop("virtual_key", None))
+            if cellclass.program is not None:
+                cellclass.hub.notify(*cellclass.program)
         for text in remarks_on(owner, given):
             self._simulator.state.remark(text)
 
