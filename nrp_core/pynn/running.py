@@ -154,8 +154,7 @@ class RunningState(State):
         """Run the network to ``t_ms``; set currents on the way."""
         if not isfinite(t_ms):
             raise NetworkError(f"run: the time must be finite, not {t_ms:g} ms")
-        if self.brain is None and self.t > 0:
-            raise LifecycleError("run: end() has released the network; call setup() to start again")
+        self._require_network()
         brain = self.brain or self._open()
         until_ns = from_milliseconds(t_ms)
         self._update_currents(brain.now_ns)
@@ -164,6 +163,10 @@ class RunningState(State):
             brain.run_until(stop_ns)
             self._update_currents(stop_ns)
         self.t = t_ms
+
+    def _require_network(self) -> None:
+        if self.brain is None and self.t > 0:
+            raise LifecycleError("run: end() has released the network; call setup() to start again")
 
     def _open(self) -> Brain:
         backend = brains().load(self._backend)

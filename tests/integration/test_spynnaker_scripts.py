@@ -14,7 +14,7 @@ from nrp_brain_spinnaker import SpinnakerOptions
 
 from nrp_core import load_network, save_network
 from nrp_core.brain.files.network_file import read_network
-from nrp_core.errors import CapabilityError, NetworkError, NrpError
+from nrp_core.errors import CapabilityError, LifecycleError, NetworkError, NrpError
 from nrp_core.pynn.spynnaker import run_script
 
 HEAD = "import pyNN.spiNNaker as p\np.setup(timestep=1.0, min_delay=1.0, n_chips_required=1)\n"
@@ -329,6 +329,14 @@ def test_what_has_no_equivalent_is_refused_by_name(tmp_path: Path, line: str, ex
     error = refused(tmp_path, line)
     assert isinstance(error, CapabilityError)
     assert expected in str(error)
+
+
+def test_a_network_that_has_ended_does_not_run_again_from_the_start(tmp_path: Path) -> None:
+    lines = "x = p.Population(1, cell); p.external_devices.activate_live_output_for(x); p.run(1); p.end(); "
+    for run_again in ("p.run(1)", "p.run(None)"):
+        error = refused(tmp_path, lines + run_again)
+        assert isinstance(error, LifecycleError)
+        assert "end() has released the network" in str(error)
 
 
 @pytest.mark.parametrize(

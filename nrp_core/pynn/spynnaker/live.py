@@ -146,6 +146,7 @@ class LiveState(RunningState):
         return brain
 
     def _begin(self, until_ms: float) -> None:
+        self._require_network()
         self.hub.require_labels()
         if self.brain is None:
             self._open()
