@@ -8,12 +8,15 @@ import struct
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from threading import Thread
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from nrp_core.brain.pynn.spynnaker.connections import Hub, LiveInput
 from nrp_core.errors import NetworkError
 from nrp_core.pynn.spynnaker import programs, run_script
+from nrp_core.pynn.spynnaker.udp import Sockets
 
 NETWORK = """
 import pyNN.spiNNaker as p
@@ -22,6 +25,7 @@ keys = {{"virtual_key": {key}, "port": {injected}}} if {injected} else {{}}
 injector = p.Population(3, p.external_devices.SpikeInjector(), label="injector", additional_parameters=keys)
 others, cells = (p.Population(3, p.IF_curr_exp(tau_refrac=500.0), label=each) for each in ("others", "cells"))
 p.Projection(injector, cells, p.OneToOneConnector(), p.StaticSynapse(weight=60.0, delay=2.0))
+{more}
 for heard in {heard}:
     p.external_devices.activate_live_output_for(heard, database_notify_port_num={port})
 injector.record("spikes")
@@ -94,7 +98,14 @@ def run(tmp_path: Path) -> Callable[..., Any]:
     """Run the network with some settings, and return its script."""
 
     def run(port: int, **settings: Any) -> Any:
-        defaults = {"heard": "(others, cells)", "runs": 1, "time_ms": 60, "key": 0, "injected": None}
+        defaults = {
+            "heard": "(others, cells)",
+            "runs": 1,
+            "time_ms": 60,
+            "key": 0,
+            "injected": None,
+            "more": "",
+        }
         (tmp_path / "script.py").write_text(NETWORK.format(port=port, **{**defaults, **settings}))
         return run_script(tmp_path / "script.py")
 
@@ -134,6 +145,48 @@ def test_a_program_that_does_not_confirm_is_named(
     monkeypatch.setattr(programs, "_PATIENCE_S", 0.1)
     with pytest.raises(NetworkError, match=rf"the program at UDP port {program.port} has not confirmed"):
         run(program.port)
+
+
+@pytest.mark.parametrize("event", ["start", "receive"])
+def test_it_is_told_that_the_run_has_stopped_if_a_callback_raises(
+    program: Program, run: Callable[..., Any], event: str
+) -> None:
+    fails = f"""
+live = p.external_devices.SpynnakerLiveSpikesConnection(["cells"], ["injector"], local_port=1)
+live.add_{event}_callback("cells", lambda *_: [][0])
+live.add_start_resume_callback("injector", lambda label, sender: sender.send_spike(label, 0))
+"""
+
+    def confirm() -> None:
+        _, toolchain = program.notified.recvfrom(999)
+        program.notified.sendto(struct.pack("<H", COMMAND["database"]), toolchain)
+        program.commands += [int.from_bytes(program.notified.recv(999)[:2], "little") for _ in range(2)]
+
+    thread = Thread(target=confirm, daemon=True)
+    program.notified.settimeout(5.0)
+    thread.start()
+    with pytest.raises(IndexError):
+        run(program.port, more=fails)
+    thread.join(PATIENCE_S)
+    assert program.commands == [COMMAND["begins"], COMMAND["stopped"]]
+
+
+def test_a_port_is_given_back_if_the_database_cannot_be_written(
+    program: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(**_: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    port = program.port
+    program.close()
+    cells = SimpleNamespace(size=3)
+    hub = Hub(injectors={"injector": cells}, inputs={"injector": LiveInput(port, 0)}, notified={port})
+    monkeypatch.setattr(programs, "TemporaryDirectory", full)
+    with pytest.raises(OSError, match="No space") as raised:
+        Sockets(hub)
+    assert raised.tb  # the frames keep the sockets, which would be closed with them
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", port))
 
 
 def test_keys_that_two_populations_have_are_refused(program: Program, run: Callable[..., Any]) -> None:

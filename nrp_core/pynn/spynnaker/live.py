@@ -8,6 +8,8 @@ over UDP keeps to the real time.
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from threading import Event, Thread, current_thread
 from typing import Any
@@ -87,21 +89,23 @@ class LiveState(RunningState):
         if not self.hub.is_used and not self.hub.ports:
             super().run_until(t_ms)
             return
-        self._begin(t_ms)
-        assert self._sockets is not None
-        if not self.hub.is_used and not self._sockets.has_programs:
-            super().run_until(t_ms)
-            return
-        self._step_until(t_ms, _Pace(self.t) if self._sockets.listens else None)
-        self._end()
+        with self._stopping_programs_on_failure():
+            self._begin(t_ms)
+            assert self._sockets is not None
+            if not self.hub.is_used and not self._sockets.has_programs:
+                super().run_until(t_ms)
+                return
+            self._step_until(t_ms, _Pace(self.t) if self._sockets.listens else None)
+            self._end()
 
     def run_forever(self) -> None:
         """Run in real time in a thread of its own until :meth:`stop`; return when it has begun."""
         if self._forever is not None:
             raise LifecycleError("run_forever: the network runs already")
         self._stop.clear()
-        self._begin(float("inf"))
-        self._step_until(self.t + self.dt)
+        with self._stopping_programs_on_failure():
+            self._begin(float("inf"))
+            self._step_until(self.t + self.dt)
         self._forever = Thread(target=self._run_in_real_time, name="run_forever", daemon=True)
         self._forever.start()
 
@@ -129,11 +133,12 @@ class LiveState(RunningState):
 
     def _run_in_real_time(self) -> None:
         try:
-            pace = _Pace(self.t)
-            while not self._stop.is_set():
-                self._step_until(self.t + self.dt)
-                self._stop.wait(pace.ahead_s(self.t))
-            self._end()
+            with self._stopping_programs_on_failure():
+                pace = _Pace(self.t)
+                while not self._stop.is_set():
+                    self._step_until(self.t + self.dt)
+                    self._stop.wait(pace.ahead_s(self.t))
+                self._end()
         except BaseException as error:  # noqa: BLE001 - raised in the thread of the script
             self._failure = error
 
@@ -167,6 +172,15 @@ class LiveState(RunningState):
         self._call("pause_stop")
         assert self._sockets is not None
         self._sockets.end()
+
+    @contextmanager
+    def _stopping_programs_on_failure(self) -> Iterator[None]:
+        try:
+            yield
+        except BaseException:  # an interrupt too: the programs would wait for more spikes
+            if self._sockets is not None:
+                self._sockets.end()
+            raise
 
     def _call(self, event: str) -> None:
         """Call callbacks, each in a thread of its own, in which it may sleep."""

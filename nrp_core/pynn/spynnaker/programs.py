@@ -41,9 +41,14 @@ class Programs:
         self, ports: list[int], keys: Mapping[str, range], sent: list[str], heard: list[str]
     ) -> None:
         self._ports, self._keys, self._sent, self._heard = ports, keys, sent, heard
-        self._folder = TemporaryDirectory(prefix="nrp-")
         self._board = Board()
+        try:
+            self._folder = TemporaryDirectory(prefix="nrp-")
+        except BaseException:
+            self._board.close()
+            raise
         self._connections: list[socket.socket] = []
+        self._have_begun = False
 
     @property
     def are_there(self) -> bool:
@@ -64,12 +69,13 @@ class Programs:
         )
         for port in self._ports:
             connection = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+            self._connections.append(connection)
             connection.connect(("127.0.0.1", port))
             connection.send(_DATABASE + str(path).encode())
-            self._connections.append(connection)
         until = time.monotonic() + _PATIENCE_S
         for connection in list(self._connections):
             self._wait_for(connection, until)
+        self._have_begun = True
         self._tell(_BEGINS)
 
     def _wait_for(self, connection: socket.socket, until_s: float) -> None:
@@ -101,8 +107,10 @@ class Programs:
         self._board.send(packet)
 
     def end(self) -> None:
-        """Tell the programs that the run has stopped."""
-        self._tell(_STOPPED)
+        """Tell the programs that the run has stopped, if it has begun."""
+        if self._have_begun:
+            self._have_begun = False
+            self._tell(_STOPPED)
 
     def close(self) -> None:
         """End the connections."""

@@ -45,7 +45,7 @@ class Sockets:
                 self._sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
             if hub.ports:
                 self._programs = Programs(hub.ports, self._keys, list(hub.heard), list(hub.injectors))
-        except NetworkError:
+        except BaseException:
             self.close()
             raise
 
