@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from nrp_core.brain.pynn.spynnaker.connections import Hub, LiveInput
+from nrp_core.brain.pynn.spynnaker.connections import KEY_32_BIT, Hub, LiveInput, LiveOutput
 from nrp_core.errors import NetworkError
 from nrp_core.pynn.spynnaker import programs, run_script
 from nrp_core.pynn.spynnaker.udp import Sockets
@@ -187,6 +187,14 @@ def test_a_port_is_given_back_if_the_database_cannot_be_written(
     assert raised.tb  # the frames keep the sockets, which would be closed with them
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", port))
+
+
+def test_a_population_of_many_cells_has_keys_of_its_own(program: Program) -> None:
+    heard = {"many": SimpleNamespace(size=70_000), "cells": SimpleNamespace(size=3)}
+    sockets = Sockets(Hub(heard=heard, outputs={"cells": LiveOutput("localhost", program.port, KEY_32_BIT)}))
+    sockets.send("cells", 7, [1])
+    sockets.close()
+    assert program.notified.recv(999)[-4:] == struct.pack("<I", 0x20001)
 
 
 def test_keys_that_two_populations_have_are_refused(program: Program, run: Callable[..., Any]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import socket
 from collections.abc import Sequence
+from math import ceil
 from typing import Final
 
 from nrp_core.brain.pynn.spynnaker.connections import Hub, LiveOutput
@@ -14,8 +15,8 @@ from nrp_core.pynn.spynnaker.programs import Programs
 
 _logger = logging.getLogger(__name__)
 _LARGEST: Final = 65536
-KEYS_OF_A_POPULATION: Final = 1 << 16
-"""The distance between the first keys of populations with live output, in the order in which they have it."""
+_KEYS_OF_A_POPULATION: Final = 1 << 16
+"""Populations with live output have multiples of so many keys, in the order in which they have it."""
 
 
 class Sockets:
@@ -132,9 +133,12 @@ class Sockets:
 def _keys_of(hub: Hub) -> dict[str, range]:
     """Return the keys of the cells of all populations with live output, and of injectors."""
     keys: dict[str, range] = {}
-    for k, (label, population) in enumerate({**hub.heard, **hub.injectors}.items()):
-        first = hub.inputs[label].key if label in hub.inputs else k * KEYS_OF_A_POPULATION
-        keys[label] = range(first, first + int(population.size))
+    free = 0
+    for label, population in {**hub.heard, **hub.injectors}.items():
+        size = int(population.size)
+        first = hub.inputs[label].key if label in hub.inputs else free
+        free += ceil(size / _KEYS_OF_A_POPULATION) * _KEYS_OF_A_POPULATION
+        keys[label] = range(first, first + size)
         for other in hub.heard if label in hub.heard else ():
             both = keys.get(other, range(0))
             if other != label and max(first, both.start) < min(keys[label].stop, both.stop):
