@@ -11,6 +11,7 @@ from nrp_core._support.jit import inlined, jit
 from nrp_core._support.memory import address_at, call, integer_at, number_at, put_number
 from nrp_core.world.engine_kit.firm_kinds import FREE
 from nrp_core.world.engine_kit.firm_paths import advance, turn_from, velocities_to
+from nrp_world_mujoco.library import mujoco
 
 _FIELDS = [
     ("axis", np.int64),  # of a ball joint, each coordinate of which is led; else -1
@@ -26,8 +27,17 @@ LED: Final = np.dtype((np.record, _FIELDS))
 AMPLE = 0.5
 """The share of MuJoCo's memory that a step may take for the next one to be compiled: there MuJoCo's errors
 end the process, and the only one that a step has is a lack of memory."""
+_OF_JOINT: Final = int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)
 _INTEGER, _NUMBER = 4, 8
 """Sizes of an int and a double, bytes."""
+
+
+@inlined
+def is_of(dof: int, row: int, state: IntArray) -> bool:
+    """Return whether a row is the dry friction of a degree of freedom; that of tendons has numbers too."""
+    numbers, kinds = address_at(state[2]), address_at(state[6])
+    of_joint: bool = integer_at(kinds + _INTEGER * row) == _OF_JOINT
+    return of_joint and integer_at(numbers + _INTEGER * row) == dof
 
 
 @inlined
@@ -36,12 +46,12 @@ def row_of(joint: Any, state: IntArray) -> int:
 
     It changes with the other constraints: those of bodies that sleep are left out.
     """
-    first, count, dofs = integer_at(state[0]), integer_at(state[1]), address_at(state[2])
+    first, count = integer_at(state[0]), integer_at(state[1])
     row: int = first + joint.row
-    if joint.row < count and integer_at(dofs + _INTEGER * row) == joint.dof:
+    if joint.row < count and is_of(joint.dof, row, state):
         return row
     for row in range(first, first + count):
-        if integer_at(dofs + _INTEGER * row) == joint.dof:
+        if is_of(joint.dof, row, state):
             joint.row = row - first
             return row
     return -1
@@ -126,7 +136,7 @@ def take_steps(
         The number of steps that were not taken, and whether any path has not arrived.
     """
     first_half, second_half, model, data = calls
-    while steps and address_at(state[6]) < AMPLE * address_at(state[7]):
+    while steps and address_at(state[7]) < AMPLE * address_at(state[8]):
         call(first_half, model, data)
         moving = lead(moving, times_s, state, joints, orientations, paths)
         call(second_half, model, data)

@@ -15,9 +15,9 @@ import numpy as np
 from nrp_core._support.arrays import IntArray
 from nrp_world_mujoco.library import note, structures
 
-ARRAYS: Final = ("efc_id", "efc_KBIP", "efc_aref", "efc_force")
+ARRAYS: Final = ("efc_id", "efc_KBIP", "efc_aref", "efc_force", "efc_type")
 """Of each constraint what it constrains; its stiffness, damping and impedance, 4 numbers; its reference
-acceleration; its force."""
+acceleration; its force; its kind."""
 FIELDS: Final = ("ne", "nf", *ARRAYS, "maxuse_arena", "narena")
 """The numbers of equality constraints, which come first, and of those of dry friction, which are next; the
 arrays; the largest part of MuJoCo's memory that was in use, and all of it, bytes."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
+from dataclasses import replace
 from math import sin
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from chains import LINKS, chain, command
-from jointed import HANGING, axis, joint, read, told
+from jointed import HANGING, axis, joint, link, read, told
 
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import jit
@@ -23,6 +24,7 @@ from nrp_core.world.fitting import Fitting, JointControl, fitted
 from nrp_core.world.messages.geometry_msgs import Quaternion
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.rigid.pose import rotation_by
+from nrp_core.world.scene.acting import JointController
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sdf import read_model
 from nrp_core.world.world import World
@@ -134,6 +136,26 @@ def test_the_constraint_of_a_joint_is_found_wherever_it_stands() -> None:
             positions += swing(world, range(step, step + 1))
         assert positions == expected
         assert rows.tolist() == list(range(LINKS))
+
+
+def test_the_constraint_of_a_tendon_is_not_that_of_the_joint_with_its_number(tmp_path: Path) -> None:
+    """After j0 is released, that of the tendon 1 stands where that of the degree of freedom 1 stood."""
+    cords = "".join(
+        f'<mujoco:fixed name="t{n}" frictionloss="{n}"><mujoco:joint joint="j0" coef="1"/></mujoco:fixed>'
+        for n in (0, 1)
+    )
+    file = link("bob") + f'<mujoco:tendon xmlns:mujoco="urn:mujoco">{cords}</mujoco:tendon>'
+    free = JointController("j0", "effort", "/chain/j0/effort")
+    arm = chain(links=2)
+    arm = replace(arm, controllers=(*arm.controllers, free), native=read(tmp_path, file).native)
+    with opened(arm) as world:
+        for number in range(2):
+            command(world, 0.1, joint=f"j{number}")
+        world.run_until(100_000_000)
+        command(world, 0.0, kind="effort")
+        command(world, 0.3, joint="j1")
+        world.run_until(600_000_000)
+        assert world.joint_states("chain").positions[1] == pytest.approx(0.3, abs=1e-3)
 
 
 def test_the_solver_begins_with_the_motion_that_is_wanted_and_ends_after_one_iteration() -> None:
