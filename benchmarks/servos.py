@@ -33,7 +33,7 @@ from nrp_core.world.engine_kit.firm_servo import firm_joints
 from nrp_core.world.fitting import Fitting, JointControl, commandable, fitted
 from nrp_core.world.messages.std_msgs import Float64, Float64MultiArray
 from nrp_core.world.render.optics import optics_of
-from nrp_core.world.rigid.motion import JointAim
+from nrp_core.world.rigid.motion import JointAim, JointTargets
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.acting import GroupController
 from nrp_core.world.scene.model import Model, Scene
@@ -120,7 +120,7 @@ def raw_mujoco(model: Model, servo: str) -> Iterator[Step]:
         if servo == "own":
             data.ctrl[ids] = [KP * goal for goal in goals(k)]
         if servo == "same":
-            firm.retarget(model.name, names, goals(k), (), smooth=True)
+            firm.retarget(model.name, JointTargets(names, goals(k), (), smooth=True))
             firm.step(SUBSTEPS)
         else:
             mujoco.mj_step(m, data, SUBSTEPS)
@@ -160,7 +160,7 @@ def raw_pybullet(model: Model, servo: str) -> Iterator[Step]:
                 body, links, mode, targetPositions=goals(k), physicsClientId=client
             )
         if servo == "same":
-            firm.retarget(model.name, names, goals(k), (), smooth=True)
+            firm.retarget(model.name, JointTargets(names, goals(k), (), smooth=True))
         for _ in range(SUBSTEPS):
             if servo == "same":
                 firm.step()

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC
-from collections.abc import Sequence
 from typing import final
 
 from nrp_core.errors import CapabilityError
 from nrp_core.findings.refusals import JOINT_CONTROL, refusal
-from nrp_core.world.rigid.motion import JointAim
+from nrp_core.world.rigid.motion import JointAim, JointTargets
 from nrp_core.world.rigid.pose import Quaternion
 
 
@@ -30,25 +29,14 @@ class JointCommands(ABC):
         """Lead a ball joint with a controller to an orientation of its child, or release it."""
         self._do_set_ball_aim(model, joint, orientation)
 
-    def retarget(
-        self,
-        model: str,
-        joints: tuple[str, ...],
-        targets: Sequence[float],
-        rates: Sequence[float],
-        *,
-        smooth: bool,
-    ) -> bool:
+    def retarget(self, model: str, targets: JointTargets) -> bool:
         """Change the targets of firm joints at once, if the engine can, and return whether it did.
 
         It is faster than as many calls of :meth:`set_joint_aim`, which gave the joints their present targets.
 
         Args:
             model: the model.
-            joints: the joints.
-            targets: positions or velocities, as before.
-            rates: the rates of change of positions; none for 0.
-            smooth: whether the targets are approached smoothly, see :class:`~.rigid.motion.JointAim`.
+            targets: its joints, and their targets.
         """
         return False
 

@@ -18,7 +18,7 @@ from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf
 from nrp_core.world.render.cameras import Cameras
 from nrp_core.world.render.optics import optics_of
-from nrp_core.world.rigid.motion import BodyPath, JointStates, ReadFrames
+from nrp_core.world.rigid.motion import BodyPath, JointStates, JointTargets, ReadFrames
 from nrp_core.world.rigid.pose import Pose, Quaternion
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Scene
@@ -115,16 +115,8 @@ class MujocoEngine(JointedEngine):
         base = Floating(self._model, self._data, ident)
         return Drive(self._data, servo, base, actuators, seconds(self.capabilities.step_ns))
 
-    def retarget(
-        self,
-        model: str,
-        joints: tuple[str, ...],
-        targets: Sequence[float],
-        rates: Sequence[float],
-        *,
-        smooth: bool,
-    ) -> bool:
-        return self._control.firm.retarget(model, joints, targets, rates, smooth=smooth)
+    def retarget(self, model: str, targets: JointTargets) -> bool:
+        return self._control.firm.retarget(model, targets)
 
     def _do_joint_states(self, model: str) -> JointStates:
         states = super()._do_joint_states(model)

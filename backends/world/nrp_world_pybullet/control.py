@@ -13,7 +13,7 @@ from nrp_core.world.engine_kit.decay import Decay
 from nrp_core.world.engine_kit.firm_joints import JointPath
 from nrp_core.world.engine_kit.firm_servo import firm_joints
 from nrp_core.world.engine_kit.joint_servo import ExplicitServos, servoed_joints
-from nrp_core.world.rigid.motion import BodyPath, JointAim, JointStates, Touch, Wrench
+from nrp_core.world.rigid.motion import BodyPath, JointAim, JointStates, JointTargets, Touch, Wrench
 from nrp_core.world.rigid.pose import Pose, Quaternion, Vector
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Model, Scene
@@ -197,18 +197,10 @@ class Control:
             tree.damp(number, orientation is None)
         self._firm_by_path[model, f"{joint}_x"].orient(model, joint, orientation)
 
-    def retarget(
-        self,
-        model: str,
-        joints: tuple[str, ...],
-        targets: Sequence[float],
-        rates: Sequence[float],
-        *,
-        smooth: bool,
-    ) -> bool:
+    def retarget(self, model: str, targets: JointTargets) -> bool:
         """Change the targets of firm joints of one multi-body, if all have one; return whether they have."""
-        firm = self._firm_by_path.get((model, joints[0]))
-        return firm is not None and firm.retarget(model, joints, targets, rates, smooth=smooth)
+        firm = self._firm_by_path.get((model, targets.joints[0]))
+        return firm is not None and firm.retarget(model, targets)
 
     def set_effort(self, model: str, joint: str, effort: float) -> None:
         """Apply an effort to a joint."""

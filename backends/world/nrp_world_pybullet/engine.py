@@ -14,7 +14,7 @@ from nrp_core.errors import DivergedError
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf
 from nrp_core.world.render.cameras import Cameras
-from nrp_core.world.rigid.motion import BodyPath, JointStates, ReadFrames
+from nrp_core.world.rigid.motion import BodyPath, JointStates, JointTargets, ReadFrames
 from nrp_core.world.rigid.pose import Pose, Quaternion, Vector
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.merged_bodies import Body
@@ -110,16 +110,8 @@ class PybulletEngine(JointedEngine):
     def _do_frames(self, paths: Sequence[BodyPath]) -> ReadFrames:
         return frame_reader(self._built, self._client, paths)
 
-    def retarget(
-        self,
-        model: str,
-        joints: tuple[str, ...],
-        targets: Sequence[float],
-        rates: Sequence[float],
-        *,
-        smooth: bool,
-    ) -> bool:
-        return self._control.retarget(model, joints, targets, rates, smooth=smooth)
+    def retarget(self, model: str, targets: JointTargets) -> bool:
+        return self._control.retarget(model, targets)
 
     def _do_joint_states(self, model: str) -> JointStates:
         states = super()._do_joint_states(model)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from nrp_core.world.controllers.joint import ControllerPart, Target
 from nrp_core.world.engine import Engine
+from nrp_core.world.rigid.motion import JointTargets
 
 
 class LedTogether:
@@ -76,7 +77,7 @@ class LedTogether:
             beyond = [number for number, value in enumerate(values) if kept[number] != value]
             if rates or not all(self._parts[number].has_reported(self._topic) for number in beyond):
                 return False
-        if not self._engine.retarget(self._model, self._joints, kept, rates, smooth=smooth):
+        if not self._engine.retarget(self._model, JointTargets(self._joints, kept, rates, smooth)):
             return False
         self._values, self._rates, self._smooth = kept, rates, smooth
         return True

@@ -11,7 +11,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.world.engine_kit.firm_kinds import FREE
 from nrp_core.world.engine_kit.firm_servo import FirmJoint, FirmServos
-from nrp_core.world.rigid.motion import JointAim, JointStates
+from nrp_core.world.rigid.motion import JointAim, JointStates, JointTargets
 from nrp_core.world.rigid.pose import Quaternion
 
 JointPath = tuple[str, str]
@@ -70,23 +70,15 @@ class FirmJoints(ABC):
             self.orientations[numbers] = orientation
             self.servos.forget(numbers)
 
-    def retarget(
-        self,
-        model: str,
-        joints: tuple[str, ...],
-        targets: Sequence[float],
-        rates: Sequence[float],
-        *,
-        smooth: bool,
-    ) -> bool:
+    def retarget(self, model: str, targets: JointTargets) -> bool:
         """Change the targets of joints of a model, if all have one; return whether they have."""
-        places = model, joints
+        places = model, targets.joints
         if places not in self._groups:
-            numbers = [self._numbers.get((model, joint), -1) for joint in joints]
+            numbers = [self._numbers.get((model, joint), -1) for joint in targets.joints]
             if -1 in numbers or not self.servos.kinds[numbers].all():
                 return False
             self._groups[places] = span(numbers)
-        self.servos.retarget(self._groups[places], targets, rates, smooth=smooth)
+        self.servos.retarget(self._groups[places], targets)
         return True
 
     def forget(self, model: str) -> None:

@@ -18,7 +18,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.world.engine_kit.firm_kinds import FREE, PATHS, POSITION, VELOCITY
-from nrp_core.world.rigid.motion import JointAim
+from nrp_core.world.rigid.motion import JointAim, JointTargets
 from nrp_core.world.scene.joint_inertia import STIFF_TIME_CONSTANT_S, joint_inertias
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Model
@@ -129,13 +129,11 @@ class FirmServos:
         self._targets[number], self._rates[number], self._smooth[number] = target, rate, bool(aim.firm)
         self.moving |= kind != FREE and (kind, target, rate) != before
 
-    def retarget(
-        self, numbers: slice | IntArray, targets: Sequence[float], rates: Sequence[float], *, smooth: bool
-    ) -> None:
-        """Set the targets of joints that have some of the same kind; no rates are rates of 0."""
-        self._targets[numbers] = targets
-        self._rates[numbers] = rates or 0.0
-        self._smooth[numbers] = smooth
+    def retarget(self, numbers: slice | IntArray, targets: JointTargets) -> None:
+        """Set the targets of joints that have some of the same kind."""
+        self._targets[numbers] = targets.values
+        self._rates[numbers] = targets.rates or 0.0
+        self._smooth[numbers] = targets.smooth
         self.moving = True
 
     def forget(self, numbers: Sequence[int]) -> None:

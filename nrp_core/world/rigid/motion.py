@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -55,6 +56,22 @@ class JointStates:
     positions: npt.NDArray[np.float64]
     velocities: npt.NDArray[np.float64]
     efforts: npt.NDArray[np.float64]
+
+
+class JointTargets(NamedTuple):
+    """New targets of joints of a model.
+
+    Args:
+        joints: the joints.
+        values: positions or velocities, as before.
+        rates: the rates of change of positions; none for 0.
+        smooth: whether the targets are approached smoothly, see :class:`JointAim`.
+    """
+
+    joints: tuple[str, ...]
+    values: Sequence[float]
+    rates: Sequence[float]
+    smooth: bool
 
 
 @dataclass(frozen=True, slots=True)
