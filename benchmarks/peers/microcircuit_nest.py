@@ -35,6 +35,8 @@ def build(scale: float, threads: int, seed: int) -> list[Any]:
         nest.Connect(cells[: model.OBSERVED], recorder)
         populations.append(cells)
         recorders.append(recorder)
+    for label in model.LABELS:  # NEST has room for 134 million synapses of a model
+        nest.CopyModel("static_synapse", f"onto {label}")
     for target, source in np.argwhere(model.PROBABILITIES > 0):
         _connect(populations, int(target), int(source), scale)
     return recorders
@@ -51,6 +53,7 @@ def _connect(populations: list[Any], target: int, source: int, scale: float) -> 
         populations[source], populations[target],
         {"rule": "fixed_total_number", "N": int(model.synapses(scale)[target, source])},
         {
+            "synapse_model": f"onto {model.LABELS[target]}",
             "weight": nest.math.redraw(weight, min=low, max=high),
             # NEST rounds after it has redrawn
             "delay": nest.math.redraw(delay, min=model.STEP_MS - 0.5 * nest.resolution, max=np.inf),
