@@ -14,6 +14,7 @@ from nrp_core.world.controllers.together import LedTogether
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.std_msgs import Float64MultiArray
 from nrp_core.world.part import Part
+from nrp_core.world.rigid.motion import JointTargets
 from nrp_core.world.scene.acting import GroupController
 from nrp_core.world.scene.model import Model
 from nrp_core.world.topics import Direction, TopicInfo
@@ -49,4 +50,4 @@ class GroupPart(Part):
         values = np.asarray(message.data, dtype=float).tolist()
         if not all(map(isfinite, values)):
             raise TopicError(f"{topic}: every number must be finite, not {values}")
-        self._led.lead(self._joints, values, (), now_ns, smooth=True)
+        self._led.lead(JointTargets(self._joints, values, (), smooth=True), now_ns)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from nrp_core.world.controllers.joint import ControllerPart, Target
 from nrp_core.world.engine import Engine
@@ -24,60 +24,51 @@ class LedTogether:
         self._joints, self._parts = tuple(parts), list(parts.values())
         self._firm = all(part.is_firm(topic) for part in self._parts)
         self._lowest, self._highest = zip(*(part.limits(topic) for part in self._parts), strict=True)
-        self._values: Sequence[float] = ()
-        self._rates: Sequence[float] = ()
-        self._smooth = True
+        self._targets = JointTargets(self._joints, (), (), smooth=True)
         self._holds = False
 
     def command(self, number: int) -> tuple[str, Target]:
         """Return the topic and the target of a joint that follows."""
-        rate = self._rates[number] if self._rates else 0.0
-        return self._topic, Target(self._values[number], rate, self._smooth)
+        targets = self._targets
+        rate = targets.rates[number] if targets.rates else 0.0
+        return self._topic, Target(targets.values[number], rate, targets.smooth)
 
     def lose(self) -> None:
         """One of the joints got another command."""
         self._holds = False
 
-    def lead(
-        self,
-        joints: Sequence[str],
-        values: Sequence[float],
-        rates: Sequence[float],
-        now_ns: int,
-        *,
-        smooth: bool,
-    ) -> None:
+    def lead(self, targets: JointTargets, now_ns: int) -> None:
         """Make targets the commands of joints.
 
         Args:
-            joints: the joints; faster if these are all, in their order.
-            values: their targets.
-            rates: rates of change of positions; none for 0.
+            targets: the targets; faster if they are of all joints, in their order.
             now_ns: the time.
-            smooth: whether the targets are approached smoothly.
         """
-        if self._holds and self._joints == tuple(joints) and self._retarget(values, rates, smooth=smooth):
+        if self._holds and self._joints == targets.joints and self._retarget(targets):
             return
-        numbers = [self._joints.index(joint) for joint in joints]
-        for number, value, rate in zip(numbers, values, rates or [0.0] * len(numbers), strict=True):
-            self._parts[number].lead(self._topic, Target(value, rate, smooth), now_ns)
-        if self._firm and len(numbers) == len(self._parts):
-            targets = [part.target for part in self._parts]
-            self._values, self._rates = [each.value for each in targets], [each.rate for each in targets]
-            self._smooth = smooth
+        rates = targets.rates or [0.0] * len(targets.joints)
+        for joint, value, rate in zip(targets.joints, targets.values, rates, strict=True):
+            part = self._parts[self._joints.index(joint)]
+            part.lead(self._topic, Target(value, rate, targets.smooth), now_ns)
+        if self._firm and len(targets.joints) == len(self._parts):
+            kept = [part.target for part in self._parts]
+            self._targets = JointTargets(
+                self._joints, [each.value for each in kept], [each.rate for each in kept], targets.smooth
+            )
             for number, part in enumerate(self._parts):
                 part.follow(self, number)
             self._holds = True
 
-    def _retarget(self, values: Sequence[float], rates: Sequence[float], *, smooth: bool) -> bool:
+    def _retarget(self, targets: JointTargets) -> bool:
         """Change the targets at once if the engine can, and if none is the first one beyond its limits."""
-        given = zip(values, self._lowest, self._highest, strict=True)
+        given = zip(targets.values, self._lowest, self._highest, strict=True)
         kept = [low if value < low else high if value > high else value for value, low, high in given]
-        if kept != values:
-            beyond = [number for number, value in enumerate(values) if kept[number] != value]
-            if rates or not all(self._parts[number].has_reported(self._topic) for number in beyond):
+        if kept != targets.values:
+            beyond = [number for number, value in enumerate(targets.values) if kept[number] != value]
+            if targets.rates or not all(self._parts[number].has_reported(self._topic) for number in beyond):
                 return False
-        if not self._engine.retarget(self._model, JointTargets(self._joints, kept, rates, smooth)):
+            targets = targets._replace(values=kept)
+        if not self._engine.retarget(self._model, targets):
             return False
-        self._values, self._rates, self._smooth = kept, rates, smooth
+        self._targets = targets
         return True

@@ -20,6 +20,7 @@ from nrp_core.world.messages.control_msgs import JointTrajectoryControllerState
 from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.messages.trajectory_msgs import JointTrajectory, JointTrajectoryPoint
 from nrp_core.world.part import Part
+from nrp_core.world.rigid.motion import JointTargets
 from nrp_core.world.scene.acting import TrajectoryController
 from nrp_core.world.scene.model import Model
 from nrp_core.world.topics import Direction, TopicInfo
@@ -158,7 +159,7 @@ class TrajectoryPart(Part):
             [aim.position for aim in aims.values()],
             [aim.velocity or 0.0 for aim in aims.values()],
         )
-        self._led.lead(tuple(aims), values, rates, now_ns, smooth=False)
+        self._led.lead(JointTargets(tuple(aims), values, rates, smooth=False), now_ns)
         moves = any(not path.is_over(now_ns) for path in self._paths.values())
         self.deadline_ns = end_ns if moves else None
 
