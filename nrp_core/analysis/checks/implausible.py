@@ -6,6 +6,7 @@ import ast
 from collections.abc import Iterator
 from typing import Any, Final
 
+from nrp_core.analysis.checks.sources import CURRENTS
 from nrp_core.analysis.events import Write
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.scopes import own_nodes
@@ -28,7 +29,6 @@ _REMEMBERED: Final = 100.0
 """Time constants after which a spike is forgotten beyond doubt."""
 _EXPECTED: Final = 1.0
 """Mean number of spikes below which most runs have none."""
-_CURRENTS = ("amplitude", "offset", "mean", "stdev")
 
 
 @checks_function(Code.NRP297, Code.NRP248)
@@ -59,7 +59,7 @@ def _implausible(setting: str, size: float) -> str:
     shortest_ms = _SHORTEST_DELAY_MS if setting in ("delay", "dt") else _SHORTEST_MS
     if (setting.startswith("tau_") or setting in ("delay", "dt")) and 0 < size < shortest_ms:
         return "ms; is it meant in s?"
-    return _strong(size) if setting in _CURRENTS else ""
+    return _strong(size) if setting in CURRENTS else ""
 
 
 def _forgetful(setting: str, tau_ms: float, step_ms: float) -> str:
@@ -79,7 +79,7 @@ def currents_are_plausible(function: Examined) -> Iterator[Finding]:
     for event in function.events:
         match event:
             case Write(node, Known(Device() | DeviceGroup()), name, True, Known(int() | float() as value)):
-                message = _strong(abs(value)) if name in _CURRENTS else ""
+                message = _strong(abs(value)) if name in CURRENTS else ""
                 if message:
                     message = f"'{name}' is {value:g} {message}"
                     yield function.declared.finding(Code.NRP297, node, message, Level.WARNING)

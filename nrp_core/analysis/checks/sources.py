@@ -20,7 +20,8 @@ from nrp_core.dsl.functions.mappings import MapSpikeSource
 from nrp_core.dsl.functions.variables import Variable
 from nrp_core.findings import Code, Finding, Level
 
-_CURRENTS: Final = ("amplitude", "offset", "mean", "stdev")
+CURRENTS: Final = ("amplitude", "offset", "mean", "stdev")
+"""Settings of sources that are in nA."""
 _WEAKEST_NA: Final = 1e-6
 """A thousandth of a pA, which moves no cell."""
 _TIMES: Final = ("sec", "secs")
@@ -38,7 +39,7 @@ def currents_are_in_na(function: Examined) -> Iterator[Finding]:
             case Write(node, Known(Device() | DeviceGroup()), name, True, shape):
                 value = _assigned(function, node)
                 factor = abs(_factor(shape, products.get(id(value))))
-                if name in _CURRENTS and 0 < factor < _WEAKEST_NA:
+                if name in CURRENTS and 0 < factor < _WEAKEST_NA:
                     message = f"'{name}' is in nA and is set to {factor:g} or a multiple; is it meant in A?"
                     yield function.declared.finding(Code.NRP297, node, message, Level.WARNING)
                 elif name == "phase" and isinstance(shape, Known) and _is_in_radians(shape.value, value):
@@ -76,7 +77,7 @@ def currents_are_not_rounded(function: Examined) -> Iterator[Finding]:
     read = {id(node) for node, owner in _levels(function) if isinstance(owner, Known)}
     for event in function.events:
         match event:
-            case Write(node, Known(Device() | DeviceGroup()), name, True) if name in _CURRENTS:
+            case Write(node, Known(Device() | DeviceGroup()), name, True) if name in CURRENTS:
                 value = _assigned(function, node)
                 if not isinstance(value, ast.BinOp) or not isinstance(value.op, ast.FloorDiv):
                     continue

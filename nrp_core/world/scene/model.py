@@ -6,12 +6,12 @@ file.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf, pi
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Finding
@@ -30,6 +30,8 @@ from nrp_core.world.scene.loops import Loop as Loop
 from nrp_core.world.scene.origin import Native, Source
 from nrp_core.world.scene.sensing import MountedSensor
 from nrp_core.world.scene.surroundings import Surroundings
+
+Named = TypeVar("Named", "Link", "Joint", "Model")
 
 Rgba = tuple[float, float, float, float]
 
@@ -297,19 +299,11 @@ class Model:
 
     def link(self, name: str) -> Link:
         """Return a link by name."""
-        for link in self.links:
-            if link.name == name:
-                return link
-        hint = did_you_mean(name, [link.name for link in self.links])
-        raise SceneError(f"model '{self.name}' has no link '{name}'{hint}")
+        return _named(self.links, name, f"model '{self.name}' has no link")
 
     def joint(self, name: str) -> Joint:
         """Return a joint by name."""
-        for joint in self.joints:
-            if joint.name == name:
-                return joint
-        hint = did_you_mean(name, [joint.name for joint in self.joints])
-        raise SceneError(f"model '{self.name}' has no joint '{name}'{hint}")
+        return _named(self.joints, name, f"model '{self.name}' has no joint")
 
     def check(self) -> None:
         """Refuse an inconsistent model.
@@ -426,11 +420,7 @@ class Scene:
 
     def model(self, name: str) -> Model:
         """Return a model by name."""
-        for model in self.models:
-            if model.name == name:
-                return model
-        hint = did_you_mean(name, [model.name for model in self.models])
-        raise SceneError(f"the scene has no model '{name}'{hint}")
+        return _named(self.models, name, "the scene has no model")
 
     def visual(self, path: str) -> Visual:
         """Return a visual by its path ``model/link/visual``."""
@@ -455,3 +445,15 @@ class Scene:
     def digest(self) -> str:
         """Hash of everything in the scene except its sources; scenes with equal digests are equal."""
         return digest_of(self)
+
+
+def _named(parts: Iterable[Named], name: str, lacking: str) -> Named:
+    """Return a part by name.
+
+    Raises:
+        SceneError: there is none; it begins with ``lacking``.
+    """
+    for part in parts:
+        if part.name == name:
+            return part
+    raise SceneError(f"{lacking} '{name}'{did_you_mean(name, [part.name for part in parts])}")
