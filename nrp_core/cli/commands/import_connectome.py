@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from nrp_core.cli.failure import complain
-from nrp_core.cli.options import Json
+from nrp_core.cli.options import Json, require_folder_of
 from nrp_core.cli.output import document
 
 
@@ -40,8 +40,13 @@ def import_connectome(
     from nrp_core.brain.files.network_file import SUFFIX, save_network
     from nrp_core.brain.network.implausible import implausible
 
-    made = read_connectome(edges, neurons, groups=tuple(group or ()), unit_mv=unit_mv, delay_ms=delay_ms)
     target = output or Path(f"{edges.stem}{SUFFIX}")
+    if target.suffix != SUFFIX:
+        raise typer.BadParameter(
+            f"a network file is called {SUFFIX}, not '{target.name}'", param_hint="--output"
+        )
+    require_folder_of(target, "--output")
+    made = read_connectome(edges, neurons, groups=tuple(group or ()), unit_mv=unit_mv, delay_ms=delay_ms)
     save_network(made.network, target)
     suspicious = [*made.network.remarks, *doubts_about(made.network, unit_mv), *implausible(made.network)]
     sizes = {projection.label: projection.size for projection in made.network.projections}

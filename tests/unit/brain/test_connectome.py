@@ -1,11 +1,15 @@
 """Tables of connectomes become networks: each edge once, its sign and its names."""
 
+import json
+import re
 from pathlib import Path
 
 import pyarrow as pa
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from nrp_experiments import worm
+from nrp_experiments.worm.tables import main
 from pyarrow import csv, feather, parquet
 
 from nrp_core.brain.files.connectome.doubts import doubts_about
@@ -125,6 +129,29 @@ def test_flywires_tables_have_signs_of_their_own(tmp_path: Path) -> None:
     assert edges_of(read_connectome(path).network) == {(0, 1, -0.55), (1, 0, 1.1)}
 
 
+def test_signs_in_a_column_of_their_own_are_used(tmp_path: Path) -> None:
+    """Shiu's table without the column of the products; of its counts alone nothing is known."""
+    ends = {"Presynaptic_ID": [1, 2], "Postsynaptic_ID": [2, 1], "Connectivity": [2, 4]}
+    signed = write(tmp_path / "signed.parquet", **ends, Excitatory=[-1, 1])
+    assert edges_of(read_connectome(signed).network) == {(0, 1, -0.55), (1, 0, 1.1)}
+    counted = write(tmp_path / "counted.parquet", **ends)
+    assert edges_of(read_connectome(counted).network) == {(0, 1, 0.55), (1, 0, 1.1)}
+    twice = write(tmp_path / "twice.parquet", **{**ends, "Connectivity": [-2, 4]}, Excitatory=[-1, 1])
+    with pytest.raises(NetworkError, match="'Connectivity' holds -2, and another column says the signs"):
+        read_connectome(twice)
+
+
+def test_edges_of_unknown_transmitters_and_missing_positions_are_told(tmp_path: Path) -> None:
+    edges = write(tmp_path / "edges.csv", pre=[1, 2], post=[2, 1], weight=[3, 4])
+    for transmitters, unsigned in ((["inh", "exc"], 2), (["gaba", "exc"], 1), (["gaba", "ach"], 0)):
+        neurons = write(tmp_path / "neurons.csv", id=[1, 2], transmitter=transmitters)
+        assert read_connectome(edges, neurons).unsigned == unsigned
+    assert read_connectome(edges, write(tmp_path / "ids.csv", id=[1, 2])).unsigned == 0  # there is no column
+    for x, told in (([1.0, None], ("1 of 2 neurons have no position; theirs is 0, 0, 0",)), ([1.0, 0.0], ())):
+        placed = write(tmp_path / "placed.parquet", id=[1, 2], x=x, y=[2.0, 3.0], z=[0.0, 0.0])
+        assert read_connectome(edges, placed).network.remarks == told
+
+
 @pytest.mark.parametrize(
     ("columns", "message"),
     [
@@ -193,3 +220,32 @@ def test_a_table_in_which_edges_are_repeated_is_reported(tmp_path: Path) -> None
     ]
     parts = write(tmp_path / "neuropils.csv", pre=pre, post=post, weight=[*weight[:3], 1, 2, 3])
     assert list(doubts_about(read_connectome(parts).network, 0.275)) == []
+
+
+# of the pharynx (Albertson and Thomson 1976), of the mechanosensory and command cells (White et al. 1986)
+CLASSES = {"I[1-6]": 8, "M[1-5]": 7, "MC": 2, "MI": 1, "NSM": 2, "ALM": 2, "PLM": 2, "AV[ABDE]": 8, "CAN": 2}
+
+
+def test_the_worm_that_ships_has_the_neurons_of_its_anatomy():
+    folder = Path(worm.__file__).parent
+    read = read_connectome(folder / "edges.csv", folder / "neurons.csv")
+    (cells,) = read.network.populations.values()
+    assert cells.size == 302
+    names = set(read.network.views) - {"gaba"}
+    assert len(names) == 302
+    for form, count in CLASSES.items():
+        assert sum(re.fullmatch(f"{form}[LR]?", name) is not None for name in names) == count, form
+    assert len(read.network.views["gaba"]) == 26  # McIntire et al. (1993)
+    assert "C. elegans, Cook et al. (2019)" in read.sources[str(folder / "edges.csv")]
+    assert (read.left_out, read.electrical) == (0, 0)
+
+
+def test_the_tables_of_the_worm_are_the_neurons_and_chemical_synapses_of_its_source(tmp_path):
+    nodes = ["AVAL", "VD1", "MDL01", "GLRL", "hmc", "ASHL"]
+    synapses = [[0, 3, 4, 0, 5, 0], [0, 0, 0, 0, 2, 0], *[[0] * 6] * 3, [15, 0, 0, 1, 0, 0]]
+    source = {"nodes": nodes, "connections": {"Generic_CS": synapses, "Generic_GJ": [[9] * 6] * 6}}
+    (tmp_path / "worm.json").write_text(json.dumps(source))
+    main(tmp_path / "worm.json", tmp_path)
+    assert (tmp_path / "edges.csv").read_text() == "pre,post,weight\nAVAL,VD1,3\nASHL,AVAL,15\n"
+    found = (tmp_path / "neurons.csv").read_text().split()
+    assert found == ["name,transmitter", "ASHL,", "AVAL,", "CANL,", "CANR,", "VD1,gaba"]

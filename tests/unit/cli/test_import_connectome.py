@@ -27,6 +27,21 @@ def test_the_command_writes_a_network_file_and_reports_checksums(
     assert network.views["MN9"].tolist() == [0]
 
 
+def test_a_table_is_never_written_over_and_a_missing_folder_is_told_first(
+    tmp_path: Path, nrp: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("edges.csv").write_text(table := "pre,post,weight\n1,2,3\n")
+    for output, message in (
+        ("edges.csv", "a network file is called .nrpnet, not 'edges.csv'"),
+        ("no/edges.nrpnet", "no: the folder does not exist"),
+    ):
+        done = nrp("import-connectome", "edges.csv", "-o", output)
+        assert done.code == 2
+        assert message in " ".join(done.err.split())
+    assert Path("edges.csv").read_text() == table
+
+
 def test_a_wrong_table_is_one_error(tmp_path: Path, nrp: Callable[..., Any]) -> None:
     path = tmp_path / "edges.csv"
     path.write_text("from,post,weight\n1,2,3\n")

@@ -18,6 +18,8 @@ from nrp_core.errors import NetworkError
 PRE: Final = ("pre", "Presynaptic_ID", "pre_root_id", "pre_pt_root_id", "body_pre", "source", "Source")
 POST: Final = ("post", "Postsynaptic_ID", "post_root_id", "post_pt_root_id", "body_post", "target", "Target")
 WEIGHT: Final = ("Excitatory x Connectivity", "weight", "syn_count", "synapses", "Connectivity", "Weight")
+_UNSIGNED, _SIGN = "Connectivity", "Excitatory"
+"""Columns of Shiu's tables whose product is the first of the weights."""
 TRANSMITTER: Final = ("nt_type", "nt", "neurotransmitter", "transmitter", "predicted_nt", "top_nt")
 """Columns in the order of preference: plain, of Shiu's tables of FlyWire, FlyWire's own, MaleCNS's."""
 KIND: Final = ("type", "Type", "synapse_type")
@@ -55,9 +57,12 @@ def read_edges(path: Path) -> Iterator[EdgeChunk]:
     weight = chosen_column(path, "the number of synapses", WEIGHT, names)
     transmitter = next((name for name in TRANSMITTER if name in names), None)
     kind = next((name for name in KIND if name in names), None)
-    used = [pre, post, weight, *filter(None, (transmitter, kind))]
+    sign = _SIGN if weight == _UNSIGNED and _SIGN in names else None
+    used = [pre, post, weight, *filter(None, (transmitter, kind, sign))]
     for rows in read_rows(path, used):
         values = _weights(path, weight, rows[weight])
+        if sign:
+            values = _unsigned(path, weight, values) * np.sign(_weights(path, sign, rows[sign]))
         if transmitter:
             values = _unsigned(path, weight, values) * _signs(path, transmitter, rows[transmitter])
         chemical = _chemical(rows[kind]) if kind else np.ones(len(values), bool)
@@ -90,7 +95,7 @@ def _weights(path: Path, column: str, values: Any) -> FloatArray:
 def _unsigned(path: Path, column: str, values: FloatArray) -> FloatArray:
     if (values < 0.0).any():
         raise NetworkError(
-            f"the column '{column}' holds {values.min():g}, and the transmitters say the signs already",
+            f"the column '{column}' holds {values.min():g}, and another column says the signs already",
             path=path,
         )
     return values

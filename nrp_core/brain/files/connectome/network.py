@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from math import inf
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -25,11 +25,11 @@ CELL: Final = "IF_curr_exp_frozen"
 _PUBLISHED: Final = {"v_rest": -52.0, "v_reset": -52.0, "v_thresh": -45.0, "tau_refrac": 2.2, "cm": 0.02}
 """Shiu et al. (2024); the capacitance, which they do not need, makes 1 pA lead to 1 mV."""
 _KNOWN: Final = {
-    "efeb23fb99098e9c390f6869969b2a121a2ee92c833cfc45ecb2c1d8e1af0347": "FlyWire v783, Shiu et al. (2024)"
+    "efeb23fb99098e9c390f6869969b2a121a2ee92c833cfc45ecb2c1d8e1af0347": "FlyWire v783, Shiu et al. (2024)",
+    "cd6707feebb17fc3cf47bc929eac08108ccfc8d154063ac816289d4c10eb1518": "C. elegans, Cook et al. (2019)",
 }
 """Published tables by their SHA-256."""
 MOST_GROUPS: Final = 2000
-_NONE: Final = np.empty(0, np.int32), np.empty(0, np.int32), np.empty(0, np.float32)
 _BY: Final = ("transmitter", "class", "side", "type", "name")
 
 
@@ -73,29 +73,32 @@ def read_connectome(
             raise NetworkError(f"{name} is {value:g}; it must be above 0")
     known = read_neurons(neurons) if neurons else _neurons_of(edges)
     order = np.argsort(known.ids, kind="stable")
-    kept, left_out, unsigned, electrical = [_NONE], 0, 0, 0
+    ends_and_weights: tuple[list[Any], ...] = ([], [], [])
+    left_out = unsigned = electrical = 0
     for part in read_edges(edges):
         pre, post, weight = _placed(part, known.ids, order)
         left_out += len(part.pre) - len(pre)
         electrical += part.electrical
-        kept.append((pre.astype(np.int32), post.astype(np.int32), (weight * unit_mv).astype(np.float32)))
-    pre, post, weight = (np.concatenate(column) for column in zip(*kept, strict=True))
+        kept = pre.astype(np.int32), post.astype(np.int32), (weight * unit_mv).astype(np.float32)
+        for column, values in zip(ends_and_weights, kept, strict=True):
+            column.append(values)
+    pre, post, weight = map(_joined, ends_and_weights)
     if not len(pre):
         raise NetworkError(f"no edge of {left_out} joins two of the {len(known.ids)} neurons", path=edges)
     if not weight.any():
         raise NetworkError(f"all {len(pre)} edges have 0 synapses", path=edges)
-    del kept
+    order = np.argsort(pre, kind="stable")
+    pre = pre[order]  # one after the other, so that only one column is held twice
+    post = post[order]
+    weight = weight[order]
+    del order
     signs = known.signs
-    if signs.any() and not (weight < 0.0).any():  # the edges themselves have no signs
+    if "transmitter" in known.texts and not (weight < 0.0).any():  # the edges themselves have no signs
         unsigned = int((signs[pre] == 0).sum())
         weight[signs[pre] < 0] *= -1.0
     network = Network(
         {LABEL: _population(known)},
-        tuple(
-            _projections(
-                pre.astype(np.int32, copy=False), post.astype(np.int32, copy=False), weight, delay_ms
-            )
-        ),
+        tuple(_projections(pre, post, weight, delay_ms)),
         _groups(known, groups, neurons or edges),
         remarks=known.doubts,
     )
@@ -133,16 +136,22 @@ def _population(known: Neurons) -> Population:
     return Population(LABEL, size, CELL, parameters, {"v": parameters["v_rest"]}, (), known.positions)
 
 
+def _joined(parts: list[Any]) -> Any:
+    """Return arrays as one, and release them."""
+    joined = np.concatenate(parts) if parts else np.empty(0, np.int32)
+    parts.clear()
+    return joined
+
+
 def _projections(
     pre: IndexArray, post: IndexArray, weight: FloatArray, delay_ms: float
 ) -> Iterator[Projection]:
-    by_source = np.argsort(pre, kind="stable")
+    """Yield the edges of each sign; they are sorted by source."""
     for receptor, mine in (("excitatory", weight > 0), ("inhibitory", weight < 0)):
-        chosen = by_source[mine[by_source]]
-        if len(chosen):
+        if mine.any():
             yield Projection(
-                receptor, LABEL, LABEL, receptor, pre[chosen], post[chosen], weight[chosen].astype(float),
-                np.broadcast_to(delay_ms, len(chosen)),
+                receptor, LABEL, LABEL, receptor, pre[mine], post[mine], weight[mine].astype(float),
+                np.broadcast_to(delay_ms, int(mine.sum())),
             )  # fmt: skip
 
 

@@ -47,7 +47,7 @@ class Neurons:
         ids: shape ``(n,)``, unique.
         texts: ``name``, ``type``, ``side``, ``transmitter``, ``class`` of each as far as known; empty texts.
         positions: in the unit of the table, shape ``(n, 3)``, or None.
-        doubts: sentences about labels that are probably misspelt.
+        doubts: sentences about positions that are missing and labels that are probably misspelt.
     """
 
     ids: IntArray
@@ -87,6 +87,7 @@ def read_neurons(path: Path) -> Neurons:
             texts[what] += ["" if text is None else str(text) for text in rows[column].to_pylist()]
         if places:
             positions.append(np.stack([_numbers(rows[name]) for name in places], axis=1))
+    where = np.concatenate(positions) if positions else None
     every = np.concatenate([np.empty(0, np.int64), *ids])
     order = np.sort(every)
     twice = order[1:][order[1:] == order[:-1]]
@@ -96,10 +97,15 @@ def read_neurons(path: Path) -> Neurons:
     if named:
         texts.setdefault("name", [named[number] for number in every.tolist()])
     doubts: tuple[str, ...] = ()
+    if where is not None:
+        missing = np.isnan(where).any(axis=1)
+        where[missing] = 0.0
+        if missing.any():
+            doubts = (f"{int(missing.sum())} of {len(every)} neurons have no position; theirs is 0, 0, 0",)
     if "side" in texts:
         texts["side"] = [_SIDES.get(side.lower(), side) for side in texts["side"]]
-        doubts = tuple(_misspelt(columns["side"], set(texts["side"])))
-    return Neurons(every, texts, np.concatenate(positions) if positions else None, doubts)
+        doubts += tuple(_misspelt(columns["side"], set(texts["side"])))
+    return Neurons(every, texts, where, doubts)
 
 
 def _misspelt(column: str, sides: set[str]) -> Iterator[str]:
@@ -110,5 +116,5 @@ def _misspelt(column: str, sides: set[str]) -> Iterator[str]:
 
 
 def _numbers(values: Any) -> FloatArray:
-    numbers: FloatArray = np.nan_to_num(values.to_numpy(zero_copy_only=False).astype(float))
+    numbers: FloatArray = values.to_numpy(zero_copy_only=False).astype(float)
     return numbers
