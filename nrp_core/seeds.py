@@ -9,8 +9,22 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
+from numbers import Integral
 
 import numpy as np
+
+from nrp_core.errors import ExperimentError
+
+
+def require_seed(seed: object) -> int:
+    """Return a seed as an integer.
+
+    Raises:
+        ExperimentError: it is none.
+    """
+    if not isinstance(seed, Integral) or isinstance(seed, bool):
+        raise ExperimentError(f"a seed is an integer, not {seed!r:.60}")
+    return int(seed)
 
 
 @dataclass(frozen=True, slots=True)

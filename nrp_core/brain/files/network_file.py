@@ -10,9 +10,10 @@ digest, so that the network read equals the network written. The layout::
         spike_train    the train of each cell, where cells share them (version 2); else one train a cell
         positions_um    if any
     projections/0, 1, ...    attributes label, pre, post, receptor, synapse_type; plasticity, origin as JSON;
-                             equations (version 4) as JSON, if any
+                             equations (version 4), rewiring (version 5) as JSON, if any
         pre_index, post_index    one a synapse
         weight, delay_ms, synapse_parameters/*    one a synapse, or one that all share
+        initial_values/*    the same, if any (version 5)
     views/0, 1, ...    attribute name
         neurons    global ids
 """
@@ -36,13 +37,14 @@ from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.equations.synapse import SynapseEquations
 from nrp_core.brain.network.limits import distinct
 from nrp_core.brain.network.picking import Selection, with_views
+from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.errors import NetworkError
 
 SUFFIX = ".nrpnet"
 FORMAT = "nrp-network"
-VERSION = 4
-_WITH_CELLS = 3
-"""The first version that knows cells as equations."""
+VERSION = 5
+_WITH_CELLS, _WITH_SYNAPSES, _WITH_STATE = 3, 4, 5
+"""The first versions that know cells and synapses as equations, and how synapses begin and vanish."""
 
 _CHECKED = {"fletcher32": True, "shuffle": True, "compression": "gzip", "compression_opts": 1}
 
@@ -144,9 +146,8 @@ def _write(file: Any, network: Network) -> None:
         version = _write_population(file.create_group(f"populations/{index}"), population)
         file.attrs["version"] = max(version, int(file.attrs["version"]))
     for index, projection in enumerate(network.projections):
-        _write_projection(file.create_group(f"projections/{index}"), projection)
-        if projection.equations is not None:
-            file.attrs["version"] = VERSION
+        version = _write_projection(file.create_group(f"projections/{index}"), projection)
+        file.attrs["version"] = max(version, int(file.attrs["version"]))
     for index, (name, ids) in enumerate(network.views.items()):
         part = file.create_group(f"views/{index}")
         _describe(part, name=name)
@@ -216,7 +217,8 @@ def _shared(trains: tuple[FloatArray, ...], places: IntArray) -> tuple[FloatArra
 # -- projections and views
 
 
-def _write_projection(part: Any, projection: Projection) -> None:
+def _write_projection(part: Any, projection: Projection) -> int:
+    """Write a projection; return the first version that knows what it has."""
     _describe(
         part,
         **{name: getattr(projection, name) for name in _TEXTS},
@@ -225,11 +227,18 @@ def _write_projection(part: Any, projection: Projection) -> None:
     )
     if projection.equations is not None:
         _describe(part, equations=json.dumps(projection.equations.data()))
+    if projection.rewiring is not None:
+        _describe(part, rewiring=json.dumps(projection.rewiring.data()))
     _put(part, "pre_index", projection.pre_index)
     _put(part, "post_index", projection.post_index)
     _put(part, "weight", distinct(projection.weight))
     _put(part, "delay_ms", distinct(projection.delay_ms))
     _put_all(part, "synapse_parameters", projection.synapse_parameters)
+    if projection.initial_values:
+        _put_all(part, "initial_values", projection.initial_values)
+    if projection.rewiring is not None or projection.initial_values:
+        return _WITH_STATE
+    return _WITH_SYNAPSES if projection.equations is not None else 1
 
 
 def _read_projection(part: Any) -> Projection:
@@ -245,6 +254,8 @@ def _read_projection(part: Any) -> Projection:
         plasticity=_json(part, "plasticity"),
         origin=_origin(part),
         equations=SynapseEquations.from_data(_json(part, "equations")) if "equations" in part.attrs else None,
+        initial_values=_get_all(part, "initial_values", size) if "initial_values" in part else {},
+        rewiring=Rewiring.from_data(_json(part, "rewiring")) if "rewiring" in part.attrs else None,
     )
 
 

@@ -21,7 +21,7 @@ from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import ExperimentError, NetworkError
 from nrp_core.paths import MissingFileError, existing_file
-from nrp_core.seeds import Seeds
+from nrp_core.seeds import Seeds, require_seed
 
 if TYPE_CHECKING:
     from nrp_core.brain.pynn.spynnaker import Dialect
@@ -81,6 +81,7 @@ def load_network(
             file and line.
         NeuronSelectionError: ``populations`` reaches outside the circuit.
         CapabilityError: the script uses an unsupported model.
+        ExperimentError: the seed is not an integer.
     """
     from nrp_core.brain.pynn import builder
     from nrp_core.brain.pynn.export import network_of
@@ -96,7 +97,7 @@ def load_network(
             "'brain.model' like a script",
             path=file,
         )
-    sim = builder(seed, parameters)
+    sim = builder(require_seed(seed), parameters)
     if adapt is not None:
         adapt(sim)
     scope = scope_of(sim, simulators, modules or {}, folders, missing, compiled)

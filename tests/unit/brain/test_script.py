@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from nrp_core.brain.files.script import load_network
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.picking import Selection
-from nrp_core.errors import CapabilityError, NetworkError, NeuronSelectionError, NrpError
+from nrp_core.errors import CapabilityError, ExperimentError, NetworkError, NeuronSelectionError, NrpError
 
 HEAD = "import pyNN.nest as sim\nsim.setup(timestep=0.1)\n"
 CIRCUIT = HEAD + "circuit = sim.Population(8, sim.IF_cond_alpha(), label='cells')\n"
@@ -313,3 +313,11 @@ def test_a_network_is_made_as_data_or_with_pynn_but_not_both(tmp_path: Path) -> 
     assert error_of(tmp_path, CIRCUIT + AS_DATA).message == (
         "the script has a 'network' and 1 populations of PyNN; it must have one of both"
     )
+
+
+@pytest.mark.parametrize("seed", [1.5, "7", True, None])
+def test_a_seed_that_is_no_integer_is_refused(tmp_path: Path, seed: Any) -> None:
+    with pytest.raises(ExperimentError, match="a seed is an integer, not"):
+        load(tmp_path, RANDOM, seed=seed)
+    one, same = (load(tmp_path, RANDOM, seed=number) for number in (np.int64(3), 3))
+    assert one.digest == same.digest

@@ -343,6 +343,8 @@ def _cut(folder: Path) -> None:
         (_text("models/exc.json", "{", '{"C_m": 9.0, '), NetworkError, "all_types.csv:2: .*'C_m' is given"),
         (_text("models/exc.json", "200.0", '"200 pF"'), NetworkError,
          r"node type 100 of 'v1' \(dynamics_params 'exc.json'\): C_m is '200 pF', not a number"),
+        (_text("models/exc.json", "200.0", "[200.0, 210.0]"), NetworkError,
+         r"\(dynamics_params 'exc.json'\): C_m is \[200.0, 210.0\], not a number"),
         (_text("circuit_config.json", '"edges": [', '"edges": [{"edges_file": "$BASE/edges.h5", '
                '"edge_types_file": "edge_types.csv"}, '), NetworkError, "two populations of edges have"),
         (_text("circuit_config.json", "{", "{,"), NetworkError, "circuit_config.json:1: .*not JSON"),
@@ -351,6 +353,8 @@ def _cut(folder: Path) -> None:
          "edge_type.csv: the table of types cannot be read"),
         (_text("all_types.csv", "102 point", "103 point"), NetworkError,
          "nodes 'v1' have the type 102, which no table has; it has 100, 101, 103, 5"),
+        (_text("all_types.csv", "node_type_id ", "node_type_id,"), NetworkError,
+         "'node_type_id'; columns are separated by spaces, not ','"),
         (_text("all_types.csv", "101 point", "x point"), NetworkError, "all_types.csv:3: has no number in"),
         (_text("all_types.csv", "exc.json Exc", "no.json Exc"), NetworkError, "all_types.csv:2: .*no.json"),
         (_text("all_types.csv", "iaf_cond_exp", "iaf_cond_expo"), CapabilityError,
@@ -402,10 +406,26 @@ def test_a_circuit_that_cannot_be_used_says_where_and_why(
             "",
         ),
         (
+            _text(
+                "models/exc.json",
+                "{",
+                '{"authors": ["A", "B"], "asc_init": [0.0, 0.0], "fit": {"ok": true}, ',
+            ),
+            "",
+        ),
+        (
             _text("models/exc.json", "V_th", "V_thr"),
             "'V_thr' of the nodes 'v1' is not used; did you mean 'V_th'?",
         ),
         (_text("models/exc.json", "V_th", "comment"), ""),
+        (
+            _text("models/exc.json", "{", '{"Delta_T": 2.0, '),
+            "'Delta_T' of the nodes 'v1' is not used: their models have no such parameter",
+        ),
+        (
+            _text("models/exc.json", "{", '{"params": {"V_reset": -60.0}, '),
+            "'params' of the nodes 'v1' holds 'V_reset', which is only read outside of it",
+        ),
         (
             _text(
                 "edge_types.csv",

@@ -11,7 +11,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.files.hdf5 import array, attribute, group, groups, reading
 from nrp_core.brain.files.sonata.config import Config, Files, read_config
-from nrp_core.brain.files.sonata.doubts import misspelt, not_numbers, shared_places
+from nrp_core.brain.files.sonata.doubts import misspelt, not_numbers, of_other_models, shared_places
 from nrp_core.brain.files.sonata.edges import EDGE_NAMES, read_edges
 from nrp_core.brain.files.sonata.items import SonataItems, read_items, read_types
 from nrp_core.brain.files.sonata.node_sets import read_node_sets
@@ -56,7 +56,8 @@ def read_sonata(
         remarks = list(config.unused)
         for part in nodes.values():
             used = {name for model, _ in part.models for name in model.names}
-            remarks += [*misspelt(part.items, used), *not_numbers(part.items, used)]
+            for doubts in (misspelt, not_numbers, of_other_models):
+                remarks += doubts(part.items, used)
             remarks += shared_places(part.items)
         network = Network(cells, tuple(_projections(config, nodes, remarks)))
         views = _views(network, nodes)

@@ -10,6 +10,7 @@ import numpy as np
 
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.files.sonata.items import SonataItems
+from nrp_core.brain.files.sonata.models import NEST_CELLS
 from nrp_core.errors import NetworkError
 
 _OWN: Final = frozenset(
@@ -33,6 +34,21 @@ def misspelt(items: SonataItems, known: Collection[str]) -> Iterator[str]:
         if near := get_close_matches(name.lower(), missing, 1, _ALIKE):
             meant = f"did you mean '{missing[near[0]]}'?"
             yield f"'{name}' of the {items.kind}s '{items.name}' is not used; {meant}"
+
+
+def of_other_models(items: SonataItems, known: Collection[str]) -> Iterator[str]:
+    """Yield a sentence for each parameter that only other cells have, or that is not where it is read."""
+    every = {name for model in NEST_CELLS.values() for name in model.names}
+    others = {name for name in every if len(name) > 1}  # a letter may be anything
+    for name in sorted((items.names() & others) - set(known) - _OWN):
+        yield f"'{name}' of the {items.kind}s '{items.name}' is not used: their models have no such parameter"
+    given = (pair for one in items.types.values() for pair in one.items())
+    nested = {name: value.keys() & set(known) for name, value in given if isinstance(value, Mapping)}
+    for name, inside in nested.items():
+        if inside:
+            held = ", ".join(f"'{one}'" for one in sorted(inside))
+            owner = f"the {items.kind}s '{items.name}'"
+            yield f"'{name}' of {owner} holds {held}, which is only read outside of it"
 
 
 def not_numbers(items: SonataItems, known: Collection[str]) -> Iterator[str]:

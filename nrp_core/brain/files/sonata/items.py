@@ -88,11 +88,11 @@ class SonataItems:
         value = self.types[number].get(name)
         try:
             return np.nan if value is None else float(value)
-        except ValueError:
+        except (TypeError, ValueError):
             parameters = self.types[number].get(DYNAMICS)
             source = "" if parameters is None else f" ({DYNAMICS} '{parameters}')"
             raise NetworkError(
-                f"{self.kind} type {number} of '{self.name}'{source}: {name} is '{value}', not a number"
+                f"{self.kind} type {number} of '{self.name}'{source}: {name} is {value!r:.60}, not a number"
             ) from None
 
 
@@ -169,7 +169,12 @@ def read_types(path: Path | None, kind: str, parameters: Path) -> Types:
     for line, row in enumerate(rows, 2):
         number = row.get(f"{kind}_type_id")
         if number is None or not number.isdigit():
-            raise NetworkError(f"has no number in the column '{kind}_type_id'", path=path, line=line)
+            hint = (
+                "; columns are separated by spaces, not ','"
+                if any("," in name for name in row if name)
+                else ""
+            )
+            raise NetworkError(f"has no number in the column '{kind}_type_id'{hint}", path=path, line=line)
         values = {name: value for name, value in row.items() if name and _is_given(value)}
         found[int(number)] = {**_parameters(values.get(DYNAMICS), parameters, path, line), **values}
     return found
@@ -201,4 +206,4 @@ def _parameters(name: str | None, folder: Path, table: Path, line: int) -> dict[
         raise NetworkError(f"its parameters cannot be read: {error}", path=table, line=line) from error
     if not isinstance(given, dict):
         raise NetworkError(f"its parameters in '{name}' are not a JSON object", path=table, line=line)
-    return {key: value for key, value in given.items() if isinstance(value, (int, float)) or _is_given(value)}
+    return {key: value for key, value in given.items() if value is not None and _is_given(str(value))}
