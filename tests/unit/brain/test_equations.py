@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from nrp_core import read_network, save_network
 from nrp_core.brain import builder
-from nrp_core.brain.network.equations.linear import coefficients_of
+from nrp_core.brain.network.equations.linear import coefficients_of, linear_part
 from nrp_core.brain.network.equations.units import NONE, described, quantity, times, unit_of, units
 from nrp_core.brain.network.implausible import implausible
 from nrp_core.errors import NetworkError
@@ -49,6 +49,9 @@ def with_parameter(**values: str) -> dict[str, Any]:
 
 
 MISTAKES = {
+    "unknown time": ({"refractory": "t_ref"}, "unknown name 't_ref'; (?!did you mean 'metre')"),
+    "unknown unit": ({"threshold": "v > -50*mvolts"}, "unknown name 'mvolts'; did you mean 'mvolt'"),
+    "other case": ({"threshold": "V > -50*mV"}, "unknown name 'V'; did you mean 'v'"),
     "unknown name": ({"equations": MEMBRANE.replace("/tau ", "/taum ")}, "line 1.*'taum'.*mean 'tau'"),
     "sum of units": ({"equations": MEMBRANE.replace("R*", "")}, "line 1.*'v_rest - v', which is in V.*in A"),
     "rate": ({"equations": MEMBRANE.replace("-ge/tau_syn", "-ge")}, "line 2.*is in A, but dge/dt is in A/s"),
@@ -329,3 +332,21 @@ def test_coefficients_of_a_linear_expression_give_its_value(terms: list[str], da
     )
     assert np.isclose(found, expected)
     assert coefficients_of(ast.parse("v*u", mode="eval").body, {"v", "u"}, {}) is None
+
+
+def test_the_linear_part_of_equations_stands_alone() -> None:
+    """A voltage is not linear, nor is what depends on it, on the time, or is held by a refractory cell."""
+    kind = cell(
+        equations="""
+        dv/dt = (v_rest - v + R*i_offset + R*b*ge)/tau + k*v**2/mV/tau : mV
+        dw/dt = (c*v - w)/tau : mV
+        ds/dt = -s*(t/tau_refrac)/tau_syn : 1
+        dh/dt = -h/tau_syn : 1 (unless refractory)
+        dge/dt = (b*x - ge)/tau_syn : nA
+        dx/dt = (i_offset - x)/tau_syn : nA
+        """,
+        parameters={**TEXTS["parameters"], "k": "0.1", "c": "0.5", "b": "2"},
+    )
+    part = linear_part(kind().equations.model)
+    assert list(part.variables) == ["ge", "x"]
+    assert list(linear_part(cell()().equations.model).variables) == ["ge"]

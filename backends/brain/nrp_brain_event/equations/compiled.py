@@ -20,6 +20,8 @@ from nrp_core._support.jit import COMPILED, cache_folder
 
 Arguments = tuple[tuple[str, str], ...]
 """Names of arguments, and their types for :func:`nrp_core._support.jit.c_function`."""
+_UNBOUNDED: Final = 1 << 59
+"""The length of an array behind a pointer, whose length is not known; bytes of it fit into 64 bits."""
 _kept: Final[list[Any]] = []
 """The kernels in this process, which must stay in memory."""
 
@@ -76,7 +78,7 @@ def _entry(function: str, arguments: Arguments) -> str:
     if not COMPILED:
         return ""
     names = [name for name, _ in arguments]
-    passed = [f"carray({name}, 1)" if kind.startswith("*") else name for name, kind in arguments]
+    passed = [f"carray({name}, {_UNBOUNDED})" if kind.startswith("*") else name for name, kind in arguments]
     return (
         f"\n\nfrom numba import carray\n\n\ndef entry({', '.join(names)}):\n"
         f"    return {function}({', '.join(passed)})\n"
@@ -108,6 +110,7 @@ if COMPILED:
 else:
 
     def call(code: int, arguments: tuple[Any, ...]) -> int:
-        """Call a kernel, and return its result."""
-        result: int = _kept[code](*arguments)
+        """Call a kernel with arrays as they lie in memory, and return its result."""
+        flat = (x.reshape(-1) if getattr(x, "ndim", 0) > 1 else x for x in arguments)
+        result: int = _kept[code](*flat)
         return result

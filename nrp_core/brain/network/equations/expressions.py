@@ -6,6 +6,7 @@ import ast
 import warnings
 from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from math import e, inf, pi
 from typing import Final, NoReturn
 
@@ -27,6 +28,8 @@ RANDOM: Final = "rand"
 STEP: Final = "dt"
 """The step, beside a random number."""
 RESERVED: Final = frozenset({*FUNCTIONS, *CONSTANTS, TIME, WEIGHT, "dt", "xi"})
+_UNIT: Final = 0.75
+"""How similar an unknown name must be to a unit for the unit to be proposed."""
 _NOISE: Final = frozenset({"xi", "rand", "randn", "poisson"})
 
 _ALLOWED: Final = (
@@ -141,9 +144,11 @@ def require_known(node: ast.expr, known: Mapping[str, object], place: TextOrigin
             place.refuse("'dt' is not known in equations, which do not depend on the step")
         if name in FUNCTIONS:
             place.refuse(f"'{name}' is a function; write {name}(...)")
+        own, other = ([one for one in known if (one in units()) is is_unit] for is_unit in (False, True))
+        near = [*own, *get_close_matches(name, other, cutoff=_UNIT)]  # some unit is like any short name
+        hint = did_you_mean(name, near)
         place.refuse(
-            f"unknown name '{name}'{did_you_mean(name, known)}; a parameter is declared in `parameters`, "
-            f"e.g. '{name}': '20 ms'"
+            f"unknown name '{name}'{hint}; a parameter is declared in `parameters`, e.g. '{name}': '20 ms'"
         )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Mapping, Set
+from dataclasses import replace
 from typing import Final
 
 from nrp_core.brain.network.equations.expressions import TIME, names_in
@@ -24,6 +25,23 @@ def rates(model: Model) -> Mapping[str, Coefficients] | None:
             return None
         found[name] = coefficients
     return found
+
+
+def linear_part(model: Model) -> Model:
+    """Return the equations with only the variables whose derivatives are linear in these variables.
+
+    A cell that is refractory does not hold any of them.
+    """
+    found = {name: variable for name, variable in model.variables.items() if not variable.held}
+    n_before = None
+    while n_before != len(found):
+        n_before, known = len(found), {*found, INPUT, ONE}
+        inner = {
+            name: coefficients_of(variable.rate, {*model.variables, INPUT, TIME}, model.definitions)
+            for name, variable in found.items()
+        }
+        found = {name: found[name] for name, own in inner.items() if own is not None and own.keys() <= known}
+    return replace(model, variables=found)
 
 
 def first_curved(model: Model) -> Variable | None:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from nrp_brain_event import EventBackend, EventOptions
+from nrp_brain_event.equations import functions
 from nrp_brain_event.grid.equations import blocks, runge_kutta_source
 
 from nrp_core.brain import builder
@@ -146,6 +147,41 @@ def test_constant_current_gives_the_closed_formula_for_each_cell() -> None:
         )
 
 
+@pytest.mark.parametrize("tau", [20.0, np.linspace(10.0, 35.0, 1500)], ids=["equal", "different"])
+def test_all_cells_of_a_large_population_fire_when_the_closed_formula_says(tau: Any) -> None:
+    sim = builder()
+    current = np.linspace(0.8, 1.2, 1500)
+    sim.Population(1500, leaky(sim)(tau=tau, i_offset=current, hold=0.0), label="cells")
+    spikes, _ = activity(sim.network(), 60.0)
+    steps = (-tau * np.log(1.0 - 15.0 / (20.0 * current)) / 0.1).astype(int) + 1
+    assert np.bincount(spikes[1].astype(int), minlength=1500).tolist() == (600 // steps).tolist()
+    cells, first = np.unique(spikes[1].astype(int), return_index=True)
+    np.testing.assert_allclose(spikes[0, first], 0.1 * steps[cells])
+
+
+def test_cells_that_become_different_and_equal_again_go_on_as_they_are() -> None:
+    sim = builder()
+    sim.Population(2, leaky(sim)(hold=0.0), label="cells")
+    with opened(sim.network()) as brain:
+        equal = brain.snapshot()
+        brain.set_parameters([1], {"tau": 10.0})
+        brain.run_until(4_000_000)
+        ends = brain.read_state("v", [0, 1])
+        brain.restore(equal)
+        brain.run_until(4_000_000)
+        again = brain.read_state("v", [0, 1])
+    np.testing.assert_allclose(ends, -65.0 + 20.0 * (1.0 - np.exp(-4.0 / np.array([20.0, 10.0]))))
+    np.testing.assert_allclose(again, -65.0 + 20.0 * (1.0 - np.exp(-4.0 / np.array([20.0, 20.0]))))
+
+
+def test_the_exponential_function_is_that_of_the_c_library() -> None:
+    for x in [*np.linspace(-707.0, 709.7, 5001).tolist(), 0.0, -0.0, 1e-20, -1e-9]:
+        assert functions.exp(x) == pytest.approx(exp(x), rel=1e-15, abs=0.0)
+    assert functions.exp(-709.0) == functions.exp(-np.inf) == 0.0
+    assert functions.exp(710.0) == functions.exp(np.inf) == np.inf
+    assert np.isnan(functions.exp(np.nan))
+
+
 def test_a_wrong_propagator_does_not_give_the_closed_formula(monkeypatch: pytest.MonkeyPatch) -> None:
     def euler(model: Any, known: Mapping[str, Any], n: int, step_s: float, *, held: bool) -> np.ndarray:
         exact = right(model, known, n, step_s * 1e-6, held=held)
@@ -253,8 +289,11 @@ def test_what_equations_do_not_have_is_refused() -> None:
 def test_cells_that_cannot_be_integrated_are_named() -> None:
     sim = builder()
     kind = sim.EquationCell("dv/dt = v**2/(mV*ms) : mV", "v > inf*mV", "v = 0*mV")
-    sim.Population(3, kind, initial_values={"v": [0.0, 1.0, 0.0]}, label="cells")
-    with opened(sim.network()) as brain, pytest.raises(DivergedError, match="cell 1 of population 'cells'"):
+    sim.Population(1500, kind, initial_values={"v": np.arange(1500) == 1301}, label="cells")
+    with (
+        opened(sim.network()) as brain,
+        pytest.raises(DivergedError, match="cell 1301 of population 'cells'"),
+    ):
         brain.run_until(3_000_000)
 
 

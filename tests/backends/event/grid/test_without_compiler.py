@@ -42,14 +42,42 @@ with EventBackend().open(network(noise, *busy, onto, tiring, *inside), seed=1, o
     print(json.dumps([spikes.neurons.tolist(), spikes.times_ms.tolist()]))
 """
 
+EQUATIONS = """
+import json
+import numpy as np
+from nrp_brain_event import EventBackend, EventOptions
+from nrp_core.brain import builder
+from nrp_core.brain.devices.sinks import SpikeRecorder
+
+sim = builder()
+sim.setup(timestep=0.1)
+parameters = {"tau": "20 ms", "cm": "1 nF", "tau_s": "5 ms", "i_offset": "1.2 nA", "d": "2 mV"}
+leaky = "dv/dt = -v/tau + (g + i_offset)/cm : mV (unless refractory)\\ndg/dt = -g/tau_s : nA"
+curved = leaky.replace("-v/tau", "(d*exp((v - 13*mV)/d) - v)/tau")
+noise = sim.Population(4, sim.SpikeSourcePoisson(rate=800.0))
+for texts in (leaky, curved):
+    kind = sim.EquationCell(
+        texts, "v > 15*mV", "v = 0*mV", "2 ms", receptors={"excitatory": "g"}, parameters=parameters
+    )
+    cells = sim.Population(4, kind(tau=[10.0, 15.0, 20.0, 25.0]))
+    sim.Projection(noise, cells, sim.OneToOneConnector(), sim.StaticSynapse(weight=0.3, delay=1.0))
+options = EventOptions(resolution="0.1 ms", lazy="never")
+with EventBackend().open(sim.network(), seed=1, options=options) as brain:
+    recorder = brain.add_sink(SpikeRecorder(), np.arange(12), name="all")
+    brain.run_until(30_000_000)
+    spikes = recorder.spikes()
+    print(json.dumps([spikes.neurons.tolist(), spikes.times_ms.tolist()]))
+"""
+
 
 @pytest.mark.slow
-def test_it_computes_the_same(capsys: pytest.CaptureFixture[str]) -> None:
-    exec(PROGRAM, {})
+@pytest.mark.parametrize("program", [PROGRAM, EQUATIONS], ids=["built in", "equations"])
+def test_it_computes_the_same(program: str, capsys: pytest.CaptureFixture[str]) -> None:
+    exec(program, {})
     neurons, times_ms = json.loads(capsys.readouterr().out)
     assert len(neurons) > 10
     done = subprocess.run(
-        [sys.executable, "-W", "error::RuntimeWarning", "-c", PROGRAM],
+        [sys.executable, "-W", "error::RuntimeWarning", "-c", program],
         env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, check=True, capture_output=True, text=True,
     )  # fmt: skip
     found = json.loads(done.stdout)

@@ -9,7 +9,16 @@ import numpy as np
 
 from nrp_brain_event.cells import NANO
 from nrp_brain_event.equations.compiled import compiled
-from nrp_brain_event.grid.equations.source import ARGUMENTS, STREAM, hidden, kernel_source
+from nrp_brain_event.equations.expressions import DEFINITION, PARAMETER, STATE
+from nrp_brain_event.grid.equations.layout import (
+    STREAM,
+    constants_of,
+    courses_of,
+    multiplied,
+    propagated,
+    values_of,
+)
+from nrp_brain_event.grid.equations.source import ARGUMENTS, kernel_source
 from nrp_brain_event.grid.records import N_STATE, Block, Grid, X
 from nrp_brain_event.random_numbers import streams
 from nrp_brain_event.records import Array
@@ -18,8 +27,8 @@ from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.network.data import Network, Population
 from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.equations.expressions import TIME
-from nrp_core.brain.network.equations.model import EXACT, INPUT, Model
-from nrp_core.brain.network.equations.propagators import pattern, propagators
+from nrp_core.brain.network.equations.model import INPUT, Model
+from nrp_core.brain.network.equations.propagators import propagators
 from nrp_core.brain.network.equations.values import value_of
 from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.errors import CapabilityError, did_you_mean
@@ -47,13 +56,19 @@ def load_blocks(network: Network, row_of: IntArray, step_ms: float) -> dict[str,
     blocks = np.zeros(len(owners), Block.dtype())
     values, constants = [np.empty(0)], [np.empty(0)]
     for block, (population, cell) in zip(blocks, owners, strict=True):
-        block["code"] = compiled(kernel_source(cell.model), "advance", ARGUMENTS)
         block["first"] = row_of[network.offsets[population.label]]
         block["last"] = block["first"] + population.size
         block["value"], block["constant"] = sum(map(len, values)), sum(map(len, constants))
         values.append(_values(population, cell))
         constants.append(_constants(cell.model, cell.in_si(population.parameters), population.size, step_ms))
-    return {"blocks": blocks, "values": np.concatenate(values), "constants": np.concatenate(constants)}
+    every = np.concatenate(constants)
+    coded = _with_code(blocks, every, network)
+    return {"blocks": coded, "values": np.concatenate(values), "constants": every}
+
+
+def with_code(grid: Grid, network: Network) -> Grid:
+    """Return a grid, whose constants are others, with the kernels for these."""
+    return grid._replace(blocks=_with_code(grid.blocks, grid.constants, network))
 
 
 def with_parameters(grid: Grid, network: Network, change: ParameterChange) -> Grid:
@@ -71,7 +86,7 @@ def with_parameters(grid: Grid, network: Network, change: ParameterChange) -> Gr
     first, constants = int(block["constant"]), grid.constants.copy()
     fresh = _constants(cell.model, known, population.size, float(grid.clock["h"][0]))
     constants[first : first + len(fresh)] = fresh
-    return grid._replace(constants=constants)
+    return with_code(grid._replace(constants=constants), network)
 
 
 def offsets_na(grid: Grid, network: Network, label: str) -> FloatArray | float:
@@ -125,7 +140,8 @@ def places_of(grid: Grid, network: Network, rows: IntArray, variable: str) -> tu
         unit = model.unit_of(variable)
         if unit is None:
             raise no_variable(population.label, variable, [*model.variables, *model.recorded])
-        number = [*model.variables, *hidden(model), *model.recorded].index(variable)
+        prefix = STATE if variable in model.variables else DEFINITION
+        number = values_of(model).index(prefix + variable)
         places[own] = block["value"] + number * population.size + rows[own] - block["first"]
         sizes[own] = unit.scale
     return places, sizes
@@ -135,7 +151,7 @@ def begin_cell_streams(grid: Grid, network: Network, seeds: Seeds) -> None:
     """Begin the streams of the cells whose threshold is random."""
     for block, (population, cell) in zip(grid.blocks, _owners(network), strict=True):
         if cell.model.is_random:
-            number = len(cell.model.variables) + hidden(cell.model).index(STREAM)
+            number = values_of(cell.model).index(STREAM)
             first = block["value"] + number * population.size
             seed = seeds.integer(f"population/{population.label}", 62)
             grid.values[first : first + population.size] = streams(population.size, seed)
@@ -152,10 +168,21 @@ def _owner(grid: Grid, network: Network, label: str) -> tuple[Any, Population, C
     return next((block, *owner) for block, owner in owners if owner[0].label == label)
 
 
+def _with_code(blocks: Array, constants: FloatArray, network: Network) -> Array:
+    """Return blocks with a kernel each: cells that differ in constants have another one than equal cells."""
+    blocks = blocks.copy()
+    for block, (population, cell) in zip(blocks, _owners(network), strict=True):
+        known = _rows(constants, block, population.size, cell.model)
+        differ = {name for name, row in known.items() if (row != row[:1]).any()}
+        source = kernel_source(cell.model, equal=differ <= {PARAMETER + INPUT})
+        block["code"] = compiled(source, "advance", ARGUMENTS)
+    return blocks
+
+
 def _values(population: Population, cell: CellEquations) -> FloatArray:
     """Return the initial values of variables, of what is hidden, and of recorded definitions."""
     model = cell.model
-    found = np.zeros((len(model.variables) + len(hidden(model)) + len(model.recorded), population.size))
+    found = np.zeros((len(values_of(model)), population.size))
     known: dict[str, Any] = {TIME: 0.0, **cell.in_si(population.parameters)}
     for row, (name, variable) in zip(found, model.variables.items(), strict=False):
         row[:] = population.initial_values.get(name, np.zeros(1)) * variable.unit.scale
@@ -167,16 +194,25 @@ def _values(population: Population, cell: CellEquations) -> FloatArray:
 
 def _parameters(grid: Grid, block: Any, n: int, model: Model) -> dict[str, FloatArray]:
     """Return the present parameters of a population of n cells, in SI units."""
-    names, first = model.parameters, block["constant"]
-    rows = grid.constants[first : first + len(names) * n].reshape(len(names), n)
-    return dict(zip(names, rows, strict=True))
+    rows = _rows(grid.constants, block, n, model)
+    return {name: rows[PARAMETER + name] for name in model.parameters}
+
+
+def _rows(constants: FloatArray, block: Any, n: int, model: Model) -> dict[str, FloatArray]:
+    """Return the constants of a population of n cells by their names in a kernel."""
+    names, first = constants_of(model), block["constant"]
+    return dict(zip(names, constants[first : first + len(names) * n].reshape(len(names), n), strict=True))
 
 
 def _constants(model: Model, known: Mapping[str, FloatArray], n: int, step_ms: float) -> FloatArray:
-    """Return parameters and propagators of n cells, one after the other, each with one value a cell."""
-    rows = [known[name] for name in model.parameters]
-    regimes = [False, True] if any(variable.held for variable in model.variables.values()) else [False]
-    for held in regimes if model.method == EXACT else ():
-        moved = propagators(model, known, n, step_ms * _S_PER_MS, held=held)
-        rows += list(moved[:, pattern(model, held=held)].T)
+    """Return the constants of n cells, one after the other, each with one value a cell."""
+    gains = [
+        value_of(effect.factor, known, model.definitions) * effect.unit.scale
+        for effect in model.receptors.values()
+    ]
+    rows = [*(known[name] for name in model.parameters), *gains]
+    part = propagated(model)
+    for course in courses_of(model) if part.variables else ():
+        moved = propagators(part, known, n, course.share * step_ms * _S_PER_MS, held=course.held)
+        rows += list(moved[:, multiplied(part, held=course.held)].T)
     return np.concatenate([np.empty(0), *(np.broadcast_to(row, (n,)) for row in rows)])

@@ -2,23 +2,37 @@
 
 A step of the grid is divided so that the local error stays below the tolerance. A sub-step in which the
 threshold is met is halved until the crossing is located; the cell is reset there and spikes at the next grid
-point, at most once in a step of the grid, as the cells of :mod:`nrp_brain_event.grid.curved`.
+point, at most once in a step of the grid, as the cells of :mod:`nrp_brain_event.grid.curved`. Most cells need
+one sub-step, as long as the step. So all attempt that first, and the step is divided only for those which
+fail.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import ast
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import replace
 from typing import Final
 
 from nrp_brain_event.equations.expressions import PARAMETER, STATE, needed, source_of
 from nrp_brain_event.grid.equations.exact_source import reset
+from nrp_brain_event.grid.equations.layout import (
+    Course,
+    elements_of,
+    every,
+    function,
+    indented,
+    kept,
+    product,
+    propagated,
+    stored,
+)  # fmt: skip
 from nrp_brain_event.runge_kutta import ERROR, NODES, STAGES, WEIGHTS
-from nrp_core.brain.network.equations.model import Model, Variable
+from nrp_core.brain.network.equations.expressions import names_in
+from nrp_core.brain.network.equations.model import INPUT, Model, Variable
 from nrp_core.brain.network.equations.units import AMPERE, NONE, SECOND, SIEMENS, VOLT
 
-HIDDEN: Final = ("rest", "wanted")
-"""The remaining refractory period and the length of the next sub-step, s; 0 for the first."""
-HELD: Final = "rest > 0.0"
 TOLERANCE: Final = 1e-7
 """The largest local error of a sub-step, in units of a variable's scale and value together."""
 _SCALES: Final = {VOLT: 1e-3, AMPERE: 1e-9, SIEMENS: 1e-9, SECOND: 1e-3, NONE: 1e-2}
@@ -26,37 +40,150 @@ _SCALES: Final = {VOLT: 1e-3, AMPERE: 1e-9, SIEMENS: 1e-9, SECOND: 1e-3, NONE: 1
 _NARROW: Final = 1e-7
 """Width, in steps of the grid, within which a crossing is located."""
 _SHORTEST: Final = 1e-12
+_FOLLOWED: Final = 0.9**5
+"""The error, in units of the tolerance, after which the next sub-step may be as long."""
+_OF_ALL: Final = "slopes"
+_OF_FEW: Final = "slopes_of_few"
 
 
 def slopes(model: Model) -> str:
-    """Return the function that computes the derivatives of the state variables."""
-    names = [f"{STATE}{name}" for name in model.variables] + [
-        f"{PARAMETER}{name}" for name in model.parameters
-    ]
-    rates = [variable.rate for variable in model.variables.values()]
-    lines = list(needed(rates, model))
-    for name, variable in model.variables.items():
-        rate = source_of(variable.rate, model)
-        lines.append(f"rate_{name} = " + (f"0.0 if held else {rate}" if variable.held else rate))
-    lines.append("return " + ", ".join(f"rate_{name} + 0.0" for name in model.variables) + ",")
-    body = "\n".join(f"    {line}" for line in lines)
-    return f"\n@jit\ndef slopes(t, held, {', '.join(names)}):\n{body}\n\n"
+    """Return the functions that compute derivatives: of what all cells integrate, and of all variables."""
+    of_all = {name: model.variables[name] for name in _integrated(model)}
+    parts = {_OF_ALL: (of_all, "inlined"), _OF_FEW: (model.variables, "jit")}
+    arguments = ["t", "held", *_arguments(model, STATE)]
+    return "\n\n" + "\n\n".join(
+        function(name, arguments, _slopes(model, variables), kind)
+        for name, (variables, kind) in parts.items()
+    )
 
 
-def advanced(model: Model) -> Iterator[str]:
-    """Yield the lines that advance a cell by a step of the grid."""
+def _slopes(model: Model, variables: Mapping[str, Variable]) -> Iterator[str]:
+    model = _without_divisions(model)
+    rates = {name: model.variables[name].rate for name in variables}
+    yield from needed(rates.values(), model)
+    for name, variable in variables.items():
+        rate = source_of(rates[name], model)
+        yield f"rate_{name} = " + (f"0.0 if held else {rate}" if variable.held else rate)
+    yield "return " + ", ".join(f"rate_{name} + 0.0" for name in variables) + ","
+
+
+def _without_divisions(model: Model) -> Model:
+    """Return the equations with factors ``1 / x`` in place of divisions by parameters.
+
+    A division takes as long as ten products, but these are computed once for all cells and stages.
+    """
+    change = _Reciprocal(model.parameters)
+    variables = {name: replace(v, rate=change.of(v.rate)) for name, v in model.variables.items()}
+    definitions = {name: change.of(node) for name, node in model.definitions.items()}
+    return replace(model, variables=variables, definitions=definitions)
+
+
+class _Reciprocal(ast.NodeTransformer):
+    def __init__(self, parameters: Iterable[str]) -> None:
+        self._constant = {*parameters} - {INPUT}
+
+    def of(self, node: ast.expr) -> ast.expr:
+        """Return a changed copy of an expression."""
+        changed: ast.expr = self.visit(deepcopy(node))
+        return changed
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.BinOp:
+        self.generic_visit(node)
+        if isinstance(node.op, ast.Div) and self._constant.issuperset(names_in(node.right)):
+            return ast.BinOp(node.left, ast.Mult(), ast.BinOp(ast.Constant(1.0), ast.Div(), node.right))
+        return node
+
+
+def _integrated(model: Model) -> list[str]:
+    """Return the variables that all cells integrate; the others are linear and have propagators."""
+    known = propagated(model).variables
+    return [name for name in model.variables if name not in known]
+
+
+def advancing(model: Model, load: Sequence[str]) -> dict[str, list[str]]:
+    """Return the functions that advance cells by a step of the grid, before spikes arrive."""
+    return {"attempt": [*_attempt(model, load)], "divide": [*_divide(model, load)]}
+
+
+def regime(model: Model) -> Iterator[str]:
+    """Yield the lines that find what a cell is in at the end of a step: the mark is 1 after a spike.
+
+    With a condition for the refractory period it is also 2 higher if that held in the last sub-step.
+    """
+    yield "left = 0.0"
+    yield "held = " + ("rest > 0.0" if model.lasts else "mark >= 2.0")
+    yield "spiked = mark == 1.0 or mark == 3.0"
+
+
+def fire(model: Model) -> Iterator[str]:
+    """Yield the lines for a spike; the cell is refractory at least until the next grid point."""
+    yield from reset(model)
+    if model.lasts:
+        yield from needed([model.refractory], model)
+        yield f"rest = max({source_of(model.refractory, model)}, left)"
+
+
+def _attempt(model: Model, load: Sequence[str]) -> Iterator[str]:
+    """Yield the lines by which all cells attempt a whole step; those that must divide it get the mark -1."""
+    yield "due = False"
+    yield "for i in range(n):"
+    yield from indented([*load, *_whole(model), *stored(kept(model)), "due |= not done"])
+    yield "return due"
+
+
+def _whole(model: Model) -> Iterator[str]:
+    """Yield a sub-step as long as the step, which a cell takes if it is right."""
+    yield "t = step * h - h"
+    if model.lasts:
+        yield "held = rest > 0.0"
+        yield "done = (not held or rest >= h) and (wanted <= 0.0 or wanted >= h)"
+    else:
+        yield from needed([model.refractory], model)
+        yield f"held = {source_of(model.refractory, model)}"
+        yield "done = wanted <= 0.0 or wanted >= h"
+    integrated, elements = _integrated(model), elements_of(model)
+    yield from _slopes_of(1, "t", STATE, model, integrated, _OF_ALL)
+    for stage in range(1, STAGES):
+        for name, row in elements[Course(float(NODES[stage]))].items():
+            yield f"y_{name} = {product(row)}"
+        yield from _stage(stage, "h", model, integrated, _OF_ALL)
+    for name in integrated:
+        variable = model.variables[name]
+        yield f"done = done and {_error(name, 'h')} <= {_FOLLOWED!r} * ({_allowed(variable)})"
+    if not model.is_random:  # else it is tested once in a step of the grid
+        yield from needed([model.threshold], model, "y_")
+        yield f"done = done and (held or not ({source_of(model.threshold, model, 'y_')}))"
+    yield from (f"{STATE}{name} = y_{name} if done else {STATE}{name}" for name in model.variables)
+    yield f"later = 0.0 if rest - h < {_SHORTEST} * h else rest - h"
+    yield "rest = later if done else rest"
+    yield "wanted = h if done else wanted"
+    yield "mark = -1.0 if not done else " + ("0.0" if model.lasts else "2.0 if held else 0.0")
+
+
+def _divide(model: Model, load: Sequence[str]) -> Iterator[str]:
+    """Yield the lines that divide the step of the cells that must."""
+    yield "for i in range(n):"
+    yield f"    if {every('mark')}[i] >= 0.0:"
+    yield "        continue"
+    yield from indented([*load, *_divided(model), *stored(kept(model))])
+    yield "return -1"
+
+
+def _divided(model: Model) -> Iterator[str]:
+    """Yield the lines that advance a cell by a step of the grid; they return a cell that cannot."""
     yield "left, between, spiked = h, inf, False"
     yield "wanted = h if wanted <= 0.0 else wanted"
     yield "while left > 0.0:"
-    yield from _indented(_sub_step(model))
+    yield from indented(_sub_step(model))
     yield "if left < 0.0:"
-    yield "    return -1 - i"
+    yield "    return i"
+    yield "mark = (1.0 if spiked else 0.0)" + ("" if model.lasts else " + (2.0 if held else 0.0)")
 
 
 def _sub_step(model: Model) -> Iterator[str]:
     yield "t = step * h - left"
     if model.lasts:
-        yield f"held = {HELD}"
+        yield "held = rest > 0.0"
         yield "longest = min(left, rest) if held else left"
     else:
         yield from needed([model.refractory], model)
@@ -66,9 +193,9 @@ def _sub_step(model: Model) -> Iterator[str]:
     yield "    length = min(min(wanted, longest), between)"
     yield "else:"
     yield "    length = min(min(wanted, longest), 0.5 * between)"
-    yield from _slopes_of(1, "t", STATE, model)
+    yield from _slopes_of(1, "t", STATE, model, model.variables, _OF_FEW)
     yield "while True:"
-    yield from _indented(_attempt(model))
+    yield from indented(_tried(model))
     yield "if left < 0.0:"
     yield "    break"
     yield "between = between - length if between > length else inf"
@@ -79,25 +206,17 @@ def _sub_step(model: Model) -> Iterator[str]:
     yield from (f"{STATE}{name} = y_{name}" for name in model.variables)
     yield "if crossed:"
     yield "    between = inf"
-    yield from _indented(fire(model))
+    yield "    spiked = True"
+    yield from indented(fire(model))
 
 
-def _attempt(model: Model) -> Iterator[str]:
+def _tried(model: Model) -> Iterator[str]:
     """Yield a sub-step of a length; it is repeated with a shorter one or leaves the loop."""
     for stage in range(1, STAGES):
-        for name in model.variables:
-            terms = [
-                f"{weight!r} * k{j + 1}_{name}"
-                for j, weight in enumerate(WEIGHTS[stage].tolist()[:stage])
-                if weight
-            ]
-            yield f"y_{name} = {STATE}{name} + length * ({' + '.join(terms)})"
-        yield from _slopes_of(stage + 1, f"t + {float(NODES[stage])!r} * length", "y_", model)
+        yield from _stage(stage, "length", model, model.variables, _OF_FEW)
     yield "error = 0.0"
     for name, variable in model.variables.items():
-        terms = [f"{weight!r} * k{j + 1}_{name}" for j, weight in enumerate(ERROR.tolist()) if weight]
-        allowed = f"{TOLERANCE!r} * ({_scale(variable)!r} + abs(y_{name}))"
-        yield f"one = abs(length * ({' + '.join(terms)})) / ({allowed})"
+        yield f"one = {_error(name, 'length')} / ({_allowed(variable)})"
         yield "if not one <= error:"
         yield "    error = one if one < inf else inf"
     yield "if error > 1.0:"
@@ -108,9 +227,9 @@ def _attempt(model: Model) -> Iterator[str]:
     yield "        break"
     yield "    continue"
     yield "crossed = False"
-    if not model.is_random:  # else it is tested once in a step of the grid
+    if not model.is_random:
         yield "if not held and not spiked:"
-        yield from _indented(needed([model.threshold], model, "y_"))
+        yield from indented(needed([model.threshold], model, "y_"))
         yield f"    crossed = {source_of(model.threshold, model, 'y_')}"
     yield f"if crossed and length > {_NARROW} * h:"
     yield "    between = length"
@@ -119,23 +238,30 @@ def _attempt(model: Model) -> Iterator[str]:
     yield "break"
 
 
-def fire(model: Model) -> list[str]:
-    """Return the lines for a spike; the cell is refractory at least until the next grid point."""
-    lasts = [*needed([model.refractory], model), f"rest = max({source_of(model.refractory, model)}, left)"]
-    return ["spiked = True", *reset(model), *(lasts if model.lasts else [])]
+def _stage(stage: int, length: str, model: Model, names: Iterable[str], of: str) -> Iterator[str]:
+    """Yield a later stage of a sub-step, for variables; the last one is at its end."""
+    for name in names:
+        yield f"y_{name} = {STATE}{name} + {length} * ({_sum(WEIGHTS[stage].tolist()[:stage], name)})"
+    yield from _slopes_of(stage + 1, f"t + {float(NODES[stage])!r} * {length}", "y_", model, names, of)
 
 
-def _slopes_of(stage: int, t: str, state: str, model: Model) -> Iterator[str]:
-    names = [f"{state}{name}" for name in model.variables] + [
-        f"{PARAMETER}{name}" for name in model.parameters
-    ]
-    into = ", ".join(f"k{stage}_{name}" for name in model.variables)
-    yield f"({into},) = slopes({t}, held, {', '.join(names)})"
+def _slopes_of(stage: int, t: str, state: str, model: Model, names: Iterable[str], of: str) -> Iterator[str]:
+    into = ", ".join(f"k{stage}_{name}" for name in names)
+    yield f"({into},) = {of}({t}, held, {', '.join(_arguments(model, state))})"
 
 
-def _scale(variable: Variable) -> float:
-    return min(variable.unit.scale, _SCALES.get(variable.unit.dimension, variable.unit.scale))
+def _arguments(model: Model, state: str) -> list[str]:
+    return [*(state + name for name in model.variables), *(PARAMETER + name for name in model.parameters)]
 
 
-def _indented(lines: Iterable[str]) -> Iterator[str]:
-    return (f"    {line}" for line in lines)
+def _error(name: str, length: str) -> str:
+    return f"abs({length} * ({_sum(ERROR.tolist(), name)}))"
+
+
+def _allowed(variable: Variable) -> str:
+    scale = min(variable.unit.scale, _SCALES.get(variable.unit.dimension, variable.unit.scale))
+    return f"{TOLERANCE!r} * ({scale!r} + abs(y_{variable.name}))"
+
+
+def _sum(weights: Sequence[float], name: str) -> str:
+    return " + ".join(f"{weight!r} * k{j + 1}_{name}" for j, weight in enumerate(weights) if weight)

@@ -1,0 +1,141 @@
+"""What a kernel has for each cell: the names of the rows of values and of constants.
+
+In a kernel a name stands for the value of cell i, and ``all_`` before it for the array of a block of cells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_brain_event.equations.expressions import DEFINITION, PARAMETER, STATE
+from nrp_brain_event.runge_kutta import NODES
+from nrp_core.brain.network.equations.linear import ONE, linear_part
+from nrp_core.brain.network.equations.model import EXACT, INPUT, Model
+from nrp_core.brain.network.equations.propagators import columns_of, pattern
+
+STREAM: Final = "stream"
+"""The stream of random numbers of a cell, see :func:`nrp_brain_event.random_numbers.uniform_at`."""
+_OF_EXACT: Final = ("until",)
+"""The last step in which the cell is refractory."""
+_OF_RUNGE_KUTTA: Final = ("rest", "wanted", "mark")
+"""The remaining refractory period and the length of the next sub-step, s, 0 for the first; how the step
+went, see :mod:`nrp_brain_event.grid.equations.runge_kutta_source`."""
+DRIVE: Final = "drive"
+INPUTS: Final = "in_"
+GAIN: Final = "gain_"
+_ELEMENT: Final = "element_"
+
+
+def hidden(model: Model) -> tuple[str, ...]:
+    """Return the names of what a cell keeps besides its state variables."""
+    of_method = _OF_EXACT if model.method == EXACT else _OF_RUNGE_KUTTA
+    return (*of_method, STREAM) if model.is_random else of_method
+
+
+def kept(model: Model) -> list[str]:
+    """Return the names of what a cell keeps, without recorded definitions."""
+    return [*(STATE + name for name in model.variables), *hidden(model)]
+
+
+def values_of(model: Model) -> list[str]:
+    """Return the names of the rows of values."""
+    return [*kept(model), *(DEFINITION + name for name in model.recorded)]
+
+
+def constants_of(model: Model) -> list[str]:
+    """Return the names of the rows of constants: parameters, gains of receptors, elements of propagators."""
+    elements = elements_of(model).values()
+    return [
+        *(PARAMETER + name for name in model.parameters),
+        *(GAIN + receptor for receptor in model.receptors),
+        *(name for rows in elements for row in rows.values() for name in row.values()),
+    ]
+
+
+class Course(NamedTuple):
+    """What a propagator advances by: a share of a step, in which a cell is held or not."""
+
+    share: float
+    held: bool = False
+
+
+def courses_of(model: Model) -> list[Course]:
+    """Return the courses for which there are propagators; otherwise those to the stages of Runge-Kutta."""
+    if model.method == EXACT:
+        return [Course(1.0), Course(1.0, held=True)]
+    return [Course(share) for share in np.unique(NODES[1:]).tolist()]
+
+
+def propagated(model: Model) -> Model:
+    """Return the part of the equations that has propagators, nothing if Runge-Kutta is chosen for all."""
+    if model.method == EXACT:
+        return model
+    part = linear_part(model)
+    return part if len(part.variables) < len(model.variables) else replace(model, variables={})
+
+
+def elements_of(model: Model) -> dict[Course, dict[str, dict[str, str]]]:
+    """Return the names of the elements of propagators, by course, variable and column."""
+    part, n = propagated(model), 0
+    columns = columns_of(part)
+    found: dict[Course, dict[str, dict[str, str]]] = {course: {} for course in courses_of(model)}
+    for course, rows in found.items():
+        for name, row in zip(part.variables, multiplied(part, held=course.held), strict=True):
+            keys = [columns[column] for column in row.nonzero()[0].tolist()]
+            rows[name] = {key: f"{_ELEMENT}{n + k}" for k, key in enumerate(keys)}
+            n += len(keys)
+    return found
+
+
+def multiplied(part: Model, *, held: bool) -> npt.NDArray[np.bool_]:
+    """Return by which elements of propagators a kernel multiplies.
+
+    In a cell that is held these are the rows of variables that depend on a held one; other rows are as in a
+    cell that is not.
+    """
+    found = pattern(part, held=held)
+    if held:
+        clamped = np.array([variable.held for variable in part.variables.values()])
+        depends = pattern(part, held=False)[:, : len(clamped)][:, clamped].any(axis=1)
+        found[~depends | clamped] = False
+    return found
+
+
+def product(elements: Mapping[str, str]) -> str:
+    """Return the source of a row of a propagator times the state, the current and 1."""
+    factors = {ONE: "", INPUT: f" * {PARAMETER}{INPUT}"}
+    return " + ".join(f"{name}{factors.get(key, f' * {STATE}{key}')}" for key, name in elements.items())
+
+
+def loaded(model: Model, *, equal: bool) -> Iterator[str]:
+    """Yield the lines that load cell i; constants that are equal for all cells are known before."""
+    for name in [*kept(model), *([] if equal else constants_of(model))]:
+        yield f"{name} = {every(name)}[i]"
+    if INPUT in model.parameters:  # with what devices inject
+        yield f"{PARAMETER}{INPUT} = {every(DRIVE)}[i] * 1e-9"
+
+
+def stored(names: Iterable[str]) -> Iterator[str]:
+    """Yield the lines that store values of cell i."""
+    return (f"{every(name)}[i] = {name}" for name in names)
+
+
+def every(name: str) -> str:
+    """Return the name of the array that has a value for each cell of a block."""
+    return f"all_{name}"
+
+
+def indented(lines: Iterable[str]) -> Iterator[str]:
+    """Yield lines of a block of source."""
+    return (f"    {line}" for line in lines)
+
+
+def function(name: str, arguments: Sequence[str], lines: Iterable[str], compiled: str = "jit") -> str:
+    """Return the source of a compiled function."""
+    body = "\n".join(indented(lines))
+    return f"@{compiled}\ndef {name}({', '.join(arguments)}):\n{body}\n"
