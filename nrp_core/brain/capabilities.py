@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from nrp_core.brain.network.data import Network
-from nrp_core.findings.refusals import no_cells, no_synapses
+from nrp_core.findings.refusals import no_cells, no_initial_synapses, no_rewiring, no_synapses
 from nrp_core.simulation import Determinism
 
 
@@ -23,6 +23,8 @@ class BrainCapabilities:
         state_variables: the state variables that can be read while it runs.
         changes: what can change while it runs: ``parameters`` of cells, ``weights`` of synapses.
             Parameters of source cells whose spikes the core draws can always change.
+        initial_synapses: whether the state of synapses at time 0 can be given.
+        rewiring: whether synapses can form and vanish while it runs.
         snapshot: whether its state can be saved and restored.
         releases_gil: whether it can step while Python code runs in another thread.
     """
@@ -35,6 +37,8 @@ class BrainCapabilities:
     determinism: Determinism = Determinism.MACHINE
     state_variables: frozenset[str] = frozenset()
     changes: frozenset[str] = frozenset()
+    initial_synapses: bool = False
+    rewiring: bool = False
     snapshot: bool = False
     releases_gil: bool = False
 
@@ -60,3 +64,7 @@ class BrainCapabilities:
         for projection in network.projections:
             if projection.synapse_type not in self.synapses:
                 raise no_synapses(name, projection.synapse_type, projection.label, self.synapses)
+            if projection.initial_values and not self.initial_synapses:
+                raise no_initial_synapses(name, projection.label, projection.initial_values)
+            if projection.rewiring is not None and not self.rewiring:
+                raise no_rewiring(name, projection.label)

@@ -9,10 +9,10 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.limits import check_spike_times, check_synapses, check_values, limits_of_cells
-from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 
 PARAMETERS: Final = "parameters"
 WEIGHTS: Final = "weights"
@@ -31,6 +31,36 @@ class ParameterChange:
     label: str
     index: IntArray
     values: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True, slots=True)
+class Synapses:
+    """The synapses of a projection at some time.
+
+    Args:
+        pre_index, post_index: cells within their populations, shape ``(n_synapses,)``.
+        weight: in PyNN's units, shape ``(n_synapses,)``.
+        delay_ms: shape ``(n_synapses,)``.
+    """
+
+    pre_index: IndexArray
+    post_index: IndexArray
+    weight: FloatArray
+    delay_ms: FloatArray
+
+
+def lasting(projection: Projection) -> Projection:
+    """Return a projection whose synapses stay the same ones.
+
+    Raises:
+        CapabilityError: they form and vanish.
+    """
+    if projection.rewiring is not None:
+        raise CapabilityError(
+            f"projection '{projection.label}': its synapses form and vanish while the network runs, so a "
+            "list of weights has no meaning; read_synapses returns those that there are"
+        )
+    return projection
 
 
 def parameter_changes(

@@ -20,7 +20,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.brain import changes
 from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
-from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange
+from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange, Synapses
 from nrp_core.brain.devices.attached import AttachedDevices
 from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
 from nrp_core.brain.devices.source_cells import PopulationTrains
@@ -220,12 +220,29 @@ class Brain(Simulation):
             NetworkError: there is no such projection.
         """
         self.require_ready()
-        chosen = changes.projection_of(self.network, projection)
+        chosen = changes.lasting(changes.projection_of(self.network, projection))
         if WEIGHTS not in self.capabilities.changes and not chosen.is_plastic:
             return chosen.weight.copy()
         self._require_change(WEIGHTS)
         with guarded(self, "read weights"):
             return self._do_read_weights(chosen)
+
+    @final
+    def read_synapses(self, projection: str) -> Synapses:
+        """Return a copy of the current synapses of a projection (by label).
+
+        Raises:
+            CapabilityError: the weights are plastic, and the backend cannot read them.
+            NetworkError: there is no such projection.
+        """
+        chosen = changes.projection_of(self.network, projection)
+        if chosen.rewiring is None:
+            weights = self.read_weights(projection)
+            pre, post, delay_ms = map(np.array, (chosen.pre_index, chosen.post_index, chosen.delay_ms))
+            return Synapses(pre, post, weights, delay_ms)
+        self.require_ready()
+        with guarded(self, "read synapses"):
+            return self._do_read_synapses(chosen)
 
     @final
     def set_weights(self, projection: str, weights: npt.ArrayLike) -> None:
@@ -242,8 +259,9 @@ class Brain(Simulation):
         self.require_ready()
         each = changes.new_weights(self.network, projection, weights)
         self._require_change(WEIGHTS)
+        chosen = changes.lasting(changes.projection_of(self.network, projection))
         with guarded(self, "change weights"):
-            self._do_set_weights(changes.projection_of(self.network, projection), each)
+            self._do_set_weights(chosen, each)
         self._watched_weights.look(projection, each)
 
     # -- the sequence of one advance, identical for every backend
@@ -416,6 +434,10 @@ class Brain(Simulation):
 
     def _do_read_weights(self, projection: Projection) -> FloatArray:
         """Return a copy of the current weights."""
+        raise NotImplementedError(projection.label)
+
+    def _do_read_synapses(self, projection: Projection) -> Synapses:
+        """Return the current synapses of a projection whose synapses form and vanish."""
         raise NotImplementedError(projection.label)
 
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:

@@ -42,6 +42,22 @@ def no_synapses(backend: str, synapse_type: str, projection: str, valid: Iterabl
     return _no_type(backend, f"{synapse_type} synapses (projection '{projection}')", synapse_type, valid)
 
 
+def no_initial_synapses(backend: str, projection: str, given: Iterable[str]) -> CapabilityError:
+    """Return the error for a brain backend whose synapses begin at rest."""
+    return CapabilityError(
+        f"{backend} begins with all synapses at rest; projection '{projection}' gives the initial values of "
+        f"{_listed(given, 'none')}, which 'event' takes"
+    )
+
+
+def no_rewiring(backend: str, projection: str) -> CapabilityError:
+    """Return the error for a brain backend whose synapses neither form nor vanish while it runs."""
+    return CapabilityError(
+        f"{backend} has no structural plasticity (projection '{projection}'): its synapses neither form nor "
+        "vanish while it runs; 'spinnaker' has it"
+    )
+
+
 def _no_type(backend: str, things: str, kind: str, valid: Iterable[str]) -> CapabilityError:
     return CapabilityError(f"{backend} has no {things}; {nearest(kind, valid)}")
 

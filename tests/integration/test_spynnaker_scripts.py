@@ -5,19 +5,16 @@ import subprocess
 import sys
 from math import exp
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
-from nrp_brain_spinnaker import SpinnakerOptions
+from spynnaker_scripts import HEAD, mapped, refused, run
 
 from nrp_core import load_network, save_network
 from nrp_core.brain.files.network_file import read_network
-from nrp_core.errors import CapabilityError, LifecycleError, NetworkError, NrpError
-from nrp_core.pynn.spynnaker import run_script
+from nrp_core.errors import CapabilityError, LifecycleError, NetworkError
 
-HEAD = "import pyNN.spiNNaker as p\np.setup(timestep=1.0, min_delay=1.0, n_chips_required=1)\n"
 CHAIN = """
 inputs = p.Population(2, p.SpikeSourceArray(spike_times=[[10.0], [20.0]]), label="inputs")
 cells = p.Population(2, p.IF_curr_exp(tau_syn_E=5.0, tau_refrac=50.0), label="cells")
@@ -25,20 +22,6 @@ wires = p.Projection(inputs, cells, p.OneToOneConnector(), p.StaticSynapse(weigh
 cells.record(["spikes", "v", "gsyn_exc", "gsyn_inh"])
 p.run(50)
 """
-
-
-def run(folder: Path, script: str) -> ModuleType:
-    path = folder / "script.py"
-    path.write_text(script)
-    return run_script(path)
-
-
-def refused(folder: Path, line: str) -> NrpError:
-    names = "cell, live = p.IF_curr_exp(), p.external_devices.SpynnakerLiveSpikesConnection\n"
-    with pytest.raises(NrpError) as caught:
-        run(folder, f"{HEAD}{names}{line}")
-    assert "script.py:4" in str(caught.value)
-    return caught.value
 
 
 def trains(population: Any) -> list[list[float]]:
@@ -50,6 +33,11 @@ def test_a_spike_travels_as_on_the_machine(tmp_path: Path) -> None:
     # three steps of delay, and one in which the cell that it reaches is updated
     assert trains(script.cells) == [[14.0], [24.0]]
     assert script.p.name() == "SpiNNaker"
+
+
+def test_a_delay_above_the_longest_of_setup_passes_as_on_the_machine(tmp_path: Path) -> None:
+    head = HEAD.replace("min_delay=1.0", "min_delay=1.0, max_delay=2.0")
+    assert trains(run(tmp_path, head + CHAIN.format(weight=60.0, more="")).cells) == [[14.0], [24.0]]
 
 
 def test_every_way_to_import_it_gives_the_same_simulator_and_leaves_no_module(tmp_path: Path) -> None:
@@ -91,14 +79,6 @@ def test_neurons_per_core_and_splitters_reach_the_mapper(tmp_path: Path) -> None
     assert cores == {"in": 100 // 20, "few": 20 // 5 * 3, "many": 30 // 15, "usual": 1}
     save_network(script.network, tmp_path / "kept.nrpnet")
     assert read_network(tmp_path / "kept.nrpnet").digest == script.network.digest
-
-
-def mapped(network: Any) -> Any:
-    from nrp_brain_spinnaker.loader import lay_out
-    from nrp_brain_spinnaker.mapping.plan import map_network
-
-    cells, wires, _ = lay_out(network, SpinnakerOptions())
-    return map_network(network, cells, wires, SpinnakerOptions()).vertices
 
 
 def test_the_expected_input_of_a_population_sets_its_binary_point(tmp_path: Path) -> None:
@@ -159,6 +139,36 @@ def test_either_sign_inhibits_on_the_inhibitory_receptor(tmp_path: Path) -> None
         assert (script.p.network().projections[0].weight == -2.0).all()
         lowest.append(script.cells.get_data("v").segments[0].analogsignals[0].magnitude.min())
     assert lowest[0] == lowest[1] < -66.0
+
+
+def test_a_negative_weight_excites_as_on_the_machine_and_is_told(tmp_path: Path) -> None:
+    """sPyNNaker 7.4.1 takes the size of all weights (``numpy.abs`` in ``generate_weights``)."""
+    seen = {}
+    for weight, more in ((2.0, ""), (-2.0, ""), (-2.0, ", receptor_type='inhibitory'")):
+        script = run(tmp_path, HEAD + CHAIN.format(weight=weight, more=more))
+        v = script.cells.get_data("v").segments[0].analogsignals[0].magnitude
+        seen[weight, more] = v.tobytes(), script.p.network().remarks
+    (usual, none), (negative, (told,)), (_, nothing) = seen.values()
+    assert usual == negative
+    assert "'inputs→cells': its weights are negative" in told
+    assert not none + nothing
+
+
+@pytest.mark.parametrize(
+    ("cell", "before", "told"),
+    [
+        ("IF_curr_exp", True, ()),
+        ("IF_curr_exp", False, ("neurons per core for IF_curr_exp has no effect",)),
+        ("IF_cond_exp", True, ("neurons per core for IF_cond_exp has no effect",)),
+    ],
+)
+def test_cores_of_cells_that_are_not_made_after_it_are_told(
+    tmp_path: Path, cell: str, before: bool, told: tuple[str, ...]
+) -> None:
+    setting, made = f"p.set_number_of_neurons_per_core(p.{cell}, 5)\n", "p.Population(9, p.IF_curr_exp())\n"
+    script = run(tmp_path, HEAD + (setting + made if before else made + setting) + "network = p.network()\n")
+    assert len(script.network.remarks) == len(told)
+    assert all(words in text for words, text in zip(told, script.network.remarks, strict=True))
 
 
 def test_its_own_connectors_make_the_synapses_that_they_name(tmp_path: Path) -> None:
@@ -315,13 +325,16 @@ def test_a_network_runs_beside_its_script_until_it_is_stopped(tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("line", "expected"),
     [
-        ("p.StructuralMechanismStatic()", "StructuralMechanismStatic is not supported: synapses do not form"),
         ("p.extra_models.Neuromodulation()", "Neuromodulation is not supported: weights change by pairs"),
         (
-            "p.extra_models.Vogels2011Rule()",
-            "Vogels2011Rule is not supported: the rules here are SpikePairRule",
+            "p.extra_models.RecurrentRule()",
+            "RecurrentRule is not supported: the rules here are SpikePairRule",
         ),
-        ("p.ConvolutionConnector([[1]])", "ConvolutionConnector is not supported: shared kernels"),
+        ("p.PoolDenseConnector([[1]])", "PoolDenseConnector is not supported: how the machine numbers"),
+        (
+            "p.ConvolutionConnector([[1, 2], [3, 4]])",
+            "its kernel has the shape (2, 2); both numbers must be odd",
+        ),
         ("p.external_devices.MunichMotorDevice()", "MunichMotorDevice is not supported: it is a device"),
     ],
 )
@@ -345,6 +358,43 @@ def test_a_network_that_has_ended_does_not_run_again_from_the_start(tmp_path: Pa
         ("p.Population(1, cell, spike_per_second=3)", "did you mean 'spikes_per_second'"),
         ("p.Population(1, cell, neurons_per_core=0)", "neurons_per_core is 0; it must be a whole number"),
         ("p.set_number_of_neurons_per_core('IF_cur_exp', 5)", "'IF_cur_exp' is not a cell type"),
+        ("p.IF_curr_exp(20.0)", "IF_curr_exp: give its parameters by name, such as IF_curr_exp(v_rest=...)"),
+        ("p.StructuralMechanismStatic(p.RandomSelection())", "its formation is None; it must be one such as"),
+        ("p.StructuralMechanismStatic(f_rev=10.0)", "no parameter 'f_rev'; did you mean 'f_rew'"),
+        ("p.ConvolutionConnector(1.0)", "its kernel is 1.0; it must be a matrix, or have a kernel_shape"),
+        ("p.ConvolutionConnector([1, 2, 3], 2)", "its kernel is [1, 2, 3]; it must be a matrix, or have"),
+        ("p.ConvolutionConnector([[1]], strides=0)", "strides is 0; it must be one or two whole numbers"),
+        (
+            "x = p.Population(9, cell, label='x'); p.Projection(x, x, p.ConvolutionConnector([[1]]))",
+            "give 'x' a size of two numbers, or structure=sim.Grid2D(width / height)",
+        ),
+        (
+            "near, weak = p.DistanceDependentFormation(), p.RandomByWeightElimination(0.5); "
+            "p.StructuralMechanismStatic(p.RandomSelection(), near, weak, seed=2**32)",
+            "seed is 4294967296; it must be a whole number from 0 to 4294967295",
+        ),
+        (
+            "near, weak = p.DistanceDependentFormation((2.5, 3)), p.RandomByWeightElimination(0.5); "
+            "p.StructuralMechanismStatic(p.RandomSelection(), near, weak)",
+            "grid_x is 2.5; it must be a whole number",
+        ),
+        (
+            "x = p.Population((3, 4), cell); p.Projection(x, x, p.ConvolutionConnector([[1]], strides=2))",
+            "from a grid of (3, 4) goes to one of (1, 2), not (3, 4)",
+        ),
+        (
+            "x = p.Population(9, cell, label='x'); k = p.KernelConnector((2, 2), (3, 3), 1); "
+            "p.Projection(x, x, k)",
+            "'x' has 9 cells, more than the grid of (2, 2) of its KernelConnector",
+        ),
+        ("p.extra_models.Vogels2011Rule()", "Vogels2011Rule: alpha is None; it must be a number"),
+        ("p.extra_models.Vogels2011Rule(0.1, taw=5.0)", "no parameter 'taw'; did you mean 'tau'"),
+        ("p.DistanceDependentFormation(grid=16)", "grid is 16; it must be two whole numbers"),
+        (
+            "near = p.DistanceDependentFormation(p_form_forward=1.5); "
+            "p.StructuralMechanismStatic(p.RandomSelection(), near, p.RandomByWeightElimination(0.5))",
+            "p_form_forward is 1.5; it must be a number from 0 to 1",
+        ),
         ("p.external_devices.add_poisson_live_rate_control(p.Population(1, cell))", "has no rate"),
         ("p.external_devices.activate_live_output_for('cells')", "its population is 'cells'; it must be"),
         ("live(['a']); p.Population(1, cell); p.run(1)", "names 'a', which has no live output"),

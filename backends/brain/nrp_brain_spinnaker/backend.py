@@ -34,6 +34,7 @@ class SpinnakerBackend(BrainBackend):
             determinism=Determinism.BITWISE,
             state_variables=STATE_VARIABLES,
             changes=frozenset({PARAMETERS, WEIGHTS}),
+            rewiring=True,
             snapshot=True,
             releases_gil=True,
         )

@@ -25,8 +25,9 @@ from nrp_brain_spinnaker.machine.poisson import Sources, change_sources, draw, l
 from nrp_brain_spinnaker.models import cell_models
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_brain_spinnaker.readout import read
+from nrp_brain_spinnaker.synapses.sites import seed_sites
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.changes import ParameterChange
+from nrp_core.brain.changes import ParameterChange, Synapses
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
@@ -56,7 +57,7 @@ class SpinnakerBrain(Brain):
         super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
         loaded = load(network, options)
         self.warnings += loaded.warnings
-        self._engine = MachineEngine(loaded.machine)
+        self._engine = MachineEngine(loaded.machine, loaded.rewired)
         self._live = LiveNetwork(network, loaded, options)
         self._cells, self._grid = loaded.machine.cells, loaded.grid
         simulated = [population for population in network.populations.values() if not population.is_source]
@@ -68,6 +69,8 @@ class SpinnakerBrain(Brain):
         self._poisson = self._load_poisson()
         self._spikes: list[Spikes] = []
         self._injected: list[SynapticEvents] = []
+        self._sites = loaded.sites
+        self._seed_sites()
         self._initial = self._engine.save(), self._live.save()
 
     @property
@@ -134,6 +137,16 @@ class SpinnakerBrain(Brain):
             populations, self._options.step_us, partial(kiss_state, self._seeds.child("machine"))
         )
 
+    # -- synapses that form and vanish
+
+    def _seed_sites(self) -> None:
+        if self._engine.rewired is not None:
+            drawn = partial(kiss_state, self._seeds.child("rewiring"))
+            seed_sites(self._engine.rewired, self._sites, drawn)
+
+    def _do_read_synapses(self, projection: Projection) -> Synapses:
+        return self._live.synapses(projection.label)
+
     # -- changes while it runs
 
     def _do_set_parameters(self, change: ParameterChange) -> None:
@@ -167,6 +180,7 @@ class SpinnakerBrain(Brain):
         engine, live = self._initial
         self._live.restore(live)
         self._engine.restore(engine)
+        self._seed_sites()
         self._poisson = self._load_poisson()
         self._spikes, self._injected = [], []
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from nrp_brain_spinnaker.machine.rewired_rows import Rewired, changing_rewired
 from nrp_brain_spinnaker.state import Machine
 from nrp_brain_spinnaker.synapses.laws import changing
 from nrp_brain_spinnaker.tick import Window, advance
@@ -50,10 +51,11 @@ class MachineEngine:
 
     Args:
         machine: its arrays, which the engine changes in place.
+        rewired: those of synapses that form and vanish, if there are any.
     """
 
-    def __init__(self, machine: Machine) -> None:
-        self.machine = machine
+    def __init__(self, machine: Machine, rewired: Rewired | None) -> None:
+        self.machine, self.rewired = machine, rewired
         self.tick = 0
         self.source_spikes = Waiting(2)
         """Ticks and global ids."""
@@ -65,7 +67,7 @@ class MachineEngine:
         parts = []
         while self.tick < until:
             window = self._window()
-            self.tick = advance(self.machine, window, self.tick, until)
+            self.tick = advance(self.machine, self.rewired, window, self.tick, until)
             n_sources, n_devices, n_spikes = window.taken.tolist()
             self.source_spikes.drop(n_sources)
             self.device_input.drop(n_devices)
@@ -98,4 +100,5 @@ class MachineEngine:
         own: list[npt.NDArray[Any]] = [
             cells.state, cells.synapse_state, cells.current, ring.slots, ring.saturated,
         ]  # fmt: skip
-        return own + changing(stores)
+        more = [] if self.rewired is None else changing_rewired(self.rewired)
+        return [*own, *changing(stores), *more]

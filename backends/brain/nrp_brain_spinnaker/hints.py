@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from pydantic import ValidationError
 
+from nrp_brain_spinnaker.hardware import POISSON_SOURCES_PER_CORE
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_core.brain.network.data import Population
 from nrp_core.errors import NetworkError
@@ -53,3 +54,16 @@ def hints_of(population: Population, options: SpinnakerOptions) -> Hints:
         (hints.get("max_summed_weight_exc"), hints.get("max_summed_weight_inh")),
         None if cores is None else int(cores),
     )
+
+
+def cells_per_core(population: Population, options: SpinnakerOptions) -> int:
+    """Return the largest number of cells of a population on a core."""
+    if not population.is_source:
+        return hints_of(population, options).options.neurons_per_core
+    usual = population.size if population.cell_type == "SpikeSourceArray" else POISSON_SOURCES_PER_CORE
+    return int(population.hints.get("neurons_per_core", usual))
+
+
+def slices_of(size: int, per_core: int) -> list[tuple[int, int]]:
+    """Return the first cell and the one after the last on each core; the first cores are full."""
+    return [(first, min(first + per_core, size)) for first in range(0, size, per_core)]

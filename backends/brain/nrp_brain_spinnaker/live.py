@@ -12,12 +12,13 @@ import numpy as np
 from nrp_brain_spinnaker.host.cells import Grid, load_cells, tau_syn_of_lines
 from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.loader import Loaded
+from nrp_brain_spinnaker.machine.rewiring import FIRST_ROW
 from nrp_brain_spinnaker.machine.ring import LARGEST_ENTRY, WeightArray
 from nrp_brain_spinnaker.models import SYNAPSES
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_brain_spinnaker.synapses.laws import follow_targets
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.changes import ParameterChange
+from nrp_core.brain.changes import ParameterChange, Synapses
 from nrp_core.brain.network.data import Network, Population
 from nrp_core.errors import CapabilityError
 
@@ -37,6 +38,7 @@ class LiveNetwork:
         self._network, self._machine, self._options = network, loaded.machine, options
         self._grid: Grid = loaded.grid
         self._wires = {part.projection.label: part for part in loaded.wires}
+        self._sites, self._rewired = loaded.sites, loaded.rewired
         self._simulated = [p.label for p in network.populations.values() if not p.is_source]
         self._parameters: dict[str, Mapping[str, FloatArray]] = {}
         self._weights: dict[str, FloatArray] = {}
@@ -73,6 +75,24 @@ class LiveNetwork:
         if part.factor is not None:
             sizes = sizes / part.factor[part.projection.post_index]
         return np.copysign(sizes, part.projection.weight) if (part.projection.weight < 0).any() else sizes
+
+    def synapses(self, label: str) -> Synapses:
+        """Return the synapses of a projection that form and vanish, by source cell and then by target."""
+        part, rewired = self._wires[label], self._rewired
+        assert rewired is not None
+        numbers = [g.number for site in self._sites for g in site.groups if g.part is part]
+        starts = rewired.groups[numbers, FIRST_ROW]
+        rows = np.concatenate([rewired.row_of[start : start + part.n_pre] for start in starts])
+        n = rewired.length[rows]
+        pre = np.repeat(np.tile(np.arange(part.n_pre, dtype=np.int32), len(starts)), n)
+        ranks = np.arange(n.sum()) - np.repeat(np.cumsum(n) - n, n)
+        place = np.repeat(rewired.rows.first[rows], n) + ranks
+        post = rewired.rows.line[place] % rewired.n_neurons - part.post_first
+        order = np.lexsort((post, pre))
+        sign = -1.0 if part.receptor and not part.model.is_conductance_based else 1.0
+        weight = sign * rewired.rows.weight[place] / part.scale
+        delay_ms = rewired.rows.delay[place] * (part.step_us / 1000)
+        return Synapses(pre[order], post[order].astype(np.int32), weight[order], delay_ms[order])
 
     def set_weights(self, label: str, weights: FloatArray) -> None:
         """Change the weights of a projection; the shift chosen at the start stays.
@@ -140,7 +160,8 @@ class LiveNetwork:
         """The positions of each projection's synapses among those of their type."""
         places: dict[str, IntArray] = {}
         for kind in sorted(SYNAPSES):
-            own = [part for part in self._wires.values() if part.projection.synapse_type == kind]
+            lasting = [part for part in self._wires.values() if part.projection.rewiring is None]
+            own = [part for part in lasting if part.projection.synapse_type == kind]
             places.update(_places_of(own))
         return places
 

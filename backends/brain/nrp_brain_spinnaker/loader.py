@@ -8,15 +8,19 @@ import numpy as np
 
 from nrp_brain_spinnaker.hints import hints_of
 from nrp_brain_spinnaker.host.cells import Grid, load_cells, tau_syn_of_lines
+from nrp_brain_spinnaker.host.rounded_times import rounded_times
 from nrp_brain_spinnaker.host.wiring import Wires, longest_ticks, wire
 from nrp_brain_spinnaker.machine import kinds
 from nrp_brain_spinnaker.machine.kinds import Cells
+from nrp_brain_spinnaker.machine.rewired_rows import Rewired
 from nrp_brain_spinnaker.machine.ring import Ring
 from nrp_brain_spinnaker.mapping.fidelity import losses
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_brain_spinnaker.state import Machine
 from nrp_brain_spinnaker.synapses.laws import load_stores
 from nrp_brain_spinnaker.synapses.layout import Layout
+from nrp_brain_spinnaker.synapses.rewired import load_rewired
+from nrp_brain_spinnaker.synapses.sites import Site, sites_of
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.data import Network, Population
 from nrp_core.findings import Findings
@@ -30,12 +34,16 @@ class Loaded:
         machine: its arrays.
         grid: the time step.
         wires: the projections on the machine.
+        sites: the cores on which synapses form and vanish.
+        rewired: these synapses, or None if there are no such cores.
         warnings: warnings about changed values.
     """
 
     machine: Machine
     grid: Grid
     wires: list[Wires]
+    sites: list[Site]
+    rewired: Rewired | None
     warnings: Findings
 
 
@@ -57,6 +65,7 @@ def lay_out(network: Network, options: SpinnakerOptions) -> tuple[Cells, list[Wi
     for part in wires:
         cells.populations[part.population, kinds.SHIFT_EXC + part.receptor] = part.shift
     warnings += losses(wires, options)
+    warnings += rounded_times(network, options)
     return cells, wires, warnings
 
 
@@ -71,13 +80,15 @@ def load(network: Network, options: SpinnakerOptions) -> Loaded:
     cells, wires, warnings = lay_out(network, options)
     populations, n = _simulated(network), cells.ids.size
     tau_syn = tau_syn_of_lines(populations, options.semantics)
-    layout = Layout(network.size, n, tau_syn, grid, options.semantics)
+    layout = Layout(network, options, n, tau_syn, grid)
+    sites = sites_of(wires, layout)
     machine = Machine(
         cells=cells,
         ring=_ring(n, longest_ticks(wires)),
         stores=load_stores(wires, layout),
     )
-    return Loaded(machine, grid, wires, warnings)
+    rewired = load_rewired(wires, sites, layout) if sites else None
+    return Loaded(machine, grid, wires, sites, rewired, warnings)
 
 
 def _simulated(network: Network) -> list[Population]:

@@ -1,8 +1,8 @@
 """One tick of the machine, and many.
 
-The order is the machine's: input is transferred from the ring; every neuron is updated and compared with its
-threshold, and its synapses decay; then the spikes are sent. A spike in tick ``t`` with a delay of ``d`` ticks
-acts in the update of tick ``t + d``.
+The order is the machine's: synapses form and vanish; input is transferred from the ring; every neuron is
+updated and compared with its threshold, and its synapses decay; then the spikes are sent. A spike in tick
+``t`` with a delay of ``d`` ticks acts in the update of tick ``t + d``.
 """
 
 from __future__ import annotations
@@ -12,10 +12,12 @@ from typing import NamedTuple
 from nrp_brain_spinnaker.machine import kinds
 from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.machine.neuron_kernels import gather_currents, update_neurons
+from nrp_brain_spinnaker.machine.rewired_rows import Rewired, deliver_rewired, emit_rewired
+from nrp_brain_spinnaker.machine.rewiring import rewire
 from nrp_brain_spinnaker.machine.ring import Ring, transfer
 from nrp_brain_spinnaker.machine.synaptic_inputs import add_arrived, decay_synapses, read_values
 from nrp_brain_spinnaker.state import Machine
-from nrp_brain_spinnaker.synapses.laws import note_spike, send
+from nrp_brain_spinnaker.synapses.laws import Stores, note_spike, send
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import borrowed, jit
 
@@ -57,7 +59,7 @@ def finish_tick(cells: Cells) -> None:
 
 
 @jit
-def advance(machine: Machine, window: Window, tick: int, until: int) -> int:
+def advance(machine: Machine, rewired: Rewired | None, window: Window, tick: int, until: int) -> int:
     """Run ticks up to ``until``, or until there is too little room for spikes; return the tick reached."""
     lent = borrowed(machine)  # counting shares in the arrays takes most of a short tick
     cells, ring = lent.cells, lent.ring
@@ -68,25 +70,31 @@ def advance(machine: Machine, window: Window, tick: int, until: int) -> int:
         while taken[1] < devices.shape[1] and devices[0, taken[1]] <= tick:
             ring.device[devices[1, taken[1]]] += devices[2, taken[1]]
             taken[1] += 1
+        if rewired is not None:  # without them this is not compiled
+            rewire(rewired, tick)
         begin_tick(cells, ring, tick)
         finish_tick(cells)
         if cells.n_fired[0] > 0:
-            _emit(lent, window, tick)
+            _emit(cells, ring, lent.stores, window, tick)
+            if rewired is not None:
+                emit_rewired(rewired, cells, ring, tick)
         while taken[0] < sources.shape[1] and sources[0, taken[0]] <= tick:
             send(lent.stores, ring, sources[1, taken[0]], tick)
+            if rewired is not None:
+                deliver_rewired(rewired, ring, sources[1, taken[0]], tick)
             taken[0] += 1
         tick += 1
     return tick
 
 
 @jit
-def _emit(machine: Machine, window: Window, tick: int) -> None:
+def _emit(cells: Cells, ring: Ring, stores: Stores, window: Window, tick: int) -> None:
     """Store the spikes, then send them."""
-    cells, n_fired = machine.cells, machine.cells.n_fired[0]
+    n_fired = cells.n_fired[0]
     for k in range(n_fired):
-        note_spike(machine.stores, cells.fired[k], tick)
+        note_spike(stores, cells.fired[k], tick)
     for k in range(n_fired):
         neuron, place = cells.ids[cells.fired[k]], window.taken[2] + k
         window.spikes[0, place], window.spikes[1, place] = tick, neuron
-        send(machine.stores, machine.ring, neuron, tick)
+        send(stores, ring, neuron, tick)
     window.taken[2] += n_fired

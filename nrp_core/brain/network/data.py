@@ -38,7 +38,8 @@ from nrp_core.brain.network.limits import (
     limits_of_cells,
     limits_of_synapses,
 )
-from nrp_core.brain.network.synapses.laws import PLASTIC
+from nrp_core.brain.network.rewiring import Rewiring
+from nrp_core.brain.network.synapses.laws import LAWS, PLASTIC
 from nrp_core.brain.network.synapses.static import STATIC
 from nrp_core.errors import NetworkError, NeuronSelectionError, did_you_mean
 
@@ -175,6 +176,9 @@ class Projection:
         origin: how the projection was made.
         equations: the law, if ``synapse_type`` is ``EquationSynapse``; its parameters are then in the units
             of the equations.
+        initial_values: state variables of the law at time 0, by its names, shape ``(n_synapses,)``; the
+            others are at rest.
+        rewiring: how its synapses form and vanish, or None if they stay; those above are then the first ones.
     """
 
     label: str
@@ -190,6 +194,8 @@ class Projection:
     plasticity: Mapping[str, str] = field(default_factory=dict)
     origin: Origin = LISTED
     equations: SynapseEquations | None = None
+    initial_values: Mapping[str, FloatArray] = field(default_factory=dict)
+    rewiring: Rewiring | None = None
 
     @property
     def size(self) -> int:
@@ -225,6 +231,7 @@ class Projection:
             weight=self.weight[synapses],
             delay_ms=self.delay_ms[synapses],
             synapse_parameters={name: values[synapses] for name, values in self.synapse_parameters.items()},
+            initial_values={name: values[synapses] for name, values in self.initial_values.items()},
             origin=LISTED,
         )
 
@@ -352,6 +359,10 @@ class Network:
             _feed(state, asdict(projection.origin))
             if projection.equations is not None:
                 _feed(state, projection.equations.data())
+            if projection.initial_values:
+                _feed(state, dict(projection.initial_values))
+            if projection.rewiring is not None:
+                _feed(state, projection.rewiring.data())
         _feed(state, dict(self.views), self.timestep_ms)
         return state.hexdigest()
 
@@ -385,6 +396,7 @@ class Network:
         for name, array in values.items():
             if array.shape != (projection.size,):
                 raise NetworkError(f"{where}: {name} has shape {array.shape}, not ({projection.size},)")
+        _check_beginning(where, projection)
         conductance_based = self.populations[projection.post].is_conductance_based
         check_synapses(
             where, projection.ends, {**values, **projection.synapse_parameters},
@@ -397,6 +409,19 @@ class Network:
             projection.equations.require_values(
                 where, describing(projection.ends), projection.synapse_parameters
             )
+
+
+def _check_beginning(where: str, projection: Projection) -> None:
+    """Check the state of synapses at time 0."""
+    law = LAWS.get(projection.synapse_type)
+    known = {} if law is None or law.plastic else law.state
+    for name, array in projection.initial_values.items():
+        if name not in known:
+            hint = did_you_mean(name, known) if known else ""
+            raise NetworkError(f"{where}: {projection.synapse_type} synapses have no state '{name}'{hint}")
+        limit = known[name].limit
+        if array.shape != (projection.size,) or not limit.allows(array).all():
+            raise NetworkError(f"{where}: its initial {name} must be one number a synapse, {limit.rule}")
 
 
 def _feed(state: hashlib.blake2b, *values: object) -> None:

@@ -55,7 +55,10 @@ _IN_MV: Final = frozenset(cell.name for cell in CELLS.values() if cell.weight_un
 """Cells with weights that are voltages, not currents."""
 _ROUNDING: Final = 1e-6
 _DELAY: Final = Plausible(0.01, 1_000.0, "ms", "s", "us")
-_MEMORY: Final = Plausible(0.5, 10_000.0, "ms", "s", "us")
+_LEARNS: Final = Plausible(0.5, 10_000.0, "ms", "s", "us")
+_RECOVERS: Final = _LEARNS._replace(low=1.0)
+"""Resources recover in about a second (Tsodyks and Markram 1997: 0.8 s)."""
+_MEMORIES: Final = {"tau_rec": _RECOVERS, "tau_facil": _LEARNS, "tau_plus": _LEARNS, "tau_minus": _LEARNS}
 """Time constants of plasticity."""
 _USUAL_HIGHEST: Final = 1.0
 """What PyNN's rules of spike-timing-dependent plasticity take for ``w_max`` if a script does not set it."""
@@ -197,6 +200,7 @@ def _outside(owner: str, values: FloatArray, plausible: Plausible) -> Iterator[s
 
 
 def _in_volts(owner: str, values: FloatArray) -> Iterator[str]:
+    values = values[np.isfinite(values)]  # without a threshold, cells never fire
     if not values.size:
         return
     low, high = _REST_V
@@ -221,10 +225,10 @@ def _of_synapses(projection: Projection, post: Population) -> Iterator[str]:
         cells = post.equations, post.parameters, post.initial_values
         against = doubts_about_weights(*cells, projection.receptor, _extremes(projection, "weight"))
         yield from (f"the equations of the population '{post.label}', at {owner}: {one}" for one in against)
-    for name in ("tau_rec", "tau_facil", "tau_plus", "tau_minus"):
+    for name, plausible in _MEMORIES.items():
         if name in projection.synapse_parameters:
             values = projection.synapse_parameters[name]
-            yield from _outside(f"{name} of {owner}", values[values > _AT_ONCE_MS], _MEMORY)
+            yield from _outside(f"{name} of {owner}", values[values > _AT_ONCE_MS], plausible)
     yield from _of_pairs(owner, projection)
     yield from _of_weights(owner, projection, post)
     if "U" in projection.synapse_parameters and not projection.synapse_parameters["U"].any():
@@ -257,7 +261,8 @@ def _of_weights(owner: str, projection: Projection, post: Population) -> Iterato
     if size:
         whose = ", PyNN's default" if (highest == _USUAL_HIGHEST).all() else ""
         yield f"w_max of {owner}{whose} is {size}"
-    if not weights.any() and "w_max" not in projection.synapse_parameters:
+    formed = 0.0 if projection.rewiring is None else projection.rewiring.initial_weight
+    if not weights.any() and not formed and "w_max" not in projection.synapse_parameters:
         yield f"all weights of {owner} are 0: it has no effect"
 
 

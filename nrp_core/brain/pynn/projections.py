@@ -11,7 +11,7 @@ import numpy as np
 from pyNN import common
 from pyNN.connectors import Connector
 from pyNN.models import BaseSynapseType
-from pyNN.parameters import ParameterSpace
+from pyNN.parameters import LazyArray, ParameterSpace
 from pyNN.random import RandomDistribution
 from pyNN.space import Space
 
@@ -19,6 +19,8 @@ from nrp_core._support.arrays import FloatArray, IndexArray
 from nrp_core.brain.network.drawing.drawn import Columns
 from nrp_core.brain.network.indices import ends_of, folded, indices_of
 from nrp_core.brain.network.limits import check_synapses, limits_of_synapses
+from nrp_core.brain.network.parameters import Limit
+from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.brain.pynn.arguments import require_kind, require_names, require_shape
 from nrp_core.brain.pynn.invalid import InvalidSynapseError, UnknownSynapseError, computing, raising
 from nrp_core.brain.pynn.populations import parts_of, require_existing
@@ -28,6 +30,7 @@ from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 
 _CELLS = (common.BasePopulation, common.Assembly)
 _NONE = type(None)
+_ROUNDING_MS = 1e-9
 _PARTS = (
     ("source", _CELLS, "a population, view or assembly"),
     ("target", _CELLS, "a population, view or assembly"),
@@ -47,6 +50,7 @@ class Projection(common.Projection):
         pre_index, post_index: cells within the two groups, shape ``(n_synapses,)``.
         values: weight, delay and all other parameters, PyNN's units, shape ``(n_synapses,)``; those of large
             projections may be drawn again for each read.
+        initial_state: state variables at time 0 by the names of the law, shape ``(n_synapses,)``.
         has_own_label: whether the script gave it a label.
         given: the weight and delay from the script; None if it gave each synapse its own.
     """
@@ -54,6 +58,7 @@ class Projection(common.Projection):
     _simulator: Simulator
     pre_index: IndexArray
     post_index: IndexArray
+    initial_state: dict[str, FloatArray]
 
     def __init__(
         self, presynaptic_population: Any, postsynaptic_population: Any, connector: Any,
@@ -85,7 +90,7 @@ class Projection(common.Projection):
         for cells in (self.pre, self.post):
             require_existing(cells.label, cells, self._simulator.state)
         self._simulator.state.before_change()
-        self.values = Columns()
+        self.values, self.initial_state = Columns(), {}
         self._columns = SynapseColumns(self.pre.size)
         with computing(f"{self._name}: its {type(connector).__name__} fails", InvalidSynapseError):
             connector.connect(self)
@@ -190,9 +195,26 @@ class Projection(common.Projection):
         self.values.update(values)
 
     def initialize(self, **initial_values: Any) -> None:
-        """Refuse: a network holds no state of synapses at time 0."""
-        names = ", ".join(initial_values)
-        raise CapabilityError(f"{self._name}: the initial state of synapses cannot be set ({names})")
+        """Set state variables of all synapses at time 0, each value in the forms of :meth:`set`.
+
+        Raises:
+            UnknownParameterError: the synapses have no such variable.
+            CapabilityError: the network has run, and has not been reset.
+        """
+        law = LAWS.get(self.synapse_type.kind)
+        state = {} if law is None or law.plastic else law.state
+        complements = {} if law is None else law.complements
+        require_names(f"{self._name}: the initial state", initial_values, [*state, *complements])
+        self._simulator.state.before_change()
+        for name, value in initial_values.items():
+            with computing(f"{self._name}: {name} cannot be computed", InvalidSynapseError):
+                base = value.base_value if isinstance(value, LazyArray) and value.is_homogeneous else value
+                found = self._evaluated("weight", base)
+            variable, whole = complements.get(name, (name, ""))
+            if whole and not ((found >= 0) & (found <= self.values[whole])).all():
+                raise InvalidSynapseError(f"{self._name}: initial values of {name} must be from 0 to {whole}")
+            self.initial_state[variable] = self.values[whole] - found if whole else found
+        self.initial_values.update(initial_values)
 
     def _evaluated(self, name: str, value: Any) -> FloatArray:
         if isinstance(value, (list, np.ndarray)) and np.ndim(value) == 1:
@@ -227,14 +249,15 @@ class Projection(common.Projection):
     def _matrix(self, column: FloatArray, multiple_synapses: str) -> FloatArray:
         """Return a column as a matrix with NaN where there is no synapse."""
         matrix = np.full(self.shape, np.nan)
+        pre, post = self.column("presynaptic_index"), self.column("postsynaptic_index")
         if multiple_synapses in _OPERATIONS:
             operation, start = _OPERATIONS[multiple_synapses]
-            matrix[self.pre_index, self.post_index] = start
-            operation.at(matrix, (self.pre_index, self.post_index), column)
+            matrix[pre, post] = start
+            operation.at(matrix, (pre, post), column)
         else:
-            order = np.arange(len(self))  # the last of several values for one element is kept
+            order = np.arange(len(pre))  # the last of several values for one element is kept
             order = order if multiple_synapses == "last" else order[::-1].copy()
-            matrix[self.pre_index[order], self.post_index[order]] = column[order]
+            matrix[pre[order], post[order]] = column[order]
         return matrix
 
     @property
@@ -250,12 +273,20 @@ class Projection(common.Projection):
         owners = [part._owner() for part in parts_of(self.post)]
         own = any(hasattr(owner.celltype, "equations") for owner in owners)  # which give signs their meaning
         signed = "weight" in values and (conductance_based or (self.connector.safe and not own))
+        limits = {**limits_of_synapses(getattr(self.synapse_type, "equations", None)), **self._within()}
         with raising(InvalidSynapseError):
             check_synapses(
                 self._name, self.ends, values, receptor=self.receptor_type,
-                conductance_based=conductance_based, signed=signed,
-                limits=limits_of_synapses(getattr(self.synapse_type, "equations", None)),
+                conductance_based=conductance_based, signed=signed, limits=limits,
             )  # fmt: skip
+
+    def _within(self) -> Mapping[str, Limit]:
+        """Return the limit of delays, if ``setup`` gives one; NEST refuses longer ones, too."""
+        longest_ms = self._simulator.state.max_delay + _ROUNDING_MS
+        if np.isinf(longest_ms):
+            return {}
+        rule = f"from 0 ms to max_delay of setup, {self._simulator.state.max_delay:g} ms"
+        return {"delay": Limit(rule, lambda delays_ms: (delays_ms >= 0) & (delays_ms <= longest_ms))}
 
 
 class Connection(common.Connection):

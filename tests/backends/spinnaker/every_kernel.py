@@ -6,6 +6,7 @@ The arguments are packages that cannot be imported.
 import hashlib
 import pickle
 import sys
+from dataclasses import replace
 
 sys.modules.update(dict.fromkeys(sys.argv[1:]))
 # ruff: noqa: E402
@@ -16,6 +17,7 @@ from nrp_brain_spinnaker import SpinnakerBackend, SpinnakerOptions
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.brain.network.synapses.static import STATIC
 from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
@@ -39,6 +41,7 @@ CELLS = {
 }
 SIZE = 3
 RULE = {"tau_plus": 20.0, "tau_minus": 20.0, "A_plus": 0.1, "A_minus": 0.12, "w_min": 0.0, "w_max": 1.0}
+VOGELS = {"tau": 20.0, "eta": 0.05, "rho": 3.0, "w_min": 0.0, "w_max": 1.0}
 SHORT_TERM = {"U": 0.5, "tau_rec": 100.0, "tau_facil": 50.0}
 
 
@@ -50,14 +53,15 @@ def population(cell_type: str, parameters: dict[str, float]) -> Population:
 
 
 def projection(
-    pre: str, post: str, weight: float, kind: str, parameters: dict[str, float], rule: str = ""
-) -> Projection:
+    pre: str, post: str, weight: float, kind: str, parameters: dict[str, float], rule: str = "",
+    timing: str = "SpikePairRule",
+) -> Projection:  # fmt: skip
     index = np.arange(SIZE * SIZE, dtype=np.int32)
     n = len(index)
     return Projection(
         f"{pre}-{post}-{kind}-{rule}-{weight}", pre, post, "excitatory" if weight > 0 else "inhibitory",
         index // SIZE, index % SIZE, np.linspace(weight, weight / 2, n), np.linspace(1, 9, n), kind,
-        {name: np.full(n, value) for name, value in parameters.items()}, {"t": "SpikePairRule", "w": rule},
+        {name: np.full(n, value) for name, value in parameters.items()}, {"t": timing, "w": rule},
     )  # fmt: skip
 
 
@@ -81,6 +85,13 @@ def network() -> Network:
     for rule in ("AdditiveWeightDependence", "MultiplicativeWeightDependence"):
         projections.append(projection("array", "IF_curr_exp", 0.5, STDP, RULE, rule))
     projections.append(projection("IF_curr_exp", "IF_curr_alpha", -0.5, STATIC, {}))
+    additive = "AdditiveWeightDependence"
+    projections.append(projection("array", "IF_curr_alpha", 0.5, STDP, VOGELS, additive, "Vogels2011Rule"))
+    for partner in ("RandomSelection", "LastNeuronSelection"):
+        rewiring = Rewiring(partner, prob_elim_potentiated=0.5, initial_weight=0.002, p_form_forward=0.9)
+        post = "IF_cond_exp" if partner == "RandomSelection" else "IF_cond_alpha"
+        one = projection("array", post, 0.001, STATIC, {}, partner)
+        projections.append(replace(one, rewiring=rewiring))
     return Network(populations, tuple(projections))
 
 

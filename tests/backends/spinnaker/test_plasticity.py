@@ -96,6 +96,55 @@ def test_weights_follow_the_pair_rule_in_every_bit(
     assert int(plastic.weight[0]) == reference(pre, post, delay, 2**15 >> shift, shift, gains, weight)
 
 
+VOGELS = {"tau": 16.7, "eta": 0.05, "rho": 6.0, "w_min": 0.1, "w_max": 2.0}
+
+
+def vogels_reference(pre: list[int], post: list[int], delay: int, raw: int, shift: int, least: int) -> int:
+    """Apply the rule of Vogels et al. to whole trains (ticks), one pre-synaptic spike after another."""
+    table = [int(2048 * exp(-i / VOGELS["tau"])) for i in range(400)]
+    gain, high = round(VOGELS["eta"] * 2**15), round(VOGELS["w_max"] * 2**15)
+    alpha = round(2 * VOGELS["rho"] * VOGELS["tau"] / 1000 * 2048)
+    post_traces: dict[int, int] = {}
+    for p in post:
+        last = max(post_traces, default=None)
+        post_traces[p] = 2048 + (0 if last is None else post_traces[last] * table[p - last] // 2**11)
+    before, trace = 0, 0
+    for t in pre:
+        w = raw << shift
+        for p in (p for p in post if max(before - delay, 0) < p <= t - delay):
+            w = min(w + floor_mul(gain, (trace * table[p + delay - before] // 2**11) << 4), high)
+        earlier = [p for p in post if p <= t - delay]
+        if earlier:
+            near = post_traces[earlier[-1]] * table[t - delay - earlier[-1]] // 2**11
+            w = max(min(w + floor_mul(gain, (near - alpha) << 4), high), least)
+        raw = (w >> shift) & 0xFFFF  # a weight below 0 wraps in the released software
+        trace, before = trace * table[t - before] // 2**11 + 2048, t
+    return raw
+
+
+@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    pre=TRAINS, post=TRAINS, delay=st.integers(1, 7), semantics=st.sampled_from(["pynn", "released"]),
+    weight=st.sampled_from([0.12, 1.0]),
+)  # fmt: skip
+def test_weights_follow_the_rule_of_vogels_in_every_bit(
+    pre: list[int], post: list[int], delay: int, semantics: str, weight: float,
+    cells: Maker, spike_source: Maker, connect: Connect, open_brain: Open,
+) -> None:  # fmt: skip
+    rule = {"kind": STDP, "plasticity": named(ADDITIVE, "Vogels2011Rule"), **VOGELS}
+    brain = open_brain(
+        spike_source("pre", [float(t) for t in pre]), cells("cell", "IF_curr_exp", **OBEDIENT),
+        connect("pre", "cell", -weight, float(delay), receptor="inhibitory", **rule),
+        semantics=semantics,
+    )  # fmt: skip
+    fire(brain, post)
+    brain.run_until(170 * MS)
+    plastic, shift = brain._engine.machine.stores.stdp, 2
+    least = round(VOGELS["w_min"] * 2**15) if semantics == "pynn" else -(2**40)
+    start = round(weight * 2**15 / 2**shift)
+    assert int(plastic.weight[0]) == vogels_reference(pre, post, delay, start, shift, least)
+
+
 def test_only_the_last_fifteen_post_synaptic_spikes_are_remembered(
     cells: Maker, spike_source: Maker, connect: Connect, open_brain: Open
 ) -> None:
@@ -113,7 +162,10 @@ def test_only_the_last_fifteen_post_synaptic_spikes_are_remembered(
     ("change", "message"),
     [
         ({"plasticity": named("GutigWeightDependence")}, "SpikePairRule with .*, not GutigWeightDependence"),
-        ({"plasticity": named(ADDITIVE, "Vogels2011Rule")}, "not AdditiveWeightDependence, Vogels2011Rule"),
+        (
+            {"plasticity": named(ADDITIVE, "PfisterSpikeTripletRule")},
+            "not AdditiveWeightDependence, PfisterSpikeTripletRule",
+        ),
         ({"dendritic_delay_fraction": 0.5}, "dendritic_delay_fraction is 0 or 1, not 0.5"),
         ({"A_minus": -0.1}, "'s-n-excitatory': A_minus is -0.1; it must be 0 or more on the machine"),
     ],

@@ -287,3 +287,25 @@ def test_a_current_that_does_not_fit_the_machine_is_an_error(cells: Maker, open_
     brain.add_source(DCSource(amplitude=1e6), [0], name="dc")
     with pytest.raises(SimulationError, match="injected current in nA is 1e"):
         brain.run_until(MS)
+
+
+@pytest.mark.parametrize(
+    ("times_ms", "refractory_ms", "step", "told"),
+    [
+        ([3.0, 7.0], 2.0, "1 ms", []),
+        ([0.3, 0.7], 0.1, "0.1 ms", []),  # 0.3 / 0.1 is not 3 in floating point
+        ([3.0], 0.1, "1 ms", []),  # PyNN's default period, less than a step
+        ([3.0, 3.5], 2.0, "1 ms", ["spikes between time steps of 1 ms come at the next: 's' (3.5 -> 4 ms)"]),
+        ([3.0], 2.5, "1 ms", ["refractory periods become whole time steps: 'n' (2.5 -> 3 ms)"]),
+        ([3.0], 2.0, "0.05 ms", ["a time step of 0.05 ms is below 0.1 ms, the shortest that a machine keeps "
+                                 "up with; a real one needs a time_scale_factor"]),
+    ],
+)  # fmt: skip
+def test_times_between_steps_are_told(
+    times_ms: list[float], refractory_ms: float, step: str, told: list[str], cells: Maker,
+    spike_source: Maker, connect: Connect, open_brain: Open,
+) -> None:  # fmt: skip
+    """A spike has the tick ceil(t / step) in sPyNNaker, and a refractory period ceil(tau_refrac / step)."""
+    target = cells("n", "IF_curr_exp", tau_refrac=refractory_ms, i_offset=9.0)
+    brain = open_brain(spike_source("s", times_ms), target, connect("s", "n", 1.0, 1.0), timestep=step)
+    assert list(brain.warnings.messages) == told

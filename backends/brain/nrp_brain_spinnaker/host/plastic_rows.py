@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from decimal import Decimal
 
 import numpy as np
 
 from nrp_brain_spinnaker.host.conversion import exact_exp, to_accum
 from nrp_brain_spinnaker.host.rows import collect
+from nrp_brain_spinnaker.host.weights import common_parameter
 from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.machine.stdp import HISTORY, RULE_COLUMNS, TRACE_ONE, StdpRows
 from nrp_brain_spinnaker.models import Semantics
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.data import Projection
+from nrp_core.clock import MS_PER_S
 from nrp_core.errors import CapabilityError, NetworkError
 
-_TIMING = "SpikePairRule"
+_TIMING, _VOGELS = "SpikePairRule", "Vogels2011Rule"
+_UNLIMITED = -(2**40)
+"""Below any weight."""
 _WEIGHT = ("AdditiveWeightDependence", "MultiplicativeWeightDependence")
 
 
@@ -28,8 +32,7 @@ def load_plastic(
     Raises:
         CapabilityError: the machine does not have a rule, or there are two rules on one population.
     """
-    tables = _Tables(step_us)
-    rules = [_rule(part, tables, semantics) for part in wires]
+    rules = rules_of(wires, n, step_us, semantics)
     synapses = collect(wires, n)
     rule_of_synapse = np.repeat(np.arange(len(wires)), [part.projection.size for part in wires])[
         synapses.order
@@ -41,17 +44,31 @@ def load_plastic(
     first = np.append(np.flatnonzero(new_row), order.size)
     row_pre, row_rule = keys[:, new_row]
     start = np.searchsorted(row_pre, np.arange(n_sources + 1))
-    remembering = n if wires else 0
     return StdpRows(
         start=start.astype(np.int64), first=first.astype(np.int64), rule=row_rule.astype(np.int64),
         last_tick=np.zeros(row_rule.size, np.int64), trace=np.zeros(row_rule.size, np.int64),
         line=synapses.line[order], weight=synapses.weight[order], delay=synapses.delay[order],
-        rules=np.array(rules, np.int64).reshape(-1, RULE_COLUMNS), decays=tables.joined(),
-        rule_of=_rule_of_neurons(wires, rules, remembering),
-        history_count=np.zeros(remembering, np.int64),
-        history_tick=np.zeros((remembering, HISTORY), np.int64),
-        history_trace=np.zeros((remembering, HISTORY), np.int64),
+        **rules,
     )  # fmt: skip
+
+
+def rules_of(wires: Sequence[Wires], n: int, step_us: int, semantics: Semantics) -> dict[str, IntArray]:
+    """Return the rules of projections and empty histories of ``n`` neurons, by their names in the rows.
+
+    Raises:
+        CapabilityError: the machine does not have a rule, or there are two rules on one population.
+    """
+    tables = _Tables(step_us)
+    rules = [_rule(part, tables, semantics) for part in wires]
+    remembering = n if wires else 0
+    return {
+        "rules": np.array(rules, np.int64).reshape(-1, RULE_COLUMNS),
+        "decays": tables.joined(),
+        "rule_of": _rule_of_neurons(wires, rules, remembering),
+        "history_count": np.zeros(remembering, np.int64),
+        "history_tick": np.zeros((remembering, HISTORY), np.int64),
+        "history_trace": np.zeros((remembering, HISTORY), np.int64),
+    }
 
 
 class _Tables:
@@ -81,32 +98,61 @@ class _Tables:
 def _rule(part: Wires, tables: _Tables, semantics: Semantics) -> list[int]:
     """Return the row of one projection's rule."""
     projection = part.projection
+    if _VOGELS in projection.plasticity.values():
+        return _vogels(part, tables, semantics)
     multiplicative = _is_multiplicative(projection)
     given = {name: _common(projection, name) for name in ("tau_plus", "tau_minus", "A_plus", "A_minus")}
-    for name in ("A_plus", "A_minus"):
-        if given[name] < 0:
-            raise CapabilityError(
-                f"projection '{projection.label}': {name} is {given[name]:g}; it must be 0 or more on the "
-                "machine, which limits weights only in the direction of a positive one"
-            )
-    limits = [_common(projection, name) * _common_factor(part) for name in ("w_min", "w_max")]
+    _require_positive(projection, {name: given[name] for name in ("A_plus", "A_minus")})
+    limits = _limits(part)
     scale = part.model.weight_scale
     gain = 1.0 if multiplicative else scale * (limits[1] if semantics == "pynn" else 1.0)
     values = [given["A_plus"] * gain, given["A_minus"] * gain, limits[0] * scale, limits[1] * scale]
+    raw = _raw(projection, values, "A_plus, A_minus, w_min or w_max")
+    plus, minus = tables.add(given["tau_plus"]), tables.add(given["tau_minus"])
+    own = [int(multiplicative), part.shift, int(_is_dendritic(projection)), 0, 0, 0]
+    return [*raw, *own, *plus, *minus]
+
+
+def _vogels(part: Wires, tables: _Tables, semantics: Semantics) -> list[int]:
+    """Return the row of a rule of Vogels et al., which the released software does not limit from below."""
+    projection, scale = part.projection, part.model.weight_scale
+    tau, eta, rho = (_common(projection, name) for name in ("tau", "eta", "rho"))
+    _require_positive(projection, {"eta": eta})
+    limits = _limits(part)
+    gain = eta * _common_factor(part) * scale
+    raw = _raw(projection, [gain, 0.0, limits[0] * scale, limits[1] * scale], "eta, w_min or w_max")
+    least = raw[2] if semantics == "pynn" else _UNLIMITED
+    alpha, table = round(2 * rho * tau / MS_PER_S * TRACE_ONE), tables.add(tau)
+    return [*raw, 0, part.shift, int(_is_dendritic(projection)), 1, alpha, least, *table, *table]
+
+
+def _limits(part: Wires) -> list[float]:
+    return [abs(_common(part.projection, name)) * _common_factor(part) for name in ("w_min", "w_max")]
+
+
+def _require_positive(projection: Projection, given: Mapping[str, float]) -> None:
+    for name, value in given.items():
+        if value < 0:
+            raise CapabilityError(
+                f"projection '{projection.label}': {name} is {value:g}; it must be 0 or more on the "
+                "machine, which limits weights only in the direction of a positive one"
+            )
+
+
+def _raw(projection: Projection, values: Sequence[float], what: str) -> list[int]:
     try:
-        raw = to_accum(values, "A_plus, A_minus, w_min or w_max").tolist()
+        raw: list[int] = to_accum(values, what).tolist()
     except ValueError as error:
         raise NetworkError(f"projection '{projection.label}': {error}") from None
-    plus, minus = tables.add(given["tau_plus"]), tables.add(given["tau_minus"])
-    return [*raw, int(multiplicative), part.shift, int(_is_dendritic(projection)), *plus, *minus]
+    return raw
 
 
 def _is_multiplicative(projection: Projection) -> bool:
     names = set(projection.plasticity.values())
     if _TIMING not in names or not names & set(_WEIGHT):
         raise CapabilityError(
-            f"projection '{projection.label}': the machine has {_TIMING} with {' or '.join(_WEIGHT)}, "
-            f"not {', '.join(sorted(names)) or 'an unnamed rule'}"
+            f"projection '{projection.label}': the machine has {_TIMING} with {' or '.join(_WEIGHT)}, and "
+            f"{_VOGELS} with {_WEIGHT[0]}, not {', '.join(sorted(names)) or 'an unnamed rule'}"
         )
     return _WEIGHT[1] in names
 
@@ -123,7 +169,7 @@ def _is_dendritic(projection: Projection) -> bool:
 
 def _common(projection: Projection, name: str, default: float | None = None) -> float:
     """Return a parameter of the rule, which is common to all synapses of a projection."""
-    values = projection.synapse_parameters.get(name)
+    values = common_parameter(projection, name)
     if values is None:
         if default is None:
             raise NetworkError(f"projection '{projection.label}': its STDP rule has no '{name}'")

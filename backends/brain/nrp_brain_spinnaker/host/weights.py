@@ -51,6 +51,8 @@ def is_machine_generated(projection: Projection, model: CellModel) -> bool:
     """
     weight = projection.origin.weight
     drawn = isinstance(weight, (int, float)) or parse_distribution(weight) is not None
+    if projection.origin.connector == "KernelConnector":
+        return True
     known = projection.synapse_type not in EXTENDED_SYNAPSES and not model.extension
     return known and drawn and projection.origin.connector in GENERATED_ON_MACHINE
 
@@ -83,26 +85,40 @@ def incoming_of(projection: Projection, factor: FloatArray | None, n_pre: int, n
     """Describe a projection for the choice of the shift.
 
     Args:
-        projection: the projection, with at least one synapse.
+        projection: the projection; only one whose synapses form and vanish may have none.
         factor: result of :func:`weight_factors`, for all cells of the target.
         n_pre: number of cells of the source population.
         n_post: number of cells of the target population.
     """
-    sizes = sizes_of(projection, factor)
+    sizes = sizes_of(projection, factor) if projection.size else np.zeros(1)
     given = parse_distribution(projection.origin.weight) if factor is None else None
     delays = parse_distribution(projection.origin.delay)
     drawn = given or _observed(sizes)
     largest = given.most_probable_extreme(projection.size) if given else float(sizes.max())
-    if projection.synapse_type == STDP and "w_max" in projection.synapse_parameters:
-        limit = float(np.abs(projection.synapse_parameters["w_max"]).max())
+    limits = common_parameter(projection, "w_max") if projection.synapse_type == STDP else None
+    if limits is not None:
+        limit = float(np.abs(limits).max())
         largest = max(largest, limit if factor is None else limit * float(factor.max()))
+    connections = _connections(projection, n_pre, n_post)
+    if projection.rewiring is not None:  # the software expects all weights to be the largest
+        largest = max(largest, projection.rewiring.initial_weight)
+        return Incoming(connections, largest, mean=largest, variance=0.0, delay_variance=0.0)
     return Incoming(
-        connections=_connections(projection, n_pre, n_post),
+        connections=connections,
         largest=largest,
         mean=abs(drawn.mean),
         variance=drawn.variance,
         delay_variance=delays.variance if delays else _variance(projection.delay_ms),
     )
+
+
+def common_parameter(projection: Projection, name: str) -> FloatArray | None:
+    """Return a parameter of the law of all synapses of a projection, or of those that will form."""
+    values = projection.synapse_parameters.get(name)
+    if projection.rewiring is None or (values is not None and values.size):
+        return values
+    given = projection.rewiring.parameters.get(name)
+    return None if given is None else np.array([given])
 
 
 def _observed(values: FloatArray) -> Distribution:
@@ -116,10 +132,12 @@ def _variance(values: FloatArray) -> float:
 
 def _connections(projection: Projection, n_pre: int, n_post: int) -> int:
     """Return the largest probable number of synapses of a projection onto one neuron."""
-    probability = connection_probability(projection)
+    probability, kernel = connection_probability(projection), projection.origin.parameters.get("kernel_size")
+    if isinstance(kernel, int):
+        return min(kernel, n_pre)
     if probability is not None:
         return binomial_quantile(n_pre, probability, 1 - 1e-4 / (n_pre * n_post))
-    return int(np.bincount(projection.post_index).max())
+    return int(np.bincount(projection.post_index).max(initial=0))
 
 
 def connection_probability(projection: Projection) -> float | None:

@@ -37,7 +37,7 @@ class Wires:
     """The synapses of one projection.
 
     Args:
-        projection: the projection, with at least one synapse.
+        projection: the projection; only one whose synapses form and vanish may have none.
         model: cell type of the target.
         population: index of the target among the simulated populations.
         pre_first, n_pre: the first global id and the size of the source population.
@@ -46,6 +46,7 @@ class Wires:
         ticks: delays, shape ``(n_synapses,)``, or ``(1,)`` if all are equal.
         incoming: their properties for the choice of the shift.
         on_machine: whether the machine would expand the connector itself.
+        step_us: length of a tick, us.
         shift: the left shift of their receptor.
     """
 
@@ -60,12 +61,25 @@ class Wires:
     ticks: IntArray
     incoming: Incoming
     on_machine: bool
+    step_us: int
     shift: int = 0
 
     @property
     def receptor(self) -> int:
         """0 excitatory, 1 inhibitory."""
         return RECEPTORS.index(self.projection.receptor)
+
+    @property
+    def new_ticks(self) -> tuple[int, int]:
+        """The shortest and longest delay of synapses that form, 1 if none do."""
+        rewiring = self.projection.rewiring
+        if rewiring is None:
+            return 1, 1
+        low, high = (
+            int(delay_ms * (1000 / self.step_us))
+            for delay_ms in (rewiring.initial_delay_low, rewiring.initial_delay_high)
+        )
+        return low, high
 
     @property
     def sizes(self) -> FloatArray:
@@ -109,7 +123,7 @@ def wire(
     Raises:
         NetworkError: a weight has the wrong sign or a delay is too long.
     """
-    projections = [projection for projection in network.projections if projection.size]
+    projections = [one for one in network.projections if one.size or one.rewiring is not None]
     wires = [_wire(network, p, labels.index(p.post), cells, options) for p in projections]
     groups = defaultdict(list)
     for part in wires:
@@ -123,7 +137,7 @@ def wire(
 
 def longest_ticks(wires: Sequence[Wires]) -> int:
     """Return the longest delay in ticks, at least 1."""
-    return max((int(part.ticks.max()) for part in wires), default=1)
+    return max((max(int(part.ticks.max()), *part.new_ticks) for part in wires), default=1)
 
 
 def _wire(
@@ -138,7 +152,11 @@ def _wire(
     )  # fmt: skip
     own = cells.neurons(population)
     factor = weight_factors(cells, own, model)
-    on_machine = options.weights == "machine" and is_machine_generated(projection, model)
+    on_machine = (
+        options.weights == "machine"
+        and projection.rewiring is None
+        and is_machine_generated(projection, model)
+    )
     n_pre = network.populations[projection.pre].size
     return Wires(
         projection=projection, model=model, population=population,
@@ -146,7 +164,7 @@ def _wire(
         factor=factor,
         ticks=_ticks(projection, target.size, on_machine, options),
         incoming=incoming_of(projection, factor, n_pre, target.size),
-        on_machine=on_machine,
+        on_machine=on_machine, step_us=options.step_us,
     )  # fmt: skip
 
 
@@ -166,6 +184,8 @@ def _shift(target: Population, fellows: Sequence[Wires], options: SpinnakerOptio
 def _ticks(projection: Projection, n_post: int, on_machine: bool, options: SpinnakerOptions) -> IntArray:
     drawn = on_machine and parse_distribution(projection.origin.delay) is not None
     ticks = to_ticks(distinct(projection.delay_ms), options.step_us, drawn_on_machine=drawn)
+    if not projection.size:
+        return np.ones(1, np.int64)
     most = longest_delay(min(n_post, options.neurons_per_core))
     if ticks.max() > most:
         synapse, step_ms = int(np.argmax(ticks)), options.step_us / 1000
@@ -180,7 +200,7 @@ def _ticks(projection: Projection, n_post: int, on_machine: bool, options: Spinn
 def _lengthen(wires: Sequence[Wires], options: SpinnakerOptions) -> Findings:
     """Set delays of less than a step to one step; warn once each about these and other rounded ones."""
     step_ms = options.step_us / 1000
-    below = [part for part in wires if distinct(part.projection.delay_ms).min() < step_ms]
+    below = [p for p in wires if distinct(p.projection.delay_ms).min(initial=step_ms) < step_ms]
     rounded = [part for part in wires if part not in below and _is_rounded(part, step_ms)]
     for part in wires:
         part.ticks = np.maximum(part.ticks, 1)
@@ -194,7 +214,8 @@ def _lengthen(wires: Sequence[Wires], options: SpinnakerOptions) -> Findings:
 
 
 def _is_rounded(part: Wires, step_ms: float) -> bool:
-    return not np.allclose(part.ticks * step_ms, distinct(part.projection.delay_ms), atol=1e-9)
+    exact_ms = distinct(part.projection.delay_ms)
+    return exact_ms.size > 0 and not np.allclose(part.ticks * step_ms, exact_ms, atol=1e-9)
 
 
 def _names(wires: Sequence[Wires]) -> str:

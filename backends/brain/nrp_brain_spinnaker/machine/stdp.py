@@ -1,15 +1,18 @@
-"""Spike-timing-dependent plasticity: the machine's pair rule with deferred updates.
+"""Spike-timing-dependent plasticity: the machine's rules for pairs of spikes, with deferred updates.
 
-The weights of a row change only when its source neuron spikes; until then the spikes of its targets are kept
-in short histories. Traces are s4.11 and decay by look-up tables; weights are unpacked to s16.15 and packed
-again, so each change below the resolution of a raw weight is lost.
+By the pair rule a spike of the source weakens a synapse. By that of Vogels et al. (2011, Science 334:1569)
+it strengthens it by the trace of the target, less a constant ``ALPHA``. The weights of a row change only when
+its source neuron spikes; until then the spikes of its targets are kept in short histories. Traces are s4.11
+and decay by look-up tables; weights are unpacked to s16.15 and packed again, so each change below the
+resolution of a raw weight is lost.
 """
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from nrp_brain_spinnaker.machine.fixed_point import mul
 from nrp_brain_spinnaker.machine.ring import Ring, WeightArray, add_entry
@@ -21,9 +24,9 @@ TRACE_ONE: Final = 1 << 11
 HISTORY: Final = 16
 """Entries of a history; the first is a dummy, so 15 spikes are stored."""
 
-A_PLUS, A_MINUS, W_MIN, W_MAX, MULTIPLICATIVE, SHIFT, BACK_PROPAGATES = range(7)
-PLUS_START, PLUS_LENGTH, MINUS_START, MINUS_LENGTH = range(7, 11)
-RULE_COLUMNS: Final = 11
+A_PLUS, A_MINUS, W_MIN, W_MAX, MULTIPLICATIVE, SHIFT, BACK_PROPAGATES, VOGELS, ALPHA, LEAST = range(10)
+PLUS_START, PLUS_LENGTH, MINUS_START, MINUS_LENGTH = range(10, 14)
+RULE_COLUMNS: Final = 14
 
 
 class StdpRows(NamedTuple):
@@ -32,7 +35,7 @@ class StdpRows(NamedTuple):
     Args:
         start: first row of each global id, shape ``(network.size + 1,)``.
         first: first synapse of each row, shape ``(n_rows + 1,)``.
-        rule, last_tick, trace: per row.
+        rule, last_tick, trace: per row; rule -1 for constant weights.
         line, weight, delay: per synapse.
         rules: one per projection, shape ``(n_rules, RULE_COLUMNS)``.
         decays: the look-up tables of all rules, s4.11.
@@ -57,6 +60,13 @@ class StdpRows(NamedTuple):
     history_trace: IntArray
 
 
+def changing_rows(rows: StdpRows) -> list[npt.NDArray[Any]]:
+    """Return the arrays that running changes."""
+    return [
+        rows.weight, rows.last_tick, rows.trace, rows.history_count, rows.history_tick, rows.history_trace,
+    ]  # fmt: skip
+
+
 @jit
 def remember(rows: StdpRows, i: int, tick: int) -> None:
     """Store a spike of neuron ``i`` in its history, if it has plastic input."""
@@ -77,16 +87,27 @@ def remember(rows: StdpRows, i: int, tick: int) -> None:
 @jit
 def deliver_plastic(rows: StdpRows, ring: Ring, neuron: int, tick: int) -> None:
     """Send a spike of a neuron (global id) in ``tick`` through its plastic synapses, updating them first."""
-    mask = ring.slots.shape[0] - 1
     for row in range(rows.start[neuron], rows.start[neuron + 1]):
-        rule = rows.rules[rows.rule[row]]
-        for k in range(rows.first[row], rows.first[row + 1]):
-            weight = _updated(rows, rule, row, k, tick)
-            rows.weight[k] = weight
-            add_entry(ring, (tick + np.int64(rows.delay[k])) & mask, rows.line[k], weight)
-        elapsed = tick - rows.last_tick[row]
-        decay = _looked_up(rows.decays, rule[PLUS_START], rule[PLUS_LENGTH], elapsed)
-        rows.last_tick[row], rows.trace[row] = tick, _grown(rows.trace[row], decay)
+        deliver_row(rows, ring, row, rows.first[row + 1], tick)
+
+
+@jit
+def deliver_row(rows: StdpRows, ring: Ring, row: int, last: int, tick: int) -> None:
+    """Send a spike in ``tick`` through the synapses of a row, which end before ``last``."""
+    mask = ring.slots.shape[0] - 1
+    if rows.rule[row] < 0:
+        for k in range(rows.first[row], last):
+            slot = (tick + np.int64(rows.delay[k])) & mask
+            add_entry(ring, slot, rows.line[k], np.int64(rows.weight[k]))
+        return
+    rule = rows.rules[rows.rule[row]]
+    for k in range(rows.first[row], last):
+        weight = _updated(rows, rule, row, k, tick)
+        rows.weight[k] = weight
+        add_entry(ring, (tick + np.int64(rows.delay[k])) & mask, rows.line[k], weight)
+    elapsed = tick - rows.last_tick[row]
+    decay = _looked_up(rows.decays, rule[PLUS_START], rule[PLUS_LENGTH], elapsed)
+    rows.last_tick[row], rows.trace[row] = tick, _grown(rows.trace[row], decay)
 
 
 @jit
@@ -106,7 +127,11 @@ def _updated(rows: StdpRows, rule: IntArray, row: int, k: int, tick: int) -> int
     if last > 0:
         elapsed = tick - ticks[last] - delay
         decay = _looked_up(rows.decays, rule[MINUS_START], rule[MINUS_LENGTH], elapsed)
-        weight = _depressed(rule, weight, ((traces[last] * decay) >> 11) << 4)
+        near = (traces[last] * decay) >> 11
+        if rule[VOGELS]:
+            weight = max(_potentiated(rule, weight, (near - rule[ALPHA]) << 4), rule[LEAST])
+        else:
+            weight = _depressed(rule, weight, near << 4)
     return int((weight >> rule[SHIFT]) & 0xFFFF)
 
 

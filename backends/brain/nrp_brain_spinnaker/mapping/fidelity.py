@@ -99,6 +99,7 @@ def weigh(network: Network, wires: Sequence[Wires], options: SpinnakerOptions) -
         wires: its projections on the machine.
         options: the options of the user.
     """
+    wires = [part for part in wires if part.projection.size]
     seen = [_of_projection(part, options) for part in wires]
     receptors = _receptors(network, wires, options)
     coarse = [_coarse(part, projection, wires) for part, projection in zip(wires, seen, strict=True)]

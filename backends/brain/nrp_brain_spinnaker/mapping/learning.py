@@ -21,8 +21,12 @@ def lost_changes(part: Wires, options: SpinnakerOptions) -> str | None:
         options: the options of the user.
     """
     projection = part.projection
-    if projection.synapse_type != STDP:
-        return None
+    if (
+        projection.synapse_type != STDP
+        or not projection.size
+        or "A_plus" not in projection.synapse_parameters
+    ):
+        return None  # only the rule of pairs loses as much each time
     step = 1.0 / part.scale
     given = {name: float(distinct(values)[0]) for name, values in projection.synapse_parameters.items()}
     factor = 1.0 if part.factor is None else float(np.min(part.factor))

@@ -34,14 +34,17 @@ def spike_bytes_per_tick(n: int) -> int:
 
 
 def longest_row(part: Wires, per_core: int) -> int:
-    """Return the largest probable number of synapses from one neuron into one core."""
+    """Return the largest probable number of synapses from one neuron into one core, or the room for them."""
+    rewiring = part.projection.rewiring
+    room = 0 if rewiring is None else rewiring.s_max
     n_post = part.post_last - part.post_first
     probability = connection_probability(part.projection)
     if probability is not None:
-        return binomial_quantile(min(n_post, per_core), probability, 1 - 1e-4 / (part.n_pre * n_post))
+        n_probable = binomial_quantile(min(n_post, per_core), probability, 1 - 1e-4 / (part.n_pre * n_post))
+        return max(room, n_probable)
     slices = -(-n_post // per_core)
     places = part.projection.pre_index.astype(np.int64) * slices + part.projection.post_index // per_core
-    return int(np.bincount(places).max())
+    return int(np.bincount(places).max(initial=room))
 
 
 def neuron_core_bytes(wires: Sequence[Wires], n: int, per_core: int) -> int:

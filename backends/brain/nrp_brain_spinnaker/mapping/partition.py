@@ -15,14 +15,13 @@ from nrp_brain_spinnaker.hardware import (
     CORES_FOR_SYSTEM_ON_ETHERNET_CHIP,
     CORES_PER_CHIP,
     NEURONS_PER_CORE,
-    POISSON_SOURCES_PER_CORE,
 )
-from nrp_brain_spinnaker.hints import hints_of
+from nrp_brain_spinnaker.hints import cells_per_core, hints_of, slices_of
 from nrp_brain_spinnaker.host.delays import bits_for, slots_available, stages
 from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.mapping.synapse_cores import synapse_cores
 from nrp_brain_spinnaker.options import SpinnakerOptions
-from nrp_core.brain.network.data import Network, Population
+from nrp_core.brain.network.data import Network
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +70,7 @@ class Vertex:
     @property
     def slices(self) -> list[tuple[int, int]]:
         """The neurons on each core."""
-        starts = range(0, self.size, self.per_core)
-        return [(first, min(first + self.per_core, self.size)) for first in starts]
+        return slices_of(self.size, self.per_core)
 
     @property
     def local_bits(self) -> int:
@@ -91,7 +89,7 @@ def vertices_of(network: Network, wires: Sequence[Wires], options: SpinnakerOpti
     senders = {part.projection.pre for part in wires}
     vertices = [
         Vertex(
-            label, p.cell_type, p.size, _per_core(p, options),
+            label, p.cell_type, p.size, cells_per_core(p, options),
             sends=label in senders,
             synapse_cores=synapse_cores(
                 [part for part in wires if part.projection.post == label], hints_of(p, options)
@@ -107,19 +105,12 @@ def vertices_of(network: Network, wires: Sequence[Wires], options: SpinnakerOpti
     return vertices
 
 
-def _per_core(population: Population, options: SpinnakerOptions) -> int:
-    if not population.is_source:
-        return hints_of(population, options).options.neurons_per_core
-    usual = population.size if population.cell_type == "SpikeSourceArray" else POISSON_SOURCES_PER_CORE
-    return int(population.hints.get("neurons_per_core", usual))
-
-
 def _extensions(network: Network, wires: Sequence[Wires], options: SpinnakerOptions) -> dict[str, int]:
     """Return the number of stages for the sources of long delays."""
     needed: dict[str, int] = {}
     for part in wires:
         target = network.populations[part.projection.post]
-        on_core = min(target.size, _per_core(target, options))
+        on_core = min(target.size, cells_per_core(target, options))
         longest = int(part.ticks.max())
         if longest > slots_available(on_core):
             label = part.projection.pre

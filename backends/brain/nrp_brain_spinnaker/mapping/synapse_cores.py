@@ -31,6 +31,8 @@ def synapse_cores(onto: Sequence[Wires], hints: Hints) -> int:
     options = hints.options
     if hints.synapse_cores is not None:
         return hints.synapse_cores
+    if any(part.projection.rewiring is not None for part in onto):
+        return 1  # the software has them on one such core only
     if options.step_us >= _SHARED_FROM_US:
         return 0
     plastic = any(part.projection.synapse_type == STDP for part in onto)

@@ -15,7 +15,7 @@ from nrp_brain_spinnaker.host.plastic_rows import load_plastic
 from nrp_brain_spinnaker.host.rows import collect
 from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.machine.ring import Ring, Rows, deliver
-from nrp_brain_spinnaker.machine.stdp import StdpRows, deliver_plastic, remember
+from nrp_brain_spinnaker.machine.stdp import StdpRows, changing_rows, deliver_plastic, remember
 from nrp_brain_spinnaker.synapses.layout import Layout
 from nrp_brain_spinnaker.synapses.tsodyks_markram import (
     TsodyksRows,
@@ -31,7 +31,10 @@ from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 
 
 class Stores(NamedTuple):
-    """The arrays of the synapses; a field has the name of its law. Spikes pass through them in this order."""
+    """The arrays of the synapses; a field has the name of its law. Spikes pass through them in this order.
+
+    Those that form and vanish are apart, because a spike copies all that it passes to a function.
+    """
 
     static: Rows
     tsodyks_markram: TsodyksRows
@@ -57,7 +60,7 @@ def _load_static(wires: Sequence[Wires], layout: Layout) -> Rows:
 
 
 def _load_stdp(wires: Sequence[Wires], layout: Layout) -> StdpRows:
-    return load_plastic(wires, layout.n_sources, layout.n, layout.grid.step_us, layout.semantics)
+    return load_plastic(wires, layout.n_sources, layout.n, layout.grid.step_us, layout.options.semantics)
 
 
 _LOADERS: Final[Mapping[str, Callable[[Sequence[Wires], Layout], Any]]] = {
@@ -68,15 +71,16 @@ _LOADERS: Final[Mapping[str, Callable[[Sequence[Wires], Layout], Any]]] = {
 
 
 def load_stores(wires: Sequence[Wires], layout: Layout) -> Stores:
-    """Return the synapses of projections.
+    """Return the synapses of projections, without those that form and vanish.
 
     Raises:
         NetworkError: a parameter does not fit the machine.
         CapabilityError: a plasticity rule that the machine does not have.
     """
+    lasting = [part for part in wires if part.projection.rewiring is None]
     return Stores(
         **{
-            law: load([part for part in wires if part.projection.synapse_type == law], layout)
+            law: load([part for part in lasting if part.projection.synapse_type == law], layout)
             for law, load in _LOADERS.items()
         }
     )
@@ -89,8 +93,4 @@ def follow_targets(stores: Stores, tau_syn: IntArray, first: int, last: int) -> 
 
 def changing(stores: Stores) -> list[npt.NDArray[Any]]:
     """Return the arrays that running changes."""
-    plastic = stores.stdp
-    return [
-        stores.tsodyks_markram.state, plastic.weight, plastic.last_tick, plastic.trace,
-        plastic.history_count, plastic.history_tick, plastic.history_trace,
-    ]  # fmt: skip
+    return [stores.tsodyks_markram.state, *changing_rows(stores.stdp)]

@@ -22,6 +22,7 @@ class SynapseLaw:
         summary: one sentence, for scripts and documentation.
         parameters: the parameters of all parts, besides those of :data:`EVERY_SYNAPSE`.
         state: state variables of each synapse, with their values at rest.
+        complements: further names of initial values: a state variable, and the parameter less which it is.
         parts: the parts that PyNN composes the law from: PyNN's argument, its classes and their parameters.
         plastic: whether spikes change the weight itself, not only the share of it that one spike transmits.
         stands_for: unsupported PyNN classes whose nearest equivalent this is.
@@ -32,6 +33,7 @@ class SynapseLaw:
     summary: str
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     state: Mapping[str, Parameter] = field(default_factory=dict)
+    complements: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     parts: Mapping[str, Mapping[str, RulePart]] = field(default_factory=dict)
     plastic: bool = False
     stands_for: tuple[str, ...] = ()

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from nrp_core.brain.network.parameters import Parameter
+from nrp_core.brain.network.parameters import FRACTION, Parameter
 from nrp_core.brain.network.synapses import tsodyks_markram
 from nrp_core.brain.network.synapses.law import SynapseLaw
 
@@ -20,5 +20,5 @@ LAW: Final = SynapseLaw(
     pynn="StochasticTsodyksMarkramSynapse",
     summary="Depression and facilitation of one vesicle that a spike releases or not; times in ms.",
     parameters=tsodyks_markram.LAW.parameters,
-    state={"u": Parameter(0.0), "empty": Parameter(0.0)},
+    state={name: Parameter(0.0, limit=FRACTION) for name in ("u", "empty")},
 )

@@ -24,5 +24,5 @@ LAW: Final = SynapseLaw(
         "tau_rec": Parameter(100.0, "ms", POSITIVE),
         "tau_facil": Parameter(0.0, "ms", NOT_NEGATIVE_OR_INFINITE),
     },
-    state={name: Parameter(0.0) for name in ("u", "y", "z")},
+    state={name: Parameter(0.0, limit=FRACTION) for name in ("u", "y", "z")},
 )

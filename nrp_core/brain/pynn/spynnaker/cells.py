@@ -10,6 +10,7 @@ from typing import Any, Final, NoReturn
 from pyNN.parameters import Sequence
 
 from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.pynn.invalid import WrongKindError
 from nrp_core.errors import CapabilityError
 
 _SYNAPTIC: Final = ("gsyn_exc", "gsyn_inh")
@@ -20,6 +21,12 @@ _OWN_NAMES: Final = {
     "IFCurDelta": "IF_curr_delta",
 }
 """Its names of cells, and the cell types that they are."""
+
+_IN_ORDER: Final = {
+    "SpikeSourceArray": ("spike_times",),
+    "SpikeSourcePoisson": ("rate", "start", "duration"),
+}
+"""The parameters of its sources that scripts also give without a name."""
 
 _CALCIUM, _STOCHASTIC = "a threshold that adapts with calcium", "a random threshold"
 REFUSED_CELLS: Final = {
@@ -59,9 +66,13 @@ def cell_types(pynn: Mapping[str, Any]) -> dict[str, type]:
 
 def _own(cell: Any, name: str, cell_type: str) -> type:
     """Return a cell type whose arguments may be initial values too, and that records all synaptic input."""
-    variables = dict(cell.default_initial_values)
+    variables, example = dict(cell.default_initial_values), next(iter(cell.default_parameters))
+    in_order = _IN_ORDER.get(name, ())
 
-    def begin(self: Any, **parameters: Any) -> None:
+    def begin(self: Any, *values: Any, **parameters: Any) -> None:
+        if len(values) > len(in_order):
+            raise WrongKindError(f"{name}: give its parameters by name, such as {name}({example}=...)")
+        parameters |= zip(in_order, values, strict=False)
         self.given_state = {key: parameters.pop(key) for key in variables.keys() & parameters.keys()}
         cell.__init__(self, **parameters)
 

@@ -13,8 +13,11 @@ from nrp_core.brain.pynn.spynnaker import neo_compare, neo_convertor
 from nrp_core.brain.pynn.spynnaker.cells import REFUSED_CELLS, cell_types, refused, spike_injector
 from nrp_core.brain.pynn.spynnaker.connections import Hub, RatesConnection, SpikesConnection
 from nrp_core.brain.pynn.spynnaker.connectors import OneToOneOffsetConnector
-from nrp_core.brain.pynn.spynnaker.populations import Population, Projection
+from nrp_core.brain.pynn.spynnaker.kernels import ConvolutionConnector, KernelConnector
+from nrp_core.brain.pynn.spynnaker.populations import Population, Projection, convolution
+from nrp_core.brain.pynn.spynnaker.rules import vogels_rule
 from nrp_core.brain.pynn.spynnaker.settings import Splitter, cells_per_core
+from nrp_core.brain.pynn.spynnaker.structural import RULES, structural_mechanisms
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 
 PACKAGES: Final = ("spynnaker", "spynnaker8")
@@ -26,6 +29,7 @@ _MACHINE: Final = (
     "database_socket_addresses", "graph_label", "machine",
 )  # fmt: skip
 """Arguments of ``setup`` that concern the machine alone."""
+_CONNECTORS: Final = (OneToOneOffsetConnector, ConvolutionConnector, KernelConnector)
 _SPLITTERS: Final = (
     "SplitterAbstractPopulationVertexNeuronsSynapses", "SplitterAbstractPopulationVertexFixed",
     "SplitterPopulationVertexNeuronsSynapses", "SplitterPopulationVertexFixed", "SplitterPoissonDelegate",
@@ -33,28 +37,22 @@ _SPLITTERS: Final = (
 )  # fmt: skip
 _MESSAGES: Final = SimpleNamespace(KEY_16_BIT=0, KEY_PAYLOAD_16_BIT=1, KEY_32_BIT=2, KEY_PAYLOAD_32_BIT=3)
 """Kinds of packets of live output."""
-_STRUCTURAL: Final = "synapses do not form and vanish here"
-_RULE: Final = "the rules here are SpikePairRule with additive or multiplicative weights"
+_RULE: Final = (
+    "the rules here are SpikePairRule with additive or multiplicative weights, and Vogels2011Rule with "
+    "additive ones"
+)
 _DEVICE: Final = "it is a device of its own, connected to a real machine; an experiment has robots"
 _REFUSED: Final = {
-    **dict.fromkeys(
-        (
-            "StructuralMechanismStatic", "StructuralMechanismSTDP", "RandomSelection", "LastNeuronSelection",
-            "DistanceDependentFormation", "RandomByWeightElimination",
-        ),
-        _STRUCTURAL,
-    ),
-    **dict.fromkeys(("ConvolutionConnector", "PoolDenseConnector", "Convolution", "PoolDense"), (
-        "shared kernels are not stored; FromListConnector takes the same synapses one by one"
+    **dict.fromkeys(("PoolDenseConnector", "PoolDense"), (
+        "how the machine numbers its weights is not known; FromListConnector takes synapses one by one"
     )),
-    "KernelConnector": "it weights a neighbourhood; FromListConnector takes the same synapses one by one",
 }  # fmt: skip
 _REFUSED_EXTRA: Final = {
     **REFUSED_CELLS,
     **dict.fromkeys(
         (
             "PfisterSpikeTriplet", "WeightDependenceAdditiveTriplet", "SpikeNearestPairRule", "RecurrentRule",
-            "Vogels2011Rule", "TimingDependencePFPC", "WeightDependencePFPC", "TimingDependenceMFVN",
+            "TimingDependencePFPC", "WeightDependencePFPC", "TimingDependenceMFVN",
             "WeightDependenceMFVN",
         ),
         _RULE,
@@ -111,12 +109,14 @@ class Dialect:
         own = {**names, **cell_types(names)}
         own |= {name: refused(name, reason) for name, reason in _REFUSED.items()}
         own |= {"Population": simulator.bind(Population), "Projection": simulator.bind(Projection)}
+        own |= structural_mechanisms(simulator) | {rule.__name__: rule for rule in RULES}
         own |= {
             "create": common.build_create(own["Population"]),
             "connect": common.build_connect(
                 own["Projection"], own["FixedProbabilityConnector"], own["StaticSynapse"]
             ),
-            "OneToOneOffsetConnector": simulator.bind(OneToOneOffsetConnector),
+            **{each.__name__: simulator.bind(each) for each in _CONNECTORS},
+            "Convolution": convolution(own["StaticSynapse"]),
             "MultapseConnector": own["FixedTotalNumberConnector"],
             "register_database_notification_request": self._notify,
             "distance": space.distance,
@@ -143,14 +143,15 @@ class Dialect:
         def setup(
             timestep: float | None = None,
             min_delay: float | str | None = None,
-            max_delay: Any = None,
+            max_delay: Any = None,  # noqa: ARG001
             **extra: Any,
         ) -> int:
-            """Discard the network and start again; times in ms, a time step of 1 ms by default."""
+            """Discard the network and start again; times in ms, a time step of 1 ms by default.
+
+            sPyNNaker ignores ``max_delay``, so delays may be longer.
+            """
             step = DEFAULT_TIMESTEP_MS if timestep is None else timestep
             given = {name: value for name, value in extra.items() if name not in _MACHINE}
-            if max_delay is not None:
-                given["max_delay"] = max_delay
             self._hub.clear()
             return begin(step, "auto" if min_delay is None else min_delay, **given)
 
@@ -185,6 +186,7 @@ class Dialect:
 
     def _extra_models(self, names: Mapping[str, Any]) -> ModuleType:
         own = {name: names[name] for name in ("Izhikevich_cond", "IFCurDelta")}
+        own["Vogels2011Rule"] = vogels_rule(names["Vogels2011Rule"])
         return _module(
             "extra_models", **own, **{name: refused(name, why) for name, why in _REFUSED_EXTRA.items()}
         )

@@ -10,10 +10,13 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core.brain.changes import Synapses
+from nrp_core.brain.network.data import RECEPTORS
 from nrp_core.brain.pynn import populations, projections
 from nrp_core.brain.pynn.spynnaker import neo_convertor
+from nrp_core.brain.pynn.spynnaker.kernels import ConvolutionConnector
 from nrp_core.brain.pynn.spynnaker.settings import cells_per_core, hints_of, remarks_on
-from nrp_core.errors import NetworkError
+from nrp_core.errors import CapabilityError, NetworkError
 
 
 class Population(populations.Population):
@@ -96,22 +99,98 @@ class Population(populations.Population):
         return values if selector is None else values[selector]
 
 
+def convolution(static: Any) -> type:
+    """Return the type of synapses whose weights are those of a connector's kernel.
+
+    Args:
+        static: the class of PyNN's ``StaticSynapse``.
+    """
+
+    def begin(self: Any, delay: float | None = None) -> None:
+        static.__init__(self, delay=delay)
+
+    return type(
+        "Convolution", (static,), {"__init__": begin, "__doc__": "Synapses with weights of a kernel."}
+    )
+
+
 class Projection(projections.Projection):
-    """Synapses whose weights on the inhibitory receptor may have either sign, as in sPyNNaker."""
+    """Synapses whose receptor decides whether they inhibit, not the sign of their weights, as in sPyNNaker.
+
+    The receptor is ``excitatory`` unless it is given.
+
+    Attributes:
+        negative: the synapses of the negative weights of a convolution, which have another receptor.
+    """
+
+    negative: Projection | None = None
 
     def __init__(
         self, pre_synaptic_population: Any, post_synaptic_population: Any, connector: Any,
         synapse_type: Any = None, source: Any = None, receptor_type: str | None = None, space: Any = None,
         label: str | None = None, download_synapses: bool = False, partition_id: Any = None,
     ) -> None:  # fmt: skip
-        super().__init__(
-            pre_synaptic_population, post_synaptic_population, connector, synapse_type, source,
-            receptor_type, space, label,
-        )  # fmt: skip
+        ends = (pre_synaptic_population, post_synaptic_population)
+        if hasattr(synapse_type, "rewiring") and not all(isinstance(end, Population) for end in ends):
+            raise CapabilityError(
+                f"{type(synapse_type).__name__}: its synapses form between all cells of two populations, not "
+                "of views or assemblies"
+            )
+        signed = isinstance(connector, ConvolutionConnector)
+        if signed:
+            receptor_type = connector.positive_receptor_type if receptor_type is None else receptor_type
+        super().__init__(*ends, connector, synapse_type, source, receptor_type or "excitatory", space, label)
+        if signed and (other := connector.negative()) is not None:
+            self.negative = type(self)(
+                *ends, other, synapse_type, source, connector.negative_receptor_type, space,
+                f"{self.label} (negative)",
+            )  # fmt: skip
+
+    def column(self, name: str) -> Any:
+        """Return an index or a parameter of all current synapses, shape ``(n_synapses,)``."""
+        found = self._current()
+        if self.negative is not None:
+            own, other = super().column(name), self.negative.column(name)
+            return np.concatenate([own, -abs(other) if name == "weight" else other])
+        if found is None:
+            return super().column(name)
+        own = {
+            "presynaptic_index": found.pre_index, "postsynaptic_index": found.post_index,
+            "weight": found.weight, "delay": found.delay_ms,
+        }  # fmt: skip
+        if name in own:
+            return own[name]
+        return np.full(len(found.weight), self.synapse_type.rewiring.parameters[name])
+
+    def __len__(self) -> int:
+        found, more = self._current(), 0 if self.negative is None else len(self.negative)
+        return super().__len__() + more if found is None else len(found.weight)
+
+    def _change(self, values: Mapping[str, FloatArray]) -> None:
+        if self.negative is not None:
+            raise CapabilityError(
+                f"{self._name}: the synapses of a convolution with negative weights are fixed"
+            )
+        super()._change(values)
+
+    def _current(self) -> Synapses | None:
+        """Return the synapses that there are now if they form and vanish while the network runs."""
+        if getattr(self.synapse_type, "rewiring", None) is None:
+            return None
+        return self._simulator.state.synapses_of(self)
 
     def _meant(self, values: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:
         weight = values.get("weight")
-        mixed = weight is not None and (weight < 0).any() and (weight > 0).any()
-        if self.receptor_type != "inhibitory" or weight is None or mixed:
+        if self.receptor_type not in RECEPTORS or weight is None:
             return values
-        return {**values, "weight": abs(weight) if self.post.conductance_based else -abs(weight)}
+        below = weight < 0
+        if below.any() and (weight > 0).any():
+            return values  # which is refused
+        inhibits = self.receptor_type == "inhibitory"
+        if below.any() and not inhibits:
+            self._simulator.state.remark(
+                f"{self._name}: its weights are negative, and sPyNNaker takes their size, so they excite; is "
+                "receptor_type='inhibitory' meant?"
+            )
+        size = abs(weight)
+        return {**values, "weight": -size if inhibits and not self.post.conductance_based else size}

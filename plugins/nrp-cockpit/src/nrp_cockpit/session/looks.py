@@ -52,7 +52,7 @@ class Looks:
             NetworkError: the projection does not exist.
             CapabilityError: they change, and the brain cannot read them.
         """
-        weights = self._run.brain.read_weights(projection)
+        weights = self._run.brain.read_synapses(projection).weight
         counts, borders = np.histogram(weights, BINS) if len(weights) else (np.zeros(0), np.zeros(0))
         summary = [float(f(weights)) for f in (np.min, np.mean, np.max)] if len(weights) else None
         return {"counts": counts.tolist(), "borders": borders.tolist(), "summary": summary}

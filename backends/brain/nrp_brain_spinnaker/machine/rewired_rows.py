@@ -1,0 +1,108 @@
+"""The rows of synapses that form and vanish, and how spikes pass through them."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy.typing as npt
+
+from nrp_brain_spinnaker.machine.kinds import Cells
+from nrp_brain_spinnaker.machine.ring import Ring, WeightArray
+from nrp_brain_spinnaker.machine.stdp import StdpRows, changing_rows, deliver_row, remember
+from nrp_core._support.arrays import IndexArray, IntArray
+from nrp_core._support.jit import jit
+
+
+class Rewired(NamedTuple):
+    """Synapses that form and vanish; :mod:`~nrp_brain_spinnaker.machine.rewiring` changes them.
+
+    A *site* is a core with the synapses onto a slice of a population, a *group* a projection at a site.
+
+    Args:
+        rows: their rows, each with room for all synapses that it may have.
+        length: number of synapses of each row.
+        row_of: the row of each source cell of each group, group after group.
+        n_neurons: number of simulated neurons.
+        sites, groups: their settings, shape ``(n, SITE_COLUMNS)`` and ``(n, GROUP_COLUMNS)``.
+        part_first, part_size: first source cell and number of source cells on each source core.
+        probability: the probabilities of forming by squared distance, of 65535.
+        place_group, place_source: the synapse at each place of each target cell; source -1 for none.
+        waited: ticks since the last attempt of each site.
+        shared, local: random numbers of each site: the same for all sites of a population, and its own.
+        choice: the current attempt and the next, shape ``(2, CHOICE_COLUMNS)``.
+        copy_count, copy_line, copy_weight, copy_delay: their rows.
+        heard_start, heard_site, heard_as: the sites that hear each global id, and as which group, or -1.
+        first_of: the first global id of each group's source population.
+        heard_at, n_heard: the last tick with a spike at each site; number of spikes in even and odd ticks.
+        heard_group, heard_source: these spikes, shape ``(n_sites, 2, spikes)``.
+    """
+
+    rows: StdpRows
+    length: IntArray
+    row_of: IntArray
+    n_neurons: int
+    sites: IntArray
+    groups: IntArray
+    part_first: IntArray
+    part_size: IntArray
+    probability: IntArray
+    place_group: IntArray
+    place_source: IntArray
+    waited: IntArray
+    shared: IntArray
+    local: IntArray
+    choice: IntArray
+    copy_count: IntArray
+    copy_line: IndexArray
+    copy_weight: WeightArray
+    copy_delay: WeightArray
+    heard_start: IntArray
+    heard_site: IntArray
+    heard_as: IntArray
+    first_of: IntArray
+    heard_at: IntArray
+    n_heard: IntArray
+    heard_group: IntArray
+    heard_source: IntArray
+
+
+def changing_rewired(rewired: Rewired) -> list[npt.NDArray[Any]]:
+    """Return the arrays that running changes."""
+    return [
+        *changing_rows(rewired.rows), rewired.rows.line, rewired.rows.delay, rewired.length,
+        rewired.place_group, rewired.place_source, rewired.waited, rewired.shared, rewired.local,
+        rewired.heard_at, rewired.n_heard, rewired.heard_group, rewired.heard_source,
+    ]  # fmt: skip
+
+
+@jit
+def deliver_rewired(rewired: Rewired, ring: Ring, neuron: int, tick: int) -> None:
+    """Send a spike of a neuron (global id) in ``tick`` through its synapses that form and vanish."""
+    rows = rewired.rows
+    for row in range(rows.start[neuron], rows.start[neuron + 1]):
+        deliver_row(rows, ring, row, rows.first[row] + rewired.length[row], tick)
+    for k in range(rewired.heard_start[neuron], rewired.heard_start[neuron + 1]):
+        _hear(rewired, rewired.heard_site[k], rewired.heard_as[k], neuron, tick)
+
+
+@jit
+def _hear(rewired: Rewired, site: int, group: int, neuron: int, tick: int) -> None:
+    """Remember a spike at a site, where a new synapse may come from."""
+    parity = tick & 1
+    if tick != rewired.heard_at[site]:
+        rewired.heard_at[site], rewired.n_heard[site, parity] = tick, 0
+    n = rewired.n_heard[site, parity]
+    if n < rewired.heard_group.shape[2]:
+        rewired.heard_group[site, parity, n] = group
+        rewired.heard_source[site, parity, n] = neuron - rewired.first_of[group] if group >= 0 else -1
+        rewired.n_heard[site, parity] = n + 1
+
+
+@jit
+def emit_rewired(rewired: Rewired, cells: Cells, ring: Ring, tick: int) -> None:
+    """Send the spikes of all neurons that fired in ``tick`` through their synapses that form and vanish."""
+    n_fired = cells.n_fired[0]
+    for k in range(n_fired):
+        remember(rewired.rows, cells.fired[k], tick)
+    for k in range(n_fired):
+        deliver_rewired(rewired, ring, cells.ids[cells.fired[k]], tick)

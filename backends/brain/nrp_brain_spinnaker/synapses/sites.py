@@ -1,0 +1,157 @@
+"""The cores on which synapses form and vanish, and the seeds of their random numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import count
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_brain_spinnaker.hints import cells_per_core, slices_of
+from nrp_brain_spinnaker.host.delays import slots_available
+from nrp_brain_spinnaker.host.wiring import Wires
+from nrp_brain_spinnaker.machine.generator import valid_state
+from nrp_brain_spinnaker.machine.rewired_rows import Rewired
+from nrp_brain_spinnaker.synapses.layout import Layout
+from nrp_core._support.arrays import IntArray
+from nrp_core.brain.network.rewiring import Rewiring
+from nrp_core.brain.network.synapses.static import STATIC
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.errors import CapabilityError
+
+_ALIKE = ("partner", "f_rew", "initial_weight", "initial_delay_low", "initial_delay_high", "s_max")
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """A projection at a site.
+
+    Args:
+        number: its index among those of all sites.
+        part: the projection.
+        inside: whether each of its first synapses is at the site.
+    """
+
+    number: int
+    part: Wires
+    inside: npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    """The core with the synapses onto a slice of a population.
+
+    Args:
+        label: the population.
+        first, last: its cells, ``last`` excluded.
+        rewiring: how synapses form and vanish there; its projections share these settings.
+        groups: the projections.
+    """
+
+    label: str
+    first: int
+    last: int
+    rewiring: Rewiring
+    groups: list[Group] = field(default_factory=list)
+
+    def sources_of(self, part: Wires) -> IntArray:
+        """Return the source cells of a projection that have a row at this site."""
+        if any(group.part is part for group in self.groups):
+            return np.arange(part.n_pre)
+        post = part.projection.post_index
+        return np.unique(part.projection.pre_index[(post >= self.first) & (post < self.last)]).astype(
+            np.int64
+        )
+
+
+def sites_of(wires: Sequence[Wires], layout: Layout) -> list[Site]:
+    """Return the sites of all projections whose synapses form and vanish.
+
+    Raises:
+        CapabilityError: projections onto one population differ in what a core has once.
+    """
+    own = [part for part in wires if part.projection.rewiring is not None]
+    sites, numbers = [], count()
+    for label in dict.fromkeys(part.projection.post for part in own):
+        parts = [part for part in own if part.projection.post == label]
+        _check(parts, [part for part in wires if part.projection.post == label], layout)
+        target = layout.network.populations[label]
+        for first, last in slices_of(target.size, cells_per_core(target, layout.options)):
+            site = Site(label, first, last, _rewiring_of(parts[0]))
+            for part in parts:
+                post = part.projection.post_index
+                site.groups.append(Group(next(numbers), part, (post >= first) & (post < last)))
+            sites.append(site)
+    return sites
+
+
+def _rewiring_of(part: Wires) -> Rewiring:
+    assert part.projection.rewiring is not None
+    return part.projection.rewiring
+
+
+def _check(parts: Sequence[Wires], onto: Sequence[Wires], layout: Layout) -> None:
+    """Check what a core of the machine has only once."""
+    settings = [_rewiring_of(part) for part in parts]
+    target = layout.network.populations[parts[0].projection.post]
+    most = slots_available(min(target.size, cells_per_core(target, layout.options)))
+    for part, one in zip(parts, settings, strict=True):
+        where = f"projection '{part.projection.label}'"
+        for name in _ALIKE:
+            if getattr(one, name) != getattr(settings[0], name):
+                raise CapabilityError(
+                    f"{where}: {name} is {getattr(one, name)}; on the machine all structural plasticity onto "
+                    f"one population has the same, and '{parts[0].projection.label}' has "
+                    f"{getattr(settings[0], name)}"
+                )
+        if part.projection.synapse_type not in (STATIC, STDP) or part.factor is not None:
+            raise CapabilityError(
+                f"{where}: on the machine synapses form and vanish with constant weights or STDP, in nA or uS"
+            )
+        low, high = part.new_ticks
+        if not 1 <= low <= high <= most:
+            raise CapabilityError(
+                f"{where}: initial_delay goes from {one.initial_delay_low:g} to {one.initial_delay_high:g} "
+                f"ms; on the machine it is 1 to {most} time steps"
+            )
+    sources = [part.projection.pre for part in parts]
+    if len(set(sources)) < len(sources):
+        raise CapabilityError(
+            f"population '{target.label}': on the machine only one projection between two populations has "
+            "structural plasticity"
+        )
+    if any(part.projection.synapse_type == STDP for part in onto) and any(
+        part.projection.synapse_type == STATIC for part in parts
+    ):
+        raise CapabilityError(
+            f"population '{target.label}': on the machine structural plasticity with constant weights and "
+            "STDP do not end on one population; StructuralMechanismSTDP has both"
+        )
+
+
+def seed_sites(rewired: Rewired, sites: Sequence[Site], drawn: Callable[[str], IntArray]) -> None:
+    """Set the random numbers of all sites to their beginning.
+
+    Args:
+        rewired: the synapses.
+        sites: their sites.
+        drawn: returns the state of a generator by name, for populations without a seed.
+    """
+    streams: dict[str, tuple[IntArray, np.random.RandomState]] = {}
+    for number, site in enumerate(sites):
+        if site.rewiring.seed is None:
+            rewired.shared[number] = drawn(site.label)
+            rewired.local[number] = drawn(f"{site.label}/{site.first}")
+            continue
+        if site.label not in streams:
+            random = np.random.RandomState(site.rewiring.seed)
+            streams[site.label] = _words(random), random
+        rewired.shared[number], random = streams[site.label]
+        rewired.local[number] = _words(random)
+
+
+def _words(random: np.random.RandomState) -> IntArray:
+    """Return a state as the host draws it; the largest word is never drawn."""
+    return valid_state([int(random.randint(-(2**31), 2**31 - 1)) + 2**31 for _ in range(4)])

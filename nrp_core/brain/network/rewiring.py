@@ -1,0 +1,117 @@
+"""Structural plasticity: how synapses of a projection form and vanish while the network runs.
+
+The model of Bamford, Murray & Willshaw (2010, Neurocomputing 74:517) as sPyNNaker has it. A target cell has
+a number of places for synapses. Attempts come at a fixed rate: each takes a target cell and one of its
+places at random. A synapse at the place may vanish; if there is none, one from a chosen source cell may form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from math import inf
+from numbers import Real
+from typing import Any, Final, Literal, get_args
+
+from nrp_core.errors import NetworkError, did_you_mean
+
+Partner = Literal["RandomSelection", "LastNeuronSelection"]
+PARTNERS: Final[tuple[str, ...]] = get_args(Partner)
+
+_PROBABILITIES: Final = ("p_form_forward", "p_form_lateral", "prob_elim_depressed", "prob_elim_potentiated")
+_POSITIVE: Final = ("f_rew", "sigma_form_forward", "sigma_form_lateral")
+_NOT_NEGATIVE: Final = ("initial_weight", "threshold", "initial_delay_low", "initial_delay_high")
+_COUNTS: Final = ("s_max", "spike_buffer_size", "grid_x", "grid_y")
+_LARGEST_SEED: Final = 2**32 - 1
+
+
+@dataclass(frozen=True, slots=True)
+class Rewiring:
+    """How synapses form and vanish, by the names of sPyNNaker.
+
+    Args:
+        partner: how the source of a new synapse is chosen: ``RandomSelection`` among all cells of all such
+            projections, ``LastNeuronSelection`` among those that fired in the previous time step.
+        spike_buffer_size: the number of spikes in a step that ``LastNeuronSelection`` remembers.
+        grid_x, grid_y: the size of the periodic grid on which both populations lie, cell after cell.
+        p_form_forward, sigma_form_forward: the probability that a synapse forms is
+            ``p exp(-d**2 / (2 sigma**2))`` for the distance d on the grid.
+        p_form_lateral, sigma_form_lateral: the same within one population.
+        threshold: weight (nA or uS) below which a synapse is depressed.
+        prob_elim_depressed, prob_elim_potentiated: the probability with which a synapse at the chosen place
+            vanishes, below the threshold and from there on.
+        f_rew: attempts a second in the target population.
+        initial_weight: weight of a new synapse, nA or uS.
+        initial_delay_low, initial_delay_high: its delay is drawn from this range, ms.
+        s_max: number of places of each target cell.
+        with_replacement: whether a cell may have several synapses from the same source.
+        seed: seed of the random numbers, or None for those of the run.
+        parameters: parameters of the law of a new synapse, PyNN names and units.
+
+    Raises:
+        NetworkError: a value is impossible.
+    """
+
+    partner: str = "RandomSelection"
+    spike_buffer_size: int = 64
+    grid_x: int = 16
+    grid_y: int = 16
+    p_form_forward: float = 0.16
+    sigma_form_forward: float = 2.5
+    p_form_lateral: float = 1.0
+    sigma_form_lateral: float = 1.0
+    threshold: float = 0.0
+    prob_elim_depressed: float = 0.0245
+    prob_elim_potentiated: float = 1.36e-4
+    f_rew: float = 1e4
+    initial_weight: float = 0.0
+    initial_delay_low: float = 1.0
+    initial_delay_high: float = 1.0
+    s_max: int = 32
+    with_replacement: bool = True
+    seed: int | None = None
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.partner not in PARTNERS:
+            raise NetworkError(f"rewiring: partner '{self.partner}'{did_you_mean(self.partner, PARTNERS)}")
+        for name in _PROBABILITIES:
+            self._require(name, 0.0, 1.0, "a number from 0 to 1")
+        for name in _POSITIVE:
+            self._require(name, 5e-324, inf, "more than 0, and finite")
+        for name in _NOT_NEGATIVE:
+            self._require(name, 0.0, inf, "0 or more, and finite")
+        for name in _COUNTS:
+            self._require(name, 1, inf, "a whole number from 1 on", whole=True)
+        if self.seed is not None:
+            self._require("seed", 0, _LARGEST_SEED, f"a whole number from 0 to {_LARGEST_SEED}", whole=True)
+        object.__setattr__(self, "with_replacement", bool(self.with_replacement))
+        if self.initial_delay_low > self.initial_delay_high:
+            raise NetworkError(
+                f"rewiring: initial_delay goes from {self.initial_delay_low:g} ms to "
+                f"{self.initial_delay_high:g} ms; the first must be the smaller one"
+            )
+
+    def _require(self, name: str, low: float, high: float, rule: str, *, whole: bool = False) -> None:
+        """Check a number, and keep it as one of Python: those of NumPy are not written as JSON."""
+        value = getattr(self, name)
+        number = isinstance(value, Real) and not isinstance(value, bool)
+        if not (number and low <= value <= high and value < inf and (not whole or value == int(value))):
+            raise NetworkError(f"rewiring: {name} is {value!r}; it must be {rule}")
+        object.__setattr__(self, name, int(value) if whole else float(value))
+
+    def data(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        return asdict(self)
+
+    @classmethod
+    def from_data(cls, data: Mapping[str, Any]) -> Rewiring:
+        """Return it from :meth:`data`.
+
+        Raises:
+            NetworkError: a name or a value is impossible.
+        """
+        known = [one.name for one in fields(cls)]
+        for name in data.keys() - set(known):
+            raise NetworkError(f"rewiring has no '{name}'{did_you_mean(name, known)}")
+        return cls(**data)

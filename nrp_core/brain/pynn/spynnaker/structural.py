@@ -1,0 +1,134 @@
+"""Structural plasticity as sPyNNaker's scripts compose it: three rules, and the synapses that follow them."""
+
+# mypy: disable-error-code="misc"
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from typing import Any, Final
+
+from nrp_core.brain.network.rewiring import Rewiring
+from nrp_core.brain.pynn.arguments import require_kind, require_names
+from nrp_core.brain.pynn.invalid import InvalidValueError, raising
+from nrp_core.brain.pynn.simulator import Simulator
+
+
+class RandomSelection:
+    """The source of a new synapse is any cell of any population with such a projection to the target."""
+
+    rewiring: Final[Mapping[str, Any]] = {"partner": "RandomSelection"}
+
+
+class LastNeuronSelection:
+    """The source of a new synapse is a cell that fired in the previous time step.
+
+    Args:
+        spike_buffer_size: the number of spikes in a step that are remembered.
+    """
+
+    def __init__(self, spike_buffer_size: int = 64) -> None:
+        self.rewiring = {"partner": "LastNeuronSelection", "spike_buffer_size": spike_buffer_size}
+
+
+class DistanceDependentFormation:
+    """New synapses form with a Gaussian probability of the distance on a periodic grid.
+
+    Args:
+        grid: its size.
+        p_form_forward, sigma_form_forward: the probability at distance 0 and its spread.
+        p_form_lateral, sigma_form_lateral: the same within one population.
+    """
+
+    def __init__(
+        self, grid: Any = (16, 16), p_form_forward: float = 0.16, sigma_form_forward: float = 2.5,
+        p_form_lateral: float = 1.0, sigma_form_lateral: float = 1.0,
+    ) -> None:  # fmt: skip
+        try:
+            grid_x, grid_y = grid
+        except (TypeError, ValueError):
+            raise InvalidValueError(
+                f"DistanceDependentFormation: grid is {grid!r}; it must be two whole numbers"
+            ) from None
+        self.rewiring = {
+            "grid_x": grid_x, "grid_y": grid_y, "p_form_forward": p_form_forward,
+            "sigma_form_forward": sigma_form_forward, "p_form_lateral": p_form_lateral,
+            "sigma_form_lateral": sigma_form_lateral,
+        }  # fmt: skip
+
+
+class RandomByWeightElimination:
+    """Synapses vanish with one probability below a weight, and with another from there on.
+
+    Args:
+        threshold: the weight, nA or uS.
+        prob_elim_depressed: the probability below it.
+        prob_elim_potentiated: the probability from there on.
+    """
+
+    def __init__(
+        self, threshold: float, prob_elim_depressed: float = 0.0245, prob_elim_potentiated: float = 1.36e-4
+    ) -> None:
+        self.rewiring = {
+            "threshold": threshold, "prob_elim_depressed": prob_elim_depressed,
+            "prob_elim_potentiated": prob_elim_potentiated,
+        }  # fmt: skip
+
+
+RULES: Final = (
+    RandomSelection, LastNeuronSelection, DistanceDependentFormation, RandomByWeightElimination,
+)  # fmt: skip
+_PARTS: Final = {
+    "partner_selection": ((RandomSelection, LastNeuronSelection), "sim.RandomSelection()"),
+    "formation": (DistanceDependentFormation, "sim.DistanceDependentFormation()"),
+    "elimination": (RandomByWeightElimination, "sim.RandomByWeightElimination(threshold=0.5)"),
+}
+_SETTINGS: Final = ("f_rew", "initial_weight", "initial_delay", "s_max", "with_replacement", "seed")
+_STDP: Final = ("timing_dependence", "weight_dependence", "voltage_dependence", "dendritic_delay_fraction")
+
+
+def structural_mechanisms(simulator: Simulator) -> dict[str, type]:
+    """Return the synapse types whose synapses form and vanish, with constant weights and with STDP."""
+    static, stdp = simulator.types["StaticSynapse"], simulator.types["STDPMechanism"]
+    return {
+        "StructuralMechanismStatic": _mechanism("StructuralMechanismStatic", static, ()),
+        "StructuralMechanismSTDP": _mechanism("StructuralMechanismSTDP", stdp, _STDP),
+    }
+
+
+def _mechanism(name: str, base: Any, own: tuple[str, ...]) -> type:
+    order = [*_PARTS, *own, *_SETTINGS, "weight", "delay", *(["backprop_delay"] if own else [])]
+    signature = inspect.Signature(
+        [inspect.Parameter(each, inspect.Parameter.POSITIONAL_OR_KEYWORD, default=None) for each in order]
+    )
+
+    def begin(self: Any, *arguments: Any, **options: Any) -> None:
+        require_names(name, options, order)
+        given = signature.bind(*arguments, **options).arguments
+        if own and given.pop("backprop_delay", None) is False:
+            given["dendritic_delay_fraction"] = 0.0
+        base.__init__(self, **{key: given[key] for key in (*own, "weight", "delay") if key in given})
+        self.rewiring = _rewiring(name, given, _of_new_synapses(self))
+
+    return type(name, (base,), {"__init__": begin, "__doc__": f"{base.__doc__} Synapses form and vanish."})
+
+
+def _of_new_synapses(synapses: Any) -> dict[str, float]:
+    """Return the parameters of the law of a synapse, besides weight and delay."""
+    space = synapses.parameter_space
+    own = [key for key in synapses.get_parameter_names() if key not in ("weight", "delay")]
+    return {key: float(space[key].base_value) for key in own}
+
+
+def _rewiring(name: str, given: Mapping[str, Any], parameters: Mapping[str, float]) -> Rewiring:
+    found: dict[str, Any] = {"parameters": parameters}
+    for part, (kinds, example) in _PARTS.items():
+        require_kind(name, part, given.get(part), kinds, f"one such as {example}")
+        found |= given[part].rewiring
+    settings = {key: given[key] for key in _SETTINGS if given.get(key) is not None}
+    delay = settings.pop("initial_delay", None)
+    if delay is not None:
+        low, high = delay if isinstance(delay, (tuple, list)) and len(delay) == 2 else (delay, delay)
+        settings |= {"initial_delay_low": low, "initial_delay_high": high}
+    with raising(InvalidValueError):
+        return Rewiring(**found, **settings)

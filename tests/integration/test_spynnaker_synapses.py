@@ -1,0 +1,180 @@
+"""Synapses of sPyNNaker's scripts: kernels over grids, rules of its own, synapses that form and vanish."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from nrp_brain_event.backend import EventBackend
+from scipy.signal import convolve2d, correlate2d
+from spynnaker_scripts import HEAD, mapped, refused, run
+
+from nrp_core import save_network
+from nrp_core.brain.files.network_file import read_network
+from nrp_core.brain.network.implausible import implausible
+from nrp_core.errors import CapabilityError
+
+
+def test_the_rule_of_vogels_has_its_parameters(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        HEAD + "rule = p.extra_models.Vogels2011Rule(alpha=0.12, tau=20.0, A_plus=0.05)\n"
+        "limits = p.AdditiveWeightDependence(w_min=0.0, w_max=1.0)\n"
+        "cells = p.Population(2, p.IF_curr_exp())\n"
+        "law = p.STDPMechanism(timing_dependence=rule, weight_dependence=limits, weight=0.5)\n"
+        "wires = p.Projection(cells, cells, p.AllToAllConnector(), law, receptor_type='inhibitory')\n"
+        "(made,) = p.network().projections\np.run(10)\n",
+    )  # fmt: skip
+    values = {name: set(each) for name, each in script.made.synapse_parameters.items()}
+    assert values["eta"] == {0.05}
+    assert list(values["rho"]) == pytest.approx([3.0])  # Hz; alpha is 2 rho tau
+    assert values["tau"] == {20.0}
+
+
+GRIDS = """
+import numpy as np
+conn = p.ConvolutionConnector({arguments})
+width, height = conn.get_post_shape((7, 6))
+image = p.Population(7 * 6, p.SpikeSourceArray([1.0]), structure=p.Grid2D(7 / 6), label="image")
+seen = p.Population(width * height, p.IF_curr_exp(), structure=p.Grid2D(width / height), label="seen")
+wires = p.Projection(image, seen, conn, p.Convolution(delay=2.0))
+matrix = np.nan_to_num(wires.get("weight", "array"))
+network = p.network()
+"""
+DRAWN = "p.RandomDistribution('uniform', low=2.0, high=9.0)"
+KERNEL = [[1.0, -2.0, 3.0], [4.0, 5.0, -6.0], [7.0, 8.0, 9.0]]
+
+
+@pytest.mark.parametrize("padding", [0, 1, 2])
+def test_a_convolution_is_one(tmp_path: Path, padding: int) -> None:
+    script = run(tmp_path, HEAD + GRIDS.format(arguments=f"{KERNEL}, padding={padding}"))
+    image = np.random.default_rng(1).normal(size=(6, 7))
+    whole, cut = convolve2d(image, KERNEL), 2 - padding
+    expected = whole[cut : 8 - cut, cut : 9 - cut]
+    assert (script.height, script.width) == expected.shape
+    assert script.matrix.T @ image.ravel() == pytest.approx(expected.ravel())
+    both = {one.receptor: one for one in script.network.projections}
+    assert both["excitatory"].weight.min() == 1.0
+    assert set(both["inhibitory"].weight) == {-2.0, -6.0}
+    assert set(both["inhibitory"].delay_ms) == {2.0}
+
+
+def test_what_a_kernel_does_not_have_is_drawn_for_each_synapse(tmp_path: Path) -> None:
+    lines = GRIDS.format(arguments=KERNEL).replace("delay=2.0", f"delay={DRAWN}")
+    whole = "near = p.KernelConnector((6, 7), (6, 7), 3, np.ones((3, 3)))\n"
+    further = f"near = p.Projection(image, image_cells, near, p.StaticSynapse(delay={DRAWN}))\n"
+    cells = "image_cells = p.Population(7 * 6, p.IF_curr_exp())\n"
+    script = run(tmp_path, HEAD + lines + cells + whole + further)
+    for wires in (script.wires, script.near):
+        delays = np.array(wires.get("delay", "list"))[:, 2]
+        assert len(set(delays)) == len(delays) == len(wires)
+        assert 2.0 <= delays.min() < 3.0 < 8.0 < delays.max() <= 9.0
+
+
+def test_steps_and_pools_of_a_convolution_are_those_of_the_release(tmp_path: Path) -> None:
+    arguments = f"{KERNEL}, strides=(1, 2), pool_shape=2, padding=1"
+    script = run(tmp_path, HEAD + GRIDS.format(arguments=arguments))
+    expected = np.zeros((7 * 6, script.width * script.height))
+    for cell in range(7 * 6):
+        x, y = cell % 7 // 2, cell // 7 // 2  # pooled; the kernel's middle and the padding take 1 and add 1
+        for row in (0, 1, 2):
+            for column in (0, 1, 2):
+                at_x, at_y = x - 1 + column, y // 2 - 1 + row
+                if 0 <= at_x < script.width and 0 <= at_y < script.height:
+                    expected[cell, at_y * script.width + at_x] += KERNEL[row][column] / 4
+    assert (script.width, script.height) == (3, 1)  # (7 // 2 - 2 + 2) // 1 and (6 // 2 - 2 + 2) // 2
+    assert (script.matrix == expected).all()
+
+
+def test_the_binary_point_of_a_convolution_follows_its_kernel(tmp_path: Path) -> None:
+    script = run(tmp_path, HEAD + GRIDS.format(arguments=KERNEL))
+    (shifts,) = (v.left_shifts for v in mapped(script.network) if v.label == "seen")
+    assert tuple(shifts) == (7, 6)  # the powers of two above 9 weights of 9, and above 9 of 6
+
+
+def test_a_kernel_lies_over_each_target(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        HEAD + "import numpy as np\n"
+        "image, seen = (p.Population(7 * 6, p.IF_curr_exp(), label=label) for label in ('image', 'seen'))\n"
+        "near = p.KernelConnector((6, 7), (6, 7), (3, 3), weight_kernel=np.arange(1, 10).reshape(3, 3),\n"
+        "    delay_kernel=np.arange(11, 20).reshape(3, 3))\n"
+        "wires = p.Projection(image, seen, near, p.StaticSynapse(weight=100.0))\n"
+        "matrix = np.nan_to_num(wires.get('weight', 'array'))\n"
+        "rows = wires.get(['weight', 'delay'], 'list')\n"
+        "half = p.KernelConnector((6, 7), (3, 3), (1, 1), post_sample_steps_in_pre=(2, 2),\n"
+        "    post_start_coords_in_pre=(1, 1))\n"
+        "few = p.Population(9, p.IF_curr_exp())\n"
+        "picked = p.Projection(image, few, half, p.StaticSynapse(weight=3.0)).get('weight', 'list')\n",
+    )  # fmt: skip
+    image = np.random.default_rng(1).normal(size=(6, 7))
+    expected = correlate2d(image, np.arange(1.0, 10.0).reshape(3, 3), mode="same")
+    assert script.matrix.T @ image.ravel() == pytest.approx(expected.ravel())
+    assert {row[3] - row[2] for row in script.rows} == {10.0}
+    places = [(1 + 2 * r) * 7 + 1 + 2 * c for r in range(3) for c in range(3)]
+    assert sorted(tuple(row) for row in script.picked) == [(at, k, 3.0) for k, at in enumerate(places)]
+
+
+STRUCTURAL = """
+stim = p.Population(9, p.SpikeSourceArray(range(10)), label="stim")
+full, gone = (p.Population(9, p.IF_curr_exp(), label=label) for label in ("full", "gone"))
+rules = {"partner_selection": p.RandomSelection(), "f_rew": 1000, "s_max": 9, "seed": 0}
+never = p.RandomByWeightElimination(threshold=4.0, prob_elim_depressed=0, prob_elim_potentiated=0)
+always = p.RandomByWeightElimination(threshold=4.0, prob_elim_depressed=1.0, prob_elim_potentiated=1.0)
+near = p.DistanceDependentFormation(grid=(3, 3), p_form_forward=1.0, sigma_form_forward=1e10)
+nowhere = p.DistanceDependentFormation(grid=(3, 3), p_form_forward=0.0)
+forms = p.Projection(stim, full, p.FromListConnector([]), p.StructuralMechanismStatic(
+    formation=near, elimination=never, initial_weight=4.0, initial_delay=3.0, **rules))
+vanishes = p.Projection(stim, gone, p.AllToAllConnector(), p.StructuralMechanismSTDP(
+    formation=nowhere, elimination=always, initial_weight=2.0, initial_delay=5.0, weight=1.0, delay=1.0,
+    timing_dependence=p.SpikePairRule(), weight_dependence=p.AdditiveWeightDependence(), **rules))
+"""
+
+
+def test_synapses_form_and_vanish_while_a_script_runs(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        HEAD + STRUCTURAL + "counts = [len(vanishes.get('weight', 'list'))]\np.run(1000)\n"
+        "found, counts = forms.get(['weight', 'delay'], 'list'), [*counts, len(vanishes)]\n"
+        "sums = forms.get('weight', 'array', multiple_synapses='sum')\n",
+    )  # fmt: skip
+    assert script.counts == [81, 0]
+    assert {tuple(row)[2:] for row in script.found} == {(4.0, 3.0)}
+    # all places but those that the last rows without room left open
+    assert 70 < len(script.found) <= 81
+    assert np.nansum(script.sums) == 4.0 * len(script.found)
+
+
+def test_structural_plasticity_is_kept_in_files_and_refused_by_others(tmp_path: Path) -> None:
+    script = run(tmp_path, f"{HEAD}{STRUCTURAL}network = p.network()\n")
+    save_network(script.network, tmp_path / "kept.nrpnet")
+    kept = read_network(tmp_path / "kept.nrpnet")
+    assert kept.digest == script.network.digest
+    assert [one.rewiring for one in kept.projections] == [one.rewiring for one in script.network.projections]
+    with pytest.raises(CapabilityError, match="has no structural plasticity \\(projection 'stim→full'\\)"):
+        EventBackend().open(script.network, seed=0, options=EventBackend.options())
+    assert {v.label: v.synapse_cores for v in mapped(script.network)} == {"stim": 0, "full": 1, "gone": 1}
+
+
+def test_numbers_of_numpy_are_those_of_python(tmp_path: Path) -> None:
+    own = STRUCTURAL.replace('"f_rew": 1000, "s_max": 9', '"f_rew": np.float32(1000), "s_max": np.int64(9)')
+    plain, numpy = (
+        run(tmp_path, f"import numpy as np\n{HEAD}{lines}network = p.network()\n").network
+        for lines in (STRUCTURAL, own)
+    )
+    assert numpy.digest == plain.digest
+    save_network(numpy, tmp_path / "kept.nrpnet")
+    assert read_network(tmp_path / "kept.nrpnet").digest == plain.digest
+
+
+def test_weights_of_0_are_doubted_only_where_no_others_form(tmp_path: Path) -> None:
+    still = STRUCTURAL.replace("initial_weight=4.0", "initial_weight=0.0")
+    for lines, n_doubts in ((STRUCTURAL, 0), (still, 1)):
+        start = lines.replace("FromListConnector([])", "AllToAllConnector()")
+        network = run(tmp_path, f"{HEAD}{start}network = p.network()\n").network
+        assert len([text for text in implausible(network) if "'stim→full' are 0" in text]) == n_doubts
+
+
+def test_structural_plasticity_between_parts_of_populations_is_refused(tmp_path: Path) -> None:
+    lines = STRUCTURAL.strip().replace("Projection(stim, full,", "Projection(stim, full[:3],")
+    error = refused(tmp_path, f"exec({lines!r})")
+    assert "its synapses form between all cells of two populations" in str(error)
