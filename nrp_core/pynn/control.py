@@ -45,6 +45,6 @@ def control(api: ModuleType, state: RunningState) -> Mapping[str, Any]:
         for population, variables, filename in state.write_on_end:
             population.write_data(get_io(filename), variables)
         state.write_on_end = []
-        state.close()
+        state.end()
 
     return {"setup": setup, "end": end}

@@ -14,6 +14,7 @@ from nrp_core.brain.interface import Brain
 from nrp_core.clock import from_milliseconds, milliseconds
 
 _SIZES: Final = {"amplitude", "amplitudes", "mean", "offset"}
+_ROUNDING: Final = 1e-6
 _LARGEST_NA: Final = 50.0
 """As high as the constant current of cells."""
 
@@ -115,9 +116,15 @@ class Current:
         return amplitudes[np.searchsorted(changed_ms, times_ms, side="right")]
 
 
-def doubts_about(sources: Sequence[Any]) -> Iterator[str]:
-    """Yield a sentence for each current source that no neuron stands."""
+def doubts_about(sources: Sequence[Any], step_ms: float) -> Iterator[str]:
+    """Yield a sentence for each source that no neuron stands, or whose noise is slower than it says."""
     for source in dict.fromkeys(sources):
+        interval_ms = float(source.dt) if "dt" in source.default_parameters else step_ms
+        if interval_ms < step_ms * (1.0 - _ROUNDING):
+            yield (
+                f"dt of a {type(source).__name__} is {interval_ms:g} ms, shorter than the time step: its "
+                f"noise changes every {step_ms:g} ms, which drives cells more"
+            )
         for name in sorted(_SIZES & source.default_parameters.keys()):
             values = getattr(source, name)
             largest = np.abs(getattr(values, "value", values)).max(initial=0.0)

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -36,6 +36,7 @@ class Recorder(recording.Recorder):
         self._ports: list[SpikeRecorderPort] = []
         self._traces: list[StateRecorderPort] = []
         self._begin_ns = 0
+        self._since_ms: dict[str, float] = {}
 
     # -- called by the running simulation
 
@@ -47,10 +48,11 @@ class Recorder(recording.Recorder):
     def restart(self) -> None:
         """Discard the recorded data: the simulation is back at time 0."""
         self._begin_ns = 0
+        self._since_ms.clear()
         if self._simulator.state.brain is None:
             self._ports, self._traces = [], []
 
-    def get(self, *arguments: Any, **options: Any) -> Any:
+    def get(self, variables: Any, *arguments: Any, **options: Any) -> Any:
         """Return the recorded data as a block of Neo.
 
         Raises:
@@ -58,7 +60,13 @@ class Recorder(recording.Recorder):
         """
         if not self._simulator.state.running and not list(self.cache):
             raise NetworkError(f"population '{self.population.label}' has no data yet; run first")
-        return super().get(*arguments, **options)
+        self._simulator.state.tell(self._missing(variables))
+        return super().get(variables, *arguments, **options)
+
+    def count(self, variable: str, *arguments: Any, **options: Any) -> Any:
+        """Return the number of data of each recorded cell."""
+        self._simulator.state.tell(self._missing([variable]))
+        return super().count(variable, *arguments, **options)
 
     # -- what PyNN's recorder calls
 
@@ -70,7 +78,25 @@ class Recorder(recording.Recorder):
             )
         super()._check_sampling_interval(sampling_interval)
 
+    def _missing(self, variables: Any) -> Iterator[str]:
+        """Yield a sentence for each variable without data: not recorded, or only since the last run."""
+        owner, now_ms = f"population '{self.population.label}'", self._simulator.state.t
+        recorded = {one.name for one in self.recorded if self.recorded[one]}
+        asked = (
+            {variables} if isinstance(variables, str) else {getattr(one, "name", one) for one in variables}
+        )
+        asked = recorded if "all" in asked else {str(one).rpartition(".")[2] for one in asked}
+        for name in sorted(asked):
+            if name not in recorded:
+                yield f"{owner}: '{name}' is not recorded, so there are no data of it: call record('{name}')"
+            elif now_ms > 0 and self._since_ms.get(name, 0.0) == now_ms:
+                yield (
+                    f"{owner}: '{name}' is recorded from {now_ms:g} ms on, and nothing has run since: call "
+                    "record() before run()"
+                )
+
     def _record(self, variable: Any, new_ids: Iterable[Any], sampling_interval: float | None = None) -> None:
+        self._since_ms.setdefault(variable.name, self._simulator.state.t)
         if sampling_interval is not None:
             self.sampling_interval = sampling_interval
         self._listen(variable, new_ids)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from math import isfinite
 from typing import Any
 
@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.backends import brains
+from nrp_core.brain.changes import Synapses
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.implausible import implausible
 from nrp_core.brain.network.synapses.laws import PLASTIC
@@ -19,7 +20,7 @@ from nrp_core.brain.pynn.export import network_of
 from nrp_core.brain.pynn.populations import SPIKE_TIMES
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.clock import from_milliseconds
-from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError, NetworkError
+from nrp_core.errors import CapabilityError, ExperimentError, LifecycleError, NetworkError, did_you_mean
 from nrp_core.findings import Findings
 from nrp_core.pynn.currents import Current, Waveform, doubts_about
 from nrp_core.pynn.shares import Shares
@@ -64,6 +65,8 @@ class RunningState(State):
     def clear(self) -> None:
         self.close()
         self._currents.clear()
+        self._longest_ms = 0.0
+        self._retimed: set[str] = set()
         super().clear()
 
     def close(self) -> None:
@@ -71,6 +74,17 @@ class RunningState(State):
         if self.brain is not None:
             self.brain.close()
         self.brain = None
+
+    def end(self) -> None:
+        """Release the brain, and tell of sources that would have begun to fire after the longest run."""
+        populations = self.brain.network.populations.values() if self.brain is not None else ()
+        for population in (one for one in populations if one.label not in self._retimed):
+            first_ms = min((times[0] for times in population.spike_times_ms if len(times)), default=0.0)
+            if first_ms > self._longest_ms:
+                late = f"its spike_times begin at {first_ms:g} ms"
+                ended = f"the longest run ended at {self._longest_ms:g} ms"
+                self.tell([f"no cell of '{population.label}' fired: {late}, and {ended}"])
+        self.close()
 
     def before_change(self) -> None:
         if self.brain is None:
@@ -83,6 +97,8 @@ class RunningState(State):
         self.close()
 
     def before_parameters(self, population: Any, index: IntArray, values: Mapping[str, Any]) -> None:
+        if SPIKE_TIMES in values and self._longest_ms > 0.0:
+            self._retimed.add(population.label)
         brain = self._changing()
         if brain is None:
             return
@@ -115,6 +131,12 @@ class RunningState(State):
         for label, chosen in self._shares.of(projection):
             weights[chosen] = self.brain.read_weights(label)
         return weights
+
+    def synapses_of(self, projection: Any) -> Synapses | None:
+        if self.brain is None or projection not in self._shares:
+            return None
+        ((label, _),) = self._shares.of(projection)
+        return self.brain.read_synapses(label)
 
     def _changing(self) -> Brain | None:
         """Return the brain in which something is about to change, or None if it will be opened again."""
@@ -163,6 +185,7 @@ class RunningState(State):
             brain.run_until(stop_ns)
             self._update_currents(stop_ns)
         self.t = t_ms
+        self._longest_ms = max(self._longest_ms, t_ms)
 
     def _require_network(self) -> None:
         if self.brain is None and self.t > 0:
@@ -179,22 +202,22 @@ class RunningState(State):
         try:
             options = backend.options.model_validate({**own, **self._options})
         except ValidationError as error:
-            wrong = [f"{'.'.join(map(str, found['loc']))}: {found['msg']}" for found in error.errors()]
+            wrong = [_told(found, backend.options.model_fields) for found in error.errors()]
             raise ExperimentError(f"options of brain backend '{self._backend}': {'; '.join(wrong)}") from None
         self.brain = backend.open(network, seed=self._seed, options=options)
         for warning in self.brain.warnings:
             if warning not in self._told:  # a reset may open the brain again
                 self._told.append(warning)
                 _logger.warning("%s: %s", self._backend, warning.text)
-        self._tell([*network.remarks, *implausible(network), *doubts_about(self.injected())])
+        self.tell([*network.remarks, *implausible(network), *doubts_about(self.injected(), self.dt)])
         self._changed = False
         self._shares = Shares(self, self.brain.network)
         for device in (*self.recorders, *self._currents):
             device.start(self.brain)
         return self.brain
 
-    def _tell(self, sentences: list[str]) -> None:
-        """Log what is doubtful in the network, once."""
+    def tell(self, sentences: Iterable[str]) -> None:
+        """Log what is doubtful, each sentence once."""
         for text in sentences:
             if text not in self._doubted:
                 self._doubted.add(text)
@@ -209,3 +232,10 @@ class RunningState(State):
     def _update_currents(self, now_ns: int) -> None:
         for current in self._currents:
             current.update(now_ns)
+
+
+def _told(found: Mapping[str, Any], known: Iterable[str]) -> str:
+    """Return what is wrong with an option, and the option that may be meant."""
+    name = ".".join(map(str, found["loc"]))
+    unknown = f"'{name}' is not an option{did_you_mean(name, known)}"
+    return unknown if found["type"] == "extra_forbidden" else f"{name}: {found['msg']}"

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from nrp_core.errors import NetworkError
+from nrp_core.errors import NetworkError, NrpError
 from nrp_core.pynn import new_simulator
 
 
@@ -86,3 +87,143 @@ def test_an_instance_of_cells_takes_no_further_parameters() -> None:
         ValueError, match=r"'more': give its parameters to IF_cond_exp\(...\), not as cellpar"
     ):
         sim.Population(2, sim.IF_cond_exp(), cellparams={"tau_m": 10.0}, label="more")
+
+
+def test_data_that_are_not_recorded_are_told_once(caplog: pytest.LogCaptureFixture) -> None:
+    sim, cells = network()
+    cells.record("spikes")
+    assert told(sim, caplog) == []
+    with caplog.at_level("WARNING", "nrp_core.pynn"):
+        for _ in range(2):
+            cells.get_data()
+            cells.get_spike_counts()
+            cells.get_data(["spikes", "v"])
+        cells.record("v")
+        cells.get_data("v")  # nothing has run since
+        sim.run(1.0)
+        cells.get_data("v")
+    assert [one.getMessage() for one in caplog.records] == [
+        "population 'cells': 'v' is not recorded, so there are no data of it: call record('v')",
+        "population 'cells': 'v' is recorded from 1 ms on, and nothing has run since: call record() before "
+        "run()",
+    ]
+
+
+def test_spikes_of_cells_that_are_not_recorded_are_not_counted_in_silence(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    sim, cells = network()
+    assert told(sim, caplog) == []
+    with caplog.at_level("WARNING", "nrp_core.pynn"):
+        assert cells.mean_spike_count() == 0.0
+    (text,) = (one.getMessage() for one in caplog.records)
+    assert "'spikes' is not recorded" in text
+
+
+@pytest.mark.parametrize(("first_ms", "count"), [(0.5, 0), (2.0, 1)])
+def test_sources_that_begin_after_the_run_are_told_at_its_end(
+    first_ms: float, count: int, caplog: pytest.LogCaptureFixture
+) -> None:
+    sim, cells = network()
+    late = sim.Population(2, sim.SpikeSourceArray(spike_times=[first_ms, 3.0]), label="late")
+    sim.Projection(late, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=0.01, delay=1.0))
+    assert told(sim, caplog) == []
+    sim.end()
+    texts = [one.getMessage() for one in caplog.records if "no cell of 'late' fired" in one.getMessage()]
+    assert len(texts) == count
+    assert all("begin at 2 ms, and the longest run ended at 1 ms" in text for text in texts)
+
+
+def test_sources_whose_spikes_were_moved_during_a_run_are_not_doubted(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    sim, cells = network()
+    moved = sim.Population(1, sim.SpikeSourceArray(spike_times=[50.0]), label="moved")
+    sim.Projection(moved, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=0.01, delay=1.0))
+    sim.run(1.0)
+    moved.set(spike_times=[[1.5]])
+    sim.run(1.0)
+    sim.end()
+    assert [one.getMessage() for one in caplog.records] == []
+
+
+@pytest.mark.parametrize(
+    ("connector", "says"),
+    [
+        (lambda sim: sim.DistanceDependentProbabilityConnector("d < 0"), True),
+        (lambda sim: sim.DistanceDependentProbabilityConnector("d < 2"), False),
+        (lambda sim: sim.FixedProbabilityConnector(0.0), False),  # as in a control
+        (lambda sim: sim.FromListConnector([]), False),
+    ],
+)
+def test_a_connector_that_draws_no_synapse_is_told(
+    connector: Any, says: bool, caplog: pytest.LogCaptureFixture
+) -> None:
+    sim, cells = network()
+    sim.Projection(cells, cells, connector(sim), sim.StaticSynapse(weight=0.01, delay=1.0), label="far")
+    name = "DistanceDependentProbabilityConnector"
+    expected = [f"the projection 'far' has no synapses: its {name} connects no pair of cells"] if says else []
+    assert told(sim, caplog) == expected
+
+
+@pytest.mark.parametrize(("dt", "says"), [(0.01, True), (0.1, False), (0.5, False)])
+def test_noise_faster_than_the_step_is_told(dt: float, says: bool, caplog: pytest.LogCaptureFixture) -> None:
+    sim, cells = network()
+    sim.NoisyCurrentSource(mean=0.1, stdev=0.1, dt=dt).inject_into(cells)
+    texts = told(sim, caplog)
+    assert len(texts) == says
+    assert all("dt of a NoisyCurrentSource is 0.01 ms, shorter than the time step" in one for one in texts)
+
+
+def test_a_misspelt_setting_is_refused_and_those_of_other_simulators_are_not() -> None:
+    sim = new_simulator()
+    with pytest.raises(NetworkError, match="no setting 'sead'; did you mean 'seed'"):
+        sim.setup(timestep=0.1, sead=3)
+    others = {"threads": 2, "rng_seed": 4, "rng_seeds": [4], "spike_precision": "on_grid", "use_cvode": True}
+    sim.setup(timestep=0.1, verbosity="error", t_flush=1, time_scale_factor=2, **others)
+
+
+@pytest.mark.parametrize("answer", [None, 0.0, -1.0])
+def test_a_callback_that_names_no_later_time_is_refused(answer: float | None) -> None:
+    sim, _ = network()
+    with pytest.raises(
+        NetworkError, match=r"returned (None|0\.0|-1\.0) at 0 ms; it returns the time of its next"
+    ):
+        sim.run(1.0, callbacks=[lambda t: answer])
+
+
+def test_callbacks_with_a_list_of_times_and_without_an_answer_at_the_end_are_fine() -> None:
+    sim, _ = network()
+    times, called = iter([0.0, 0.2, 0.5, 1.0]), []
+
+    def act(t: float) -> float | None:
+        called.append(t)
+        return next(times, None)
+
+    sim.run(1.0, callbacks=[act])
+    assert called == [0.0, 0.0, 0.2, 0.5, 1.0]
+
+
+def test_a_sample_of_more_cells_than_there_are_is_told(caplog: pytest.LogCaptureFixture) -> None:
+    sim, cells = network()
+    assert cells.sample(4).size == 4
+    assert cells.sample(9).size == 4
+    assert told(sim, caplog) == ["a sample of 9 cells of 'cells' has 4: there are no more"]
+
+
+def test_a_file_that_cannot_be_written_is_refused_when_it_is_named(tmp_path: Path) -> None:
+    sim, cells = network()
+    with pytest.raises(NetworkError, match=r"data are not written to 'v\.pki'; did you mean '\.pkl'"):
+        cells.record("v", to_file="v.pki")
+    cells.record("v", to_file=str(tmp_path / "v.pkl"))
+    sim.run(1.0)
+    sim.end()
+    assert (tmp_path / "v.pkl").exists()
+
+
+def test_a_misspelt_option_of_the_backend_gets_the_nearest() -> None:
+    sim = new_simulator()
+    sim.setup(timestep=0.1, options={"tolerence": 1e-6})
+    sim.Population(1, sim.IF_curr_exp())
+    with pytest.raises(NrpError, match="'tolerence' is not an option; did you mean 'tolerance'"):
+        sim.run(1.0)

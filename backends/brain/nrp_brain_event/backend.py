@@ -32,6 +32,7 @@ class EventBackend(BrainBackend):
             determinism=Determinism.MACHINE,
             state_variables=frozenset().union(*variables),
             changes=frozenset({PARAMETERS, WEIGHTS}),
+            initial_synapses=True,
             snapshot=True,
             releases_gil=True,
         )

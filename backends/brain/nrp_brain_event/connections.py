@@ -166,7 +166,7 @@ def fill_short_term(table: Array, projection: Projection, targets: Array, number
         for name in law.parameters:
             table[name] = parameter(projection, name)
         for name, variable in law.state.items():
-            table[name] = variable.default
+            table[name] = projection.initial_values.get(name, variable.default)
     if "law" in (table.dtype.names or ()):
         table["law"] = list(SHARES).index(projection.synapse_type)
     synapse = int(projection.receptor == "inhibitory")

@@ -97,7 +97,7 @@ class _Loader:
             for (start, delay_s), matrix in signal.parts.items():
                 self._connect(populations, start, end, delay_s, matrix, cells[end])
             reason = never_fires(cells[end], signal.parts.values(), self._step)
-            if reason:
+            if reason and self._kinds[end] not in _GRADED:
                 self._sim.state.remark(f"no cell of '{end}' can fire: {reason}")
         self._remark_loose_ends({start for start, _ in edges})
         self._remark_short_times()

@@ -95,9 +95,10 @@ class _Writer:
         """Add a matrix for each pair of populations and delay; biases go to the first of a population."""
         pairs: dict[tuple[str, str], list[Projection]] = {}
         for projection in self._network.projections:
-            if projection.synapse_type != STATIC:
+            change = projection.synapse_type if projection.rewiring is None else "they form and vanish"
+            if change != STATIC:
                 raise NetworkError(
-                    f"projection '{projection.label}': its synapses change ({projection.synapse_type}), and "
+                    f"projection '{projection.label}': its synapses change ({change}), and "
                     "those of NIR do not"
                 )
             pairs.setdefault((projection.pre, projection.post), []).append(projection)

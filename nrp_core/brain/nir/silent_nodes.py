@@ -21,7 +21,7 @@ def never_fires(cells: Cells, matrices: Iterable[Any], step: Step) -> str:
     """
     threshold = cells.parameters["v_thresh"]
     if not threshold.size or not np.isfinite(threshold).all():
-        return ""
+        return "its threshold is inf" if threshold.size and np.isinf(threshold).all() else ""
     tau_ms, cm, offset = (cells.parameters.get(name, np.ones(1)) for name in ("tau_m", "cm", "i_offset"))
     weight = np.zeros(len(threshold))
     for matrix in matrices:

@@ -18,6 +18,7 @@ from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.brain.nir.load import load_nir
 from nrp_core.brain.nir.save import save_nir
 from nrp_core.brain.pynn import electrodes, models, populations, projections, rng, synapses
+from nrp_core.brain.pynn.callbacks import checked
 from nrp_core.brain.pynn.composed_cells import composed_cells
 from nrp_core.brain.pynn.connectors import connector_types
 from nrp_core.brain.pynn.equation_cells import equation_cell
@@ -69,8 +70,9 @@ def programming_interface(
     api = ModuleType(NAME, "A PyNN simulator that builds a network as data.")
     simulator.bind(recorder, "Recorder")
     bound = (*_BOUND, *synapses.synapse_types(), *connector_types())
+    simulator.types.update(models.cell_types())
     names: dict[str, Any] = {
-        **models.cell_types(),
+        **{name: simulator.types[name] for name in CELLS},
         **cells_in_equations(),
         **composed_cells(),
         **models.rule_parts(),
@@ -112,7 +114,7 @@ def overlaid(module: ModuleType, names: Mapping[str, Any]) -> ModuleType:
 def _require_settings(given: Mapping[str, Any]) -> None:
     """Refuse misspelt arguments of ``setup``; those of other simulators are ignored."""
     for name in given.keys() - _SETTINGS:
-        if difflib.get_close_matches(name, _SETTINGS, cutoff=0.8):
+        if difflib.get_close_matches(name, _SETTINGS, cutoff=0.75):
             raise NetworkError(f"setup: there is no setting '{name}'{did_you_mean(name, _SETTINGS)}")
 
 
@@ -152,7 +154,7 @@ def _control(simulator: Simulator) -> dict[str, Any]:
         """
         if time_point - state.t < -state.dt / 2:
             raise PastTimeError(f"run: {time_point:g} ms is in the past; the time is {state.t:g} ms")
-        reached: float = advance(time_point, callbacks)
+        reached: float = advance(time_point, checked(callbacks, time_point))
         return reached
 
     def run(simtime: float, callbacks: Any = None) -> float:

@@ -136,6 +136,8 @@ def _parts(projection: Projection, name: str, labels: Mapping[Population, str]) 
             plasticity=projection.synapse_type.plasticity,
             origin=_origin(projection),
             equations=getattr(projection.synapse_type, "equations", None),
+            initial_values={key: column[chosen] for key, column in projection.initial_state.items()},
+            rewiring=getattr(projection.synapse_type, "rewiring", None),
         )
 
 

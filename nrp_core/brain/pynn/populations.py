@@ -7,12 +7,13 @@ from __future__ import annotations
 import difflib
 import reprlib
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from pyNN import common, errors
+from pyNN import common, errors, standardmodels
 from pyNN.models import BaseCellType
 from pyNN.parameters import ArrayParameter, LazyArray, ParameterSpace, simplify
 from pyNN.space import BaseStructure
@@ -44,6 +45,9 @@ SPIKE_TIMES = "spike_times"
 BYTES_PER_CELL = 350
 """Measured size of PyNN's object for a cell."""
 BYTES_PER_VALUE = 8
+
+_WRITTEN = (".nix", ".h5", ".nwb", ".pkl", ".pickle", ".mat")
+"""The suffixes of files to which PyNN writes data."""
 
 
 class ID(int, common.IDMixin):
@@ -101,7 +105,11 @@ class _Cells(common.BasePopulation):
         return view
 
     def sample(self, n: int, rng: Any = None) -> PopulationView:
-        """Return a view of ``n`` cells drawn at random."""
+        """Return a view of ``n`` cells drawn at random; all where there are fewer."""
+        if n > self.size:
+            self._owner()._simulator.state.remark(
+                f"a sample of {n} cells of '{self.label}' has {self.size}: there are no more"
+            )
         view: PopulationView = super().sample(n, rng or self._simulator.types["NumpyRNG"]())
         return view
 
@@ -140,6 +148,12 @@ class _Cells(common.BasePopulation):
         owner = f"population '{self._owner().label}'"
         require_kind(owner, "list of variables", names, Iterable, "names such as 'spikes' and 'v'")
         require_existing(self._owner().label, self, self._owner()._simulator.state)
+        file = arguments[0] if arguments else options.get("to_file")
+        if (
+            isinstance(file, str) and Path(file).suffix not in _WRITTEN
+        ):  # or the data would be lost at the end
+            hint = did_you_mean(Path(file).suffix, _WRITTEN)
+            raise InvalidValueError(f"{owner}: data are not written to '{file}'{hint}")
         try:
             super().record(variables, *arguments, **options)
         except errors.RecordingError as error:
@@ -181,6 +195,7 @@ class Population(_Cells, common.Population):
         self._simulator.state.before_change()
         self._placed = structure is not None or isinstance(size, tuple)
         self.initial_arrays: dict[str, FloatArray] = {}
+        cellclass = _of_simulator(cellclass, self._simulator.types)
         if isinstance(cellclass, type) and cellparams is None:
             if hasattr(cellclass, "equations"):  # made by the script, not one of PyNN's names
                 cellclass = cellclass()
@@ -386,6 +401,15 @@ def _places(cells: Any, selector: Any) -> Any:
         return np.arange(cells.size)[selector]
     except (IndexError, TypeError):
         raise unknown_cells(cells, selector) from None
+
+
+def _of_simulator(model: Any, types: Mapping[str, Any]) -> Any:
+    """Return the cell type of the simulator for PyNN's own of that name, a class or an object of it."""
+    kind = model if isinstance(model, type) else type(model)
+    own = types.get(kind.__name__)
+    if kind.__module__ != standardmodels.cells.__name__ or own is None:
+        return model
+    return own if model is kind else own(**{k: each.base_value for k, each in model.parameter_space.items()})
 
 
 def _require_kinds(label: str, size: Any, model: Any, structure: Any) -> None:

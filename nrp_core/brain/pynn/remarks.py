@@ -11,6 +11,7 @@ from nrp_core.brain.pynn.expected import highest_probability
 from nrp_core.brain.pynn.populations import ids_of
 from nrp_core.brain.pynn.simulator import State
 
+_BY_A_FUNCTION = ("DistanceDependentProbabilityConnector", "IndexBasedProbabilityConnector")
 _ROUNDING_MS = 1e-9
 _ROUNDING = 1e-9
 
@@ -28,10 +29,12 @@ def remarks_on(state: State, populations: Sequence[str], projections: Sequence[s
         *_renamed(state.populations, populations),
         *_repeated(state.projections, projections),
         *_unused(state),
+        *_unplaced(state),
         *_beyond(state, projections),
         *_unpaired(state, projections),
         *_multiple(state, projections),
         *_certain(state, projections),
+        *_empty(state, projections),
     )
 
 
@@ -74,18 +77,31 @@ def _unused(state: State) -> Iterator[str]:
             yield f"a {type(source).__name__} has no effect: its amplitude is 0 nA"
 
 
+def _unplaced(state: State) -> Iterator[str]:
+    """Yield the settings of cells on a machine that no population has."""
+    for cell, hints in state.hints_by_cell.items():
+        if hints and not any(
+            type(one.celltype) is cell and hints.keys() <= one.hints.keys() for one in state.populations
+        ):
+            names = " and ".join(name.replace("_", " ") for name in hints)
+            yield (
+                f"the setting of {names} for {cell.__name__} has no effect: no population of these cells is "
+                "made after it"
+            )
+
+
 def _beyond(state: State, labels: Sequence[str]) -> Iterator[str]:
-    low_ms, high_ms = state.delay_limits_ms
+    """Yield the projections with a delay below that of ``setup``; one above it is refused."""
     for projection, label in zip(state.projections, labels, strict=True):
         delays_ms = projection.values.extremes("delay")
         if not delays_ms.size:
             continue
-        shortest_ms, longest_ms = float(delays_ms.min()), float(delays_ms.max())
-        owner = f"of the projection '{label}'"
+        shortest_ms, low_ms = float(delays_ms.min()), state.least_delay_ms
         if shortest_ms < low_ms - _ROUNDING_MS:
-            yield f"a delay {owner} is {shortest_ms:g} ms, and min_delay of setup is {low_ms:g} ms"
-        if longest_ms > high_ms + _ROUNDING_MS:
-            yield f"a delay {owner} is {longest_ms:g} ms, and max_delay of setup is {high_ms:g} ms"
+            yield (
+                f"a delay of the projection '{label}' is {shortest_ms:g} ms, and min_delay of setup is "
+                f"{low_ms:g} ms"
+            )
 
 
 def _unpaired(state: State, labels: Sequence[str]) -> Iterator[str]:
@@ -120,3 +136,15 @@ def _certain(state: State, labels: Sequence[str]) -> Iterator[str]:
                 f"the {type(one.connector).__name__} of the projection '{label}' gives probabilities up to "
                 f"{highest:.3g}; above 1 it connects every pair"
             )
+
+
+def _empty(state: State, labels: Sequence[str]) -> Iterator[str]:
+    """Yield the projections whose connector drew no synapse; a probability of 0 is deliberate.
+
+    So is a beginning without synapses where they form while the network runs.
+    """
+    for one, label in zip(state.projections, labels, strict=True):
+        name = type(one.connector).__name__
+        draws = name in _BY_A_FUNCTION or getattr(one.connector, "p_connect", 0.0) > 0.0
+        if draws and not len(one) and getattr(one.synapse_type, "rewiring", None) is None:
+            yield f"the projection '{label}' has no synapses: its {name} connects no pair of cells"

@@ -14,6 +14,7 @@ import numpy as np
 from pyNN.common.control import DEFAULT_TIMESTEP, BaseState
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.changes import Synapses
 from nrp_core.errors import NetworkError
 from nrp_core.seeds import Seeds
 
@@ -101,6 +102,10 @@ class State(BaseState):  # type: ignore[misc]
         weights: FloatArray = projection.values["weight"]
         return weights
 
+    def synapses_of(self, projection: Any) -> Synapses | None:
+        """Return the current synapses of a projection whose synapses form and vanish; None before a run."""
+        return None
+
     def inject(self, source: CurrentSource, cells: IntArray) -> None:
         """Inject a current into cells (global ids).
 
@@ -135,9 +140,9 @@ class State(BaseState):  # type: ignore[misc]
         return float(min(delays, default=self.dt))
 
     @property
-    def delay_limits_ms(self) -> tuple[float, float]:
-        """The limits of delays from ``setup``, ms; 0 and infinity if it gives none."""
-        return self._min_delay or 0.0, self.max_delay
+    def least_delay_ms(self) -> float:
+        """The smallest delay from ``setup``, ms; 0 if it gives none."""
+        return self._min_delay or 0.0
 
     @property
     def n_cells(self) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from nrp_core import Network, save_nir
+from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.brain.nir import save
 from nrp_core.errors import NetworkError
 from nrp_core.pynn import new_simulator
@@ -140,6 +142,11 @@ def refused(sim: Any, cell: Any, synapse: Any = None, at: float = 0.0, label: st
     return sim.network()
 
 
+def with_rewiring(network: Network) -> Network:
+    (way,) = network.projections
+    return replace(network, projections=(replace(way, rewiring=Rewiring()),))
+
+
 FITS = {"v_rest": 0.0, "tau_refrac": 0.0}
 WRONG: dict[str, tuple[Any, str]] = {
     "conductances": (
@@ -165,6 +172,10 @@ WRONG: dict[str, tuple[Any, str]] = {
     "plastic": (
         lambda sim: refused(sim, sim.IF_curr_delta(**FITS), sim.TsodyksMarkramSynapse(weight=0.1)),
         r"projection 'way': its synapses change \(tsodyks_markram\), and those of NIR do not",
+    ),
+    "rewired": (
+        lambda sim: with_rewiring(refused(sim, sim.IF_curr_delta(**FITS))),
+        r"projection 'way': its synapses change \(they form and vanish\), and those of NIR do not",
     ),
     "delay": (
         lambda sim: refused(sim, sim.IF_curr_delta(**FITS), sim.StaticSynapse(weight=0.1, delay=1.5)),

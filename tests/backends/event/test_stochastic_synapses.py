@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from math import exp
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from nrp_brain_event.backend import EventBackend
+from nrp_brain_spinnaker import SpinnakerBackend
 
 from nrp_core import read_network, save_network
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain import builder
+from nrp_core.errors import CapabilityError
 
 TIMES_MS = (10.0, 25.0, 30.0, 90.0)
 N = 4000
@@ -100,3 +103,36 @@ def test_a_reset_or_restored_brain_draws_the_same_again(tmp_path: Any) -> None:
         brain.reset()
         brain.run_until(100_000_000)
         assert (brain.read_state("v", range(1, 51)) == first).all()
+
+
+@pytest.mark.parametrize("resolution", [None, "0.1 ms"])
+def test_synapses_begin_in_the_state_that_a_script_sets(resolution: str | None, tmp_path: Path) -> None:
+    sim = builder()
+    sim.setup(timestep=0.1)
+    source = sim.Population(1, sim.SpikeSourceArray(spike_times=list(TIMES_MS)))
+    cells = sim.Population(3, sim.IF_curr_delta(tau_m=1e9, v_rest=0.0, v_reset=0.0, v_thresh=1e6))
+    cells.initialize(v=0.0)
+    sites = sim.MultiQuantalSynapse(weight=1.0, delay=1.0, U=1.0, tau_rec=1e9, n=5)
+    few = sim.Projection(source, cells[:2], sim.AllToAllConnector(), sites)
+    few.initialize(a=[2.0, 5.0])
+    tired = sim.TsodyksMarkramSynapse(weight=1.0, delay=1.0, U=0.4, tau_rec=50.0, tau_facil=60.0)
+    sim.Projection(source, cells[2:], sim.AllToAllConnector(), tired).initialize(u=0.5, z=0.8)
+    built = sim.network()
+    save_network(built, tmp_path / "net.nrpnet")
+    assert read_network(tmp_path / "net.nrpnet").digest == built.digest
+    first, second = arrived(built, resolution=resolution)[:2]
+    left = 0.5 * exp(-TIMES_MS[0] / 60.0)
+    released = (left + 0.4 * (1.0 - left)) * (1.0 - 0.8 * exp(-TIMES_MS[0] / 50.0))
+    assert first == pytest.approx([2 / 5, 1.0, released], rel=1e-6)
+    assert second[:2] == pytest.approx([0.0, 0.0], abs=1e-6)  # all sites are empty, and stay so
+
+
+def test_a_state_at_the_start_is_refused_where_it_has_no_effect() -> None:
+    sim = builder()
+    cells = sim.Population(1, sim.IF_curr_exp())
+    one = sim.Projection(cells, cells, sim.AllToAllConnector(), sim.TsodyksMarkramSynapse(delay=1.0))
+    backend = SpinnakerBackend()
+    backend.open(sim.network(), seed=0, options=backend.options()).close()
+    one.initialize(u=0.5)
+    with pytest.raises(CapabilityError, match=r"begins with all synapses at rest; projection .* of u, which"):
+        backend.open(sim.network(), seed=0, options=backend.options())

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pyNN import errors
 from pyNN.space import Line
 
 from nrp_core.brain.files.script import load_network
@@ -290,9 +291,8 @@ def test_a_current_source_that_is_never_injected_is_reported() -> None:
 
 @pytest.mark.parametrize(
     ("delay_ms", "words"),
-    [(0.2, "is 0.2 ms, and min_delay of setup is 0.5 ms"), (9.0, "is 9 ms, and max_delay of setup is 4 ms"),
-     (0.5, ""), (4.0, "")],
-)  # fmt: skip
+    [(0.2, "is 0.2 ms, and min_delay of setup is 0.5 ms"), (0.5, ""), (4.0, "")],
+)
 def test_a_delay_beyond_the_limits_of_setup_is_reported(delay_ms: float, words: str) -> None:
     sim = builder()
     sim.setup(timestep=0.1, min_delay=0.5, max_delay=4.0)
@@ -301,6 +301,18 @@ def test_a_delay_beyond_the_limits_of_setup_is_reported(delay_ms: float, words: 
     sim.Projection(cells, cells, sim.OneToOneConnector(), synapse, label="go")
     expected = (f"a delay of the projection 'go' {words}",) if words else ()
     assert sim.network().remarks == expected
+
+
+def test_a_delay_above_that_of_setup_is_refused_as_by_pynn() -> None:
+    sim = builder()
+    sim.setup(timestep=0.1, max_delay=4.0)
+    cells = sim.Population(2, sim.IF_cond_exp(), label="cells")
+    synapse = sim.StaticSynapse(weight=0.01, delay=9.0)
+    with pytest.raises(errors.ConnectionError, match=r"delay.* 9.* max_delay of setup, 4 ms"):
+        sim.Projection(cells, cells, sim.OneToOneConnector(), synapse, label="go")
+    made = sim.Projection(cells, cells, sim.OneToOneConnector(), sim.StaticSynapse(delay=0.1 * 40))
+    with pytest.raises(errors.ConnectionError, match="max_delay of setup, 4 ms"):
+        made.set(delay=4.1)
 
 
 @pytest.mark.parametrize(

@@ -51,6 +51,19 @@ def test_a_parameter_may_be_given_in_each_form_of_pynn(sim: ModuleType, value: A
     assert [populations[name].parameters["tau_m"].tolist() for name in ("made", "changed")] == [expected] * 2
 
 
+@pytest.mark.filterwarnings("ignore:Passing celltype class:DeprecationWarning")
+def test_a_cell_class_of_pynn_itself_is_that_of_the_simulator(sim: ModuleType) -> None:
+    pynn = pyNN.standardmodels.cells
+    made = [
+        sim.Population(2, pynn.IF_curr_exp), sim.Population(2, pynn.IF_curr_exp(tau_m=7.0)),
+        sim.Population(1, pynn.SpikeSourceArray(spike_times=[3.0])),
+    ]  # fmt: skip
+    assert [type(one.celltype) for one in made] == [sim.IF_curr_exp, sim.IF_curr_exp, sim.SpikeSourceArray]
+    built = list(sim.network().populations.values())
+    assert [set(one.parameters["tau_m"]) for one in built[:2]] == [{20.0}, {7.0}]
+    assert built[2].spike_times_ms[0].tolist() == [3.0]
+
+
 def test_a_cell_class_without_parameters_is_a_cell_type_with_defaults(sim: ModuleType) -> None:
     with pytest.warns(DeprecationWarning, match="celltype class"):
         cells = sim.Population(2, sim.IF_curr_exp)

@@ -293,8 +293,21 @@ def test_a_negative_delay_an_unknown_receptor_and_a_source_as_target_are_refused
 def test_an_impossible_projection_is_refused(sim: ModuleType) -> None:
     with pytest.raises(CapabilityError, match="leave out the location_selector"):
         connect(sim, sim.StaticSynapse(), sim.AllToAllConnector(location_selector="soma"))
-    with pytest.raises(CapabilityError, match="initial state of synapses"):
+    with pytest.raises(NetworkError, match="the initial state has no parameter 'u'"):
         connect(sim, sim.StaticSynapse()).initialize(u=0.5)
+    with pytest.raises(NetworkError, match="no parameter 'y2'; did you mean 'y'"):
+        connect(sim, sim.TsodyksMarkramSynapse()).initialize(y2=0.5)
+
+
+def test_the_share_in_use_is_a_share_and_sites_are_filled_up_to_their_number(sim: ModuleType) -> None:
+    sites = connect(sim, sim.MultiQuantalSynapse(n=3, weight=0.1))
+    sites.initialize(a=3, u=1.0)
+    assert set(only(sim).initial_values["empty"]) == {0.0}
+    with pytest.raises(NetworkError, match="initial values of a must be from 0 to n"):
+        sites.initialize(a=4)
+    sites.initialize(u=1.5)
+    with pytest.raises(NetworkError, match="its initial u must be one number a synapse, between 0 and 1"):
+        sim.network()
 
 
 def test_a_projection_without_synapses_is_fine(sim: ModuleType) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import nir
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from nrp_core import read_nir
+from nrp_core.brain.network.implausible import implausible
 from nrp_core.errors import NetworkError
 
 DT = 1e-4
@@ -54,6 +56,23 @@ def test_a_node_that_no_input_makes_fire_is_reported(
     remarks = _remarks(tmp_path, weight, current_based, bias)
     assert len(remarks) == found
     assert all("no cell of 'wheels' can fire: all inputs together, in every step" in one for one in remarks)
+
+
+@pytest.mark.parametrize(
+    ("fires", "found"), [(True, ["no cell of 'wheels' can fire: its threshold is inf"]), (False, [])]
+)
+def test_cells_with_an_infinite_threshold_are_reported_and_integrators_are_not(
+    tmp_path: Path, fires: bool, found: list[str]
+) -> None:
+    each = np.ones(2)
+    membrane = {"tau": DT / (1.0 - KEPT) * each, "r": each, "v_leak": 0 * each}
+    cells = nir.LIF(**membrane, v_threshold=np.inf * each, v_reset=0 * each) if fires else nir.LI(**membrane)
+    nodes = {"eyes": nir.Input(np.array([3])), "weights": nir.Linear(np.ones((2, 3))), "wheels": cells,
+             "output": nir.Output(np.array([2]))}  # fmt: skip
+    nir.write(tmp_path / "net.nir", nir.NIRGraph(nodes, [*pairwise(nodes)]))
+    network = read_nir(tmp_path / "net.nir")
+    assert list(network.remarks) == found
+    assert not [one for one in implausible(network) if "v_thresh" in one]  # no cell is in uV
 
 
 def test_a_time_constant_shorter_than_a_step_is_reported(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from nrp_brain_event.grid.equations.blocks import (
     places_of,
     require_input,
     require_receptor,
+    with_code,
 )
 from nrp_brain_event.grid.flight import hear_all, plastic_now, unfolded
 from nrp_brain_event.grid.live import change_cells, offsets_of
@@ -245,7 +246,7 @@ class GridBrain(Brain):
         if given:
             self._give(given)
         self._given = given
-        self._take(handle(self._grid._replace(**arrays)))
+        self._take(handle(with_code(self._grid._replace(**arrays), self.network)))
         keep_kernels(self._grid.short_term, self._initial.short_term)
 
     def _do_close(self) -> None:

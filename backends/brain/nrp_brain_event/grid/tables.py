@@ -175,8 +175,11 @@ def _parts(
         if projection.is_plastic:
             dynamic, dynamics = PLASTIC, plastic_rows[projection.label][order].astype(np.int32)
         else:
-            dynamic, dynamics = SHORT_TERM, np.zeros(projection.size, ShortTerm.dtype())
-            fill_short_term(dynamics, projection, targets[projection.post_index], numbers)
+            table: Array = np.zeros(projection.size, ShortTerm.dtype())
+            fill_short_term(table, projection, targets[projection.post_index], numbers)
+            if projection.initial_values:  # the kernels see the times of arrivals
+                table["t"] = steps[order] * grid.step_ms
+            dynamic, dynamics = SHORT_TERM, table
     pre_first = network.offsets[projection.pre]
     spans = range(post_first // _SPAN, (post_first + len(targets) - 1) // _SPAN + 1)
     for span in spans:
@@ -189,10 +192,14 @@ def _parts(
 
 
 def _reordered(projection: Projection, order: IntArray) -> Projection:
-    parameters = {name: values[order] for name, values in projection.synapse_parameters.items()}
+    parameters, initial = (
+        {name: values[order] for name, values in given.items()}
+        for given in (projection.synapse_parameters, projection.initial_values)
+    )
     return replace(
         projection, pre_index=projection.pre_index[order], post_index=projection.post_index[order],
         weight=projection.weight[order], delay_ms=projection.delay_ms[order], synapse_parameters=parameters,
+        initial_values=initial,
     )  # fmt: skip
 
 
