@@ -103,6 +103,8 @@ class Recording:
         Raises:
             ExperimentError: a message does not have its type, in a file from another program.
         """
+        if isinstance(topics, str):
+            raise ExperimentError(f"topics are a set of names, {{'{topics}'}}, not a text", path=self.file)
         codec = Codec({})
         for topic, message in self.raw(topics):
             yield Recorded(topic.name, message.log_time, self.decoded(codec, topic, message.data))

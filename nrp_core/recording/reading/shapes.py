@@ -15,8 +15,9 @@ from nrp_core.world.messages.foxglove_msgs import ModelPrimitive, SceneEntity, S
 from nrp_core.world.messages.visualization_msgs import CYLINDER, MESH_RESOURCE, SPHERE, MarkerArray
 from nrp_core.world.pose_messages import pose_of, vector_of
 from nrp_core.world.rigid.pose import Pose, Vector
-from nrp_core.world.scene.meshes.glb import triangles_in
+from nrp_core.world.scene.meshes.glb import contents_of
 from nrp_core.world.scene.meshes.stl import stl_bytes
+from nrp_core.world.scene.meshes.triangles import Coordinates
 
 
 class ShapeKind(Enum):
@@ -26,6 +27,21 @@ class ShapeKind(Enum):
     ELLIPSOID = "ellipsoid"
     CYLINDER = "cylinder"
     MESH = "mesh"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ShapeImage:
+    """An image on a mesh.
+
+    Args:
+        data: the file of the image.
+        tint: the red, green and blue by which it is multiplied.
+        coordinates: texture coordinates of the triangles of the mesh.
+    """
+
+    data: bytes
+    tint: Vector
+    coordinates: Coordinates
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,7 +55,8 @@ class Shape:
         pose: its pose in the frame.
         size: extents along its axes, m; of a mesh, the factors of its coordinates.
         rgba: its colour, each component 0..1.
-        mesh: the STL file of a mesh, if the recording contains it. Images on it are left out.
+        mesh: the STL file of a mesh, if the recording contains it.
+        image: the image on it.
     """
 
     visual: str
@@ -49,6 +66,7 @@ class Shape:
     size: Vector
     rgba: tuple[float, float, float, float]
     mesh: npt.NDArray[np.uint8] | None = None
+    image: ShapeImage | None = None
 
     @property
     def model(self) -> str:
@@ -94,14 +112,15 @@ def _of_entity(entity: SceneEntity) -> Iterator[Shape]:
     for model in entity.models:
         scale, color = vector_of(model.scale), _rgba(model.color)
         pose = pose_of(model.pose)
-        yield Shape(entity.id, entity.frame_id, ShapeKind.MESH, pose, scale, color, _stl(model))
+        yield Shape(entity.id, entity.frame_id, ShapeKind.MESH, pose, scale, color, *_mesh(model))
 
 
-def _stl(model: ModelPrimitive) -> npt.NDArray[np.uint8]:
-    """Return the file of a mesh as STL."""
+def _mesh(model: ModelPrimitive) -> tuple[npt.NDArray[np.uint8], ShapeImage | None]:
+    """Return the file of a mesh as STL, and the image on it."""
     if model.media_type != TEXTURED_TYPE:
-        return model.data
-    return np.frombuffer(stl_bytes(triangles_in(model.data.tobytes())), np.uint8)
+        return model.data, None
+    (triangles, coordinates), data, tint = contents_of(model.data.tobytes())
+    return np.frombuffer(stl_bytes(triangles), np.uint8), ShapeImage(data, tint, coordinates)
 
 
 def _of_marker(marker: Any) -> Shape:

@@ -16,6 +16,7 @@ from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import bodies_of
+from nrp_core.world.scene.meshes.stl import write_coordinates
 from nrp_core.world.scene.model import (
     Box,
     Cylinder,
@@ -25,6 +26,7 @@ from nrp_core.world.scene.model import (
     Mesh,
     Model,
     Sphere,
+    Texture,
     Visual,
 )
 
@@ -60,7 +62,7 @@ class Stage:
 
 def _model(frame: str, shapes: Sequence[Shape], folder: Path) -> Model:
     visuals = tuple(
-        Visual(f"{number}", _geometry(shape, folder), shape.pose, shape.rgba)
+        Visual(f"{number}", _geometry(shape, folder), shape.pose, shape.rgba, texture=_texture(shape, folder))
         for number, shape in enumerate(shapes)
         if shape.kind is not ShapeKind.MESH or shape.mesh is not None
     )
@@ -79,7 +81,19 @@ def _geometry(shape: Shape, folder: Path) -> Geometry:
             return Cylinder(x / 2, z)
         case ShapeKind.MESH:
             assert shape.mesh is not None
-            path = folder / f"{abs(hash(shape.mesh.tobytes()))}.stl"
+            places = shape.image.coordinates if shape.image else None
+            data = shape.mesh.tobytes()
+            path = folder / f"{abs(hash((data, places if places is None else places.tobytes())))}.stl"
             if not path.exists():
-                path.write_bytes(shape.mesh.tobytes())
+                path.write_bytes(data)
+                if places is not None:
+                    write_coordinates(path, places)
             return Mesh(path, shape.size)
+
+
+def _texture(shape: Shape, folder: Path) -> Texture | None:
+    if shape.image is None:
+        return None
+    path = folder / f"{abs(hash(shape.image.data))}.image"
+    path.write_bytes(shape.image.data)
+    return Texture(path, shape.image.tint)

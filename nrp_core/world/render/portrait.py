@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, radians, sin, tan
+from math import radians, tan
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,8 @@ from nrp_core.world.render.shaded import ShadedView
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import Body, bodies_of
-from nrp_core.world.scene.model import Joint, Model, Scene
+from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.scene.posture import Posture
 from nrp_core.world.scene.starts import start_positions
 
 FIELD_OF_VIEW = radians(40)
@@ -69,25 +70,8 @@ def _subject(scene: Scene) -> _Subject:
 
 def _starts(model: Model, bodies: Sequence[Body]) -> list[Pose]:
     """Return the poses of a model's bodies in the world, with its joints where they start."""
-    positions = start_positions(model)
-    poses: list[Pose] = []
-    for body in bodies:  # parents come first
-        if body.parent is None:
-            poses.append(model.pose @ body.in_model)
-            continue
-        position = positions.get(body.joint.name, 0.0) if body.joint is not None else 0.0
-        motion = Pose() if body.joint is None or not position else _moved(body.joint, position)
-        poses.append(poses[body.parent] @ body.pose @ motion)
-    return poses
-
-
-def _moved(joint: Joint, position: float) -> Pose:
-    """Return the motion of a joint from 0 to a position, in its own frame."""
-    x, y, z = joint.axis
-    if joint.kind == "prismatic":
-        return Pose((position * x, position * y, position * z))
-    half = sin(position / 2)
-    return Pose((0.0, 0.0, 0.0), (half * x, half * y, half * z, cos(position / 2)))
+    posture = Posture(model, start_positions(model))
+    return [model.pose @ posture.of(body.links[0].name) @ body.in_model for body in bodies]
 
 
 def _eye(subject: _Subject, optics: Optics, is_robot: bool) -> FloatArray:

@@ -66,22 +66,37 @@ class RasterCameras(Cameras):
         paint(surfaces, self._mesh.palette, image)
         return image
 
+    def lay_images(self, path: CameraPath, image: ImageArray) -> None:
+        """Draw the images on surfaces into a flat image of a camera, of any renderer."""
+        self._lay_images(path, image, *self._see(path))
+
     def _look(self, path: CameraPath) -> tuple[ImageArray, IndexArray, FloatArray, FloatArray]:
         """Return a flat image with images on its surfaces, and what is seen.
 
         Returns:
             The image; the face at each pixel; the vertices and the eye in the world.
         """
+        seen, points, eye = self._see(path)
+        image = np.empty((*seen.shape, 3), np.uint8)
+        paint(self._surfaces_of[seen], self._mesh.palette, image)
+        self._lay_images(path, image, seen, points, eye)
+        return image, seen, points, eye
+
+    def _see(self, path: CameraPath) -> tuple[IndexArray, FloatArray, FloatArray]:
+        """Return the face at each pixel, and the vertices and the eye in the world."""
         self._read(self._frames[WORLD_FRAME + 1 :])
-        mesh, optics, nearness = self._mesh, self._optics[path], self._work[path]
+        mesh, optics = self._mesh, self._optics[path]
         points = to_camera(mesh.vertices, mesh.vertex_frames, self._frames, WORLD_FRAME, _WORLD)
         eye = self._eye_in_world(path)
-        seen = self._view.draw(points, eye, optics.focal, optics.near, optics.far, nearness)
-        image = np.empty((*seen.shape, 3), np.uint8)
-        paint(self._surfaces_of[seen], mesh.palette, image)
+        seen = self._view.draw(points, eye, optics.focal, optics.near, optics.far, self._work[path])
+        return seen, points, eye
+
+    def _lay_images(
+        self, path: CameraPath, image: ImageArray, seen: IndexArray, points: FloatArray, eye: FloatArray
+    ) -> None:
+        mesh, focal = self._mesh, self._optics[path].focal
         if mesh.textures is not None:
-            mesh.textures.lay(seen, nearness, optics.focal, eye, points, mesh.faces, image)
-        return image, seen, points, eye
+            mesh.textures.lay(seen, self._work[path], focal, eye, points, mesh.faces, image)
 
     def _eye_in_world(self, path: CameraPath) -> FloatArray:
         frame, eye = self._eyes[path]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from math import floor, log2, sqrt
+from math import floor, sqrt
 from pathlib import Path
 
 import numpy as np
@@ -165,50 +165,75 @@ def _lay(
     image: npt.NDArray[np.uint8],
 ) -> None:
     height, width = seen.shape
+    plane, inner = np.empty((4, 3)), np.empty(5)
     for row in range(height):
+        face, number = NOTHING, _PLAIN
         for column in range(width):
-            face = seen[row, column]
-            if face == NOTHING or numbers[surfaces[face]] == _PLAIN:
+            if seen[row, column] != face:  # usually the same as at the previous pixel
+                face = seen[row, column]
+                number = numbers[surfaces[face]] if face != NOTHING else _PLAIN
+                if number != _PLAIN:
+                    _measure(points, faces, face, plane, inner)
+                    corners, repeating = coordinates[face], repeats[surfaces[face]]
+            if number == _PLAIN:
                 continue
-            surface = surfaces[face]
             depth = 1.0 / nearness[row, column]
-            x, y = (column + 0.5 - width / 2) * depth / focal, (height / 2 - row - 0.5) * depth / focal
-            second, third, slant = _weights(eye, x, y, depth, points, faces, face)
+            pixel = depth / focal
+            x, y = (column + 0.5 - width / 2) * pixel, (height / 2 - row - 0.5) * pixel
+            second, third, slant = _weights(eye, x, y, depth, plane, inner)
             first = 1.0 - second - third
-            corners = coordinates[face]
             u = first * corners[0, 0] + second * corners[1, 0] + third * corners[2, 0]
             v = first * corners[0, 1] + second * corners[1, 1] + third * corners[2, 1]
-            texels_per_pixel = density[face] * (depth / focal) ** 2 / max(slant, 0.05)
-            level = int(0.5 * log2(max(texels_per_pixel, 1.0)) + 0.5)
-            where = levels[numbers[surface], min(level, len(levels[0]) - 1)]
-            _mix(where, texels, u, v, repeats[surface], image, row, column)
+            texels_per_pixel = density[face] * pixel**2 / max(slant, 0.05)
+            level, upper = 0, 2.0  # half of the logarithm, rounded
+            while texels_per_pixel >= upper and level < levels.shape[1] - 1:
+                level, upper = level + 1, 4.0 * upper
+            start, high, wide = levels[number, level, 0], levels[number, level, 1], levels[number, level, 2]
+            _mix(start, high, wide, texels, u, v, repeating, image, row, column)
+
+
+@inlined
+def _measure(points: FloatArray, faces: IndexArray, face: int, plane: FloatArray, inner: FloatArray) -> None:
+    """Fill ``plane`` with the first corner of a face, two edges from it, and its normal.
+
+    ``inner`` gets the inner products of the edges, and the reciprocals of the normal's square and length.
+    """
+    a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
+    uu = uv = vv = 0.0
+    for axis in range(3):
+        u, v = points[b, axis] - points[a, axis], points[c, axis] - points[a, axis]
+        plane[0, axis], plane[1, axis], plane[2, axis] = points[a, axis], u, v
+        uu, uv, vv = uu + u * u, uv + u * v, vv + v * v
+    for axis in range(3):
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        plane[3, axis] = plane[1, i] * plane[2, j] - plane[1, j] * plane[2, i]
+    inner[0], inner[1], inner[2] = uu, uv, vv
+    area = max(uu * vv - uv * uv, 1e-300)
+    inner[3], inner[4] = 1.0 / area, 1.0 / sqrt(area)
 
 
 @inlined
 def _weights(
-    eye: FloatArray, x: float, y: float, depth: float, points: FloatArray, faces: IndexArray, face: int
+    eye: FloatArray, x: float, y: float, depth: float, plane: FloatArray, inner: FloatArray
 ) -> tuple[float, float, float]:
     """Return the shares of the second and third corner of a face at a point, and the cosine of its slant."""
-    a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
-    uu = uv = vv = wu = wv = wn = 0.0
+    wu = wv = wn = 0.0
     ahead = sqrt(x * x + y * y + depth * depth)
     for axis in range(3):
-        corner = points[a, axis]
         ray = eye[axis, 0] * x + eye[axis, 1] * y - eye[axis, 2] * depth
-        u, v, w = points[b, axis] - corner, points[c, axis] - corner, ray + eye[axis, 3] - corner
-        uu, uv, vv, wu, wv = uu + u * u, uv + u * v, vv + v * v, wu + w * u, wv + w * v
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        ui, uj = points[b, i] - points[a, i], points[b, j] - points[a, j]
-        vi, vj = points[c, i] - points[a, i], points[c, j] - points[a, j]
-        wn += ray * (ui * vj - uj * vi)
-    area = max(uu * vv - uv * uv, 1e-300)
-    slant = abs(wn) / (ahead * sqrt(area))
-    return (wu * vv - wv * uv) / area, (wv * uu - wu * uv) / area, slant
+        w = ray + eye[axis, 3] - plane[0, axis]
+        wu, wv = wu + w * plane[1, axis], wv + w * plane[2, axis]
+        wn += ray * plane[3, axis]
+    uu, uv, vv = inner[0], inner[1], inner[2]
+    second, third = (wu * vv - wv * uv) * inner[3], (wv * uu - wu * uv) * inner[3]
+    return second, third, abs(wn) * inner[4] / ahead
 
 
 @inlined
 def _mix(
-    where: IndexArray,
+    start: int,
+    high: int,
+    wide: int,
     texels: npt.NDArray[np.uint8],
     u: float,
     v: float,
@@ -218,19 +243,21 @@ def _mix(
     column: int,
 ) -> None:
     """Set a pixel to the colour at a place of a level, between the four nearest texels."""
-    start, high, wide = where[0], where[1], where[2]
     x, y = u * wide - 0.5, (1.0 - v) * high - 0.5
     left, top = floor(x), floor(y)
     across, down = x - left, y - top
+    above, below = _kept(int(top), high, repeats), _kept(int(top) + 1, high, repeats)
+    before, after = _kept(int(left), wide, repeats), _kept(int(left) + 1, wide, repeats)
+    upper, lower = start + above * wide, start + below * wide
     for channel in range(3):
-        total = 0.5
-        for i in range(2):
-            for j in range(2):
-                if repeats:
-                    line, place = (int(top) + i) % high, (int(left) + j) % wide
-                else:
-                    line = min(max(int(top) + i, 0), high - 1)
-                    place = min(max(int(left) + j, 0), wide - 1)
-                weight = (down if i else 1.0 - down) * (across if j else 1.0 - across)
-                total += weight * texels[start + line * wide + place, channel]
+        total = 0.5 + (1.0 - down) * (1.0 - across) * texels[upper + before, channel]
+        total += (1.0 - down) * across * texels[upper + after, channel]
+        total += down * (1.0 - across) * texels[lower + before, channel]
+        total += down * across * texels[lower + after, channel]
         image[row, column, channel] = int(total)
+
+
+@inlined
+def _kept(place: int, size: int, repeats: bool) -> int:
+    """Return a place within an image, which repeats or ends with its rim."""
+    return place % size if repeats else min(max(place, 0), size - 1)

@@ -16,9 +16,9 @@ from nrp_core.recording.layout import MCAP_NAME, RUN_NAME
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.writing import writer
 
-CASES = 60
 FILES = (MCAP_NAME, RUN_NAME, "experiment.yaml", "experiment/room.sdf")
-QUICK, SLOW = ("inspect", "recover", "export"), ("plot", "replay")
+CASES = {"inspect": 16, "recover": 16, "export": 16, "plot": 6, "replay": 6}
+"""How many damaged recordings each command reads; the last two take longer."""
 
 
 @pytest.fixture
@@ -63,13 +63,16 @@ def damaged(data: bytes, draw: st.DrawFn) -> bytes:
 
 
 @pytest.mark.slow
-def test_damage_anywhere_is_reported_or_the_intact_part_is_used(whole: Path, tmp_path: Path) -> None:
-    counts: Counter[str] = Counter()
+@pytest.mark.parametrize("command", CASES)
+def test_damage_anywhere_is_reported_or_the_intact_part_is_used(
+    whole: Path, tmp_path: Path, command: str
+) -> None:
+    counts: Counter[bool] = Counter()
     intact = {topic.name: [] for topic, _ in Recording(whole).raw()}
     for topic, message in Recording(whole).raw():
         intact[topic.name].append((message.log_time, message.data))
 
-    @settings(max_examples=CASES, suppress_health_check=list(HealthCheck))
+    @settings(max_examples=CASES[command], suppress_health_check=list(HealthCheck))
     @given(st.data())
     def check(data: st.DataObject) -> None:
         folder, target = tmp_path / "damaged", tmp_path / "target"
@@ -79,17 +82,15 @@ def test_damage_anywhere_is_reported_or_the_intact_part_is_used(whole: Path, tmp
         target.mkdir()
         file = folder / data.draw(st.sampled_from(FILES))
         file.write_bytes(data.draw(st.composite(lambda draw: damaged(file.read_bytes(), draw))()))
-        command = data.draw(st.sampled_from(3 * QUICK + SLOW))
         code, said = nrp(*arguments_of(command, folder, target))
         assert code in (0, 1, 3, 4), said
         assert "mistake in the program" not in said, said
         assert "Traceback" not in said, said
-        counts[f"{command}: {'answered' if code == 0 else 'refused'}"] += 1
+        counts[code == 0] += 1
         for topic, message in Recording(folder).raw():
             assert (message.log_time, message.data) in intact[topic.name]
 
     check()
-    print(dict(sorted(counts.items())))
-    assert sum(counts.values()) >= CASES
-    assert all(counts[f"{command}: answered"] for command in QUICK)  # the others are rare, and read more
-    assert {key.partition(":")[0] for key in counts} == {*QUICK, *SLOW}
+    assert counts.total() >= CASES[command]
+    if CASES[command] > 10:  # enough for some whose damage does not matter to the command
+        assert counts[True]

@@ -67,6 +67,9 @@ def test_units_are_those_of_the_definitions_of_ros() -> None:
 
 
 def test_a_topic_that_is_not_there_is_refused_with_the_nearest_name(recording: Recording) -> None:
+    with pytest.raises(ExperimentError, match=r"topics are a set of names, \{'/husky/cmd_vel'\}, not a text"):
+        next(recording.messages("/husky/cmd_vel"))
+    assert next(recording.messages({"/husky/cmd_vel"})).topic == "/husky/cmd_vel"
     with pytest.raises(
         ExperimentError, match=r"no message was recorded on '/husky/cmd_val'; did you mean '/husky/cmd_vel'"
     ):

@@ -11,7 +11,6 @@ import numpy as np
 
 from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.scene.meshes.mapped import Mapped
-from nrp_core.world.scene.meshes.triangles import Triangles
 
 MAX_SIDE_PX = 2048
 """A larger image is reduced to this, which every graphics card shows."""
@@ -19,6 +18,7 @@ MAX_SIDE_PX = 2048
 _MAGIC, _JSON, _BINARY = b"glTF", b"JSON", b"BIN\0"
 _FLOAT, _ARRAY_BUFFER = 5126, 34962
 _READY = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg"}
+_GAMMA = 2.2  # from sRGB to the linear factors of glTF
 _TURN = (-0.5, -0.5, -0.5, 0.5)  # from x forward, z up to z forward, y up
 
 
@@ -38,7 +38,7 @@ def glb(mapped: Mapped, image: Path, tint: Vector) -> bytes | None:
     corners = triangles.reshape(-1, 3).astype("<f4")
     places = coordinates.reshape(-1, 2).astype("<f4") * (1, -1) + (0, 1)  # glTF counts from the top
     parts = [corners.tobytes(), places.astype("<f4").tobytes(), picture]
-    r, g, b = (part**2.2 for part in tint)
+    r, g, b = (part**_GAMMA for part in tint)
     document = {
         "asset": {"version": "2.0"},
         "scene": 0,
@@ -66,8 +66,11 @@ def glb(mapped: Mapped, image: Path, tint: Vector) -> bytes | None:
     return _file(_padded(json.dumps(document).encode(), b" "), binary)
 
 
-def triangles_in(data: bytes) -> Triangles:
-    """Return the triangles of a file that :func:`glb` wrote.
+def contents_of(data: bytes) -> tuple[Mapped, bytes, Vector]:
+    """Return the contents of a file that :func:`glb` wrote.
+
+    Returns:
+        The triangles with their texture coordinates; the file of the image; the tint.
 
     Raises:
         ValueError: it is another file.
@@ -75,9 +78,14 @@ def triangles_in(data: bytes) -> Triangles:
     if data[:4] != _MAGIC:
         raise ValueError("it is not a binary glTF file")
     length = int.from_bytes(data[12:16], "little")
-    view = json.loads(data[20 : 20 + length])["bufferViews"][0]
-    corners = np.frombuffer(data, "<f4", view["byteLength"] // 4, 28 + length + view["byteOffset"])
-    return corners.astype(np.float64).reshape(-1, 3, 3)
+    document = json.loads(data[20 : 20 + length])
+    starts = ((28 + length + view["byteOffset"], view["byteLength"]) for view in document["bufferViews"])
+    corners, places, picture = (data[start : start + size] for start, size in starts)
+    triangles = np.frombuffer(corners, "<f4").astype(np.float64).reshape(-1, 3, 3)
+    from_the_top = np.frombuffer(places, "<f4").reshape(-1, 3, 2)
+    coordinates = np.stack([from_the_top[..., 0], 1 - from_the_top[..., 1]], axis=-1)
+    r, g, b, _ = document["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"]
+    return (triangles, coordinates), picture, (r ** (1 / _GAMMA), g ** (1 / _GAMMA), b ** (1 / _GAMMA))
 
 
 @lru_cache(maxsize=16)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
-from nrp_core.world.scene.bodies import Look
+from nrp_core.world.scene.bodies import TINTS, Look
 from nrp_core.world.scene.materials import color_of, glows
 from nrp_core.world.scene.model import Rgba
 from nrp_core.world.scene.reading.context import Reading
@@ -24,7 +24,8 @@ def read_look(visual: Element, reading: Reading) -> Look:
         return Look(None, opacity)
     look = _surface(material, reading)
     specular = read_color(material, "specular", reading)
-    return replace(look, opacity=opacity, finish=read_finish(material, specular, reading))
+    finish = read_finish(material, specular, reading)
+    return replace(look, opacity=opacity, finish=finish, tints=TINTS in material.attributes)
 
 
 def _surface(material: Element, reading: Reading) -> Look:

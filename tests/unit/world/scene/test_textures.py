@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import shutil
+from contextlib import ExitStack
 from pathlib import Path
 
 import cv2
@@ -14,16 +15,19 @@ import pytest
 from nrp_core._support.arrays import FloatArray
 from nrp_core.recording.layout import MESH_TYPE, TEXTURED_TYPE, WORLD_FRAME
 from nrp_core.recording.reading.shapes import RecordedScene
+from nrp_core.recording.video.stage import Stage
+from nrp_core.recording.video.views import look_at
 from nrp_core.recording.writing.frames import Frames
 from nrp_core.recording.writing.scenery import scene_update, shown_visuals
 from nrp_core.world.messages.foxglove_msgs import ModelPrimitive
+from nrp_core.world.render.shaded import ShadedView
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.meshes import mesh_pieces
 from nrp_core.world.scene.meshes.convert import Wanted
 from nrp_core.world.scene.meshes.glb import MAX_SIDE_PX, glb
 from nrp_core.world.scene.meshes.mapped import mapped_triangles
-from nrp_core.world.scene.meshes.stl import parse_stl, read_coordinates, read_stl
-from nrp_core.world.scene.model import Box, Capsule, Cylinder, Mesh, Model, Plane, Scene, Sphere
+from nrp_core.world.scene.meshes.stl import read_coordinates, read_stl
+from nrp_core.world.scene.model import Box, Capsule, Cylinder, Model, Plane, Scene, Sphere
 from nrp_core.world.scene.sdf import read_model
 
 QUADRANTS = np.array([[(255, 0, 0), (0, 255, 0)], [(0, 0, 255), (255, 255, 255)]], np.uint8)
@@ -216,16 +220,24 @@ def test_a_viewer_gets_the_image_until_the_visual_has_another_colour(
     assert [each.media_type for each in painted] == ([MESH_TYPE] if "mesh" in geometry else [])
 
 
-def test_videos_read_the_shape_alone(home: Path) -> None:
-    model = model_with(home, "<mesh><uri>a.obj</uri></mesh>", "")
-    scene = Scene((model,))
+@pytest.mark.parametrize(
+    ("geometry", "material", "eye", "middle", "white"),
+    [
+        ("<mesh><uri>a.obj</uri></mesh>", "", (1, -1, 1), (1, 0, 1), (1, 1, 1)),
+        ("<plane><size>1 1</size></plane>", PBR, (0, 0, 1), (0, 0, 0), (1, 0, 1)),
+    ],
+)
+def test_videos_show_the_image(home: Path, geometry: str, material: str, eye, middle, white) -> None:
     recorded = RecordedScene()
+    scene = Scene((model_with(home, geometry, material),))
     recorded.take(scene_update({}, shown_visuals(scene, Still(), {}), 0))
-    (shape,) = recorded.shapes
-    (visual,) = model.links[0].visuals
-    assert isinstance(visual.geometry, Mesh)
-    assert shape.mesh is not None
-    assert parse_stl(shape.mesh.tobytes()) == pytest.approx(read_stl(visual.geometry.path))
+    with ExitStack() as kept:
+        stage = Stage(recorded.shapes, kept)
+        view = ShadedView(stage.mesh, 90, 90, vertical_fov=1.0)
+        image = view.draw(stage.vertices({}), look_at(eye, middle))
+    bright = image > 0.75 * image.max(axis=2, keepdims=True)
+    assert bright[30, [30, 60]].tolist() == [[0, 0, 1], [0, 1, 0]]
+    assert bright[60, [30, 60]].tolist() == [[1, 0, 0], [*white]]
 
 
 def test_the_digest_of_a_scene_depends_on_what_is_in_an_image_and_not_on_where_it_lies(home: Path) -> None:
