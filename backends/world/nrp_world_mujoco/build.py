@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, count
+from itertools import chain, combinations, count
 from math import degrees, isfinite
 from typing import Any
 
@@ -24,9 +24,10 @@ from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Link, Model, Scene
 from nrp_world_mujoco.gl import GlRenderer
 from nrp_world_mujoco.library import compiled, mujoco
-from nrp_world_mujoco.mechanisms import BuiltParts
+from nrp_world_mujoco.mechanisms import BuiltParts, touches_itself
 from nrp_world_mujoco.native import NativeElements
 from nrp_world_mujoco.shapes import Shapes, placed, scalar_first
+from nrp_world_mujoco.weightless import holders, let_weigh_nothing
 
 FAR_AWAY = 1e9
 HARD = [0.999, 0.999, 0.001, 0.5, 2.0]  # impedance of stiff constraints: couplings, joints that rub or stop
@@ -144,9 +145,11 @@ class _Builder:
             self._spec.option.disableflags |= SAME_CONTACTS
         self._check_friction()
         model = compiled(self._spec)
+        bodies = {name: [(body, part.id) for body, part in each] for name, each in self._bodies.items()}
+        let_weigh_nothing(model, chain.from_iterable(bodies.values()))
         return Built(
             model,
-            {name: [(body, element.id) for body, element in each] for name, each in self._bodies.items()},
+            bodies,
             {name: dict(_freedoms(each, model)) for name, each in self._joints.items()},
             {path: (servo, [e.id for e in each]) for path, (servo, each) in self._drives.items()},
             {path: element.id for path, element in self._visuals.items()},
@@ -181,7 +184,6 @@ class _Builder:
             elements.append(self._add_body(model.name, index, bodies, elements))
             if body.joint is not None and body.joint.kind != "fixed":
                 joints[body.joint.name] = self._add_joint(elements[-1], model.name, body.joint)
-        self._separate(elements)
         self._bodies[model.name] = list(zip(bodies, elements, strict=True))
         self._joints[model.name] = [(j, joints[j.name]) for j in model.joints if j.name in joints]
         self._couple(model, joints)
@@ -195,6 +197,7 @@ class _Builder:
                 self._servos[model.name, name] = self._add_joint_servo(joints[name], limit)
         self._close(model)
         self._native.apply(BuiltParts(model, self._links, joints, self._collisions))
+        self._separate(model, bodies, elements)
         armatures = {name: float(joint.armature) for name, joint in joints.items()}
         for name, firm in firm_joints(model, bodies, armatures).items():
             joints[firm.joint.name].solimp_friction = FIRMEST
@@ -317,11 +320,16 @@ class _Builder:
                     solimp=HARD,
                 )
 
-    def _separate(self, elements: Sequence[Any]) -> None:
-        """Exclude contacts between the parts of one model."""
-        names = [element.name for element in elements if element is not self._spec.worldbody]
-        for one, other in combinations(names, 2):
-            self._spec.add_exclude(bodyname1=one, bodyname2=other)
+    def _separate(self, model: Model, bodies: Sequence[Body], elements: Sequence[Any]) -> None:
+        """Exclude contacts between the parts of a model, or only of neighbours if it may touch itself."""
+        pairs = list(combinations(range(len(bodies)), 2))
+        if touches_itself(model):
+            filters = not self._spec.option.disableflags & mujoco.mjtDisableBit.mjDSBL_FILTERPARENT
+            pairs = [pair for pair in holders(bodies) if filters and not bodies[pair[1]].fixed]
+        for pair in pairs:
+            one, other = (elements[index] for index in pair)
+            if self._spec.worldbody not in (one, other):
+                self._spec.add_exclude(bodyname1=one.name, bodyname2=other.name)
 
 
 def _freedoms(joints: Sequence[tuple[Joint, Any]], model: Any) -> Iterator[tuple[str, int]]:

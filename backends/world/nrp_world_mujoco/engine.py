@@ -18,6 +18,7 @@ from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf
 from nrp_core.world.render.cameras import Cameras
 from nrp_core.world.render.optics import optics_of
+from nrp_core.world.render.shared import with_images
 from nrp_core.world.rigid.motion import BodyPath, JointStates, JointTargets, ReadFrames
 from nrp_core.world.rigid.pose import Pose, Quaternion
 from nrp_core.world.scene.merged_bodies import Body
@@ -169,7 +170,8 @@ class MujocoEngine(JointedEngine):
             super().read_motion(model, row)
 
     def _do_open_cameras(self, renderer: str) -> Cameras:
-        return open_cameras(renderer, self._built, self._data, self._optics, self._refresh)
+        own = open_cameras(renderer, self._built, self._data, self._optics, self._refresh)
+        return with_images(own, self._all_bodies(), self._optics, self._do_frames)
 
     def set_control(self, model: str, actuator: str, value: float) -> None:
         self._data.ctrl[self._built.actuators[model, actuator]] = value
@@ -239,7 +241,7 @@ class MujocoEngine(JointedEngine):
             t_ns = self.now_ns
             raise DivergedError(
                 f"MuJoCo diverged after {seconds(t_ns):g} s: a position, velocity or acceleration is huge or "
-                f"not finite; a shorter timestep may help",
+                f"not finite; a shorter timestep or smaller commands may help",
                 t_ns=t_ns,
             )
         for kind, count in enumerate(self._warned):

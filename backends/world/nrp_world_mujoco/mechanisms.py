@@ -9,7 +9,7 @@ with a ``link``. All are added when all models are built, because they may conne
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 from xml.etree import ElementTree as ET
 
@@ -31,6 +31,8 @@ _HIDDEN = 5
 """A group of geoms that nobody draws."""
 _OF_PAIR = ("condim", "friction", "solref", "solimp", "margin", "gap", "adhesion")
 """What a contact pair and a shape have both."""
+PLACE = ("pos", "quat", "axisangle", "euler", "xyaxes", "zaxis")
+"""Attributes of an element that has a pose."""
 _OWN = ("classname", "compiler", "id", "info", "name", "path", "plugin", "signature", "userdata")
 """Attributes of an element of a specification that are not copied."""
 
@@ -164,7 +166,7 @@ class Mechanisms:
             given = {name: value for name, value in element.attributes if name != "name"}
             ET.SubElement(alone, element.tag, given)
             tendon = self._spec.add_tendon(name=self._new_name(of, element, "tendon"))
-            _copy_all(parsed(element, alone).tendons[0], tendon)
+            copy_all(parsed(element, alone).tendons[0], tendon)
             for part in element.children:
                 self._wrap(of, tendon, part)
 
@@ -191,7 +193,7 @@ class Mechanisms:
             ends = {f"{kind}{n}": kind for n in (1, 2) if n == 1 or element.attribute(f"{kind}2")}
             part = self._renamed(of, element, ends)
             equality = self._spec.add_equality()
-            _copy_all(self._parsed_in("equality", element, part).equalities[0], equality)
+            copy_all(self._parsed_in("equality", element, part).equalities[0], equality)
 
     def _add_contacts(self, of: str, section: Native) -> None:
         for element in _children(section, ("pair", "exclude")):
@@ -206,9 +208,9 @@ class Mechanisms:
             part = self._renamed(of, element, dict.fromkeys(ends, kind))
             read = self._parsed_in("contact", element, part)
             if element.tag == "pair":
-                _copy_all(read.pairs[0], self._spec.add_pair())
-            else:
-                _copy_all(read.excludes[0], self._spec.add_exclude())
+                copy_all(read.pairs[0], self._spec.add_pair())
+            elif read.excludes[0].bodyname1 != read.excludes[0].bodyname2:  # which may be one body here
+                copy_all(read.excludes[0], self._spec.add_exclude())
 
     def _elsewhere(self, kind: str, name: str, of: str) -> bool:
         """Return whether a name is that of a part of a model that is not in the scene."""
@@ -249,7 +251,7 @@ class Mechanisms:
             ends = {each: kind for each, kind in _TARGETS.items() if element.attribute(each)}
             part = self._renamed(of, element, ends)
             actuator = self._spec.add_actuator()
-            _copy_all(self._parsed_in("actuator", element, part).actuators[0], actuator)
+            copy_all(self._parsed_in("actuator", element, part).actuators[0], actuator)
             actuator.name = f"{of}/{name}/actuator"
             self._actuators[of, name] = actuator
 
@@ -274,6 +276,12 @@ class Mechanisms:
         alone = ET.Element(section)
         alone.append(part)
         return parsed(element, alone)
+
+
+def touches_itself(model: Model) -> bool:
+    """Return whether the parts of a model touch each other, by ``<mujoco:contact self="true"/>``."""
+    contacts = (each for each in model.native if (each.namespace, each.tag) == ("mujoco", "contact"))
+    return any(each.attribute("self") == "true" for each in contacts)
 
 
 def parsed(element: Native, part: ET.Element, *, compiles: bool = False) -> Any:
@@ -323,6 +331,17 @@ def _number(element: Native, attribute: str) -> float:
         raise element.error(f"it needs a number as its {attribute}") from None
 
 
+def pose_of(element: Native) -> Pose:
+    """Return the pose that an element states, in any way of MJCF.
+
+    Raises:
+        SceneError: MuJoCo refuses it.
+    """
+    stated = tuple((name, value) for name, value in element.attributes if name in PLACE)
+    where = _compiled(replace(element, attributes=stated), "site")
+    return _pose(where.site_pos[0], where.site_quat[0])
+
+
 def _compiled(element: Native, tag: str) -> Any:
     """Return a model with one part on a body, from an element that has its pose."""
     given = {name: value for name, value in element.attributes if name not in ("link", "name")}
@@ -336,7 +355,7 @@ def _pose(position: Any, turn: Any) -> Pose:
     return Pose((x, y, z), (qx, qy, qz, qw))
 
 
-def _copy_all(source: Any, target: Any) -> None:
+def copy_all(source: Any, target: Any) -> None:
     """Copy the values of an element of a specification to another one of its kind."""
     for name in dir(source):
         value = None if name.startswith("_") or name in _OWN else getattr(source, name)

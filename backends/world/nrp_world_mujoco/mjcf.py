@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from math import atan, pi, tan
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,8 @@ from nrp_core.world.scene.model import Inertial
 from nrp_core.world.scene.reading.repairs import LEAST_MASS
 from nrp_core.world.scene.reading.xml import read_xml
 from nrp_world_mujoco.actuators import actuators_of
-from nrp_world_mujoco.library import mujoco
+from nrp_world_mujoco.file_meshes import files_of
+from nrp_world_mujoco.library import compiled, mujoco
 from nrp_world_mujoco.mjcf_native import Names, NativeElements
 from nrp_world_mujoco.mjcf_slips import warn_of_slips
 
@@ -42,6 +43,12 @@ _BETWEEN = Inertial(LEAST_MASS, inertia=(LEAST_MOMENT, LEAST_MOMENT, LEAST_MOMEN
 """Of a link between two joints of a body: the least that is not repaired."""
 
 _LEFT_OUT = {"nsensor": "sensors", "nhfield": "height fields", "nflex": "flexible bodies"}
+_NOT_KEPT = {
+    "jnt_stiffnesspoly": "springs of joints that are not linear",
+    "dof_dampingpoly": "dampers of joints that are not linear",
+    "geom_fluid": "shapes with a drag of their own (fluidshape)",
+}
+"""Properties that are 0 where a file does not have them."""
 
 
 def read_mjcf(path: Path) -> tuple[str, Findings]:
@@ -51,15 +58,25 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
         SceneError: MuJoCo cannot read the file.
     """
     try:
-        model = mujoco.MjModel.from_xml_path(str(path))
+        spec = mujoco.MjSpec.from_file(str(path))
+        model = compiled(spec)
     except (ValueError, OSError) as error:
         raise SceneError(f"MuJoCo cannot read this: {' '.join(str(error).split())}", path=path) from None
     left_out = [
         f"{getattr(model, field)} {what}" for field, what in _LEFT_OUT.items() if getattr(model, field)
     ]
+    for field, what in _NOT_KEPT.items():
+        values = np.asarray(getattr(model, field))
+        if having := int(values.any(axis=tuple(range(1, values.ndim))).sum()):
+            left_out.append(f"{having} {what}")
+    if partly := int(((model.body_gravcomp != 0) & (model.body_gravcomp != 1)).sum()):
+        left_out.append(f"the gravcomp of {partly} bodies, which is neither 0 nor 1")
     balls = model.jnt_type == mujoco.mjtJoint.mjJNT_BALL
     if limited := int((balls & (model.jnt_limited != 0)).sum()):
         left_out.append(f"the limits of {limited} ball joints")
+    shown = model.geom_matid[(model.geom_group < _HIDDEN_GROUP) & (model.geom_matid >= 0)]
+    if images := len(set(shown[(model.mat_texid[shown] >= 0).any(axis=1)].tolist())):
+        left_out.append(f"the images of {images} materials, which are shown in their colours")
     warnings = Findings()
     root = read_xml(path)
     warn_of_slips(root, model, warnings)
@@ -68,15 +85,15 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
     for part in left_out:
         warnings.add(Code.NRP260, f"left out of this MJCF file: {part}", path=path)
     cones = [one.attributes["cone"] for one in root.all("option") if "cone" in one.attributes]
-    return "\n".join(_Writer(model, path.stem, "".join(cones[-1:])).lines()), warnings
+    return "\n".join(_Writer(model, path.stem, "".join(cones[-1:]), files_of(spec, path)).lines()), warnings
 
 
 class _Writer:
-    def __init__(self, model: Any, name: str, cone: str) -> None:
+    def __init__(self, model: Any, name: str, cone: str, meshes: Mapping[str, dict[str, str]]) -> None:
         self._m, self._name = model, name
         self._actuators = actuators_of(model)
         names = Names(self._body, self._joint_name, self._geom_name, self._owner)
-        self._native = NativeElements(model, names, cone)
+        self._native = NativeElements(model, names, cone, meshes)
         self._touching = self._native.touching
         self._children: dict[int, list[int]] = {}
         for body in range(1, model.nbody):
@@ -141,6 +158,8 @@ class _Writer:
 
     def _link(self, body: int, place: Pose, base: str) -> Iterator[str]:
         yield f"<link name={quoteattr(self._body(body))}>{_pose(place, base)}"
+        if self._m.body_gravcomp[body] == 1:
+            yield "<gravity>false</gravity>"
         mass = float(self._m.body_mass[body])
         if mass > 0:
             centre = Pose(_vector(self._m.body_ipos[body]), _quaternion(self._m.body_iquat[body]))

@@ -6,21 +6,20 @@ differ from MuJoCo's own defaults are written.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
 from nrp_world_mujoco.actuators import Actuator, actuators_of
+from nrp_world_mujoco.file_meshes import pose_in_file
 from nrp_world_mujoco.library import mujoco
 
 _SOLREF, _SOLIMP = [0.02, 1.0], [0.9, 0.95, 0.001, 0.5, 2.0]
 _GEOM: dict[str, Any] = {
     "contype": 1,
     "conaffinity": 1,
-    "condim": 3,
-    "priority": 0,
     "solmix": 1.0,
     "solref": _SOLREF,
     "solimp": _SOLIMP,
@@ -29,31 +28,39 @@ _GEOM: dict[str, Any] = {
     "adhesion": 0.0,
     "surfacevel": 0.0,
 }
+_RUBS = ("condim", "friction", "priority")
+"""A scene has another rule for contacts of different friction, so that those of a file are always stated."""
 _JOINT: dict[str, tuple[str, Any]] = {
     "solreflimit": ("jnt_solref", _SOLREF),
     "solimplimit": ("jnt_solimp", _SOLIMP),
     "margin": ("jnt_margin", 0.0),
 }
-_STOP = ("solreflimit", "solimplimit")
-"""Stops of scenes are harder than MuJoCo's own, so that those of a file are always stated."""
+_STOP, _RUBBING = ("solreflimit", "solimplimit"), ("solreffriction", "solimpfriction")
+"""Scenes have harder stops and dry friction than MuJoCo, so that those of a file are always stated."""
 _OF_DOF: dict[str, tuple[str, Any]] = {
     "armature": ("dof_armature", 0.0),
     "solreffriction": ("dof_solref", _SOLREF),
     "solimpfriction": ("dof_solimp", _SOLIMP),
 }
+_OF_FREE_DOF = ("armature", "damping", "frictionloss")
 _OPTIONS = ("impratio", "density", "viscosity", "wind", "magnetic", "noslip_iterations", "noslip_tolerance",
             "iterations", "tolerance", "ls_iterations", "ls_tolerance", "ccd_iterations",
             "ccd_tolerance")  # fmt: skip
 _CHOICES = {"solver": ("PGS", "CG", "Newton"), "jacobian": ("dense", "sparse", "auto")}
-_FLAGS = {"mjDSBL_CONTACT": "contact", "mjDSBL_SPRING": "spring", "mjDSBL_GRAVITY": "gravity",
-          "mjDSBL_EQUALITY": "equality", "mjDSBL_FILTERPARENT": "filterparent",
-          "mjDSBL_CLAMPCTRL": "clampctrl"}  # fmt: skip
+_FLAGS = ("contact", "spring", "damper", "limit", "gravity", "equality", "filterparent", "clampctrl",
+          "refsafe", "warmstart", "nativeccd", "multiccd")  # fmt: skip
 """Flags that a file may switch off without disabling the servos of this program."""
-_TENDON = {"stiffness": 0.0, "damping": 0.0, "frictionloss": 0.0, "armature": 0.0, "margin": 0.0}
+_TENDON: dict[str, tuple[str, Any]] = {
+    **{name: (name, 0.0) for name in ("stiffness", "damping", "frictionloss", "armature", "margin")},
+    "solreflimit": ("solref_lim", _SOLREF),
+    "solimplimit": ("solimp_lim", _SOLIMP),
+    "solreffriction": ("solref_fri", _SOLREF),
+    "solimpfriction": ("solimp_fri", _SOLIMP),
+}
 _SHAPES = {mujoco.mjtGeom.mjGEOM_SPHERE: "sphere", mujoco.mjtGeom.mjGEOM_CYLINDER: "cylinder"}
+_LEFT_OUT = (mujoco.mjtGeom.mjGEOM_HFIELD, mujoco.mjtGeom.mjGEOM_SDF)
+"""Shapes that a scene does not have."""
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
-_TORSION = 3
-"""Dimensions of a contact up to which it does not resist twisting and rolling."""
 
 
 class Names(NamedTuple):
@@ -73,10 +80,11 @@ class NativeElements:
         model: the compiled model.
         names: the names of its parts in the scene.
         cone: the friction cones that the file asks for; empty for those of scenes.
+        meshes: attributes of the meshes that are in files, by name.
     """
 
-    def __init__(self, model: Any, names: Names, cone: str = "") -> None:
-        self._m, self._names, self._cone = model, names, cone
+    def __init__(self, model: Any, names: Names, cone: str, meshes: Mapping[str, dict[str, str]]) -> None:
+        self._m, self._names, self._cone, self._meshes = model, names, cone, meshes
         self._lines: dict[str, list[str]] = {}
         self._sites = set[int]()
         self._ground = names.model(0)
@@ -100,7 +108,8 @@ class NativeElements:
         """The geoms that touch something: by their masks or in contact pairs."""
         m = self._m
         masked = np.flatnonzero((m.geom_contype != 0) | (m.geom_conaffinity != 0)).tolist()
-        return {*masked, *m.pair_geom1.tolist(), *m.pair_geom2.tolist()}
+        touching = {*masked, *m.pair_geom1.tolist(), *m.pair_geom2.tolist()}
+        return {geom for geom in touching if mujoco.mjtGeom(m.geom_type[geom]) not in _LEFT_OUT}
 
     # -- options and properties
 
@@ -117,7 +126,9 @@ class NativeElements:
         if self._cone:
             differing["cone"] = self._cone
         bits = mujoco.mjtDisableBit
-        off = {tag: "disable" for bit, tag in _FLAGS.items() if given.disableflags & getattr(bits, bit)}
+        off = {
+            name: "disable" for name in _FLAGS if given.disableflags & getattr(bits, f"mjDSBL_{name.upper()}")
+        }
         if differing or off:
             flags = _element("flag", off) if off else ""
             moving = [body for body in range(1, self._m.nbody) if self._m.body_parentid[body] == 0]
@@ -127,12 +138,15 @@ class NativeElements:
     def _joints(self) -> Iterator[tuple[str, str]]:
         m = self._m
         for joint in range(m.njnt):
-            if mujoco.mjtJoint(m.jnt_type[joint]) not in _SINGLE:
-                continue
             dof, values = m.jnt_dofadr[joint], {}
+            if mujoco.mjtJoint(m.jnt_type[joint]) == mujoco.mjtJoint.mjJNT_FREE:
+                yield from self._free(joint)
+                continue
             for numbers, at in ((_JOINT, joint), (_OF_DOF, dof)):
                 for name, (field, usual) in numbers.items():
-                    stated = name in _STOP and m.jnt_limited[joint]
+                    stated = (name in _STOP and m.jnt_limited[joint]) or (
+                        name in _RUBBING and m.dof_frictionloss[dof] > 0
+                    )
                     if stated or np.any(getattr(m, field)[at] != usual):
                         values[name] = _text(getattr(m, field)[at])
             if values:
@@ -140,6 +154,14 @@ class NativeElements:
                     self._names.model(m.jnt_bodyid[joint]),
                     _element("joint", {"name": self._names.joint(joint), **values}),
                 )
+
+    def _free(self, joint: int) -> Iterator[tuple[str, str]]:
+        m, body, dof = self._m, int(self._m.jnt_bodyid[joint]), int(self._m.jnt_dofadr[joint])
+        numbers = {"stiffness": float(np.ravel(m.jnt_stiffness[joint])[0])}
+        numbers |= {name: float(getattr(m, f"dof_{name}")[dof]) for name in _OF_FREE_DOF}
+        values = {name: _text(number) for name, number in numbers.items() if number}
+        if values:
+            yield self._names.model(body), _element("freejoint", {"link": self._names.body(body), **values})
 
     def _geoms(self) -> Iterator[tuple[str, str]]:
         m = self._m
@@ -149,12 +171,22 @@ class NativeElements:
                 for name, usual in _GEOM.items()
                 if np.any(getattr(m, f"geom_{name}")[geom] != usual)
             }
-            if m.geom_condim[geom] > _TORSION:
-                values["friction"] = _text(m.geom_friction[geom])
+            values |= {name: _text(getattr(m, f"geom_{name}")[geom]) for name in _RUBS}
             body = int(m.geom_bodyid[geom])
-            if values:
-                place = {"link": self._names.body(body), "name": self._names.geom(geom)}
-                yield self._names.model(body), _element("geom", place | values)
+            mesh = self._mesh(geom)
+            if mesh in self._meshes:
+                values |= {"mesh": mesh, **{k: _text(v) for k, v in pose_in_file(m, geom).items()}}
+                added = self._names.model(body), _element("mesh", {"name": mesh, **self._meshes[mesh]})
+                if added[1] not in self._lines.get(added[0], ()):
+                    yield added
+            place = {"link": self._names.body(body), "name": self._names.geom(geom)}
+            yield self._names.model(body), _element("geom", place | values)
+
+    def _mesh(self, geom: int) -> str:
+        """Return the name of the mesh of a shape, empty for other shapes."""
+        kind = mujoco.mjtGeom(self._m.geom_type[geom])
+        of_mesh = kind == mujoco.mjtGeom.mjGEOM_MESH
+        return self._m.mesh(int(self._m.geom_dataid[geom])).name if of_mesh else ""
 
     # -- mechanisms
 
@@ -166,9 +198,9 @@ class NativeElements:
             fixed = kinds[0] == mujoco.mjtWrap.mjWRAP_JOINT
             owner = self._names.model(self._body_along(path[0], kinds[0]))
             values = {
-                name: _text(getattr(m, f"tendon_{name}")[tendon])
-                for name, usual in _TENDON.items()
-                if np.any(getattr(m, f"tendon_{name}")[tendon] != usual)
+                name: _text(getattr(m, f"tendon_{field}")[tendon])
+                for name, (field, usual) in _TENDON.items()
+                if np.any(getattr(m, f"tendon_{field}")[tendon] != usual)
             }
             shift = self._shift_of_tendon(tendon)
             if m.tendon_limited[tendon]:
@@ -282,6 +314,8 @@ class NativeElements:
         m = self._m
         for pair in range(m.npair):
             geoms = [int(m.pair_geom1[pair]), int(m.pair_geom2[pair])]
+            if not self.touching.issuperset(geoms):
+                continue
             bodies = [int(m.geom_bodyid[geom]) for geom in geoms]
             owner = self._names.model(max(bodies, key=bool))
             names = [f"{self._names.body(body)}/{self._names.geom(geom)}"
@@ -297,10 +331,11 @@ class NativeElements:
         for signature in m.exclude_signature.tolist():
             bodies = [signature >> 16, signature & 0xFFFF]
             owner = self._names.model(max(bodies, key=bool))
-            if self._names.model(bodies[0]) != self._names.model(bodies[1]):
-                ends = {f"body{n}": self._full(owner, body, self._names.body(body))
-                        for n, body in zip((1, 2), bodies, strict=True)}  # fmt: skip
-                yield owner, _element("contact", {}, _inner("exclude", ends))
+            ends = {f"body{n}": self._full(owner, body, self._names.body(body))
+                    for n, body in zip((1, 2), bodies, strict=True)}  # fmt: skip
+            yield owner, _element("contact", {}, _inner("exclude", ends))
+        for owner in dict.fromkeys(self._names.model(body) for body in range(1, m.nbody)):
+            yield owner, _element("contact", {"self": "true"})
 
     def _acting(self) -> Iterator[tuple[str, str]]:
         m = self._m

@@ -10,6 +10,7 @@ from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Findings
 from nrp_core.world.scene.reading.xml import Element
 from nrp_world_mujoco.actuators import actuators_of
+from nrp_world_mujoco.library import mujoco
 
 _FULL_RAD: Final = 6.3
 """A full turn as files round it; an orientation needs half of one."""
@@ -17,6 +18,8 @@ _RIGHT_ANGLES_RAD: Final = (pi / 4, pi / 2, pi, 3 * pi / 2)
 _ROUNDED: Final = 2e-3
 _RANGES: Final = ("range", "forcerange", "ctrlrange", "actuatorfrcrange")
 _HINGED: Final = ("", "hinge")
+_TURNS_RAD: Final = 4 * pi
+"""Two turns: a joint with limits turns less."""
 _HEAVIEST: Final = 1e4
 """Of an armature, in inertias of the links that it turns; a gear of 100 to 1 has some thousands."""
 
@@ -30,12 +33,17 @@ def warn_of_slips(root: Element, model: Any, warnings: Findings) -> None:
         warnings: receives the findings.
     """
     elements = list(_all(root))
-    for code, name, message in (*_one_sided(model), *_armatures(model)):
-        place = next(
-            (one for one in elements if name in (one.attributes.get("name"), one.attributes.get("joint"))),
-            root,
-        )
-        warnings.add(code, message, path=place.path, line=place.line)
+    actuators = [one for group in root.all("actuator") for one in group.children]
+    for owners, found in (
+        (actuators, (*_one_sided(model), *_without_effect(model))),
+        (elements, _armatures(model)),
+    ):
+        for code, name, message in found:
+            named = (
+                one for one in owners if name in (one.attributes.get("name"), one.attributes.get("joint"))
+            )
+            place = next(named, root)
+            warnings.add(code, message, path=place.path, line=place.line)
     units = [one.attributes.get("angle") for one in elements if one.tag == "compiler"]
     in_degrees = "radian" not in units
     for element in elements:
@@ -130,3 +138,34 @@ def _armatures(model: Any) -> Iterator[tuple[Code, str, str]]:
                 f"the armature of the joint '{name}' is {armature:g}, {armature / links:.2g} times the "
                 f"inertia of the links that it turns ({links:.2g}): commands hardly move it",
             )
+
+
+def _without_effect(model: Any) -> Iterator[tuple[Code, str, str]]:
+    """Yield the actuators of joints that do nothing, drive away from their target, or take degrees."""
+    for number in range(model.nu):
+        actuator = model.actuator(number)
+        if mujoco.mjtTrn(model.actuator_trntype[number]) != mujoco.mjtTrn.mjTRN_JOINT:
+            continue
+        joint, gear = int(actuator.trnid[0]), float(actuator.gear[0])
+        gain, spring = float(actuator.gainprm[0]), float(actuator.biasprm[1])
+        name = actuator.name or model.joint(joint).name
+        owner = f"the actuator '{name}' of the joint '{model.joint(joint).name}'"
+        if not actuator.gear.any():
+            yield Code.NRP298, name, f"the gear of {owner} is 0: it moves nothing"
+        elif gain == -spring < 0:
+            yield (
+                Code.NRP298,
+                name,
+                f"the kp of {owner} is {gain:g}: it drives the joint away from its target",
+            )
+        elif gain == -spring > 0 and model.actuator_ctrllimited[number] and model.jnt_limited[joint]:
+            widest_rad = float(abs(actuator.ctrlrange).max() / abs(gear)) if gear else 0.0
+            is_hinge = mujoco.mjtJoint(model.jnt_type[joint]) == mujoco.mjtJoint.mjJNT_HINGE
+            if is_hinge and float(abs(model.jnt_range[joint]).max()) < _TURNS_RAD < widest_rad:
+                low, high = (float(end) for end in actuator.ctrlrange)
+                yield (
+                    Code.NRP298,
+                    name,
+                    f"the ctrlrange of {owner} is {low:g} to {high:g}, far beyond the range of the joint; "
+                    "it is in radians, also in a file in degrees",
+                )

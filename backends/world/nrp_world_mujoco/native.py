@@ -13,16 +13,19 @@ from xml.etree import ElementTree as ET
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Findings
 from nrp_core.world.scene.origin import Native
+from nrp_world_mujoco.file_meshes import FileMeshes
 from nrp_world_mujoco.library import mujoco
-from nrp_world_mujoco.mechanisms import SECTIONS, BuiltParts, Mechanisms, parsed, written
+from nrp_world_mujoco.mechanisms import PLACE, SECTIONS, BuiltParts, Mechanisms, parsed, written
 
 _SOLVER = {"solreflimit": "solref_limit", "solimplimit": "solimp_limit"}
 _SOLVER |= {"solreffriction": "solref_friction", "solimpfriction": "solimp_friction"}
 _OF_JOINT = ("armature", "margin", "springdamper", *_SOLVER)
+_OF_FREE_JOINT = ("armature", "damping", "frictionloss", "stiffness", *_SOLVER)
 _OF_GEOM = ("adhesion", "conaffinity", "condim", "contype", "friction", "gap", "margin", "priority", "solimp",
             "solmix", "solref", "surfacevel")  # fmt: skip
+_RUBS = ("condim", "friction", "priority")
 _KEPT = ("gravity", "integrator", "timestep")  # set by the experiment, and by servos that must stay stable
-_TAGS = ("compiler", "geom", "joint", "option", "size", *SECTIONS)
+_TAGS = ("compiler", "freejoint", "geom", "joint", "mesh", "option", "size", *SECTIONS)
 _WITHOUT_FRICTION = mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
 _ACTING = ("boundinertia", "boundmass", "settotalmass")  # attributes of the compiler
 
@@ -43,7 +46,7 @@ class NativeElements:
         self.without_friction: Native | None = None
         self._options: dict[str, tuple[str, Native]] = {}
         self.warnings = Findings()
-        self._mechanisms = Mechanisms(spec, self.warnings)
+        self._mechanisms, self._meshes = Mechanisms(spec, self.warnings), FileMeshes(spec)
 
     def apply(self, parts: BuiltParts) -> None:
         """Apply the elements of a model to its parts.
@@ -52,9 +55,9 @@ class NativeElements:
             SceneError: an element is invalid; the message names its file and line.
         """
         self._mechanisms.add_model(parts)
-        for element in parts.model.native:
-            if element.namespace == "mujoco":
-                self._apply(element, parts)
+        own = [element for element in parts.model.native if element.namespace == "mujoco"]
+        for element in sorted(own, key=lambda each: each.tag != "mesh"):
+            self._apply(element, parts)
 
     @property
     def declared(self) -> Mapping[tuple[str, str], tuple[float, float]]:
@@ -67,6 +70,7 @@ class NativeElements:
         Raises:
             SceneError: an element is invalid; the message names its file and line.
         """
+        self._meshes.finish()
         return self._mechanisms.finish()
 
     def _apply(self, element: Native, parts: BuiltParts) -> None:
@@ -76,8 +80,19 @@ class NativeElements:
             case "joint":
                 joint = _named(element, "name", parts.joints, "moving joint")
                 _copy(_values(element, _OF_JOINT, "name"), [joint])
+            case "freejoint":
+                body, _ = _named(element, "link", parts.links, "link")
+                free = [each for each in body.joints if each.type == mujoco.mjtJoint.mjJNT_FREE]
+                _copy(_values(element, _OF_FREE_JOINT, "link"), free)
             case "geom":
-                _copy(_values(element, _OF_GEOM, "link", "name"), _geoms(element, parts))
+                geoms = _geoms(element, parts)
+                values = _values(element, _OF_GEOM, "link", "name", "mesh", *PLACE)
+                for geom in geoms:
+                    _copy(_unless_smooth(values, geom), [geom])
+                if element.attribute("mesh") is not None:
+                    self._meshes.use(element, geoms, parts)
+            case "mesh":
+                self._meshes.add(parts.model.name, element)
             case "compiler" | "size":
                 parsed(element, written(element), compiles=True)
                 self._warn(element, _ACTING)
@@ -125,8 +140,9 @@ def _values(element: Native, valid: Sequence[str], *owner: str) -> dict[str, Any
     world = ET.Element("worldbody")
     body = ET.SubElement(world, "body")
     ET.SubElement(body, "geom", {"size": "1", **(given if element.tag == "geom" else {})})
-    if element.tag == "joint":
-        ET.SubElement(body, "joint", given)
+    if element.tag in ("joint", "freejoint"):
+        kind = {"type": "free"} if element.tag == "freejoint" else {}
+        ET.SubElement(body, "joint", given | kind)
     spec = parsed(element, world, compiles=True)
     (part,) = spec.joints or spec.geoms
     fields = {name: _SOLVER.get(name, name) for name in given}
@@ -140,6 +156,12 @@ def _geoms(element: Native, parts: BuiltParts) -> Sequence[Any]:
         return list(geoms)
     own = {geom.name.rpartition("/")[2]: geom for geom in geoms}
     return [_named(element, "name", own, "collision")]
+
+
+def _unless_smooth(values: Mapping[str, Any], geom: Any) -> Mapping[str, Any]:
+    """Return values without how a file in MJCF lets a shape rub, for a wheel that its drive made smooth."""
+    smooth = not geom.friction[0] and all(name in values for name in _RUBS) and values["friction"][0] > 0
+    return {name: value for name, value in values.items() if not (smooth and name in _RUBS)}
 
 
 def _named(element: Native, attribute: str, parts: Mapping[str, Any], kind: str) -> Any:

@@ -51,8 +51,9 @@ class Shapes:
             group=COLLISIONS,
             condim=3 if collision.friction else 1,
             friction=[collision.friction, 0, 0],
-            # in a contact the geom with the higher priority decides: the more slippery one
-            priority=-round(1000 * collision.friction),
+            # in a contact the geom with the higher priority decides: the more slippery one; those of MJCF
+            # have their own, usually 0, so that their contacts are MuJoCo's
+            priority=round(1000 * (1 - collision.friction)),
             **self._arguments(collision.geometry, place @ collision.pose),
         )
 

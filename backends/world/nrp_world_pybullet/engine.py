@@ -14,6 +14,7 @@ from nrp_core.errors import DivergedError
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf
 from nrp_core.world.render.cameras import Cameras
+from nrp_core.world.render.shared import with_images
 from nrp_core.world.rigid.motion import BodyPath, JointStates, JointTargets, ReadFrames
 from nrp_core.world.rigid.pose import Pose, Quaternion, Vector
 from nrp_core.world.scene.checks import WORLD
@@ -121,7 +122,8 @@ class PybulletEngine(JointedEngine):
         return states
 
     def _do_open_cameras(self, renderer: str) -> Cameras:
-        return TinyCameras(self._built, self._client, self._optics)
+        own = TinyCameras(self._built, self._client, self._optics)
+        return with_images(own, self._all_bodies(), self._optics, self._do_frames)
 
     def _do_put_joint(self, place: BodyHandle, position: float) -> None:
         bullet.resetJointState(place.multibody, place.link, position, 0.0, self._client)

@@ -6,6 +6,7 @@ from collections import Counter
 
 from nrp_core.findings import Code, Findings
 from nrp_core.world.scene.model import Model
+from nrp_core.world.scene.origin import Native
 
 _MECHANISMS = ("contact", "equality", "tendon")
 """Sections with mechanisms; actuators report themselves, and settings are meant for one engine alone."""
@@ -25,8 +26,15 @@ def report_mechanisms(model: Model, engine: str, namespace: str, warnings: Findi
         for section in model.native
         if section.namespace != namespace and section.tag in _MECHANISMS
         for part in section.children
+        if not _is_inner_exclude(part)
     )
     for (section, tag), count in counts.items():
         which = f"the <{tag}>" if count == 1 else f"the {count} <{tag}>"
         message = f"{engine} does not have {which} in <{section}> of '{model.name}'"
         warnings.add(Code.NRP345, message, subject=tag)
+
+
+def _is_inner_exclude(part: Native) -> bool:
+    """Return whether a part keeps two links of one model from touching, which they do in no other engine."""
+    ends = (part.attribute("body1") or "", part.attribute("body2") or "")
+    return part.tag == "exclude" and not any("/" in end for end in ends)

@@ -1,10 +1,14 @@
-"""Where joints start: at 0, or at the limit nearest to it where their limits exclude 0."""
+"""Where joints start: at 0, or at the limit nearest to it where their limits exclude 0.
+
+If a joint of a loop starts elsewhere, the others of the loop start where they close it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 from nrp_core.world.scene.model import Joint, Model
+from nrp_core.world.scene.posture import closing
 
 
 def start_positions(model: Model) -> Mapping[str, float]:
@@ -25,7 +29,8 @@ def start_positions(model: Model) -> Mapping[str, float]:
         assert joint.mimic is not None
         if leader := starts.get(joint.mimic.leader, 0.0):
             starts[joint.name] = _within(joint, joint.mimic.multiplier * leader + joint.mimic.offset)
-    return {name: start for name, start in starts.items() if start}
+    starts = {name: start for name, start in starts.items() if start}
+    return closing(model, starts, list(given)) if starts and model.loops else starts
 
 
 def outside(model: Model) -> list[Joint]:

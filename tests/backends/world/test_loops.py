@@ -32,7 +32,10 @@ def turns(name: str, parent: str, child: str, place: str, kind: str = "revolute"
 
 
 def linkage(read, kind: str = "revolute") -> Model:
-    """Return two cranks that hang from the world, and a rod that connects their ends."""
+    """Return two cranks that hang from the world, and a rod that connects their ends.
+
+    Only one joint is told where to start; the others close the loop.
+    """
     low, crank = -LENGTH, CRANK_KG * LENGTH**2 / 12
     model = read(
         part("left", "0 0 0", CRANK_KG, f"0 0 {low / 2}", crank)
@@ -43,8 +46,7 @@ def linkage(read, kind: str = "revolute") -> Model:
         + turns("c", "left", "rod", f"0 0 {low}")
         + turns("d", "right", "rod", f"{APART} 0 {low}", kind)
     )
-    starts = {"a": SWING, "b": SWING, "c": -SWING}
-    return replace(model, pose=Pose((1.0, 2.0, 3.0), (0.0, 0.0, 0.6, 0.8)), starts=tuple(starts.items()))
+    return replace(model, pose=Pose((1.0, 2.0, 3.0), (0.0, 0.0, 0.6, 0.8)), starts=(("a", SWING),))
 
 
 @pytest.mark.parametrize("kind", ["revolute", "ball"])

@@ -8,7 +8,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from nrp_core import worlds
 from nrp_core.errors import SceneError
+from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.scene.acting import JointController, Pid
 from nrp_core.world.scene.implausible_joints import of_joints
@@ -164,11 +166,52 @@ def test_ball_joints_move_as_in_mujoco_itself(open_world, tmp_path):
         assert there == pytest.approx(data.body("forearm").xpos.tolist(), abs=0.01)
 
 
+@pytest.mark.parametrize(
+    ("of_file", "of_floor", "slides"),
+    [(1.0, 1.0, False), (1.0, 0.05, True), (0.05, 2.0, True), (2.0, 1.0, False)],
+)
+def test_the_more_slippery_of_a_box_in_mjcf_and_a_floor_in_sdf_decides(
+    open_world, tmp_path, of_file, of_floor, slides
+):
+    box = f'<geom type="box" size=".1 .1 .05" mass="1" friction="{of_file} 0 0"/>'
+    body = f'<body name="box" pos="0 0 0.1"><freejoint/>{box}</body>'
+    (tmp_path / "box.xml").write_text(f"<mujoco><worldbody>{body}</worldbody></mujoco>")
+    mu = f"<surface><friction><ode><mu>{of_floor}</mu></ode></friction></surface>"
+    plane = f"<geometry><plane><normal>0 0 1</normal></plane></geometry>{mu}"
+    floor = f'<link name="l"><collision name="c">{plane}</collision></link>'
+    (tmp_path / "room.sdf").write_text(
+        f'<sdf version="1.9"><world name="w"><gravity>3 0 -9.4</gravity>'
+        f'<model name="floor"><static>true</static>{floor}</model></world></sdf>'
+    )
+    robot = read_model(tmp_path / "box.xml", name="box")
+    world = open_world(read_scene(tmp_path / "room.sdf").with_model(robot))
+    world.run_until(1_000_000_000)
+    assert (world.model_motion("box").pose.position[0] > 0.5) == slides
+
+
 def test_limits_of_ball_joints_are_left_out_with_a_warning(tmp_path):
     ball = '<joint type="ball" range="0 30" limited="true"/><geom size="0.1"/>'
     (tmp_path / "arm.xml").write_text(f"<mujoco><worldbody><body>{ball}</body></worldbody></mujoco>")
     (warning,) = read_scene(tmp_path / "arm.xml").warnings
     assert "left out of this MJCF file: the limits of 1 ball joints" in str(warning)
+
+
+@pytest.mark.parametrize(
+    ("group", "told"),
+    [
+        (0, ["left out of this MJCF file: the images of 1 materials, which are shown in their colours"]),
+        (3, []),
+    ],
+)
+def test_images_of_materials_that_are_seen_are_left_out_with_a_warning(tmp_path, group, told):
+    shown = f'<geom size="1" material="sea" group="{group}"/>'
+    (tmp_path / "globe.xml").write_text(f"""<mujoco><asset>
+      <texture name="sky" type="skybox" builtin="flat" width="8" height="8"/>
+      <texture name="sea" type="cube" builtin="flat" width="8" height="8"/>
+      <material name="sea" texture="sea"/><material name="unused" texture="sea"/>
+      <material name="red" rgba="1 0 0 1"/></asset>
+      <worldbody>{shown}{shown}<geom size="2" material="red"/></worldbody></mujoco>""")
+    assert [warning.message for warning in read_scene(tmp_path / "globe.xml").warnings] == told
 
 
 _ARM = """<mujoco model="arm">{compiler}<worldbody><body name="base" {turned}>
@@ -214,6 +257,11 @@ _SERVO = """<mujoco model="arm">{more}<worldbody><body name="upper" pos="0 0 1">
         ('frictionloss="70"', "", "", "has a friction of 70, and its controller exerts at most 62.8"),
         ('frictionloss="30"', 'forcerange="-29 29"', "", "30, and its controller exerts at most 29"),
         ("", "", '<keyframe><key qpos="1"/></keyframe>', "1 keyframes; 'joints' of the robot sets where"),
+        ("", 'ctrlrange="-1.5 1.5"', "", ""),
+        ("", 'ctrlrange="-90 90"', "", "the ctrlrange of the actuator 'shoulder' of the joint 'shoulder'"),
+        ("", 'ctrlrange="-90 90" gear="60"', "", ""),  # of the motor's shaft
+        ("", 'gear="0"', "", "the gear of the actuator 'shoulder' of the joint 'shoulder' is 0"),
+        ('damping="1"', 'gear="-1"', "", ""),
     ],
 )  # fmt: skip
 def test_forces_that_are_lost_or_move_nothing_are_reported(
@@ -224,3 +272,43 @@ def test_forces_that_are_lost_or_move_nothing_are_reported(
     found = [*map(str, model.warnings), *of_joints(model)]
     assert len(found) == bool(words)
     assert all(words in one for one in found)
+
+
+def test_an_actuator_that_drives_away_from_its_target_is_reported_at_its_line(tmp_path: Path) -> None:
+    (tmp_path / "arm.xml").write_text(_SERVO.format(joint="", force="", more="").replace('"20"', '"-20"'))
+    (warning,) = read_model(tmp_path / "arm.xml").warnings
+    assert warning.line == 4
+    assert "the kp of the actuator 'shoulder' of the joint 'shoulder' is -20: it drives" in warning.message
+
+
+CART = """<mujoco><worldbody><geom type="plane" size="9 9 1"/><body name="cart" pos="0 0 0.1"><freejoint/>
+  <geom type="box" size=".2 .1 .03" mass="2"/>
+  <body name="l" pos="0 .15 -.02"><joint name="left" axis="0 1 0"/><geom size=".08" mass=".1"/></body>
+  <body name="r" pos="0 -.15 -.02"><joint name="right" axis="0 1 0"/><geom size=".08" mass=".1"/></body>
+  <body name="c" pos="-.15 0 -.02"><joint type="ball"/><geom size=".08" mass=".1"/></body>
+</body></worldbody></mujoco>"""
+ROOM = """<sdf version="1.9"><world name="w"><include><uri>model://ground_plane</uri></include>
+<include><uri>cart.xml</uri><name>husky</name>{}</include></world></sdf>"""
+WHEELS = """<plugin name="gz::sim::systems::DiffDrive" filename="d"><left_joint>left</left_joint>
+<right_joint>right</right_joint><wheel_separation>.3</wheel_separation><wheel_radius>.08</wheel_radius>
+<topic>cmd</topic></plugin>"""
+
+
+@pytest.mark.parametrize(("drive", "friction"), [(WHEELS, 0.0), ("", 1.0)])
+def test_a_drive_moves_an_included_file_with_smooth_wheels_and_nothing_else_is_smooth(
+    tmp_path, drive, friction
+):
+    (tmp_path / "cart.xml").write_text(CART)
+    (tmp_path / "room.sdf").write_text(ROOM.format(drive))
+    scene = read_scene(tmp_path / "room.sdf")
+    assert [model.name for model in scene.models] == ["ground_plane", "husky"]
+    backend = worlds().load("mujoco")
+    with backend.open(scene, seed=1, options=backend.options()) as world:
+        model = world.engine._model
+        found = {name: model.geom(f"husky/{name}/geom_{n}").friction[0] for n, name in enumerate("lrc", 2)}
+        if drive:
+            world.advertise("/husky/cmd").publish(Twist(Vector3(0.5, 0.0, 0.0), Vector3()))
+        world.run_until(2_000_000_000)
+        went = world.model_motion("husky").pose.position[0]
+    assert found == {"l": friction, "r": friction, "c": 1.0}
+    assert went == pytest.approx(1.0 if drive else 0.0, abs=0.01)

@@ -173,7 +173,32 @@ def hopped(folder: Path) -> tuple[dict[str, float], dict[str, float]]:
 def test_position_servos_springs_and_meshes_of_a_file_act_as_in_mujoco_alone(tmp_path):
     found, wanted = hopped(tmp_path)
     assert wanted["hip_z"] > 0.2  # it has landed; in free fall it would be at 0.01 m
+    assert found == pytest.approx({name: wanted[name] for name in found}, abs=1e-12)
+
+
+def test_a_hull_of_a_scene_is_another_shape_than_the_mesh_of_the_file(tmp_path, monkeypatch):
+    monkeypatch.setattr("nrp_world_mujoco.mjcf.files_of", lambda *_: {})
+    found, wanted = hopped(tmp_path)
     assert found == pytest.approx({name: wanted[name] for name in found}, abs=1e-7)
+    assert found != pytest.approx({name: wanted[name] for name in found}, abs=1e-11)
+
+
+def test_a_mesh_in_a_folder_of_its_own_is_that_of_mujoco_alone_bit_for_bit(tmp_path):
+    hopped(tmp_path)
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "toes.stl").rename(tmp_path / "parts" / "toes.stl")
+    text = HOPPER.replace("<asset>", '<compiler meshdir="parts"/><asset>').replace(
+        'file="toes.stl"', 'file="toes.stl" scale="1 1.1 0.9" refpos="0.01 0 0"'
+    )
+    (tmp_path / "hopper.xml").write_text(text.replace('mesh="toes"', 'mesh="toes" pos="0 0.1 0.02"'))
+    theirs = mujoco.MjModel.from_xml_path(str(tmp_path / "hopper.xml"))
+    with opened(read_scene(tmp_path / "hopper.xml")) as world:
+        ours = world.engine._model
+    assert ours.nmesh == 1
+    for field in ("mesh_vert", "mesh_graph"):
+        np.testing.assert_array_equal(getattr(ours, field), getattr(theirs, field))
+    place = [model.geom(name).pos.tolist() for model, name in ((ours, "hip/foot/toes"), (theirs, "toes"))]
+    assert place[0] == pytest.approx(place[1], abs=1e-15)
 
 
 def test_numbers_near_the_usual_ones_are_kept(tmp_path):
@@ -197,6 +222,7 @@ def damped_springs(monkeypatch: pytest.MonkeyPatch) -> None:
 def coarse_meshes(monkeypatch: pytest.MonkeyPatch) -> None:
     coarse = "nrp_core.world.scene.meshes.convert.whole_hull"
     monkeypatch.setattr(coarse, lambda triangles: convex_pieces(triangles)[0])
+    monkeypatch.setattr("nrp_world_mujoco.mjcf.files_of", lambda *_: {})
 
 
 def round_cones(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -253,6 +279,8 @@ ARM = """<sdf version="1.9"><model name="arm" xmlns:mujoco="urn:mujoco"><link na
         ('<mujoco:actuator><mujoco:adhesion body="hand"/></mujoco:actuator>', 'it needs name="..."'),
         ('<mujoco:actuator><mujoco:adhesion name="a" body="hand" gian="1"/></mujoco:actuator>', "gian"),
         ('<mujoco:site name="s" link="palm"/>', "no link 'palm'"),
+        ('<mujoco:mesh name="m"/>', 'it needs name="..." and file="..."'),
+        ('<mujoco:freejoint link="hnad" armature="1"/>', "did you mean 'hand'"),
         ('<mujoco:tendon><mujoco:spatial name="t"><mujoco:rope/></mujoco:spatial></mujoco:tendon>', "<rope>"),
     ],
 )  # fmt: skip
@@ -260,3 +288,15 @@ def test_mistakes_in_sections_for_mujoco_are_errors_with_their_line(tmp_path: Pa
     (tmp_path / "arm.sdf").write_text(ARM.format("\n" + native))
     with pytest.raises(SceneError, match=r"arm\.sdf:3: .*" + message.replace("(", r"\(")):
         opened(read_scene(tmp_path / "arm.sdf"))
+
+
+@pytest.mark.parametrize(("other", "told"), [("arm", []), ("rock", ["exclude"])])
+def test_pybullet_lacks_only_excludes_between_models(tmp_path, other, told):
+    """Parts of one model never touch each other there."""
+    (tmp_path / "crane.xml").write_text(
+        '<mujoco><worldbody><body name="mast"><geom size="0.1"/><joint/><body name="arm" pos="0.1 0 0">'
+        '<joint/><geom size="0.1"/></body></body><body name="rock"><freejoint/><geom size="0.1"/></body>'
+        f'</worldbody><contact><exclude body1="mast" body2="{other}"/></contact></mujoco>'
+    )
+    with opened(read_scene(tmp_path / "crane.xml"), "pybullet") as world:
+        assert [warning.subject for warning in world.warnings if warning.code is Code.NRP345] == told

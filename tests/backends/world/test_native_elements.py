@@ -160,6 +160,7 @@ def test_time_step_and_gravity_of_a_file_are_not_used_and_say_so(open_in: Open) 
         ('<mujoco:joint name="axle" armature="big"/>', "bad format in attribute 'armature'"),
         ('<mujoco:geom link="disk" condim="4"/>', "no solid link 'disk'; did you mean 'disc'"),
         ('<mujoco:geom link="disc" condim="5"/>', "condim"),
+        ('<mujoco:geom link="disc" mesh="dics"/>', "has no <mujoco:mesh> 'dics'"),
     ],
 )
 def test_a_wrong_element_for_mujoco_is_an_error_with_file_and_line(
