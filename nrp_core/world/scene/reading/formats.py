@@ -7,6 +7,7 @@ the equivalent SDF and a list of warnings: findings, or texts.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from nrp_core.errors import BackendError
@@ -39,5 +40,6 @@ def read_added(root: Element, notes: Notes) -> Element | None:
         raise root.error(str(error)) from error
     text, warnings = read(root.path)
     for warning in Findings(warnings):
-        notes.warn(root, warning.code, warning.message, subject=warning.subject)
+        place = replace(root, path=warning.path or root.path, line=warning.line or root.line)
+        notes.warn(place, warning.code, warning.message, subject=warning.subject)
     return without_lines(parse_xml(text.encode(), root.path))

@@ -7,7 +7,7 @@ revolute joint without limits is continuous.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from math import hypot
@@ -24,7 +24,7 @@ from nrp_core.world.scene.reading.left_out import Places
 from nrp_core.world.scene.reading.resources import Resources
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.model import build_model, read_parts
-from nrp_core.world.scene.sdf.placed import Placed, read_placed
+from nrp_core.world.scene.sdf.placed import read_placed, without_surroundings
 from nrp_core.world.scene.sdf.source import Source
 from nrp_core.world.scene.sdf.world import read_world
 from nrp_core.world.scene.stand_in import with_static_shapes
@@ -63,7 +63,7 @@ def read_model(
     source = Source.open(Path(path), reading)
     holder = source.root.find("world") or source.root
     _warn_of_gravity(holder, reading)
-    models = _without_surroundings(read_placed(holder, source, reading, "model"), reading)
+    models = without_surroundings(read_placed(holder, source, reading, "model"), reading)
     if len(models) != 1:
         odd = models[1].user if models else source.root
         raise odd.error(f"a robot's file must hold one <model>; this one holds {len(models)}")
@@ -85,20 +85,6 @@ def _warn_of_gravity(holder: Element, reading: Reading) -> None:
         if hypot(x, y) > _ASIDE or not _ON_EARTH[0] <= z <= _ON_EARTH[1]:
             message = f"the gravity of {gravity.text} in the file of a robot is not used: that of the room is"
             reading.notes.warn(gravity, Code.NRP263, message, subject="gravity")
-
-
-def _without_surroundings(models: Sequence[Placed], reading: Reading) -> Sequence[Placed]:
-    """Return the only model that moves, if all others are static: files of robots often bring a floor."""
-    moving = [model for model in models if not model.static]
-    if len(moving) != 1:
-        return models
-    for model in models:
-        if model is not moving[0]:
-            message = (
-                f"the static '{model.name}' in the file of a robot is left out: the room is another file"
-            )
-            reading.notes.warn(model.element, Code.NRP260, message, subject=model.name)
-    return moving
 
 
 def read_scene(

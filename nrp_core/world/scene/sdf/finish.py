@@ -76,7 +76,7 @@ def read_map(workflow: Element, tag: str, reading: Reading) -> Map | None:
     if path is not None and mean is not None:
         return Map(path, mean)
     reason = "is not there" if path is None else "cannot be read"
-    reading.notes.warn(uri, Code.NRP259, f"the <{tag}> '{uri.text}' {reason}: left out", subject=uri.text)
+    reading.notes.warn(uri, Code.NRP259, f"the image '{uri.text}' {reason}: left out", subject=uri.text)
     return None
 
 

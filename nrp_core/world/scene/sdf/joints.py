@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from itertools import chain
 from math import inf, pi
 
 from nrp_core.errors import did_you_mean
@@ -33,7 +34,10 @@ def read_joints(model: Element, frames: Frames, version: tuple[int, int], readin
 def tree_and_loops(
     rows: Iterable[Row], model: Element, reading: Reading
 ) -> tuple[tuple[Row, ...], tuple[Loop, ...]]:
-    """Return joints without those whose links are already connected by earlier ones, and these as loops.
+    """Return joints without those whose links are already connected by others, and these as loops.
+
+    Joints are taken in the order of the file, except that those that move and whose child is held already
+    come last: others may connect their links, too.
 
     Raises:
         SceneError: two joints hold one link.
@@ -42,20 +46,23 @@ def tree_and_loops(
     holders: dict[str, str] = {}
     kept: list[Row] = []
     loops: list[Loop] = []
-    for row in rows:
+    left, late = list(rows), list[Row]()
+    for row in chain(left, late):  # the second list grows while the first one is read
         joint = row[0]
         one, other = (connected.setdefault(end, {end}) for end in (joint.parent, joint.child))
         if one is other:
             loops += _closing(row, _element(model, joint), reading)
-            continue
-        if joint.child in holders:  # refused here, so that a lenient reading leaves out this joint alone
+        elif joint.child not in holders:
+            one |= other
+            connected.update(dict.fromkeys(other, one))
+            holders[joint.child] = joint.name
+            kept.append(row)
+        elif joint.kind != "fixed" and row not in late:  # a fixed one would lock the joints before it
+            late.append(row)
+        else:  # refused here, so that a lenient reading leaves out this joint alone
             both = f"'{holders[joint.child]}' and '{joint.name}'"
             message = f"two joints, {both}, hold the link '{joint.child}'; joints form a tree"
             raise _element(model, joint).error(message)
-        one |= other
-        connected.update(dict.fromkeys(other, one))
-        holders[joint.child] = joint.name
-        kept.append(row)
     return tuple(kept), tuple(loops)
 
 

@@ -48,7 +48,10 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) 
     shown = []
     for unique, visual in _named(link, "visual", reading):
         look = replace(read_look(visual, reading), label=label_of(visual))
-        shown.append(Shown(unique, shapes(visual, "whole" if look.rgba else "colored"), look))
+        seen = shapes(visual, "colored") if look.tints or not look.rgba else []
+        if look.rgba and not any(shape.texture for shape in seen):
+            seen = shapes(visual, "whole")
+        shown.append(Shown(unique, seen, look))
     solid = [
         (Touched(unique, shapes(collision, "convex"), _friction(collision, reading)), collision)
         for unique, collision in _named(link, "collision", reading)
@@ -89,6 +92,9 @@ def _named(link: Element, tag: str, reading: Reading) -> Iterator[tuple[str, Ele
         if geometry is None:
             message = f"the {tag} '{name}' has no <geometry>: left out"
             reading.notes.warn(element, Code.NRP260, message, subject=name)
+        elif not geometry.children:
+            message = f"the <geometry> of the {tag} '{name}' has no shape: left out"
+            reading.notes.warn(geometry, Code.NRP260, message, subject=name)
         elif tag == "visual" and is_point(geometry):
             message = f"the visual '{name}' is a sphere without a size, which nobody sees: left out"
             reading.notes.warn(element, Code.NRP260, message, subject=name)

@@ -236,7 +236,7 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
         raise element.error(error.message) from None
     if beyond := outside(model):
         told = ", ".join(f"'{joint.name}' at {start_positions(model)[joint.name]:g}" for joint in beyond)
-        message = f"the limits of these joints exclude 0, so they start at the nearest limit: {told}"
+        message = f"the limits of these joints exclude 0, so they start near it within them: {told}"
         reading.notes.warn(element, Code.NRP264, message, subject=name)
     massive = with_default_masses(links, joints, element, reading.notes)
     return replace(model, links=with_sizes(massive, joints))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 
@@ -79,11 +80,29 @@ def read_placed(parent: Element, source: Source, reading: Reading, *tags: str) -
             included = source.include(child, reading)
             if included is None:
                 continue
-            found = included.root.all(*tags)
-            placed += [Placed(element, included, child, child.is_set("merge")) for element in found]
+            holder = included.root.find("world") or included.root
+            found = [Placed(each, included, child, child.is_set("merge")) for each in holder.all(*tags)]
+            if not found:
+                what = f"'{child.require('uri').text}' holds no {' or '.join(tags)}: nothing is included"
+                reading.notes.warn(child, Code.NRP260, what)
+            placed += found if holder is included.root else without_surroundings(found, reading)
         else:
             placed.append(Placed(child, source, child))
     return _told_apart(placed, reading)
+
+
+def without_surroundings(placed: Sequence[Placed], reading: Reading) -> Sequence[Placed]:
+    """Return the only model that moves, if all others are static: files of robots often bring a floor."""
+    moving = [thing for thing in placed if thing.element.tag == "model" and not thing.static]
+    if len(moving) != 1:
+        return placed
+    for thing in placed:
+        if thing is not moving[0]:
+            name, tag = thing.element.attribute("name"), thing.element.tag
+            what = f"the static '{name}'" if tag == "model" else f"the light '{name}'"
+            message = f"{what} in the file of a robot is left out: the room is another file"
+            reading.notes.warn(thing.element, Code.NRP260, message, subject=name)
+    return moving
 
 
 def _told_apart(placed: list[Placed], reading: Reading) -> list[Placed]:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
+from nrp_core.world.scene.bodies import TINTS
 from nrp_core.world.scene.checks import MODEL, WORLD, rigid_groups
 from nrp_core.world.scene.reading.context import Notes
 from nrp_core.world.scene.reading.geometry import DEFAULT_SIZES
@@ -117,10 +118,10 @@ def _for_engines(robot: Element) -> Iterator[Element]:
 
 
 def _warn_of_loose(element: Element, robot: _Robot) -> None:
-    """Warn of root links other than the first, which ROS does not allow."""
-    first, *loose = [
-        link for link in element.all("link") if link.attribute("name") not in {*robot.held_by, WORLD}
-    ] or [element]
+    """Warn of root links other than the first, which ROS does not allow; joints of Gazebo hold, too."""
+    of_gazebo = (joint.find("child") for block in element.all("gazebo") for joint in block.all("joint"))
+    held = {WORLD, *robot.held_by, *(child.text for child in of_gazebo if child is not None)}
+    first, *loose = [link for link in element.all("link") if link.attribute("name") not in held] or [element]
     for link in loose:
         other = first.attribute("name")
         robot.notes.warn(
@@ -208,8 +209,8 @@ def _inertial(inertial: Element, notes: Notes) -> Element:
 
 
 def _geometry(geometry: Element) -> Element:
-    if not geometry.children:
-        return geometry
+    if not geometry.children:  # ROS refuses it, and SDF allows it
+        raise geometry.error("<geometry> needs a shape: box, cylinder, sphere or mesh")
     shape = geometry.children[0]
     if shape.tag == "mesh":
         parts = [new("uri", shape, text=shape.attribute("filename")), *from_attributes(shape, "scale")]
@@ -226,13 +227,23 @@ def _material(visual: Element, robot: _Robot) -> list[Element]:
         return []
     name = material.attributes.get("name", "")
     defined = material if material.children else robot.materials.get(name)
-    color = defined.find("color") if defined else None
-    if color is None:
+    color, image = (defined.find(tag) if defined else None for tag in ("color", "texture"))
+    look = [] if color is None else [new("diffuse", color, text=color.attribute("rgba"))]
+    if image is not None and image.attributes.get("filename"):  # exported files often have an empty one
+        look.append(_matt(image))
+    if not look:
         robot.notes.warn(
             material, Code.NRP259, f"the material '{name}' has no colour: shown grey", subject=name
         )
         return []
-    return [new("material", material, new("diffuse", color, text=color.attribute("rgba")))]
+    return [new("material", material, *look, **{TINTS: "true"})]
+
+
+def _matt(image: Element) -> Element:
+    """Return the ``<pbr>`` of a matt surface with an image."""
+    numbers = (new(tag, image, text=text) for tag, text in (("roughness", "1"), ("metalness", "0")))
+    albedo = new("albedo_map", image, text=image.attribute("filename"))
+    return new("pbr", image, new("metal", image, albedo, *numbers))
 
 
 # -- joints

@@ -85,8 +85,8 @@ def test_a_map_of_reflectance_wins_over_the_colour(shown) -> None:
     [
         ("<roughness>2</roughness>", "<roughness> must be from 0 to 1, not 2: 1 is used"),
         ("<metalness>-1</metalness>", "<metalness> must be from 0 to 1, not -1: 0 is used"),
-        ("<albedo_map>gone.png</albedo_map>", "the <albedo_map> 'gone.png' is not there: left out"),
-        ("<albedo_map>robot.sdf</albedo_map>", "the <albedo_map> 'robot.sdf' cannot be read: left out"),
+        ("<albedo_map>gone.png</albedo_map>", "the image 'gone.png' is not there: left out"),
+        ("<albedo_map>robot.sdf</albedo_map>", "the image 'robot.sdf' cannot be read: left out"),
         ("<normal_map>n.png</normal_map>", "<normal_map> n.png of a <metal> is not simulated"),
         (
             "<rougness>1</rougness>",

@@ -197,6 +197,19 @@ def test_a_joint_that_closes_a_loop_is_not_in_the_tree(model: ModelReader) -> No
     assert "which is not simulated for a 'prismatic': left out" in str(slides.warnings[0])
 
 
+def test_a_joint_closes_a_loop_also_if_its_parent_is_held_by_a_later_one(model: ModelReader) -> None:
+    joints = "\n".join(
+        f'<joint name="{a}_{b}" type="ball"><parent>{a}</parent><child>{b}</child></joint>'
+        for a, b in (("base", "arm"), ("rod", "arm"), ("base", "rod"))
+    )
+    read = model(LINKS + '<link name="rod"><inertial/></link>' + joints)
+    assert [joint.name for joint in read.joints] == ["base_arm", "base_rod"]
+    assert [loop.name for loop in read.loops] == ["rod_arm"]
+    locked = joints.replace('"rod_arm" type="ball"', '"rod_arm" type="fixed"')
+    with pytest.raises(SceneError, match="two joints, 'base_arm' and 'rod_arm', hold the link 'arm'"):
+        model(LINKS + '<link name="rod"><inertial/></link>' + locked)
+
+
 def test_a_link_with_two_parents_is_refused(model: ModelReader) -> None:
     joints = "\n".join(
         f'<joint name="from_{a}" type="revolute"><parent>{a}</parent><child>arm</child></joint>'

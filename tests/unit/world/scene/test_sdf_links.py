@@ -74,7 +74,6 @@ def test_a_plane_faces_along_its_normal(link: LinkReader) -> None:
         "<cube><size>1 2 3</size></cube>",
         "<mesh><uri>a.stl</uri><scale>1 0 1</scale></mesh>",
         "<mesh/>",
-        "",
     ],
 )
 def test_a_shape_without_a_size_is_one_error_at_its_line(link: LinkReader, shape: str) -> None:
@@ -88,6 +87,12 @@ def test_an_empty_geometry_yields_neither_a_shape_nor_a_warning(model: ModelRead
     empty = "<geometry><empty/></geometry>"
     read = model(f'<link name="base">{UNIT_MASS}{visual("", empty)}{collision("", empty)}</link>')
     assert (read.links[0].visuals, read.links[0].collisions, read.warnings) == ((), (), ())
+
+
+def test_a_geometry_without_a_shape_is_left_out_with_a_warning(model: ModelReader) -> None:
+    read = model(f'<link name="base">{UNIT_MASS}{visual("", "<geometry/>")}</link>')
+    assert read.links[0].visuals == ()
+    assert "the <geometry> of the visual 'skin' has no shape: left out" in str(read.warnings[0])
 
 
 @pytest.mark.parametrize("part", [visual, collision])

@@ -122,6 +122,28 @@ def test_models_scaled_in_a_saved_world_cause_a_warning(world: WorldReader, scal
 # -- includes
 
 
+def test_the_models_of_an_included_world_are_included(world: WorldReader, tmp_path: Path) -> None:
+    """A robot's file may bring a floor, as a file in MJCF does; it is left out where one model moves."""
+    robot, crate = (f'<model name="{name}">{LINK}</model>' for name in ("robot", "crate"))
+    floor = '<model name="floor"><static>1</static><link name="l"/></model>'
+    for name, inside in (("robot", floor + robot), ("scenery", floor), ("crates", robot + crate)):
+        text = f'<sdf version="1.9"><world name="w">{inside}</world></sdf>'
+        (tmp_path / f"{name}.sdf").write_text(text)
+    scene = world("<include><uri>robot.sdf</uri><name>second</name><pose>1 0 0 0 0 0</pose></include>")
+    assert [(model.name, model.pose.position) for model in scene.models] == [("second", (1, 0, 0))]
+    assert "the static 'floor' in the file of a robot is left out" in str(scene.warnings[0])
+    assert [model.name for model in world("<include><uri>scenery.sdf</uri></include>").models] == ["floor"]
+    both = world("<include><uri>crates.sdf</uri></include>")
+    assert [model.name for model in both.models] == ["robot", "crate"]
+    assert not any("left out" in str(warning) for warning in both.warnings)
+
+
+def test_an_include_of_nothing_is_reported(world: WorldReader, tmp_path: Path) -> None:
+    (tmp_path / "empty.sdf").write_text('<sdf version="1.9"/>')
+    scene = world("<include><uri>empty.sdf</uri></include>")
+    assert "'empty.sdf' holds no model or light: nothing is included" in str(scene.warnings[0])
+
+
 def test_an_included_model_may_be_renamed_and_moved(world: WorldReader, write: Writer) -> None:
     write(f'<model name="box"><pose>9 9 9 0 0 0</pose>{LINK}</model>', name="box.sdf")
     scene = world(

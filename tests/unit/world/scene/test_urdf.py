@@ -6,6 +6,8 @@ from collections.abc import Callable
 from math import inf, pi
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from nrp_core.errors import SceneError
@@ -18,6 +20,7 @@ from nrp_core.world.scene.model import Box, Capsule, Cylinder, Inertial, Mesh, M
 from nrp_core.world.scene.sdf import read_model, read_scene
 
 MASS = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+WHITE = (1, 1, 1)
 TWO_LINKS = f'<link name="base">{MASS}</link><link name="arm">{MASS}</link>'
 
 
@@ -91,6 +94,41 @@ def test_materials_are_named_once_or_given_in_place(urdf: UrdfReader) -> None:
     )
     assert [v.rgba for v in read.links[0].visuals][:2] == [(0, 0, 1, 0.5), (0.1, 0.2, 0.3, 1)]
     assert "the material 'nowhere' has no colour: shown grey" in str(read.warnings[0])
+
+
+def test_an_image_is_tinted_by_the_colour_beside_it(urdf: UrdfReader, tmp_path: Path) -> None:
+    cv2.imwrite(str(tmp_path / "poster.png"), np.full((2, 2, 3), 255, np.uint8))
+    (tmp_path / "a.mtl").write_text("newmtl poster\nmap_Kd poster.png\n")
+    places = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n"
+    (tmp_path / "imaged.obj").write_text(f"mtllib a.mtl\nusemtl poster\n{places}")
+    (tmp_path / "plain.obj").write_text(places)
+    color, image = '<color rgba="1 0.5 0 1"/>', '<texture filename="poster.png"/>'
+    looks = {
+        "plain.obj": [color, image, color + image],
+        "imaged.obj": ["", color, '<color rgba="1 1 1 1"/>'],
+    }
+    visuals = "".join(
+        f'<visual><geometry><mesh filename="{mesh}"/></geometry><material name="m">{look}</material></visual>'
+        for mesh, materials in looks.items()
+        for look in materials
+    )
+    read = urdf(f'<link name="base">{MASS}{visuals}</link>')
+    tinted = (1, 0.5, 0)
+    assert [v.rgba[:3] for v in read.links[0].visuals] == [tinted, WHITE, tinted, WHITE, tinted, WHITE]
+    tints = [v.texture and v.texture.tint for v in read.links[0].visuals]
+    assert tints == [None, WHITE, tinted, WHITE, tinted, WHITE]
+    for empty in ("<texture/>", '<texture filename=""/>'):
+        (plain,) = (
+            urdf(
+                f'<link name="base">{MASS}<visual><geometry><box size="1 1 1"/></geometry>'
+                f'<material name="m">{color}{empty}</material></visual></link>'
+            )
+            .links[0]
+            .visuals
+        )
+        assert (plain.rgba[:3], plain.texture, plain.finish) == (tinted, None, None)
+    lost = urdf(f'<link name="base">{MASS}{visuals.replace("poster.png", "lost.png")}</link>')
+    assert any("the image 'lost.png' is not there: left out" in str(each) for each in lost.warnings)
 
 
 def test_a_child_stands_at_its_joint(urdf: UrdfReader) -> None:
@@ -380,6 +418,14 @@ def test_a_link_that_no_joint_holds_is_warned_of(urdf: UrdfReader) -> None:
     read = urdf(f'<link name="base">{MASS}</link><link name="lost">{MASS}</link>')
     (warning,) = read.warnings
     assert "no joint holds 'lost': it moves freely, like 'base'" in str(warning)
+
+
+def test_a_joint_of_gazebo_holds_a_link(urdf: UrdfReader) -> None:
+    ends = "<parent>base</parent><child>tip</child>"
+    block = f'<gazebo><joint name="wrist" type="fixed">{ends}</joint></gazebo>'
+    read = urdf(f'<link name="base">{MASS}</link><link name="tip">{MASS}</link>{block}')
+    assert [joint.name for joint in read.joints] == ["wrist"]
+    assert read.warnings == ()
 
 
 def test_the_mass_of_a_link_without_one_is_that_of_the_links_fixed_to_it(urdf: UrdfReader) -> None:
