@@ -38,6 +38,10 @@ class Shape:
     texture: Texture | None = None
 
 
+TINTS = "tints"
+"""The attribute of a material whose colour tints an image in the mesh file instead of replacing it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Look:
     """The look of a visual in a file.
@@ -49,6 +53,7 @@ class Look:
         finish: its finish, None if it is matt.
         texture: the image that has the colour, if one has it.
         label: its class for segmentation cameras, 0 for none.
+        tints: whether the colour tints an image in the mesh file instead of replacing it.
     """
 
     rgba: Rgba | None = None
@@ -57,12 +62,17 @@ class Look:
     finish: Finish | None = None
     texture: Texture | None = None
     label: int = 0
+    tints: bool = False
 
     def of(self, name: str, shape: Shape) -> Visual:
         """Return the visual with a name and a shape."""
         r, g, b, alpha = self.rgba or shape.rgba or DEFAULT_RGBA
-        rgba = r, g, b, alpha * self.opacity
         texture = self.texture if self.rgba else shape.texture
+        if self.rgba and self.tints and shape.rgba and shape.texture and not texture:
+            texture = replace(shape.texture, tint=(r, g, b))
+            red, green, blue, _ = shape.rgba
+            r, g, b = r * red, g * green, b * blue
+        rgba = r, g, b, alpha * self.opacity
         return Visual(name, shape.geometry, shape.pose, rgba, self.glows, self.finish, texture, self.label)
 
 

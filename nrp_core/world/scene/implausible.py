@@ -14,7 +14,8 @@ from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.implausible_joints import of_joints
-from nrp_core.world.scene.implausible_links import box_around, has_dense_link, of_links, solid_or_seen
+from nrp_core.world.scene.implausible_links import has_dense_link, of_links
+from nrp_core.world.scene.implausible_shapes import box_around, solid_or_seen, without_strays
 from nrp_core.world.scene.model import Geometry, Light, Link, Model, Plane, Scene
 from nrp_core.world.scene.sensing import MountedSensor, View
 
@@ -41,8 +42,6 @@ _SHORT: Final = 0.1
 """The smallest range of a sensor of distances, in sizes of the robot."""
 _SENSOR_TIMES: Final = 10.0
 """How many times a robot's size a sensor is away from its link if its place is in millimetres."""
-_TIMES: Final = 100.0
-"""How many times a robot's visuals are larger than its collision shapes if they are in millimetres."""
 
 
 def implausible(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str | None, str]]:
@@ -54,14 +53,18 @@ def implausible(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str | Non
     """
     yield from ((None, sentence) for sentence in (*_of_gravity(scene.gravity), *_of_lights(scene.lights)))
     names = set(robots)
-    for model in scene.models:
-        owner = model.name if model.name in names else None
+    for whole in scene.models:
+        owner, model = (whole.name if whole.name in names else None), whole
+        if not whole.static:
+            with suppress(SceneError):  # a mesh cannot be read, which is reported where it is needed
+                said, model = without_strays(whole)
+                yield from [(owner, sentence) for sentence in said]
         yield from ((owner, sentence) for sentence in (*_of_measurements(model), *_of_ground(model)))
         if owner is not None:
             found = (*_of_rest(model), *_of_loose_links(model), *of_joints(model), *_of_sizes(model))
             yield from ((owner, sentence) for sentence in found)
         if not model.static:
-            with suppress(SceneError):  # a mesh cannot be read, which is reported where it is needed
+            with suppress(SceneError):
                 yield from [(owner, sentence) for sentence in of_links(model)]
                 yield from [(owner, sentence) for sentence in _of_furniture(model) if owner is None]
 
@@ -153,11 +156,6 @@ def _of_sizes(model: Model) -> Iterator[str]:
         return  # a mesh cannot be read, which is reported where it is needed
     if touched is None or not touched.min() > 0:
         return
-    if shown is not None and shown.max() > _TIMES * touched.max():
-        yield (
-            f"the visuals of '{model.name}' are {shown.max():.3g} m large and its collision shapes "
-            f"{touched.max():.3g} m; are they meant in mm?"
-        )
     around = touched if shown is None else np.maximum(touched, shown)
     size_m = float(np.linalg.norm(around))
     yield from _of_sensors(model, size_m)
@@ -210,7 +208,7 @@ def _of_sensors(model: Model, size_m: float) -> Iterator[str]:
             yield from _of_view(f"the camera {owner}", sensor, size_m)
             yield from _of_beams(owner, sensor, size_m)
             reach_m = getattr(sensor, "range_max", inf)
-            if reach_m < _SHORT * min(size_m, _largest_link_m(model)):
+            if reach_m < _SHORT * size_m and reach_m < _SHORT * _largest_link_m(model):
                 yield (
                     f"the sensor {owner} measures up to {reach_m:g} m, and the robot is {size_m:.3g} m "
                     "large; is its range meant in km?"

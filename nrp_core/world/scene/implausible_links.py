@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from math import dist, inf, sqrt
+from collections.abc import Iterator
+from math import dist, sqrt
 from typing import Final
 
 import numpy as np
@@ -12,18 +12,8 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.model import (
-    UNIT_INERTIA,
-    Box,
-    Collision,
-    Geometry,
-    Inertial,
-    Link,
-    Model,
-    Plane,
-    Visual,
-)
-from nrp_core.world.scene.tessellation import triangles_of
+from nrp_core.world.scene.implausible_shapes import box_around, solid_or_seen
+from nrp_core.world.scene.model import UNIT_INERTIA, Inertial, Model
 
 _DENSEST: Final = 1e5
 """Four times the density of osmium, kg/m^3: many links are too heavy for a simplified shape."""
@@ -78,30 +68,6 @@ def of_links(model: Model) -> Iterator[str]:
     yield from _of_tiny_shapes(model)
     yield from _of_distances(model, [high - low for low, high in boxes.values()])
     yield from _of_nothing_solid(model)
-
-
-def box_around(shapes: Iterable[tuple[Pose, Geometry]]) -> tuple[FloatArray, FloatArray] | None:
-    """Return the corners of the box around bounded shapes at their poses, m; None without any."""
-    low, high = np.full(3, inf), np.full(3, -inf)
-    for pose, geometry in shapes:
-        if isinstance(geometry, Plane):
-            continue
-        place = matrix_of(pose)
-        points = _corners(geometry) @ place[:, :3].T + place[:, 3]
-        low, high = np.minimum(low, points.min(0)), np.maximum(high, points.max(0))
-    return None if low[0] == inf else (low, high)
-
-
-def _corners(geometry: Geometry) -> FloatArray:
-    if isinstance(geometry, Box):
-        half = np.array(geometry.size) / 2
-        return np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half
-    return np.asarray(triangles_of(geometry)[0])
-
-
-def solid_or_seen(link: Link) -> tuple[Collision | Visual, ...]:
-    """Return all shapes of a link."""
-    return (*link.collisions, *link.visuals)
 
 
 def _of_mass(owner: str, inertial: Inertial, low: FloatArray, high: FloatArray) -> Iterator[str]:

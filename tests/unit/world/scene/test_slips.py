@@ -21,6 +21,17 @@ _TYRE = """<collision name="tyre">
         <geometry><cylinder><radius>0.0975</radius><length>0.04</length></cylinder></geometry>
       </collision>"""
 _ACROSS = "<pose>0 0 0 1.5707963267948966 0 0</pose>"
+_BODY = "<size>0.44 0.28 0.17</size>"
+_DISC = "<ixx>0.0019</ixx><iyy>0.0036</iyy><izz>0.0019</izz>"
+_WHEEL = "<radius>0.0975</radius><length>0.04</length></cylinder></geometry>"
+_EXCHANGED = "<radius>0.04</radius><length>0.0975</length></cylinder></geometry>"
+_ROUND = '<collision name="a"><geometry><sphere><radius>0.2</radius></sphere></geometry></collision>'
+
+
+def _surface(friction: float) -> str:
+    return (
+        f"{_WHEEL}<surface><friction><ode><mu>{friction}</mu><mu2>{friction}</mu2></ode></friction></surface>"
+    )
 
 
 def _said(path: Path) -> list[str]:
@@ -106,6 +117,50 @@ def test_a_slip_in_the_file_of_a_robot_is_reported(
 ) -> None:
     said = _edited(tmp_path, file, old, new)
     assert any(words in one for one in said), said
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "right", "wrong", "words"),
+    [
+        ("pioneer.sdf", _BODY, "<size>0.9 0.6 0.4</size>", "<size>4.4 2.8 1.7</size>",
+         "'base' of 'pioneer' are 4.4 x 2.8 x 1.7 m, and its visuals 0.45 x 0.37 x 0.24 m; is"),
+        ("pioneer.sdf", _BODY, "<size>0.9 0.6 0.4</size>", "<size>44 28 17</size>",
+         "'base' of 'pioneer' are 44 x 28 x 17 m, and its visuals 0.45 x 0.37 x 0.24 m; is"),
+        ("arm.sdf", '<visual name="hand">', _ROUND + '<visual name="hand">', None, ""),  # in some directions
+        ("pioneer.sdf", "<pose>-0.045 0 0.055 0 0 0</pose>", "<pose>-4.5 0 5.5 0 0 0</pose>",
+         "<pose>-45 0 55 0 0 0</pose>", "the collision 'body' of the link 'base' of 'pioneer' is 71.1 m"),
+        ("pioneer.sdf", "<pose>-0.03 0 0.137 0 0 0</pose>", "<pose>-0.3 0 1.37 0 0 0</pose>",
+         "<pose>-30 0 137 0 0 0</pose>", "the visual 'deck' of the link 'base' of 'pioneer' is 140 m"),
+        ("pioneer.sdf", _WHEEL, _WHEEL.replace("0.04<", "0.05<"), _EXCHANGED,
+         "radius of 0.04 m and a length of 0.0975 m, and its visual the same numbers exchanged"),
+        ("pioneer.sdf", _WHEEL, _surface(0.05), _surface(0), "has a wheel without friction, 'left_wheel'"),
+        ("pioneer.sdf", _DISC, "<ixx>0.0019</ixx><iyy>0.0017</iyy><izz>0.0019</izz>",
+         "<ixx>0.0036</ixx><iyy>0.0019</iyy><izz>0.0019</izz>", "a disc has its largest there; are"),
+    ],
+)  # fmt: skip
+def test_a_shape_or_wheel_unlike_the_others_is_the_only_thing_that_is_reported(
+    tmp_path: Path, file: str, old: str, right: str, wrong: str | None, words: str
+) -> None:
+    allowed = [one for one in _edited(tmp_path, file, old, right) if "centre of mass" not in one]
+    assert allowed == []
+    if wrong is not None:
+        said = _edited(tmp_path, file, old, wrong)
+        assert any(words in one for one in said), said
+        assert all(words in one or "wheels of" in one or "lies across" in one for one in said), said
+
+
+def test_visuals_in_mm_are_reported_once(tmp_path: Path) -> None:
+    text = (
+        (_BODIES / "arm.sdf")
+        .read_text("utf-8")
+        .replace("<size>0.3 0.04 0.05</size>", "<size>300 40 50</size>")
+    )
+    block = '<collision name="solid"><geometry><box><size>0.3 0.04 0.05</size></box></geometry></collision>'
+    (tmp_path / "arm.sdf").write_text(text.replace('<visual name="bone">', f'{block}<visual name="bone">', 1))
+    (said,) = _said(tmp_path / "arm.sdf")
+    assert (
+        said == "the visuals of 'arm' are 300 m large and its collision shapes 0.3 m; are they meant in mm?"
+    )
 
 
 def test_noise_of_a_laser_is_not_compared_with_brightness(tmp_path: Path) -> None:
