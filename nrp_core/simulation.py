@@ -188,9 +188,12 @@ class Simulation(Closing):
 
     def require_ready(self, *, or_failed: bool = False) -> None:
         """Raise a LifecycleError if it is closed, or, unless that is allowed, has failed."""
-        if self._lifecycle is State.CLOSED:
+        state = self._lifecycle
+        if state is State.READY:
+            return
+        if state is State.CLOSED:
             raise LifecycleError(f"{self._name} is closed")
-        if self._lifecycle is State.FAILED and not or_failed:
+        if not or_failed:
             raise LifecycleError(f"{self._name} has failed; only reset, restore and close work")
 
     def fail(self, what: str, error: BaseException, kind: type[SimulationError] = SimulationError) -> None:

@@ -18,12 +18,15 @@ from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.running.run import Run
 from nrp_core.gym.observing import neurons_of
 from nrp_core.recording.reading.columns import numbers_in
-from nrp_core.world.batch import layout_of, publish_rows
+from nrp_core.world.batch import layout_of, publish_numbers, publish_rows
+from nrp_core.world.drives.drive import commanded_components
 from nrp_core.world.topics import Direction
 
 SOURCE = "source:"
 _HIGHEST_HZ = 200.0
 _WEIGHT = 1.0
+_ROUNDING = 1e-6
+"""Share of a span by which single precision may miss its end."""
 Bounds = Mapping[str, tuple[float, float]]
 """The numbers of a message that an action sets, by their dotted names, with their bounds."""
 
@@ -31,11 +34,46 @@ Bounds = Mapping[str, tuple[float, float]]
 class Acted(ABC):
     """One action.
 
+    Args:
+        name: its name in messages.
+        fields: the names of its numbers.
+        bounds: the lowest and highest value of each number.
+
     Attributes:
         space: its shape and bounds.
+        shape: its shape, for a check in each step.
     """
 
-    space: Box
+    def __init__(self, name: str, fields: Sequence[str], bounds: Sequence[tuple[float, float]]) -> None:
+        self._name, self._fields, self._bounds = name, fields, bounds
+        self._low, self._high = np.array(bounds).T
+        self.space = Box(self._low, self._high, dtype=np.float64)
+        self.shape = (len(bounds),)
+        self._has_warned = False
+
+    def _within(self, values: Sequence[float]) -> Sequence[float]:
+        """Return values within the bounds; others are clipped, as Gymnasium's own environments do."""
+        for value, (low, high) in zip(values, self._bounds, strict=True):
+            if not low <= value <= high:
+                return self._rows_within(np.array([values]))[0].tolist()  # type: ignore[no-any-return]
+        return values
+
+    def _rows_within(self, rows: FloatArray) -> FloatArray:
+        """Return rows of values within the bounds, and warn of the first one that was clearly beyond."""
+        if not np.isfinite(rows).all():
+            return rows  # which are refused
+        clipped = np.clip(rows, self._low, self._high)
+        if not self._has_warned:
+            beyond = np.abs(rows - clipped) > _ROUNDING * (self._high - self._low)
+            if beyond.any():
+                self._has_warned = True
+                row, field = np.argwhere(beyond)[0]
+                low, high = self._bounds[field]
+                gymnasium.logger.warn(
+                    f"'{self._fields[field]}' of the action '{self._name}' is {rows[row, field]:g}; it is "
+                    f"clipped to its bounds, {low:g} to {high:g}, now and later"
+                )
+        return clipped
 
     @abstractmethod
     def apply(self, values: Sequence[float]) -> None:
@@ -54,7 +92,8 @@ class ActedTopic(Acted):
     Args:
         run: the run.
         name: the topic.
-        bounds: numbers of the message to set; the others are 0. By default all, with the limits of the topic.
+        bounds: numbers of the message to set; the others are 0. By default all that a drive uses, with the
+            limits of the topic.
     """
 
     def __init__(self, run: Run, name: str, bounds: Bounds | None) -> None:
@@ -70,27 +109,31 @@ class ActedTopic(Acted):
         fields = [path for path, _ in numbers_in(example)]
         if bounds is not None and not isinstance(bounds, Mapping):
             raise ExperimentError(f"the bounds of '{name}' are {{'field': (low, high)}}, not {bounds!r:.60}")
-        chosen = bounds if bounds is not None else dict.fromkeys(fields, info.limits or (-1.0, 1.0))
+        model, used = commanded_components(run.world.scene).get(info.name, ("", fields))
+        chosen = bounds if bounds is not None else dict.fromkeys(used, info.limits or (-1.0, 1.0))
         for field in chosen:
             if field not in fields:
                 raise ExperimentError(
                     f"a message of '{name}' has no number '{field}'{did_you_mean(field, fields)}"
                 )
+            if field not in used:
+                raise ExperimentError(
+                    f"'{field}' of '{name}' moves nothing: the drive of '{model}' takes {' and '.join(used)}"
+                )
         self._places = [fields.index(field) for field in chosen]
-        low, high = np.array([_pair(f"'{field}' of '{name}'", chosen[field]) for field in chosen]).T
-        self.space = Box(low, high, dtype=np.float64)
+        super().__init__(name, [*chosen], [_pair(f"'{one}' of '{name}'", chosen[one]) for one in chosen])
 
     def apply(self, values: Sequence[float]) -> None:
-        row = [0.0] * self._layout.numbers
-        for place, value in zip(self._places, values, strict=True):
-            row[place] = value
-        self._publication.publish(self._layout.made_of(iter(row)))
+        numbers = [0.0] * self._layout.numbers
+        for place, value in zip(self._places, self._within(values), strict=True):
+            numbers[place] = value
+        publish_numbers(self._publication, self._layout, numbers)
 
     @staticmethod
     def apply_all(copies: Sequence[ActedTopic], rows: FloatArray) -> None:
         layout = copies[0]._layout
         numbers = np.zeros((len(copies), layout.numbers))
-        numbers[:, copies[0]._places] = rows
+        numbers[:, copies[0]._places] = copies[0]._rows_within(rows)
         publish_rows([acted._publication for acted in copies], layout, numbers)
 
 
@@ -98,8 +141,8 @@ class ActedSource(Acted):
     """The rate, Hz, of a Poisson source that drives a group of neurons."""
 
     def __init__(self, run: Run, group: str, bounds: tuple[float, float], weight: float) -> None:
-        low, _ = _pair(f"the rate of '{group}'", bounds)
-        if low < 0.0 or not isfinite(weight) or weight == 0.0:
+        rates = _pair(f"the rate of '{group}'", bounds)
+        if rates[0] < 0.0 or not isfinite(weight) or weight == 0.0:
             raise ExperimentError(
                 f"'source:{group}' takes (lowest, highest, weight), with rates from 0 Hz on and a weight "
                 f"that is not 0, not {(*bounds, weight)}"
@@ -113,10 +156,10 @@ class ActedSource(Acted):
             gymnasium.logger.warn(
                 f"the weight of 'source:{group}' is {wrong} Bounds are (lowest, highest, weight)"
             )
-        self.space = Box(*bounds, (1,), np.float64)
+        super().__init__(f"source:{group}", ["rate"], [rates])
 
     def apply(self, values: Sequence[float]) -> None:
-        self._port.rate = values[0]  # type: ignore[attr-defined]
+        (self._port.rate,) = self._within(values)  # type: ignore[attr-defined]
 
 
 def _pair(owner: str, bounds: Any) -> tuple[float, float]:

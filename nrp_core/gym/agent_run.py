@@ -8,6 +8,7 @@ from math import isfinite, nan
 from numbers import Real
 from typing import Any, TypeAlias
 
+import gymnasium
 import numpy as np
 from gymnasium import spaces
 
@@ -49,6 +50,11 @@ class Agent:
                 "an environment needs a list of at least one observation: a topic, or 'rate:GROUP', not "
                 f"{self.observe!r:.60}"
             )
+        for name, given in (("reward", self.reward), ("terminate", self.terminate)):
+            if given is not None and not callable(given):
+                raise ExperimentError(
+                    f"{name} is a function of the run and the observation, not {given!r:.60}"
+                )
         if not isinstance(self.same_noise, bool):
             raise ExperimentError(f"same_noise is true or false, not {self.same_noise!r:.60}")
 
@@ -98,6 +104,7 @@ class AgentRun:
             run.loop.change((), replaced)
         self._start = run.snapshot() if agent.same_noise else None
         self.decided: dict[str, bool | None] = {}
+        self._episodes = self._last_at_once = self._at_once = 0
 
     @property
     def observation_space(self) -> spaces.Dict:
@@ -120,17 +127,22 @@ class AgentRun:
         else:
             self.run.loop.reset(seed=draw())
         self.decided = dict.fromkeys(self.run.experiment.criteria)
+        self._episodes += 1
 
     def judge(self, seen: dict[str, Any]) -> tuple[float, bool, bool]:
         """Return the reward of the last step, and whether the episode is terminated and truncated.
 
         Raises:
-            ExperimentError: the reward is not a finite number.
+            ExperimentError: the reward is not a finite number, or the end neither true nor false.
         """
         run, agent = self.run, self._agent
-        newly = self._newly_decided() if self.decided else []
-        reward = float(sum(newly) - sum(not met for met in newly))
-        terminated = bool(self.decided) and None not in self.decided.values()
+        outcomes, before = run.passed(), self.decided
+        reward = 0.0
+        if outcomes != before:
+            newly = [met for name, met in outcomes.items() if met is not None and before.get(name) is None]
+            reward = float(2 * sum(newly) - len(newly))
+            self.decided = outcomes
+        terminated = bool(outcomes) and None not in outcomes.values()
         if agent.reward is not None:
             given = agent.reward(run, seen)
             reward = float(given) if np.ndim(given) == 0 and isinstance(given, _NUMBERS) else nan
@@ -138,22 +150,25 @@ class AgentRun:
                 raise ExperimentError(f"the reward at {run.now_s:g} s is {given!r:.60}, not a finite number")
         if agent.terminate is not None:
             ends = agent.terminate(run, seen)
-            if np.size(ends) != 1:
-                raise ExperimentError(
-                    f"terminate returned {ends!r:.60}, not true or false; see .any() and .all()"
-                )
+            if np.size(ends) != 1 or not (ends == True or ends == False):  # noqa: E712  of NumPy's types too
+                hint = "; see .any() and .all()" if np.size(ends) > 1 else ""
+                raise ExperimentError(f"terminate returned {ends!r:.60}, not true or false{hint}")
             terminated = bool(ends)
+            if terminated and run.loop.now_ns == run.experiment.timestep:
+                self._ended_at_once()
         return reward, terminated, run.loop.now_ns >= run.experiment.duration
 
-    def _newly_decided(self) -> list[bool]:
-        outcomes = self.run.passed()
-        if outcomes == self.decided:
-            return []
-        newly = [met for name, met in outcomes.items() if met is not None and self.decided.get(name) is None]
-        self.decided = outcomes
-        return newly
+    def _ended_at_once(self) -> None:
+        """Warn of episodes in a row that ended after one step of the loop, too soon for any action."""
+        self._at_once = self._at_once + 1 if self._episodes == self._last_at_once + 1 else 1
+        self._last_at_once = self._episodes
+        if self._at_once == _AT_ONCE:
+            gymnasium.logger.warn(
+                f"{_AT_ONCE} episodes in a row ended in their first step: terminate is true from the start"
+            )
 
 
+_AT_ONCE = 5
 _NUMBERS = (Real, np.ndarray, np.generic)
 
 

@@ -79,7 +79,8 @@ class NrpEnv(gymnasium.Env[Any, Any]):
             raise
         self.observation_space = self._agent_run.observation_space
         self.action_space = self._agent_run.action_space
-        self._has_begun = False
+        self._has_begun = self._is_over = False
+        self._warned: set[str] = set()
         self._period_ns = steps * self.run.experiment.timestep
         self.metadata = {**self.metadata, "render_fps": round(1e9 / self._period_ns)}
 
@@ -88,7 +89,9 @@ class NrpEnv(gymnasium.Env[Any, Any]):
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Begin an episode; its noise follows from ``seed``, or from the last given seed."""
         super().reset(seed=seed)
-        self._has_begun = True
+        if options:
+            self._warn_once(f"reset() takes no options: {options!r:.60} has no effect")
+        self._has_begun, self._is_over = True, False
         self._agent_run.begin(lambda: int(self.np_random.integers(2**31)))
         return self._observation(), {"t_s": 0.0}
 
@@ -99,11 +102,17 @@ class NrpEnv(gymnasium.Env[Any, Any]):
         if not isinstance(action, Mapping) or action.keys() != self._agent_run.acted.keys():
             names = ", ".join(map(repr, self._agent_run.acted)) or "nothing"
             raise ExperimentError(f"an action is a dict with an array for {names}, not {action!r:.60}")
+        if self._is_over:
+            self._warn_once("step() after the end of an episode: reset() begins the next one")
         for name, acted in self._agent_run.acted.items():
-            acted.apply(np.asarray(action[name], np.float64).tolist())
+            values = np.asarray(action[name], np.float64)
+            if values.shape != acted.shape:
+                raise ExperimentError(f"the action '{name}' has the shape {acted.shape}, not {values.shape}")
+            acted.apply(values.tolist())
         self.run.run_until(seconds(self.run.loop.now_ns + self._period_ns))
         observation = self._observation()
         reward, terminated, truncated = self._agent_run.judge(observation)
+        self._is_over = terminated or truncated
         info = {"t_s": self.run.now_s, "criteria": dict(self._agent_run.decided)}
         return observation, reward, terminated, truncated, info
 
@@ -117,6 +126,11 @@ class NrpEnv(gymnasium.Env[Any, Any]):
     def close(self) -> None:
         """Release both engines."""
         self.run.close()
+
+    def _warn_once(self, text: str) -> None:
+        if text not in self._warned:
+            self._warned.add(text)
+            gymnasium.logger.warn(text)
 
     def _observation(self) -> dict[str, Any]:
         return {name: one.read() for name, one in self._agent_run.observed.items()}

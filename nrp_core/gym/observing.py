@@ -32,20 +32,14 @@ class Observed(ABC):
     space: Box
 
     @abstractmethod
-    def read_into(self, out: Any) -> None:
-        """Write the current value into an array with the shape and type of the space."""
+    def read(self) -> Any:
+        """Return the current value, a new array in the space."""
 
     @staticmethod
     def read_all(copies: Sequence[Any], rows: Any) -> None:
         """Write the current values in copies of a run into the rows of an array."""
         for observed, row in zip(copies, rows, strict=True):
-            observed.read_into(row)
-
-    def read(self) -> Any:
-        """Return the current value, a new array in the space."""
-        out = np.empty(self.space.shape, self.space.dtype)
-        self.read_into(out)
-        return out
+            row[...] = observed.read()
 
 
 class ObservedRate(Observed):
@@ -57,8 +51,8 @@ class ObservedRate(Observed):
         self._size = len(neurons)
         self.space = Box(0.0, np.inf, (1,), np.float64)
 
-    def read_into(self, out: FloatArray) -> None:
-        out[0] = self._port.rate / self._size  # type: ignore[attr-defined]
+    def read(self) -> FloatArray:
+        return np.array((self._port.rate / self._size,))  # type: ignore[attr-defined]
 
     @staticmethod
     def read_all(copies: Sequence[ObservedRate], rows: FloatArray) -> None:
@@ -73,8 +67,10 @@ class ObservedMotion(Observed):
         self._engine, self._model = run.world.engine, run.world.scene.model(model).name
         self.space = Box(-np.inf, np.inf, (13,), np.float64)
 
-    def read_into(self, out: FloatArray) -> None:
-        self._engine.read_motion(self._model, out)
+    def read(self) -> FloatArray:
+        row = np.empty(13)
+        self._engine.read_motion(self._model, row)
+        return row
 
     @staticmethod
     def read_all(copies: Sequence[ObservedMotion], rows: FloatArray) -> None:
@@ -89,12 +85,13 @@ class ObservedJoints(Observed):
         names = run.world.joint_states(self._model).names
         if not names:
             raise ExperimentError(f"the model '{model}' has no joints to observe")
-        self._states = np.empty((3, len(names)))
+        self._joints = len(names)
         self.space = Box(-np.inf, np.inf, (2 * len(names),), np.float64)
 
-    def read_into(self, out: FloatArray) -> None:
-        self._engine.read_joints(self._model, self._states)
-        out[:] = self._states[:2].ravel()
+    def read(self) -> FloatArray:
+        states = np.empty((3, self._joints))
+        self._engine.read_joints(self._model, states)
+        return states[:2].reshape(-1)
 
 
 class ObservedTopic(Observed):
@@ -125,11 +122,12 @@ class ObservedTopic(Observed):
         low, high = bounds_of(self._subscription.topic, latest.message)
         self.space = Box(low, high, values.shape, values.dtype.type)
 
-    def read_into(self, out: Any) -> None:
+    def read(self) -> Any:
         latest = self._subscription.latest
-        out[...] = 0 if latest is None else values_of(latest.message)
-        if latest is not None and out.dtype != np.uint8:
-            np.clip(out, self.space.low, self.space.high, out=out)
+        if latest is None:
+            return np.zeros_like(self.space.low)
+        values = values_of(latest.message)
+        return values if values.dtype == np.uint8 else values.clip(self.space.low, self.space.high)
 
 
 KINDS: dict[str, Callable[[Run, str], Observed]] = {

@@ -12,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import fields, is_dataclass
 from itertools import islice
+from math import isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -211,10 +212,38 @@ def publish_rows(publications: Sequence[Publication], layout: Layout, rows: Floa
     if known and len(known) == len(takers) and publications[0].topic.limits is None:
         parts, (topic, *_), now_ns = zip(*known, strict=True)
         kind = type(parts[0])
-        if all(type(part) is kind for part in parts) and kind.write_rows(parts, topic, rows, now_ns):
-            return
+        try:
+            if all(type(part) is kind for part in parts) and kind.write_rows(parts, topic, rows, now_ns):
+                return
+        except BaseException as error:
+            with ExitStack() as failing:  # nobody knows which copies took theirs
+                for publication in publications:
+                    failing.callback(publication.fail, error)
+            raise
     for publication, row in zip(publications, rows.tolist(), strict=True):
-        publication.publish(layout.made_of(iter(row)))
+        publish_numbers(publication, layout, row)
+
+
+def publish_numbers(publication: Publication, layout: Layout, numbers: Sequence[float]) -> None:
+    """Publish a message of numbers, which is built only if something besides the world takes it.
+
+    Args:
+        publication: the right to publish.
+        layout: the layout of the message.
+        numbers: the numbers in it, in the order of its fields.
+
+    Raises:
+        TopicError: the topic cannot carry it.
+    """
+    if isfinite(sum(numbers)) and publication.topic.limits is None and (taker := publication.taker()):
+        part, topic, now_ns = taker
+        try:
+            if part.write_numbers(topic, numbers, now_ns):
+                return
+        except BaseException as error:
+            publication.fail(error)
+            raise
+    publication.publish(layout.made_of(iter(numbers)))
 
 
 class Layout(NamedTuple):

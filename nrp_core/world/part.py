@@ -43,6 +43,19 @@ class Part(ABC):
         """Receive a checked message on an incoming topic."""
         raise NotImplementedError(topic)
 
+    def write_numbers(self, topic: str, numbers: Sequence[float], now_ns: int) -> bool:
+        """Receive a message that consists of numbers, which are finite, without building it.
+
+        Args:
+            topic: the topic.
+            numbers: the numbers in the message, in the order of its fields.
+            now_ns: the time.
+
+        Returns:
+            Whether they were received; if not, they are checked and written as a message.
+        """
+        return False
+
     @classmethod
     def write_rows(cls, parts: Sequence[Any], topic: str, rows: FloatArray, now_ns: Sequence[int]) -> bool:
         """Receive messages of numbers, which are unchecked, for the same part in copies of a scene.
@@ -54,7 +67,7 @@ class Part(ABC):
             now_ns: the time of each.
 
         Returns:
-            Whether they were received; if not, each is checked and written as a message.
+            Whether they were received; if not, each is written alone.
         """
         return False
 

@@ -196,7 +196,7 @@ class Switchboard:
         """
         info = self._require(topic, Direction.IN)
         deliver, taker = partial(self._deliver, info.name), partial(self._taker, info.name)
-        return Publication(replace(info, name=topic), deliver, taker)
+        return Publication(replace(info, name=topic), deliver, taker, partial(self._fail, info.name))
 
     # -- names
 
@@ -285,14 +285,18 @@ class Switchboard:
             try:
                 part.write(name, message, owner.now_ns)
             except BaseException as error:
-                owner.fail(f"take a message on {name}", error)
+                self._fail(name, error)
                 raise
         elif name in self._bus:
             (self._heard if self._bus[name] else self._unheard).add(name)
             self.push(name, Stamped(owner.now_ns, deepcopy(message)))  # the sender may reuse its message
         else:
             raise TopicError(f"the topic '{name}' no longer exists: its model was deleted")
-        self.show(name, message)
+        if self.observers:
+            self.show(name, message)
+
+    def _fail(self, name: str, error: BaseException) -> None:
+        self._owner.fail(f"take a message on {name}", error)
 
     def _taker(self, name: str) -> tuple[Part, str, int] | None:
         """Return the part that alone takes the messages on a topic, its name, and the time, ns."""

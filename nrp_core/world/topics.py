@@ -12,7 +12,7 @@ from enum import Flag, auto
 from typing import Any
 
 from nrp_core.errors import TopicError
-from nrp_core.world.messages.base import invalid_field, type_name
+from nrp_core.world.messages.base import holds_finite_floats, invalid_field, type_name
 
 
 class Direction(Flag):
@@ -113,6 +113,7 @@ class Publication:
         deliver: delivers a checked message.
         taker: returns the part that alone takes the messages, its name of the topic, and the time, ns; None
             if others see the messages, too.
+        fail: marks the world as failed by an error of that part; raises it as one of ours if it is not.
     """
 
     def __init__(
@@ -120,8 +121,9 @@ class Publication:
         topic: TopicInfo,
         deliver: Callable[[Any], None],
         taker: Callable[[], tuple[Any, str, int] | None] = lambda: None,
+        fail: Callable[[BaseException], None] = lambda _: None,
     ) -> None:
-        self.topic, self.taker = topic, taker
+        self.topic, self.taker, self.fail = topic, taker, fail
         self._deliver = deliver
 
     def publish(self, message: Any) -> None:
@@ -145,13 +147,11 @@ def check_message(topic: TopicInfo, message: Any) -> None:
     Raises:
         TopicError: it has another type, or a number in it is not finite or exceeds the topic's limits.
     """
-    if not isinstance(message, topic.type) and type_name(type(message)) != type_name(topic.type):
-        raise TopicError(
-            f"{topic.name} carries {type_name(topic.type)}, not {type(message).__name__} ({message!r:.80})"
-        )
-    if dataclasses.is_dataclass(message):
-        wrong = invalid_field(message)
-        if wrong:
+    if type(message) is not topic.type or not holds_finite_floats(message):
+        if not isinstance(message, topic.type) and type_name(type(message)) != type_name(topic.type):
+            given = f"{type(message).__name__} ({message!r:.80})"
+            raise TopicError(f"{topic.name} carries {type_name(topic.type)}, not {given}")
+        if dataclasses.is_dataclass(message) and (wrong := invalid_field(message)):
             raise TopicError(f"{topic.name}: in {type_name(topic.type)}, {wrong}")
     if topic.limits is not None:
         low, high = topic.limits

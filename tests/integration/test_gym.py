@@ -56,6 +56,13 @@ def test_an_episode_is_the_run_of_the_experiment() -> None:
         ({"reward": lambda run, seen: None}, {}, "the reward at 0.02 s is None, not a finite number"),
         ({"reward": lambda run, seen: np.zeros(2)}, {}, r"the reward at 0.02 s is array\(\[0., 0.\]\), not"),
         ({"terminate": lambda run, seen: np.zeros(2)}, {}, "terminate returned .*, not true or false"),
+        ({"terminate": lambda run, seen: None}, {}, "terminate returned None, not true or false"),
+        ({"terminate": lambda run, seen: 0.4}, {}, "terminate returned 0.4, not true or false"),
+        (
+            {"act": {"source:feelers": (0.0, 9.0, 6.0)}},
+            {"source:feelers": [1.0, 2.0]},
+            r"action 'source:feelers' has the shape \(1,\), not \(2,\)",
+        ),
         ({}, np.array([1.0]), r"an action is a dict with an array for nothing, not array\(\[1.\]\)"),
         ({}, {"/pioneer/cmd": [1.0]}, "an action is a dict with an array for nothing, not {'/pioneer/cmd'"),
     ],
@@ -159,6 +166,11 @@ def test_a_source_drives_neurons() -> None:
         (["rate:wheels"], {"/pioneer/cmd_vel": {"linear.x": (0, np.inf)}}, "lower one first, not (0, inf)"),
         (["rate:wheels"], {"source:feelers": (200.0, 0.0)}, "the bounds of the rate of 'feelers' are two"),
         (
+            ["rate:wheels"],
+            {"/pioneer/cmd_vel": {"linear.x": (0, 1), "linear.y": (0, 1)}},
+            "moves nothing: the drive of 'pioneer' takes linear.x and angular.z",
+        ),
+        (
             ["/pioneer/clearance"],
             DRIVE | {"/pioneer/clearance": None},
             "no message arrives on /pioneer/clearance",
@@ -188,8 +200,64 @@ def test_a_reward_that_is_no_number_and_half_a_step_are_refused() -> None:
         make_env("slalom_pioneer", observe=["rate:wheels"], steps=1.5)  # type: ignore[arg-type]
     with pytest.raises(nrp_core.NrpError, match=r"of 51 steps of the loop takes 1\.02 s, and an episode 1 s"):
         make_env("slalom_pioneer", observe=["rate:wheels"], steps=51, overrides=["duration=1 s"])
+    with pytest.raises(nrp_core.NrpError, match=r"reward is a function of the run and .*, not 1\.0"):
+        make_env("slalom_pioneer", observe=["rate:wheels"], reward=1.0)  # type: ignore[arg-type]
     with pytest.raises(nrp_core.NrpError, match="same_noise is true or false, not 'no'"):
         make_env("slalom_pioneer", observe=["rate:wheels"], same_noise="no")  # type: ignore[arg-type]
+
+
+def test_a_step_after_the_end_is_warned_of_once() -> None:
+    made = make_env("slalom_pioneer", observe=["rate:wheels"], terminate=lambda run, seen: run.now_s > 0.03)
+    with closing(made), warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        for steps, told in ((2, 0), (2, 0), (4, 1), (3, 1)):
+            made.reset()
+            for _ in range(steps):
+                made.step({})
+            assert len(caught) == told
+        made.reset(options={})
+        made.reset(options={"pose": 1})
+    after_the_end, options = (str(one.message) for one in caught)
+    assert "step() after the end of an episode" in after_the_end
+    assert "reset() takes no options: {'pose': 1} has no effect" in options
+
+
+def test_the_bounds_of_a_velocity_are_those_that_its_drive_uses() -> None:
+    with closing(make_env("slalom_pioneer", observe=["rate:wheels"], act=["/pioneer/cmd_vel"])) as made:
+        assert made.action_space["/pioneer/cmd_vel"].shape == (2,)  # linear.x and angular.z
+
+
+def test_an_action_beyond_its_bounds_is_clipped_and_warned_of_once() -> None:
+    """As Gymnasium's Pendulum and MountainCarContinuous clip; rounding of single precision is not told."""
+    act = {"/pioneer/cmd_vel": {"linear.x": (0.0, 0.3), "angular.z": (-1.0, 1.0)}}
+    ends = {}
+    with closing(make_env("slalom_pioneer", observe=["motion:pioneer"], act=act)) as made:
+        for forward in (0.3, float(np.float32(0.3)), 30.0):
+            made.reset(seed=1)
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                for _ in range(5):
+                    seen, *_ = made.step({"/pioneer/cmd_vel": np.array([forward, 0.5])})
+            ends[forward] = seen["motion:pioneer"].tobytes(), [str(one.message) for one in caught]
+    assert len({end for end, _ in ends.values()}) == 1
+    silent, rounded, (told,) = (messages for _, messages in ends.values())
+    assert not silent + rounded
+    assert "'linear.x' of the action '/pioneer/cmd_vel' is 30; it is clipped to its bounds, 0 to 0.3" in told
+
+
+@pytest.mark.parametrize(
+    ("terminate", "count"), [(lambda run, seen: True, 1), (lambda run, seen: run.now_s > 0.03, 0)]
+)
+def test_episodes_that_end_at_once_are_warned_of(terminate: Any, count: int) -> None:
+    made = make_env("slalom_pioneer", observe=["rate:wheels"], terminate=terminate)
+    with closing(made), warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        for _ in range(6):
+            made.reset()
+            while not made.step({})[2]:
+                pass
+    assert len(caught) == count
+    assert all("5 episodes in a row ended in their first step" in str(one.message) for one in caught)
 
 
 def test_without_gymnasium_the_command_that_installs_it_is_named() -> None:

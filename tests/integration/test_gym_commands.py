@@ -10,6 +10,7 @@ import pytest
 
 from nrp_core.errors import TopicError
 from nrp_core.gym import NrpEnv, NrpVectorEnv, make_env, make_vec
+from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 
 COPIES = 3
 AGENT: dict[str, Any] = {
@@ -27,6 +28,8 @@ COMMANDS = np.array(  # of each step: forward and turn of each copy; some stay, 
 )
 MOST_CALLS = 165
 """Calls of functions, built-in ones included, in a step of one more copy; with a message for each: 186."""
+MOST_CALLS_MORE = 65
+"""In a step of an environment than in a step of the run; with a message that is built and checked: 78."""
 MOST_CALLS_OF_RESET = 800
 """Of all functions in a reset by snapshot; 1992 where it paints every visual of the room again."""
 
@@ -72,6 +75,17 @@ def test_a_command_after_a_restored_state_moves_copies_as_it_does_one(
     assert np.array([rows[0] for rows in together]).tobytes() == np.array(alone).tobytes()
 
 
+def test_commands_beyond_their_bounds_are_clipped_in_copies(copies: NrpVectorEnv, single: NrpEnv) -> None:
+    beyond = COMMANDS * 100.0
+    copies.reset(seed=4)
+    with pytest.warns(UserWarning, match=r"'linear\.x' of the action '/husky/cmd_vel' is 50; it is clipped"):
+        together = driven(copies, beyond)
+    for number in range(COPIES):
+        single.reset(seed=4 + number)
+        alone = driven(single, np.clip(beyond[:, number], [-1, -2], [1, 2]))
+        assert np.array([rows[number] for rows in together]).tobytes() == np.array(alone).tobytes()
+
+
 @pytest.mark.parametrize(("forward", "turn"), [(0.5, float("nan")), (float("inf"), 0.0)])
 def test_a_command_that_is_no_number_is_refused_in_copies(
     copies: NrpVectorEnv, forward: float, turn: float
@@ -90,6 +104,41 @@ def calls_in(call: Callable[[], object]) -> int:
     profile = Profile()
     profile.runcall(call)
     return sum(entry.callcount for entry in profile.getstats())
+
+
+@pytest.mark.parametrize("others", [False, True])
+def test_a_command_by_its_numbers_moves_the_robot_as_a_message_does(single: NrpEnv, others: bool) -> None:
+    """Whether others see the messages, as in a recording, or not."""
+    seen: list[Any] = []
+
+    def note(topic: str, stamped: Any) -> None:
+        seen.append((topic, stamped.message.linear.x))
+
+    single.reset(seed=4)
+    if others:
+        single.run.world.add_observer(note)
+    by_numbers = driven(single, COMMANDS[:, 2])
+    if others:
+        single.run.world.remove_observer(note)
+        assert seen == [("/husky/cmd_vel", forward) for forward in COMMANDS[:, 2, 0].tolist()]
+    single.reset(seed=4)
+    publication = single.run.world.advertise("/husky/cmd_vel")
+    for (forward, turn), row in zip(COMMANDS[:, 2].tolist(), by_numbers, strict=True):
+        publication.publish(Twist(Vector3(forward), Vector3(z=turn)))
+        single.run.step()
+        by_message = np.empty(13)
+        single.run.world.engine.read_motion("husky", by_message)
+        assert by_message.tobytes() == row.tobytes()
+
+
+def test_a_step_makes_few_calls_more_than_a_step_of_the_run(single: NrpEnv) -> None:
+    single.reset(seed=4)
+    actions = [{"/husky/cmd_vel": command} for command in COMMANDS[:, 0]]
+    single.step(actions[0])
+    alone = calls_in(single.run.step)
+    assert calls_in(lambda: single.step(actions[1])) - alone < MOST_CALLS_MORE, (
+        calls_in(lambda: single.step(actions[1])) - alone
+    )
 
 
 def test_a_step_of_one_more_copy_makes_few_calls(copies: NrpVectorEnv) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import atan, copysign, dist, inf, tan
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from nrp_core.world.drives.drive import Drive
 from nrp_core.world.drives.wheels import WheelDrivePart, wheels_in
@@ -132,8 +132,10 @@ class AckermannPart(WheelDrivePart):
         super().__init__(drive, model, engine)
         self._car, self._inertias = drive, joint_inertias(bodies_of(model))
 
-    def _commanded(self, message: Any) -> BodyVelocity:
-        return ackermann_velocity(self._car, float(message.linear.x), float(message.angular.z))
+    def _commanded(
+        self, x: float, y: float, z: float, roll: float, pitch: float, turn: float
+    ) -> BodyVelocity:
+        return ackermann_velocity(self._car, x, turn)
 
     def _aim(self, velocity: BodyVelocity) -> None:
         super()._aim(velocity)

@@ -6,8 +6,9 @@ A drive is found by entry points in the group ``nrp_core.drives``, named after t
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import isfinite
+from operator import attrgetter
 from typing import Any, ClassVar, Final, Protocol
 
 import numpy as np
@@ -26,7 +27,7 @@ from nrp_core.world.part import Part
 from nrp_core.world.pose_messages import pose_message, twist_message
 from nrp_core.world.rigid.motion import BodyVelocity
 from nrp_core.world.scene.acting import MountedDrive
-from nrp_core.world.scene.model import Model
+from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.registered import ModelParts
 from nrp_core.world.scene.reading.xml import Element
@@ -35,6 +36,8 @@ from nrp_core.world.topics import Direction, TopicInfo
 _FAST_M_S: Final = 100.0
 _FAST_RAD_S: Final = 50.0
 """Eight turns a second; a turn of a right angle that is given in degrees is faster."""
+
+_numbers_of = attrgetter("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")
 
 
 class Drive(MountedDrive):
@@ -116,15 +119,23 @@ class DrivePart(Part):
         self.topics = tuple(topics)
 
     def write(self, topic: str, message: Any, now_ns: int) -> None:
+        twist = message if topic == self._drive.command_topic else self._body_twist(message)
+        self._follow(map(float, _numbers_of(twist)), now_ns)
+
+    def write_numbers(self, topic: str, numbers: Sequence[float], now_ns: int) -> bool:
         if topic != self._drive.command_topic:
-            message = self._body_twist(message)
-        self._aim(self._commanded(message))
+            return False
+        self._follow(numbers, now_ns)
+        return True
+
+    def _follow(self, command: Iterable[float], now_ns: int) -> None:
+        self._aim(self._commanded(*command))
         self.deadline_ns = None if self._timeout_ns is None else now_ns + self._timeout_ns
 
     @classmethod
     def write_rows(cls, parts: Sequence[Any], topic: str, rows: FloatArray, now_ns: Sequence[int]) -> bool:
         first, (forward, *others, turn) = parts[0], rows.T
-        replaced = (DrivePart.write, DrivePart._commanded, DrivePart._aim)
+        replaced = (DrivePart.write, DrivePart._follow, DrivePart._commanded, DrivePart._aim)
         usual = topic == first._drive.command_topic and all(
             getattr(cls, one.__name__) is one for one in replaced
         )
@@ -162,16 +173,16 @@ class DrivePart(Part):
     _velocity = BodyVelocity()
     _reported = False
 
-    def _commanded(self, message: Any) -> BodyVelocity:
-        """Return the velocity that a message commands."""
-        velocity = BodyVelocity(float(message.linear.x), 0.0, float(message.angular.z))
-        if message.linear.y or message.linear.z or message.angular.x or message.angular.y:
+    def _commanded(
+        self, x: float, y: float, z: float, roll: float, pitch: float, turn: float
+    ) -> BodyVelocity:
+        """Return the velocity that the numbers of a twist command, m/s and rad/s."""
+        if y or z or roll or pitch:
             self._report("moves along x and turns about z; the rest of a command on it has no effect")
-        slow = -_FAST_M_S <= velocity.forward <= _FAST_M_S and -_FAST_RAD_S <= velocity.turn <= _FAST_RAD_S
-        if not slow:  # without abs(): a step counts its calls
-            asked = f"{velocity.forward:g} m/s and {velocity.turn:g} rad/s"
-            self._report(f"is commanded {asked}, which no such robot reaches")
-        return velocity
+        # without abs(): a step counts its calls
+        if not (-_FAST_M_S <= x <= _FAST_M_S and -_FAST_RAD_S <= turn <= _FAST_RAD_S):
+            self._report(f"is commanded {x:g} m/s and {turn:g} rad/s, which no such robot reaches")
+        return BodyVelocity(x, 0.0, turn)
 
     def _report(self, what: str) -> None:
         """Report the first command that the drive cannot follow."""
@@ -199,3 +210,13 @@ class DrivePart(Part):
     def _wheel_speeds(self) -> WheelSpeeds:
         """Return the speeds of the wheels; for drives with wheels."""
         raise NotImplementedError
+
+
+def commanded_components(scene: Scene) -> dict[str, tuple[str, tuple[str, ...]]]:
+    """Return the model and the components that are used of each topic that takes a Twist for a drive."""
+    return {
+        drive.command_topic: (model.name, drive.components)
+        for model in scene.models
+        for drive in model.drives
+        if isinstance(drive, Drive) and drive.components and hasattr(drive, "command_topic")
+    }

@@ -10,7 +10,7 @@ import numpy as np
 
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.scene.acting import MountedDrive
-from nrp_core.world.scene.model import Cylinder, Joint, Model, Sphere
+from nrp_core.world.scene.model import Cylinder, Joint, Link, Model, Sphere
 
 _WHEEL_TIMES: Final = 1.5
 """How much larger a wheel may be than its shape; a radius in place of a diameter is off by 2."""
@@ -18,6 +18,8 @@ _TRACK_TIMES: Final = 3.0
 """How much larger the track may be than the distance of the wheels: wheels that skid need up to twice."""
 _NARROW: Final = 1.5
 """How much smaller it may be: no wheel turns a robot as one that is nearer to the middle."""
+_EASIER: Final = 0.8
+"""How much smaller a moment of inertia is than another one beyond doubt."""
 _UPRIGHT: Final = 0.7
 """The cosine of 45 degrees."""
 _ALONG: Final = 0.9
@@ -124,10 +126,15 @@ def _of_shapes(owner: str, drive: _Wheeled, wheels: list[Joint], model: Model) -
 
 
 def _of_grip(owner: str, wheels: list[Joint], model: Model) -> Iterator[str]:
-    """Yield that a wheel touches nothing although others do."""
+    """Yield that a wheel touches nothing although others do, or that it has no friction."""
     bare = [joint.child for joint in wheels if not model.link(joint.child).collisions]
     if bare and len(bare) < len(wheels):
         yield f"{owner} has a wheel that touches nothing: '{bare[0]}' has no collision shape, and others have"
+    for joint in wheels:
+        shapes = model.link(joint.child).collisions
+        if shapes and not any(one.friction for one in shapes):
+            yield f"{owner} has a wheel without friction, '{joint.child}': it turns and does not push"
+            return
 
 
 def _of_lying(owner: str, joint: Joint, model: Model) -> Iterator[str]:
@@ -140,6 +147,22 @@ def _of_lying(owner: str, joint: Joint, model: Model) -> Iterator[str]:
                 f"{owner} has a wheel that cannot roll: the cylinder of '{joint.child}' lies across the axis "
                 f"of the joint '{joint.name}'; should it be turned by 90 degrees (1.5708 rad)?"
             )
+        elif link.inertial is not None and _is_hardest_across(link, joint, link.collisions[0].geometry):
+            yield (
+                f"{owner} has a wheel whose moment of inertia is smallest about the axis on which it turns, "
+                f"'{joint.child}': a disc has its largest there; are the axes exchanged?"
+            )
+
+
+def _is_hardest_across(link: Link, joint: Joint, shape: Cylinder) -> bool:
+    """Return whether a disc turns more easily about the axis of its joint than about any other."""
+    assert link.inertial is not None
+    ixx, iyy, izz, ixy, ixz, iyz = link.inertial.inertia
+    moments, axes = np.linalg.eigh(np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]))
+    turned = matrix_of(link.pose @ link.inertial.pose)[:, :3] @ axes
+    along = int(np.argmax(np.abs(_axis(joint) @ turned)))
+    is_flat = 2 * shape.radius > _NARROW * shape.length
+    return bool(is_flat and moments[along] == moments[0] and moments[0] < _EASIER * moments[2])
 
 
 def _of_track(owner: str, drive: _Wheeled, joints: dict[str, Joint]) -> Iterator[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from nrp_core.world.drives.drive import Drive, DrivePart
 from nrp_core.world.engine import Engine
@@ -54,6 +54,7 @@ class PlanarMove(Drive):
 class PlanarMovePart(DrivePart):
     """Runs one such base."""
 
-    def _commanded(self, message: Any) -> BodyVelocity:
-        linear = message.linear
-        return BodyVelocity(float(linear.x), float(linear.y), float(message.angular.z))
+    def _commanded(
+        self, x: float, y: float, z: float, roll: float, pitch: float, turn: float
+    ) -> BodyVelocity:
+        return BodyVelocity(x, y, turn)

@@ -104,7 +104,7 @@ def invalid_field(value: Any) -> str | None:
     lists of them are checked, arrays are not (a laser's range may be infinite).
     """
     cls: type = type(value)
-    if _holds_finite_floats(value, cls):
+    if holds_finite_floats(value):
         return None
     for field, kind, nested, listed in _fields(cls):
         item = getattr(value, field)
@@ -125,8 +125,9 @@ def invalid_field(value: Any) -> str | None:
     return None
 
 
-def _holds_finite_floats(value: Any, cls: type) -> bool:
+def holds_finite_floats(value: Any) -> bool:
     """Return whether all fields are finite floats or messages of such; faster than checking each."""
+    cls: type = type(value)
     quick = _all_floats(cls)
     if quick is None:
         return False
@@ -194,6 +195,8 @@ def _all_floats(cls: type) -> tuple[Callable[[Any], tuple[Any, ...]], tuple[type
     Returns:
         The reader, the types of the values, and the number of nested messages.
     """
+    if not dataclasses.is_dataclass(cls):
+        return None
     messages: list[tuple[str, type]] = []
     floats: list[tuple[str, type]] = []
     within = [("", cls)]
