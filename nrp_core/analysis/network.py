@@ -26,7 +26,7 @@ from nrp_core import errors
 from nrp_core._support.environment import have_changed
 from nrp_core._support.machine import cores
 from nrp_core._support.probe import ChildResult, run_module, run_probe
-from nrp_core.analysis.silence import Silence, silent_parts
+from nrp_core.analysis.silence import Silence, mute, silent_parts
 from nrp_core.analysis.skeleton import skeleton_of, unconnected
 from nrp_core.brain.files import read_network
 from nrp_core.brain.interface import BrainBackend, BrainOptions
@@ -53,6 +53,7 @@ class ChildBuilder:
         warnings: the backend's warnings about the last network.
         unconnected: labels of the populations of the last network that have no synapse.
         silent: its parts without spikes, see :mod:`nrp_core.analysis.silence`.
+        mute: labels of its populations that cannot fire unless a device drives them.
         refusal: the reason why it cannot simulate it.
     """
 
@@ -64,6 +65,7 @@ class ChildBuilder:
         self.warnings: list[Finding] = []
         self.unconnected: list[str] = []
         self.silent: list[Silence] = []
+        self.mute: list[str] = []
         self.refusal: NrpError | None = None
 
     def __call__(self, make: Callable[[], Network]) -> Network:
@@ -76,11 +78,13 @@ class ChildBuilder:
         if question is None:
             network = build_here(make)
             self.unconnected, self.silent = unconnected(network), silent_parts(network)
+            self.mute = mute(network)
             return network
         data = self._asked(question, _contents(make, self._backend))
         self.warnings = [Finding.from_dict(one) for one in data["warnings"]]
         self.unconnected = data["network"]["unconnected"]
         self.silent = [(part, first_ms) for part, first_ms in data["network"]["silent"]]
+        self.mute = data["network"]["mute"]
         self.refusal = _error_of(data["refusal"]) if data["refusal"] else None
         return skeleton_of(data["network"])
 
@@ -179,7 +183,7 @@ def _contents(make: Any, backend: BrainBackend | None) -> str:
         if isinstance(value, Path):
             for path in sorted(_reached(value)):
                 state.update(f"{path}:{_version(path)};".encode())
-    programs = [Path(*nrp_core.brain.__path__)]
+    programs = [Path(*nrp_core.brain.__path__), Path(__file__).parent]
     if backend is not None:
         file = sys.modules[type(backend).__module__].__file__
         programs += [Path(file).parent] if file else []

@@ -1,9 +1,10 @@
-"""The parts of a network without spikes: silent sources, and projections that transmit none."""
+"""The parts of a network without spikes: silent sources and cells, and projections that transmit none."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from math import inf
+from typing import Final
 
 import numpy as np
 
@@ -11,6 +12,10 @@ from nrp_core.brain.network.data import Network, Population, Projection
 
 Silence = tuple[str, float | None]
 """A part in words, and the time (ms) before which it has no effect; None if it never has one."""
+
+
+_LEAKY: Final = frozenset({"IF_curr_exp", "IF_curr_alpha", "IF_curr_delta", "IF_cond_exp", "IF_cond_alpha"})
+"""Cells that fire when their voltage reaches ``v_thresh``, and that nothing but input takes there."""
 
 
 def silent_parts(network: Network) -> list[Silence]:
@@ -28,6 +33,34 @@ def _sources(network: Network) -> Iterator[Silence]:
             yield f"the source '{label}' has hardly a spike", 1000.0 / rate_hz
 
 
+def mute(network: Network) -> list[str]:
+    """Return the labels of the populations of which no cell can fire unless a device drives it.
+
+    They have no synapse that excites, and their resting potential with their constant current, ``v_rest +
+    i_offset tau_m / cm``, is below the threshold, as their initial voltage is.
+    """
+    excited = {one.post for one in network.projections if _may_excite(one, network.populations[one.post])}
+    return [label for label, one in network.populations.items() if label not in excited and _rests_below(one)]
+
+
+def _may_excite(projection: Projection, post: Population) -> bool:
+    if projection.rewiring is not None or projection.plasticity:
+        return True
+    if post.is_conductance_based and projection.receptor == "inhibitory":
+        cells = post.parameters
+        return bool(projection.size and (cells["e_rev_I"] >= cells["v_thresh"]).any())
+    return bool(np.any(projection.weight >= 0))  # a function may raise a weight of 0
+
+
+def _rests_below(population: Population) -> bool:
+    cells = population.parameters
+    if population.cell_type not in _LEAKY or not cells or not population.size:
+        return False
+    rest_mv = cells["v_rest"] + np.maximum(cells["i_offset"], 0.0) * cells["tau_m"] / cells["cm"]
+    begins_mv = population.initial_values.get("v", cells["v_rest"])
+    return bool((np.maximum(rest_mv, begins_mv) < cells["v_thresh"]).all())
+
+
 def _first_ms(population: Population) -> float:
     """Return the earliest time at which a source can fire, 0 for cells that are not sources."""
     if population.cell_type == "SpikeSourceArray":
@@ -42,7 +75,9 @@ def _first_ms(population: Population) -> float:
 def _projections(network: Network) -> Iterator[Silence]:
     for projection in network.projections:
         name = f"the projection '{projection.label}'"
-        if not projection.size:
+        if projection.rewiring is not None:
+            yield f"{name} transmits no spikes", projection.rewiring.initial_delay_low
+        elif not projection.size:
             yield f"{name} has no synapses, so it transmits no spikes", None
         elif _is_weightless(projection):
             yield f"{name} has no effect: all its weights are 0", None

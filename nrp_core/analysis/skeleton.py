@@ -1,4 +1,4 @@
-"""A network without its synapses and parameters: enough to know its neurons and models."""
+"""A network without its synapses and nearly all parameters: enough to know its neurons and models."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.analysis.silence import silent_parts
+from nrp_core.analysis.silence import mute, silent_parts
 from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain.network.rewiring import Rewiring
 
 _NO_INDEX = np.empty(0, dtype=np.int32)
 _NO_VALUE = np.empty(0)
@@ -17,17 +18,20 @@ _NO_VALUE = np.empty(0)
 
 def described(network: Network) -> dict[str, Any]:
     """Return a network's skeleton as plain data, from which :func:`skeleton_of` makes a network."""
-    synapses = {
-        projection.synapse_type: (projection.label, projection.pre, projection.post, projection.receptor)
-        for projection in reversed(network.projections)
-    }
+    ordered = sorted(network.projections, key=lambda one: one.rewiring is None)
+    synapses: dict[str, tuple[str, ...]] = {}
+    for one in ordered:
+        synapses.setdefault(one.synapse_type, (one.label, one.pre, one.post, one.receptor))
     return {
         "populations": [
             [p.label, p.size, p.cell_type, _text(p.positions_um)] for p in network.populations.values()
         ],
         "synapses": synapses,
+        "rewiring": {one.label: one.rewiring.data() for one in ordered if one.rewiring is not None},
         "unconnected": unconnected(network),
         "silent": silent_parts(network),
+        "mute": mute(network),
+        "leaks": {p.label: leak for p in network.populations.values() if (leak := _least_leak(p))},
         "views": {name: _short(ids) for name, ids in network.views.items()},
         "timestep_ms": network.timestep_ms,
     }
@@ -35,22 +39,43 @@ def described(network: Network) -> dict[str, Any]:
 
 def unconnected(network: Network) -> list[str]:
     """Return the labels of the populations that have no synapse."""
-    connected = {end for one in network.projections if one.size for end in (one.pre, one.post)}
+    joined = [one for one in network.projections if one.size or one.rewiring is not None]
+    connected = {end for one in joined for end in (one.pre, one.post)}
     return [label for label in network.populations if label not in connected]
 
 
 def skeleton_of(described: dict[str, Any]) -> Network:
     """Return a network with the populations, views and synapse types of another one."""
+    leaks: dict[str, dict[str, float]] = described.get("leaks", {})
     populations = {
-        label: Population(label, size, cell_type, {}, positions_um=_array(positions, size))
+        label: Population(
+            label,
+            size,
+            cell_type,
+            {name: np.full(size, value) for name, value in leaks.get(label, {}).items()},
+            positions_um=_array(positions, size),
+        )
         for label, size, cell_type, positions in described["populations"]
     }
+    rewiring = {label: Rewiring.from_data(data) for label, data in described["rewiring"].items()}
     projections = [
-        Projection(label, pre, post, receptor, _NO_INDEX, _NO_INDEX, _NO_VALUE, _NO_VALUE, synapse_type=kind)
+        Projection(
+            label, pre, post, receptor, _NO_INDEX, _NO_INDEX, _NO_VALUE, _NO_VALUE, synapse_type=kind,
+            rewiring=rewiring.get(label),
+        )
         for kind, (label, pre, post, receptor) in described["synapses"].items()
-    ]
+    ]  # fmt: skip
     views = {name: _long(ids) for name, ids in described["views"].items()}
     return Network(populations, tuple(projections), views, timestep_ms=described["timestep_ms"])
+
+
+def _least_leak(population: Population) -> dict[str, float]:
+    """Return the capacitance and time constant of the cell with the smallest leak, if cells have them."""
+    cells = population.parameters
+    if not {"cm", "tau_m"} <= cells.keys() or population.equations is not None or not population.size:
+        return {}
+    cell = int(np.argmin(cells["cm"] / cells["tau_m"]))
+    return {name: float(cells[name][cell]) for name in ("cm", "tau_m")}
 
 
 def _text(positions_um: FloatArray | None) -> str | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,8 @@ from nrp_core.analysis.network import ChildBuilder
 from nrp_core.analysis.shapes import UNKNOWN, Known, Number, Shape
 from nrp_core.analysis.silence import Silence
 from nrp_core.brain.backends import brains
+from nrp_core.brain.devices.ports import SourcePort
+from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.interface import Brain, BrainBackend
 from nrp_core.brain.network.data import Network
 from nrp_core.cle.wiring import declare_topics
@@ -150,7 +152,7 @@ class Study(Examination):
     def __init__(self, experiment: Experiment, progress: ProgressCallback) -> None:
         self.examined: list[Examined] = []
         self.topics: Mapping[str, TopicInfo] = {}
-        self.driven: set[int] = set()
+        self.devices: Sequence[SourcePort | SinkPort] = ()
         self._build = ChildBuilder(*_brain_of(experiment), _limit_s(experiment))
         self._reading = _Reading(maker_of(experiment), self._build)
         super().__init__(experiment.with_maker(self._reading), progress)
@@ -179,6 +181,11 @@ class Study(Examination):
     def unconnected(self) -> list[str]:
         """The populations of its brain that have no synapse."""
         return self._build.unconnected
+
+    @property
+    def mute(self) -> list[str]:
+        """The populations of its brain that cannot fire unless a device drives them."""
+        return self._build.mute
 
     @property
     def silent(self) -> list[Silence]:
@@ -216,7 +223,7 @@ class Study(Examination):
             adapters = self._bound(declared, brain, world, variables)
             events = _events(declared, adapters)
             self.examined.append(Examined(declared, adapters, events, self._experiment, world))
-        self.driven = {int(neuron) for port in brain.devices for neuron in port.neurons}
+        self.devices = brain.devices
 
     def _bound(
         self, declared: Declared, brain: Brain, world: World, variables: dict[str, Any]

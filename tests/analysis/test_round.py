@@ -60,6 +60,15 @@ def of_functions(husky: Path, body: str = "pass", **changes: str) -> list[str]:
     [
         ("criteria.reaches_left.within_of.time=15 ms", "a step of 20 ms apart, and the limit is 15 ms"),
         ("criteria.reaches_left.within_of.time=15 min", "allows 900 s, and the run lasts 40 s [NRP248]"),
+        (
+            "criteria.reaches_right.near.within=12 m",
+            "met as soon as 'right_red' happens: 'husky' is within 1.2 m of left_vr_screen/body/screen_glass",
+        ),
+        (
+            "criteria.reaches_left.near.within=6 m",
+            "met as soon as 'left_red' happens: 'husky' is within 0.5 m of its start then, and so at most",
+        ),
+        ("world.options.timestep=20 ms", "the physics step is 20 ms, and 1 to 5 ms are usual: contacts"),
         ("world.options.timestep=2 us", "10000 steps of 0.002 ms in each step of the loop"),
         ("brain.interventions=[{scale: {sources: sensors, by: 50}}]", "by 50; is it in percent? [NRP297]"),
         ("brain.controls=[{shuffle: weights}, {shuffle: weights}]", "stands twice: the second one changes"),
@@ -144,6 +153,9 @@ def test_a_wrong_parameter_is_not_also_that_of_a_comparison(husky: Path) -> None
     "override",
     [
         "criteria.reaches_left.within_of.time=20 ms",
+        "criteria.reaches_right.near.within=5 m",
+        "criteria.reaches_left.near.within=2.5 m",
+        "world.options.timestep=10 ms",
         "criteria.x={near: {model: husky, point: [6, 4], within: 1 m}}",
         "criteria.x={near: {model: husky, point: [7.5, 0], within: 1 m}}",
         "events.again={at: 5 s, publish: {topic: /screens/left/color, value: Gazebo/RedGlow}}",
@@ -200,7 +212,7 @@ def test_what_stays_in_the_body_is_not_reported(husky: Path, body: str) -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"device": "poisson, weight=150.0"}, "weight of 'red' is 150 uS or nA; is it meant in nS or pA?"),
+        ({"device": "poisson, weight=150.0"}, "weight of 'red' is 150 uS, 6e+04 times the leak of a cell"),
         ({"device": "poisson, delay=50000.0"}, "'red' delivers no spike before 50000 ms"),
         ({"device": "injector", "body": "red.inject_spikes([0], [1e9])"}, "a spike at 1e+09 ms is not sent"),
         (
@@ -219,6 +231,10 @@ def test_what_stays_in_the_body_is_not_reported(husky: Path, body: str) -> None:
 )
 def test_settings_in_a_wrong_unit_are_reported(husky: Path, changes: dict[str, str], words: str) -> None:
     assert any(words in message for message in of_functions(husky, **changes))
+
+
+def test_a_weight_beyond_both_limits_is_reported_once(husky: Path) -> None:
+    assert len([one for one in of_functions(husky, device="poisson, weight=150.0") if "NRP297" in one]) == 1
 
 
 def test_a_tag_in_a_yaml_file_is_refused_with_its_line(husky: Path) -> None:

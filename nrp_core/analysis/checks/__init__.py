@@ -1,6 +1,8 @@
 """The checks, one module for each family; importing this registers them in the order of their codes."""
 
 from nrp_core.analysis.checks import (
+    angles,
+    arrivals,
     attributes,
     beginnings,
     bounds,
@@ -26,6 +28,7 @@ from nrp_core.analysis.checks import (
     names,
     never,
     numbers,
+    overwritten,
     parameters,
     pixels,
     populations,
@@ -41,6 +44,8 @@ from nrp_core.analysis.checks import (
 )
 
 __all__ = [
+    "angles",
+    "arrivals",
     "attributes",
     "beginnings",
     "bounds",
@@ -66,6 +71,7 @@ __all__ = [
     "names",
     "never",
     "numbers",
+    "overwritten",
     "parameters",
     "pixels",
     "populations",

@@ -134,11 +134,17 @@ def _late_in_loop(loop: ast.For) -> Found:
 def _slips(node: ast.AST) -> Found:
     """Yield ``x =+ 1``, which adds nothing, and quotients of constants that are rounded to 0."""
     match node:
-        case ast.Assign([target], ast.UnaryOp(ast.UAdd() | ast.USub() as sign, operand) as value):
-            plus = isinstance(sign, ast.UAdd)
-            gap = value.col_offset - (target.end_col_offset or 0)
-            is_close = target.end_lineno == value.lineno and gap == _SPACED
-            if is_close and (plus or operand.col_offset - value.col_offset > 1):
+        case ast.Assign([target], value):
+            first = value
+            while isinstance(first, ast.BinOp):
+                first = first.left
+            if not (isinstance(first, ast.UnaryOp) and isinstance(first.op, ast.UAdd | ast.USub)):
+                return
+            plus = isinstance(first.op, ast.UAdd)
+            gap = first.col_offset - (target.end_col_offset or 0)
+            is_close = target.end_lineno == first.lineno and gap == _SPACED
+            is_plain = isinstance(first.operand, ast.Name | ast.Attribute | ast.Call | ast.Constant)
+            if is_close and (plus or (is_plain and first.operand.col_offset - first.col_offset > 1)):
                 signs = "+" if plus else "-"
                 verb = "adds to" if plus else "subtracts from"
                 name = ast.unparse(target)

@@ -13,7 +13,7 @@ from nrp_core.analysis.shapes import Instance, Known
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.world.drives.drive import Drive
+from nrp_core.world.drives.drive import commanded_components
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.scene.model import Scene
@@ -25,12 +25,7 @@ _COLOUR = ("r", "g", "b", "a")
 
 def drives_of(scene: Scene, experiment: Experiment) -> dict[str, tuple[str, tuple[str, ...]]]:
     """Return the robot and the used components of each topic, or alias of one, that takes a Twist."""
-    found = {
-        drive.command_topic: (model.name, drive.components)
-        for model in scene.models
-        for drive in model.drives
-        if isinstance(drive, Drive) and drive.components and hasattr(drive, "command_topic")
-    }
+    found = commanded_components(scene)
     return found | {alias: found[topic] for alias, topic in experiment.aliases.items() if topic in found}
 
 

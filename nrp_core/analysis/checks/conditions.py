@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import dist
 from typing import Any, Final
 
 from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
 from nrp_core.clock import NS_PER_S, seconds
-from nrp_core.dsl.testing.mocks import MockWorld
-from nrp_core.errors import ExperimentError, NrpError, did_you_mean
-from nrp_core.experiment.events.ground_positions import GroundPositions, Proximity
+from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.making.parameters import with_parameters
 from nrp_core.experiment.model.collector import Collector
-from nrp_core.experiment.model.event_schema import END, START, During, Near, causes_of
+from nrp_core.experiment.model.event_schema import END, START, During, causes_of
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.tree import Key
 from nrp_core.experiment.reading.reader import experiment_of
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.raycast.extent import size_m, width_m
 from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.scene.model import Model
 
 _TOUCHING: Final = 0.01
 """A distance, in sizes of a model, that its origin has only by chance."""
@@ -142,60 +139,6 @@ def what_is_asked_about_moves(study: Study) -> Iterator[Finding]:
 def _is_held(model: Model) -> bool:
     """Return whether the base of a model cannot move."""
     return model.static or any(one.parent == WORLD and one.kind == "fixed" for one in model.joints)
-
-
-@checks_experiment(Code.NRP248)
-def criteria_are_not_met_at_once(study: Study) -> Iterator[Finding]:
-    """Look for models that start at their destination."""
-    if study.scene is None:
-        return
-    where = GroundPositions(MockWorld(scene=study.scene))
-    for name, criterion in study.experiment.criteria.items():
-        near = criterion.near
-        if near is None or criterion.within_of is not None:
-            continue
-        distance = _distance(near, study.scene, where)
-        if distance is not None and distance <= near.within:
-            message = f"'{name}' is met before anything moves: '{near.model}' starts {distance:.2g} m away"
-            place = study.experiment.place("criteria", name, "near", "within")
-            yield place.finding(Code.NRP248, message, Level.WARNING)
-    for name, event in study.experiment.events.items():
-        when = event.when
-        if when is None or when.near is None or when.event is not None:
-            continue
-        distance = _distance(when.near, study.scene, where)
-        if distance is not None and distance <= when.near.within:
-            message = (
-                f"'{name}' happens before anything moves: '{when.near.model}' starts {distance:.2g} m away"
-            )
-            place = study.experiment.place("events", name, "when", "near", "within")
-            yield place.finding(Code.NRP248, message, Level.WARNING)
-
-
-def _distance(near: Near, scene: Scene, where: GroundPositions) -> float | None:
-    """Return how far apart the model and its target are at the start, m; None if they do not exist."""
-    try:
-        return Proximity(near, scene).distance(where)
-    except NrpError:  # reported by the check of events and criteria
-        return None
-
-
-@checks_experiment(Code.NRP248)
-def models_start_where_they_stay(study: Study) -> Iterator[Finding]:
-    """Look for models that start outside the circle in which they should stay from the beginning on."""
-    if study.scene is None:
-        return
-    starts = {model.name: model.pose.position for model in study.scene.models}
-    for name, criterion in study.experiment.criteria.items():
-        stays = criterion.stays_within
-        if stays is None or isinstance(stays.of, str) or stays.during.since != START:
-            continue
-        x, y, *_ = starts.get(stays.model, stays.of)
-        away_m = dist((x, y), stays.of[:2])
-        if away_m > stays.distance:
-            message = f"'{name}' is not met from the beginning: '{stays.model}' starts {away_m:.3g} m away"
-            place = study.experiment.place("criteria", name, "stays_within", "of")
-            yield place.finding(Code.NRP248, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP307)

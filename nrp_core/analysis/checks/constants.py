@@ -12,7 +12,10 @@ from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.shapes import Known
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.messages.geometry_msgs import Twist, Vector3
+from nrp_core.world.messages.std_msgs import Float64
 
+_LARGER: Final = frozenset({"np.maximum", "numpy.maximum", "np.fmax", "numpy.fmax"})
 _CLIPS: Final = frozenset({"np.clip", "numpy.clip"})
 
 
@@ -28,6 +31,35 @@ def numbers_are_not_rounded_away(function: Examined) -> Iterator[Finding]:
                     text = f"{ast.unparse(node):.60}"
                     message = f"'{text}' is always 0: it rounds {value:g}"
                     yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP320)
+def commands_are_not_rounded(function: Examined) -> Iterator[Finding]:
+    """Look for speeds and angles in m/s, rad/s and rad that are rounded to whole numbers."""
+    topics = [function.world.topics.get(one.name) for one in function.function.published]
+    is_of_joints = {info.unit for info in topics if info is not None} == {"rad"}
+    moves = is_of_joints or any(info is not None and info.type is Twist for info in topics)
+    for event in function.events:
+        match event:
+            case Call(node, Known(callee)) if moves and callee in (Vector3, *[Float64] * is_of_joints):
+                for given in (*node.args, *(one.value for one in node.keywords)):
+                    match given:
+                        case ast.Call(ast.Name("round" | "int" as work), [value], []) if _is_computed(
+                            value, work
+                        ):
+                            unit = "rad" if callee is Float64 else "m/s or rad/s"
+                            message = (
+                                f"'{ast.unparse(given):.60}' is a whole number of {unit}; round(..., 3) "
+                                "keeps three digits"
+                            )
+                            yield function.declared.finding(Code.NRP320, given, message, Level.WARNING)
+
+
+def _is_computed(value: ast.expr, work: str) -> bool:
+    """Return whether a number may have a fraction: ``int`` may turn a condition into 0 or 1 as well."""
+    is_level = isinstance(value, ast.Attribute) and value.attr in ("rate", "voltage")
+    is_named = work == "round" and isinstance(value, ast.Name | ast.Attribute)
+    return is_level or is_named or isinstance(value, ast.BinOp)
 
 
 @checks_experiment(Code.NRP320)
@@ -74,6 +106,13 @@ def _ignored(node: ast.AST) -> str:
                 )
             if least is not None and most is not None and least > most:
                 return f"'{text}' is always {most:g}: its lower limit, {least:g}, is above its upper one"
+        case ast.Call(ast.Attribute(_, "clip"), [low, high], []):
+            least, most = _number(low), _number(high)
+            if least is not None and most is not None and least > most:
+                return f"'{text}' is always {most:g}: its lower limit, {least:g}, is above its upper one"
+        case ast.Call(func, [ast.Attribute(one, "ranges"), ast.Attribute(other, "range_max")], []):
+            if ast.unparse(func) in _LARGER and ast.dump(one) == ast.dump(other):
+                return f"'{text}' is never below the largest range: is the minimum meant?"
         case ast.Call(func, [_, ast.Lambda(ast.arguments(args=[number]), body)], []) if ast.unparse(
             func
         ).endswith("map_neurons") and not _mentions(body, number.arg):

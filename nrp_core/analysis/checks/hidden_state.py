@@ -29,9 +29,11 @@ def state_is_in_variables(function: Examined) -> Iterator[Finding]:
     """Look for globals, objects of the file and default values that functions change."""
     kept = _kept_in(function.declared.source.tree)
     functions = list(used_functions(function.declared))
+    messages = set(_messages_in(function))
     for used in functions:
         found: dict[str, ast.AST] = {}
-        for name, node in (*_rebound(used), *_changed(used, kept), *_defaults(used, functions)):
+        summed = _summed(used, messages - local_names(used))
+        for name, node in (*_rebound(used), *_changed(used, kept), *_defaults(used, functions), *summed):
             found.setdefault(name, node)
         for name, node in found.items():
             yield _finding(function, name, node)
@@ -140,6 +142,36 @@ def _changed(function: Function, kept: Mapping[str, frozenset[str]]) -> Iterator
         is_kept = root.id in kept.keys() - own and id(root) not in once
         if is_kept and (not method or method in kept[root.id]):
             yield root.id, node
+
+
+def _messages_in(function: Examined) -> Iterator[str]:
+    """Yield the names of messages that the file of a function makes once."""
+    for node in function.declared.source.tree.body:
+        match node:
+            case ast.Assign([ast.Name(name)], ast.Call(ast.Name(maker))):
+                shape = function.declared.names.get(maker)
+                if isinstance(shape, Known) and hasattr(shape.value, "__msgtype__"):
+                    yield name
+            case ast.Assign([ast.Name(name)], ast.Call(ast.Attribute(ast.Attribute(package, "msg")))):
+                if ast.unparse(package).endswith("_msgs"):
+                    yield name
+
+
+def _summed(function: Function, messages: set[str]) -> Iterator[tuple[str, ast.AST]]:
+    """Yield the messages of a file to which a function adds; it may fill one anew in each call."""
+    begun = {
+        f"{ast.unparse(target)}.": one.lineno
+        for one in reversed(function.body)
+        if isinstance(one, ast.Assign)
+        for target in one.targets
+    }
+    for node in own_nodes(function.body):
+        match node:
+            case ast.AugAssign(ast.Attribute() as target):
+                root, where = root_of(target), f"{ast.unparse(target)}."
+                is_new = any(where.startswith(each) and line < node.lineno for each, line in begun.items())
+                if isinstance(root, ast.Name) and root.id in messages and not is_new:
+                    yield root.id, node
 
 
 def _changes(function: Function) -> Iterator[tuple[ast.Name, ast.expr, str]]:

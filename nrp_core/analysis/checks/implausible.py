@@ -17,6 +17,7 @@ from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.dsl.devices.kinds import fixed_frequency
 from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
+from nrp_core.experiment.making.doubtful_mappings import too_strong_source
 from nrp_core.findings import Code, Finding, Level
 
 _HEAVIEST: Final = 100.0
@@ -43,6 +44,8 @@ def settings_are_plausible(function: Examined) -> Iterator[Finding]:
         for setting, value in mapping.options.items():
             if not isinstance(value, int | float):
                 continue
+            if setting == "weight" and _is_beyond_leak(mapping, function.adapters.get(name)):
+                continue  # reported with its effect on the cells
             message = _implausible(setting, abs(value)) or _forgetful(setting, value, step_ms)
             if message:
                 message = f"{setting} of '{name}' is {value:g} {message}"
@@ -50,6 +53,12 @@ def settings_are_plausible(function: Examined) -> Iterator[Finding]:
             elif setting == "delay" and value >= end_ms:
                 message = f"'{name}' delivers no spike before {value:g} ms, and the run ends at {end_ms:g} ms"
                 yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
+
+
+def _is_beyond_leak(mapping: MapSpikeSource | MapSpikeSink, adapter: object) -> bool:
+    devices = list(adapter) if isinstance(adapter, DeviceGroup) else [adapter]
+    networks = [one.selection.network for one in devices if isinstance(one, Device)]
+    return any(network is not None and too_strong_source(mapping, network) != "" for network in networks[:1])
 
 
 def _implausible(setting: str, size: float) -> str:

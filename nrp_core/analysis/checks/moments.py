@@ -53,6 +53,25 @@ def moments_come(function: Examined) -> Iterator[Finding]:
             yield declared.finding(Code.NRP248, node, message, Level.WARNING)
 
 
+@checks_function(Code.NRP320)
+def remainders_are_compared(function: Examined) -> Iterator[Finding]:
+    """Look for remainders of ``t`` in place of conditions: they are true unless they are exactly 0."""
+    if "t" in assigned(function.declared.node.body):
+        return
+    for node in own_nodes(function.declared.node.body):
+        if not isinstance(node, ast.If | ast.IfExp | ast.While):
+            continue
+        for test in node.test.values if isinstance(node.test, ast.BoolOp) else [node.test]:
+            tested = test.operand if isinstance(test, ast.UnaryOp) else test
+            match tested:
+                case ast.BinOp(ast.Name("t"), ast.Mod(), ast.Constant()):
+                    message = (
+                        f"'{ast.unparse(test)}' asks whether a remainder of seconds is exactly 0, and not "
+                        "for a part of each period; compare it, as in t % 2 < 1"
+                    )
+                    yield function.declared.finding(Code.NRP320, test, message, Level.WARNING)
+
+
 @checks_function(Code.NRP249)
 def waves_are_slower_than_steps(function: Examined) -> Iterator[Finding]:
     """Look for sines of ``t`` that turn half a round or more from one step to the next."""

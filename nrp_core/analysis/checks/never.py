@@ -16,11 +16,14 @@ from nrp_core.dsl.tf_lib.vision import RedShares
 from nrp_core.experiment.model.event_schema import Event, causes_of
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.messages.geometry_msgs import Quaternion
 
 _TRIED = 5000
 """How many steps a period is compared with."""
 _LOWERING = {"v_rest", "weight", "receptor_type", "i_offset", None}
 """Settings of integrators by which a voltage may be negative."""
+_PARTS = {RedShares: "a share from 0 to 1", Quaternion: "a part of a quaternion, from -1 to 1"}
+"""Messages and results whose numbers are at most 1."""
 _LEAVES = (ast.Return, ast.Raise, ast.Yield, ast.YieldFrom, ast.Await)
 
 
@@ -150,20 +153,20 @@ def numbers_are_not_compared_with_texts(function: Examined) -> Iterator[Finding]
 
 
 @checks_function(Code.NRP248)
-def shares_are_compared_with_shares(function: Examined) -> Iterator[Finding]:
-    """Look for comparisons of a share of an image, 0 to 1, with a number beyond 1."""
-    shares = {
-        id(event.node)
+def parts_are_compared_with_parts(function: Examined) -> Iterator[Finding]:
+    """Look for comparisons of a share of an image, or of a part of a quaternion, with a number beyond 1."""
+    parts = {
+        id(event.node): _PARTS[event.owner.cls]
         for event in function.events
-        if isinstance(event, Read) and event.owner == Instance(RedShares)
+        if isinstance(event, Read) and isinstance(event.owner, Instance) and event.owner.cls in _PARTS
     }
     for event in function.events:
         match event:
             case Add(ast.Compare(one, _, [other]) as node, left, right):
                 for mine, bound in ((one, right), (other, left)):
                     match bound:
-                        case Known(int() | float() as limit) if id(mine) in shares and limit > 1:
-                            message = f"'{ast.unparse(mine)}' is a share from 0 to 1, never {limit:g}"
+                        case Known(int() | float() as limit) if id(mine) in parts and abs(limit) > 1:
+                            message = f"'{ast.unparse(mine)}' is {parts[id(mine)]}, never {limit:g}"
                             yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
 
 

@@ -4,30 +4,19 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
-from math import cos, sin, tan, tau
-from typing import Any, Final
+from typing import Final
 
-import numpy as np
-
-from nrp_core.analysis.declared import found_in
-from nrp_core.analysis.events import Add, Call, Divide, Read, Write
-from nrp_core.analysis.imported import full_names
-from nrp_core.analysis.registry import checks_experiment, checks_function
+from nrp_core.analysis.events import Add, Divide, Read, Write
+from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import UNITS, Known, Number, Shape, item_of
-from nrp_core.analysis.study import Examined, Study
+from nrp_core.analysis.study import Examined
 from nrp_core.clock import seconds
 from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
-from nrp_core.experiment.model.tree import Key
 from nrp_core.findings import Code, Finding, Level
 
-_OF_ANGLES: Final[tuple[Any, ...]] = (sin, cos, tan, np.sin, np.cos, np.tan)
-_NAMES_OF_ANGLES: Final = {
-    f"{module}.{name}" for module in ("math", "numpy") for name in ("sin", "cos", "tan")
-}
 _THOUSAND: Final = 1000.0
-_TO_DEGREES: Final = ("degrees", "rad2deg")
 
 
 @checks_function(Code.NRP232)
@@ -109,25 +98,6 @@ def _is_time(node: ast.expr) -> bool:
     return False
 
 
-@checks_experiment(Code.NRP249)
-def angles_have_units(study: Study) -> Iterator[Finding]:
-    """Look for angles of poses given in degrees instead of radians."""
-    experiment = study.experiment
-    owners: dict[tuple[Key, ...], str] = {}
-    for name, robot in experiment.world.robots.items():
-        owners["world", "robots", name] = f"'{name}'"
-        for number, sensor in enumerate(robot.add_sensors):
-            owners["world", "robots", name, "add_sensors", number] = f"the sensor on '{name}/{sensor.link}'"
-    for place, owner in owners.items():
-        for i, what in enumerate(("roll", "pitch", "yaw"), start=3):
-            keys = (*place, "pose", i)
-            written, reached = experiment.source.nearest(keys)
-            value = written.value
-            if reached == keys and isinstance(value, (int, float)) and abs(value) > tau:
-                message = f"the {what} of {owner} is {value:g} rad, more than a turn; write '{value:g} deg'"
-                yield written.place.finding(Code.NRP249, message, Level.WARNING)
-
-
 @checks_function(Code.NRP233)
 def the_time_is_in_s(function: Examined) -> Iterator[Finding]:
     """Look for a time in s that is divided by 1000, as one in ms would be."""
@@ -141,75 +111,6 @@ def the_time_is_in_s(function: Examined) -> Iterator[Finding]:
                         "in this run; milliseconds are 1000 * t"
                     )
                     yield function.declared.finding(Code.NRP233, node, message, Level.WARNING)
-
-
-@checks_experiment(Code.NRP249)
-def angles_of_helpers_are_in_radians(study: Study) -> Iterator[Finding]:
-    """Look outside transfer functions for sines and the like of numbers that are more than a full turn."""
-    inside = {id(node) for declared in study.declared for node in ast.walk(declared.node)}
-    sources = [source for listing in study.listings for source in listing.sources]
-    for source in [*sources, *study.neighbours]:
-        names = full_names(source.tree)
-        for node in ast.walk(source.tree):
-            match node:
-                case ast.Call(func, [ast.Constant(int() | float() as angle)], []) if abs(angle) > tau:
-                    first, dot, rest = ast.unparse(func).partition(".")
-                    full = names.get(first, first) + dot + rest
-                    if id(node) not in inside and full in _NAMES_OF_ANGLES:
-                        yield found_in(
-                            source, Code.NRP249, node, _more_than_a_turn(node, angle), Level.WARNING
-                        )
-
-
-@checks_function(Code.NRP249)
-def angles_of_functions_are_in_radians(function: Examined) -> Iterator[Finding]:
-    """Look for sines and the like of constants that are more than a full turn."""
-    for event in function.events:
-        match event:
-            case Call(node, Known(callee), (Known(int() | float() as angle),)) if abs(angle) > tau:
-                if any(callee is one for one in _OF_ANGLES):
-                    message = _more_than_a_turn(node, angle)
-                    yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
-
-
-@checks_function(Code.NRP249)
-def angles_are_converted_once(function: Examined) -> Iterator[Finding]:
-    """Look for sines and the like of angles that were just converted to degrees."""
-    for event in function.events:
-        match event:
-            case Call(ast.Call(args=[ast.Call(func)]) as node, Known(callee)) if any(
-                callee is one for one in _OF_ANGLES
-            ):
-                if ast.unparse(func).endswith(_TO_DEGREES):
-                    message = f"'{ast.unparse(node):.60}' takes degrees as radians"
-                    yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
-            case Call(
-                ast.Call(
-                    args=[ast.BinOp(ast.BinOp(_, ast.Mult(), ast.Constant(180)), ast.Div(), pi)]
-                ) as node,
-                Known(callee),
-            ) if any(callee is one for one in _OF_ANGLES) and ast.unparse(pi).endswith("pi"):
-                message = f"'{ast.unparse(node):.60}' takes degrees as radians"
-                yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
-
-
-@checks_function(Code.NRP249)
-def messages_carry_radians(function: Examined) -> Iterator[Finding]:
-    """Look for angles that are converted to degrees where a message takes them."""
-    for event in function.events:
-        match event:
-            case Call(node, Known(callee)) if hasattr(callee, "__msgtype__"):
-                for given in (*node.args, *(one.value for one in node.keywords)):
-                    if isinstance(given, ast.Call) and ast.unparse(given.func).endswith(_TO_DEGREES):
-                        message = f"'{ast.unparse(given):.60}' is in degrees, and messages carry radians"
-                        yield function.declared.finding(Code.NRP249, given, message, Level.WARNING)
-
-
-def _more_than_a_turn(node: ast.Call, angle: float) -> str:
-    return (
-        f"'{ast.unparse(node):.60}' takes {angle:g} as radians, more than a turn; "
-        f"degrees are math.radians({angle:g})"
-    )
 
 
 def _unit(shape: Shape) -> str | None:

@@ -7,23 +7,43 @@ from itertools import combinations
 
 from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
+from nrp_core.brain.devices.ports import SourcePort
+from nrp_core.brain.devices.sinks import SinkPort
+from nrp_core.brain.devices.state_recorder import StateRecorderPort
 from nrp_core.clock import milliseconds
 from nrp_core.findings import Code, Finding, Level
 
 
 @checks_experiment(Code.NRP290)
 def populations_take_part(study: Study) -> Iterator[Finding]:
-    """Look for populations without a synapse and without a device, as far as all devices are known."""
+    """Look for populations without a synapse and without a device, as far as all devices are known.
+
+    Look also for those whose spikes a function reads although nothing can make them fire.
+    """
     if study.network is None or not study.is_complete:
         return
-    first = 0
+    if any(finding.code is Code.NRP239 for finding in study.collector.findings):
+        return  # a device whose neurons are known only in the run
+    experiment = study.experiment
+    place = experiment.place("brain", "model")
+    # functions of the platform change cells by the brain's variables, and interventions drive them
+    mute = [] if experiment.compatibility or experiment.brain.interventions else study.mute
     for label, population in study.network.populations.items():
-        cells = range(first, first + population.size)
-        first += population.size
-        if label in study.unconnected and study.driven.isdisjoint(cells):
+        first = study.network.offsets[label]
+        after = first + population.size
+        devices = [one for one in study.devices if ((one.neurons >= first) & (one.neurons < after)).any()]
+        if label in study.unconnected and not devices:
             message = f"the population '{label}' ({population.size} cells) has no synapse and no device"
-            place = study.experiment.place("brain", "model")
             yield place.finding(Code.NRP290, message, Level.NOTE)
+        reads_spikes = any(
+            isinstance(one, SinkPort) and not isinstance(one, StateRecorderPort) for one in devices
+        )
+        if label in mute and reads_spikes and not any(isinstance(one, SourcePort) for one in devices):
+            message = (
+                f"no cell of the population '{label}' can fire, and a function reads its spikes: no synapse "
+                "and no device excites it, and its own current does not take it to its threshold"
+            )
+            yield place.finding(Code.NRP290, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP248)

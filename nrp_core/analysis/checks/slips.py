@@ -113,8 +113,20 @@ def _type_and_text(node: ast.AST) -> str:
     return ""
 
 
+def _one_name(node: ast.AST) -> str:
+    """Return that a loop is over one name: ``for joint in ("shoulder", "shoulder")``."""
+    loops = getattr(node, "generators", [node] if isinstance(node, ast.For) else [])
+    for loop in loops:
+        items = getattr(loop.iter, "elts", [])
+        names = [one.value for one in items if isinstance(one, ast.Constant) and isinstance(one.value, str)]
+        if 1 < len(names) == len(items) and len(set(names)) == 1:
+            return f"this loop goes {len(names)} times over '{names[0]}' alone; is one of them another?"
+    return ""
+
+
 _LOOKS: Final[tuple[Callable[[ast.AST], str], ...]] = (
     _same_twice, _many_limits, _power, _ends_at_once, _annotated, _type_and_text,
+    _one_name,
 )  # fmt: skip
 
 

@@ -224,9 +224,6 @@ class _FilterPort(SinkPort):
         for time_ms, weight in zip(spikes.times_ms.tolist(), weights.tolist(), strict=True):
             self._membrane.push(time_ms + self._delay_ms, weight)
 
-    def _read(self) -> float:
-        return self._membrane.voltage_mv(self._now_ms)
-
     def save(self) -> object:
         synapses = None if self._synapses is None else self._synapses.save()
         return self._now_ms, self.active, self._membrane.state(), synapses
@@ -246,7 +243,7 @@ class LeakyIntegratorPort(_FilterPort):
     @property
     def voltage(self) -> float:
         """Current membrane voltage, mV."""
-        return self._read()
+        return self._membrane.voltage_mv(self._now_ms)
 
 
 class PopulationRatePort(_FilterPort):
@@ -257,7 +254,7 @@ class PopulationRatePort(_FilterPort):
     @property
     def rate(self) -> float:
         """Current smoothed sum of the firing rates, Hz."""
-        return self._read()
+        return self._membrane.voltage_mv(self._now_ms)
 
 
 class SpikeRecorderPort(SinkPort):

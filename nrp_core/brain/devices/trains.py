@@ -90,8 +90,35 @@ class FixedFrequencySource(SpikeSourceSpec):
         return FixedFrequencyPort(self, neurons, seeds, name)
 
 
+class AskedRates:
+    """The rates that were set since the start of a run.
+
+    Attributes:
+        least_hz, most_hz: the smallest and the largest of them.
+        count, positive: how often rates were set, and how often one was more than 0.
+    """
+
+    __slots__ = ("count", "least_hz", "most_hz", "positive")
+
+    def __init__(self) -> None:
+        self.least_hz, self.most_hz, self.count, self.positive = inf, 0.0, 0, 0
+
+    def add(self, least_hz: float, most_hz: float) -> None:
+        """Count the smallest and the largest rate of one setting."""
+        self.count += 1
+        self.positive += most_hz > 0.0
+        if least_hz < self.least_hz:
+            self.least_hz = least_hz
+        if most_hz > self.most_hz:
+            self.most_hz = most_hz
+
+
 class TrainPort(SourcePort):
-    """Spike trains whose operational time advances at the rate."""
+    """Spike trains whose operational time advances at the rate.
+
+    Attributes:
+        asked: the rates that were set.
+    """
 
     quantity, unit = "rate", "Hz"
 
@@ -102,6 +129,7 @@ class TrainPort(SourcePort):
         self._rates = Setting("rate", len(neurons), least=0.0, most=MAX_RATE_HZ / spec.n)
         self._weights = np.full(_BLOCK, spec.weight)
         self._synapses: ShortTermSynapses | None = None
+        self.asked = AskedRates()
         self.reset(seeds)
 
     def start(self, now_ms: float, network: Network) -> None:
@@ -124,6 +152,7 @@ class TrainPort(SourcePort):
         self._anchored_rate = 0.0
         self._reset_train(seeds)
         self.rate = self._spec.rate
+        self.asked = AskedRates()
 
     @property
     def rate(self) -> float | FloatArray:
@@ -134,6 +163,11 @@ class TrainPort(SourcePort):
     def rate(self, value: Value) -> None:
         self._rates.set(value)
         self._rates_changed()
+        common = self._rates.common
+        if common is None:
+            self.asked.add(float(self._rates.each.min()), float(self._rates.each.max()))
+        else:
+            self.asked.add(common, common)
 
     def events(self, since_ms: float, until_ms: float) -> SynapticEvents:
         times, neurons = self._between(since_ms, until_ms)

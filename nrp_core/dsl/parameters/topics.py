@@ -122,6 +122,15 @@ class SubscribedTopic(Adapter):
             self.release()
             raise
 
+    def __getattr__(self, name: str) -> Any:
+        if name in self.__slots__ or name.startswith("__"):
+            raise AttributeError(name)  # not set yet, as in a copy
+        of_message = hasattr(self.value, name)
+        hint = f"its message has: '.value.{name}'" if of_message else "its last message is its '.value'"
+        raise AttributeError(
+            f"the topic '{self.name}' has no attribute '{name}'; {hint}", name=name, obj=self
+        )
+
     @property
     def info(self) -> TopicInfo:
         """The description of the topic."""

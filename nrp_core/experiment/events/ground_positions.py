@@ -67,6 +67,9 @@ class Proximity:
         near: the model and the target.
         scene: the scene of the world.
 
+    Attributes:
+        target: returns the target's footprint now.
+
     Raises:
         SceneError: the scene does not have the model or visual, or a joint moves the visual relative to its
             model.
@@ -75,11 +78,11 @@ class Proximity:
 
     def __init__(self, near: Near, scene: Scene) -> None:
         self._model = scene.model(near.model).name
-        self._target = _target(near, scene)
+        self.target = _target(near, scene)
 
     def distance(self, where: GroundPositions) -> float:
         """Return the distance now, m."""
-        return self._target(where).distance(where.ground(self._model))
+        return self.target(where).distance(where.ground(self._model))
 
 
 def _target(near: Near, scene: Scene) -> Callable[[GroundPositions], Footprint]:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.implausible import too_strong
 from nrp_core.dsl.functions.csv_recorder import inside
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.functions.mappings import MapCSVRecorder, MapSpikeSink, MapSpikeSource
@@ -19,7 +20,7 @@ from nrp_core.findings import Code, Finding, Level
 
 
 def doubtful_mappings(function: TransferFunction, network: Network) -> Iterator[Finding]:
-    """Yield findings about mappings that select a neuron twice or write a file with another name."""
+    """Yield findings about mappings that select a neuron twice, are too strong or write another file."""
     for name, mapping in function.mappings.items():
         match mapping:
             case MapSpikeSource() | MapSpikeSink():
@@ -30,9 +31,29 @@ def doubtful_mappings(function: TransferFunction, network: Network) -> Iterator[
                         message = f"'{name}' {verb} the same neuron {most} times: {mapping.selector!r}"
                         yield _at(mapping, Code.NRP211, message)
                         break
+                size = too_strong_source(mapping, network)
+                if size:
+                    yield _at(mapping, Code.NRP297, f"weight of '{name}' is {size}")
             case MapCSVRecorder(filename=str(filename)) if inside(filename) != filename:
                 message = f"the rows of '{name}' are written to '{inside(filename)}', not to '{filename}'"
                 yield _at(mapping, Code.NRP315, message)
+
+
+def too_strong_source(mapping: MapSpikeSource | MapSpikeSink, network: Network) -> str:
+    """Return the weight of a source with its effect on its cells if that is implausibly large."""
+    weight = mapping.options.get("weight")
+    if not isinstance(mapping, MapSpikeSource) or not isinstance(weight, int | float):
+        return ""
+    if "synapse_type" in mapping.options:
+        return ""  # it may transmit a small share of the weight
+    driven = [ids for ids in _chosen(mapping, network) if ids.size]
+    for label, population in network.populations.items():
+        first = network.offsets[label]
+        inside = any(((ids >= first) & (ids < first + population.size)).any() for ids in driven)
+        size = too_strong(abs(weight), population) if inside and not population.is_source else ""
+        if size:
+            return size
+    return ""
 
 
 def _chosen(

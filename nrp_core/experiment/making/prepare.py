@@ -14,7 +14,7 @@ from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.implausible import implausible
 from nrp_core.cle.time_limit import TimeLimit, TimeLimitExceeded
 from nrp_core.cle.wiring import declare_topics
-from nrp_core.clock import StepPlan, milliseconds, seconds
+from nrp_core.clock import NS_PER_MS, StepPlan, milliseconds, seconds
 from nrp_core.dsl.functions.collector import require_new_name
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.testing.mocks import MockBrain, MockEngine, MockWorld
@@ -53,6 +53,9 @@ ProgressCallback = Callable[[str], None]
 
 _MOST_STEPS = 1000
 """Steps of a physics engine in one of the loop; the smallest robots need a hundred."""
+
+_LONGEST_NS = 10 * NS_PER_MS
+"""The longest step of Gymnasium's models that touch something; Gazebo takes 1 ms and MuJoCo 2 ms."""
 
 EXECUTING = "executing the brain script"
 """The beginning of the name of the task that executes a script of the experiment."""
@@ -291,14 +294,22 @@ class Examination:
     def _check_steps(self) -> None:
         brain_step_ns = self.brain.capabilities.resolution_ns if self.brain else None
         world_step_ns = self.world.capabilities.step_ns if self.world else None
-        with self.collector.during(Code.NRP207, *self._step_written()):
+        written, doubt = self._step_written(), ""
+        with self.collector.during(Code.NRP207, *written):
             StepPlan(self._experiment.timestep, brain_step_ns, world_step_ns)
+        is_physics = self.world is not None and self.world.capabilities.dynamics and written[0] == "world"
         if world_step_ns and self._experiment.timestep > _MOST_STEPS * world_step_ns:
-            message = (
+            doubt = (
                 f"the world takes {self._experiment.timestep // world_step_ns} steps of "
                 f"{milliseconds(world_step_ns):g} ms in each step of the loop; is the unit of its step wrong?"
             )
-            self.collector.add(Code.NRP298, message, *self._step_written(), level=Level.WARNING)
+        elif world_step_ns and is_physics and world_step_ns > _LONGEST_NS:
+            doubt = (
+                f"the physics step is {milliseconds(world_step_ns):g} ms, and 1 to 5 ms are usual: contacts "
+                "and controllers act late, so that robots move otherwise; is the step of the loop meant?"
+            )
+        if doubt:
+            self.collector.add(Code.NRP298, doubt, *written, level=Level.WARNING)
 
     def _step_written(self) -> tuple[Key, ...]:
         """Return the keys of a time step given for one side, else those of the loop's time step."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
-from numbers import Integral
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -30,7 +29,6 @@ from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.loading.listing import Listing
 from nrp_core.dsl.parameters.messages import message_type
-from nrp_core.errors import ExperimentError
 from nrp_core.experiment.model.added_sensors import AddedSensorSection
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.event_schema import END, START, Criterion, Event
@@ -41,6 +39,7 @@ from nrp_core.experiment.model.variant_schema import InterventionSection, Wiring
 from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
 from nrp_core.paths import ExistingFile, ExistingFolder
 from nrp_core.quantities import AngleRad, DurationNs, LengthM, time_ns
+from nrp_core.seeds import require_seed
 from nrp_core.world.fitting import Fitting, JointControl
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.acting import Pid
@@ -352,9 +351,7 @@ class Experiment(Section):
         Raises:
             ExperimentError: it is not an integer.
         """
-        if not isinstance(seed, Integral) or isinstance(seed, bool):
-            raise ExperimentError(f"a seed is an integer, not {seed!r:.60}")
-        return self.model_copy(update={"seed": int(seed)})
+        return self.model_copy(update={"seed": require_seed(seed)})
 
     def with_maker(self, maker: PartMaker) -> Experiment:
         """Return the same experiment with a maker of its parts."""

@@ -1,17 +1,27 @@
-"""Findings about where a run got to: lost numbers, events that never happened, time beyond its duration."""
+"""Findings about where a run got to: lost numbers, unlikely rates, events that never happened, its time."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Final
 
 from nrp_core.clock import seconds
+from nrp_core.dsl.devices.devices import SpikeGenerator
+from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.functions.variables import Variable
 from nrp_core.experiment.events.conditions import Times
 from nrp_core.experiment.model.event_schema import causes_of
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level
+
+_HIGHEST_HZ: Final = 1e4
+"""The largest rate into a cell; sources of transfer functions seldom stand for all of its synapses."""
+_LOWEST_HZ: Final = 1.0
+"""The largest rate of a source that hardly drives its cells."""
+_OFTEN: Final = 0.2
+"""How often a source is in use, as a share of the times that it is set; others wait for something rare."""
 
 
 def at_the_end(
@@ -22,7 +32,7 @@ def at_the_end(
     *,
     is_over: bool,
 ) -> Iterator[Finding]:
-    """Yield a finding for each variable that is NaN by now, and for events that cannot happen any more.
+    """Yield the variables that are NaN by now, unlikely rates, and events that cannot happen any more.
 
     Events that wait for one that did not happen are named with it.
 
@@ -33,7 +43,9 @@ def at_the_end(
         functions: its transfer functions.
         is_over: whether the run has reached the end of the experiment.
     """
+    functions = list(functions)
     yield from _lost_numbers(functions, now_ns)
+    yield from _unlikely_rates(functions, is_over=is_over)
     if not is_over:
         return
     if now_ns > experiment.duration:
@@ -49,6 +61,26 @@ def at_the_end(
         after = [f"'{other}'" for other, waits in missed.items() if name in waits and other != name]
         message = f"the event '{name}' never happened" + (f", and so not {', '.join(after)}" if after else "")
         yield experiment.place("events", name).finding(Code.NRP322, message, Level.WARNING)
+
+
+def _unlikely_rates(functions: Iterable[TransferFunction], *, is_over: bool) -> Iterator[Finding]:
+    """Yield a finding for each source whose rates are those of no neuron, and probably in another unit."""
+    for function in functions:
+        for name, adapter in function.adapters.items():
+            devices = adapter if isinstance(adapter, DeviceGroup) else [adapter]
+            asked = [one.port.asked for one in devices if isinstance(one, SpikeGenerator)]
+            if not asked:
+                continue
+            most_hz, meant = max(one.most_hz for one in asked), ""
+            is_in_use = sum(one.positive for one in asked) > _OFTEN * sum(one.count for one in asked)
+            if most_hz > _HIGHEST_HZ:
+                meant = f"reached {most_hz:.3g} Hz; is it meant in mHz?"
+            elif is_over and is_in_use and min(one.least_hz for one in asked) < most_hz < _LOWEST_HZ:
+                meant = f"changed and was never more than {most_hz:.2g} Hz; is it meant in kHz?"
+            if meant:
+                message = f"the rate of '{name}' in '{function.name}' {meant}"
+                path, line = Path(function.place.path), function.place.line
+                yield Finding(Code.NRP297, message, Level.WARNING, path, line, subject=function.name)
 
 
 def _lost_numbers(functions: Iterable[TransferFunction], now_ns: int) -> Iterator[Finding]:

@@ -1,8 +1,8 @@
 """Control a run from outside: a Unix socket, with one JSON object in a line each way.
 
 ``{"command": "publish", "topic": "/screens/left/color", "value": "red"}`` is answered by ``{"ok": true,
-"result": null}`` once the message is accepted (it is sent before the next step), or by ``{"ok": false,
-"error": "..."}``.
+"result": []}`` once the message is accepted (it is sent before the next step), with the names of the active
+functions that publish on the topic too, or by ``{"ok": false, "error": "..."}``.
 """
 
 from __future__ import annotations

@@ -233,3 +233,15 @@ def test_a_preprocessed_topic_changes_what_is_sent() -> None:
 def test_a_preprocessing_that_is_not_callable_is_refused() -> None:
     with pytest.raises(TransferFunctionError, match="pre_processing must be a function, not 3"):
         PreprocessedTopic("/x", Float64, 3)  # type: ignore[arg-type]
+
+
+def test_a_part_of_the_message_that_is_taken_of_its_reader_is_found_in_value() -> None:
+    world, topic = subscribed()
+    with pytest.raises(AttributeError, match=r"the topic '/x' has no attribute 'data'; its last message is"):
+        _ = topic.data
+    world.put("/x", Float64(1.0))
+    topic.refresh(0)
+    with pytest.raises(AttributeError, match=r"no attribute 'data'; its message has: '\.value\.data'$"):
+        _ = topic.data
+    assert topic.value.data == 1.0
+    assert not hasattr(SubscribedTopic.__new__(SubscribedTopic), "value")

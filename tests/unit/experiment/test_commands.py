@@ -71,7 +71,12 @@ def test_a_file_adds_functions_and_later_replaces_them(run: Run, told: Told, tmp
 def test_a_function_rests_and_runs_again(run: Run, told: Told, tmp_path: Path) -> None:
     told(counting(tmp_path, 1), deactivate=["count"])
     run.step()
-    told(activate=["count"])
+    for both in (["activate", "deactivate"], ["remove", "activate"]):
+        with pytest.raises(
+            ExperimentError, match="'count' is to be activated, deactivated or removed, not two"
+        ):
+            told(**{one: ["count"] for one in both})
+    told(activate=["count", "count"])
     run.step()
     (count,) = (function for function in run.loop.functions if function.name == "count")
     assert count.total.value == 1
@@ -109,6 +114,13 @@ def test_a_name_that_is_not_there_gets_the_nearest(told: Told, tmp_path: Path) -
         told(deactivate=["cuont"])
 
 
+def test_a_misspelt_name_beside_a_file_adds_nothing(told: Told, tmp_path: Path) -> None:
+    before = told()
+    with pytest.raises(ExperimentError, match="no transfer function 'cuont'; did you mean 'count'"):
+        told(counting(tmp_path, 1), deactivate=["cuont"])
+    assert told() == before
+
+
 def test_a_failed_function_keeps_its_error_until_it_is_replaced(
     drive_to_the_wall: Path, tmp_path: Path
 ) -> None:
@@ -124,3 +136,13 @@ def test_a_failed_function_keeps_its_error_until_it_is_replaced(
         )
         assert mended["active"]
         assert mended["failure"] is None
+
+
+def test_functions_that_publish_on_the_same_topic_are_named(run: Run, told: Told, tmp_path: Path) -> None:
+    (drive,) = [function for function in run.loop.functions if function.published]
+    (topic,) = (published.name for published in drive.published)
+    publish = commands_of(run)["publish"]
+    assert publish(topic, {"linear": {"x": 1.0}}) == [drive.name]
+    assert publish("/wall/body/glass/color", "red") == []
+    told(deactivate=[drive.name])
+    assert publish(topic, {"linear": {"x": 1.0}}) == []

@@ -150,6 +150,38 @@ def test_a_variable_that_has_become_nan_is_a_problem(
     assert [(one.path, one.line, one.subject) for one in found] == [(file, 4, "mean")] * is_lost
 
 
+# -- rates
+
+
+@pytest.mark.parametrize(
+    ("rate", "until_s", "words"),
+    [
+        ("0.1 + 0.2 * t", None, "changed and was never more than 0.7 Hz; is it meant in kHz?"),
+        ("0.1 + 0.2 * t", 0.2, ""),  # it may still rise
+        ("0.5", None, ""),  # a background
+        ("0.5 if t > 2.8 else 0.0", None, ""),  # it waits for something
+        ("[100.0 * t, 0.0]", None, ""),
+        ("[0.1 * t, 0.0]", None, "changed and was never more than 0.3 Hz; is it meant in kHz?"),
+        ("3e4 * t", 0.6, "reached 1.8e+04 Hz; is it meant in mHz?"),
+    ],
+)
+def test_rates_in_another_unit_are_a_remark(
+    fakes: None, drive_to_the_wall: Path, rate: str, until_s: float | None, words: str
+) -> None:
+    file = drive_to_the_wall / "more.py"
+    file.write_text(
+        "@nrp.MapSpikeSource('eye', nrp.brain.sensors, nrp.poisson)\n@nrp.Robot2Neuron()\n"
+        f"def see(t, eye):\n    eye.rate = {rate}\n"
+    )
+    functions = f"transfer_functions=[{drive_to_the_wall / 'drive.py'}, {file}]"
+    with Run(load_experiment(drive_to_the_wall, [functions])) as simulation:
+        simulation.run(until_s)
+        result = simulation.result()
+    told = [one.message for one in result.problems if one.code is Code.NRP297]
+    assert told == ([f"the rate of 'eye' in 'see' {words}"] if words else [])
+    assert result.complete
+
+
 # -- commands
 
 

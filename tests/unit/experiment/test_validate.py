@@ -219,6 +219,79 @@ def test_a_population_with_a_synapse_is_not_noted(edit: Edit) -> None:
     assert notes_of(edit('label="circuit")', f'label="circuit"){connected}', "brain.py"), Code.NRP290) == []
 
 
+READER = """
+
+@nrp.MapSpikeSink("rate", nrp.brain.lonely, nrp.population_rate)
+@nrp.Robot2Neuron()
+def read(t, rate):
+    assert rate.rate >= 0.0
+"""
+DRIVER = """
+@nrp.MapSpikeSource("source", nrp.brain.lonely, nrp.poisson)
+@nrp.Robot2Neuron()
+def push(t, source):
+    source.rate = 50.0
+"""
+
+
+def never_firing(edit: Edit, more: str, cells: str = "sim.IF_curr_exp()", functions: str = READER) -> bool:
+    """Return whether it is found that no cell of a population fires that a function reads."""
+    population = f"\nlonely = sim.Population(3, {cells}, label='lonely')\n{more}\n"
+    folder = edit('label="circuit")', f'label="circuit"){population}', "brain.py")
+    with (folder / "drive.py").open("a") as file:
+        file.write(functions)
+    return any(
+        "no cell of the population 'lonely' can fire" in said for said in notes_of(folder, Code.NRP290)
+    )
+
+
+def synapses(weight: float, receptor: str = "excitatory") -> str:
+    law = f"sim.StaticSynapse(weight={weight}, delay=1.0), receptor_type={receptor!r}"
+    return f"sim.Projection(circuit, lonely, sim.AllToAllConnector(), {law})"
+
+
+@pytest.mark.parametrize(
+    ("more", "cells"),
+    [
+        ("", "sim.IF_curr_exp()"),
+        (synapses(-20.0, "inhibitory"), "sim.IF_curr_exp()"),
+        (synapses(0.1, "inhibitory"), "sim.IF_cond_exp()"),
+        ("", "sim.IF_curr_exp(i_offset=0.7)"),  # 14 mV above rest; the threshold is 15 mV above it
+    ],
+)
+def test_a_population_that_is_read_and_that_nothing_excites_is_found(
+    edit: Edit, more: str, cells: str
+) -> None:
+    assert never_firing(edit, more, cells)
+
+
+@pytest.mark.parametrize(
+    ("more", "cells", "functions"),
+    [
+        (synapses(20.0), "sim.IF_curr_exp()", READER),
+        ("", "sim.IF_curr_exp(i_offset=0.8)", READER),  # 16 mV
+        ("", "sim.IF_curr_exp(v_rest=-45.0)", READER),  # above its threshold of -50 mV
+        ("", "sim.IF_curr_exp()", READER + DRIVER),
+        (
+            "",
+            "sim.IF_curr_exp()",
+            READER.replace("population_rate", "voltage_recorder").replace("rate.rate", "t"),
+        ),
+        (synapses(0.1, "inhibitory"), "sim.IF_cond_exp(e_rev_I=-40.0)", READER),
+        (
+            "",
+            "sim.IF_curr_exp()",
+            READER + DRIVER.replace("brain.lonely", "brain.lonely[: len(open(__file__).name)]"),
+        ),
+        ("sim.DCSource(amplitude=0.8).inject_into(lonely)", "sim.IF_curr_exp()", READER),
+    ],
+)
+def test_a_population_that_may_fire_or_whose_voltage_is_read_is_not_found(
+    edit: Edit, more: str, cells: str, functions: str
+) -> None:
+    assert not never_firing(edit, more, cells, functions)
+
+
 def test_a_delay_that_the_backend_refuses_is_found_before_the_run(edit: Edit) -> None:
     synapses = "sim.AllToAllConnector(), sim.StaticSynapse(delay=0)"
     projection = f'label="circuit")\nsim.Projection(circuit, circuit, {synapses})\n'

@@ -68,7 +68,7 @@ def test_a_run_in_a_world_without_poses_is_recorded(blind: Path, tmp_path: Path)
     assert result.sim_time_s == 0.2
     recording = Recording(tmp_path / "out")
     assert "/speed" in recording.topics
-    assert [m for m in recording.messages(MODEL_STATES) if m.message.name] == []
+    assert [m for m in recording.messages({MODEL_STATES}) if m.message.name] == []
 
 
 @pytest.mark.parametrize(

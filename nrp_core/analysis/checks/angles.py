@@ -1,0 +1,295 @@
+"""Angles in degrees and radians, and the parts of quaternions."""
+
+from __future__ import annotations
+
+import ast
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from math import cos, degrees, pi, radians, sin, tan, tau
+from typing import Any, Final
+
+import numpy as np
+
+from nrp_core.analysis.choices import number_of
+from nrp_core.analysis.declared import found_in
+from nrp_core.analysis.events import Call, Write
+from nrp_core.analysis.imported import full_names
+from nrp_core.analysis.registry import checks_experiment, checks_function
+from nrp_core.analysis.scopes import own_nodes
+from nrp_core.analysis.shapes import Instance, Known, Shape
+from nrp_core.analysis.study import Examined, Study
+from nrp_core.experiment.model.tree import Key
+from nrp_core.findings import Code, Finding, Level
+
+_OF_ANGLES: Final[tuple[Any, ...]] = (sin, cos, tan, np.sin, np.cos, np.tan)
+_TO_DEGREES: Final = ("degrees", "rad2deg")
+_FROM_DEGREES: Final = ("radians", "deg2rad")
+_TURNING: Final = ("sin", "cos", "tan")
+_NAMES_OF_ANGLES: Final = {f"{module}.{name}" for module in ("math", "numpy") for name in _TURNING}
+_ARCS: Final = ("atan2", "arctan2")
+_INVERSE: Final = (*_ARCS, "atan", "asin", "acos", "arctan", "arcsin", "arccos")
+_ANGLES: Final = ("angle_min", "angle_max", "angle_increment")
+"""Fields of messages of lasers."""
+_ROUNDED: Final = 0.05
+"""How far 57.3 may be rounded, and:"""
+_NEARLY: Final = 2e-3
+_ORDERS: Final = {
+    "euler_from_quaternion": "xyzw", "quaternion_matrix": "xyzw", "from_quat": "xyzw", "quat2euler": "wxyz",
+    "quat2mat": "wxyz",
+}  # fmt: skip
+"""Functions of tf, SciPy and transforms3d, and the order in which they take a quaternion."""
+
+
+@checks_experiment(Code.NRP249)
+def angles_have_units(study: Study) -> Iterator[Finding]:
+    """Look for angles of poses given in degrees instead of radians."""
+    experiment = study.experiment
+    owners: dict[tuple[Key, ...], str] = {}
+    for name, robot in experiment.world.robots.items():
+        owners["world", "robots", name] = f"'{name}'"
+        for number, sensor in enumerate(robot.add_sensors):
+            owners["world", "robots", name, "add_sensors", number] = f"the sensor on '{name}/{sensor.link}'"
+    for place, owner in owners.items():
+        for i, what in enumerate(("roll", "pitch", "yaw"), start=3):
+            keys = (*place, "pose", i)
+            written, reached = experiment.source.nearest(keys)
+            value = written.value
+            if reached == keys and isinstance(value, (int, float)) and abs(value) > tau:
+                message = f"the {what} of {owner} is {value:g} rad, more than a turn; write '{value:g} deg'"
+                yield written.place.finding(Code.NRP249, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP249)
+def angles_of_helpers_are_in_radians(study: Study) -> Iterator[Finding]:
+    """Look outside transfer functions for sines and the like of numbers that are more than a full turn."""
+    inside = {id(node) for declared in study.declared for node in ast.walk(declared.node)}
+    sources = [source for listing in study.listings for source in listing.sources]
+    for source in [*sources, *study.neighbours]:
+        names = full_names(source.tree)
+        for node in ast.walk(source.tree):
+            match node:
+                case ast.Call(func, [ast.Constant(int() | float() as angle)], []) if abs(angle) > tau:
+                    first, dot, rest = ast.unparse(func).partition(".")
+                    full = names.get(first, first) + dot + rest
+                    if id(node) not in inside and full in _NAMES_OF_ANGLES:
+                        yield found_in(
+                            source, Code.NRP249, node, _more_than_a_turn(node, angle), Level.WARNING
+                        )
+
+
+@checks_function(Code.NRP249)
+def angles_of_functions_are_in_radians(function: Examined) -> Iterator[Finding]:
+    """Look for sines and the like of constants that are more than a full turn."""
+    for event in function.events:
+        match event:
+            case Call(node, Known(callee), (Known(int() | float() as angle),)) if abs(angle) > tau:
+                if any(callee is one for one in _OF_ANGLES):
+                    message = _more_than_a_turn(node, angle)
+                    yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP249)
+def angles_are_converted_once(function: Examined) -> Iterator[Finding]:
+    """Look for sines and the like of angles that were just converted to degrees."""
+    for event in function.events:
+        match event:
+            case Call(ast.Call(args=[angle]) as node, Known(callee)) if any(
+                callee is one for one in _OF_ANGLES
+            ):
+                if _is_in_degrees(angle):
+                    message = f"'{ast.unparse(node):.60}' takes degrees as radians"
+                    yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP249)
+def messages_carry_radians(function: Examined) -> Iterator[Finding]:
+    """Look for angles that are converted to degrees where a message takes them."""
+    told, moving = _types_sent(function)
+    if told and not moving:
+        return
+    made, spared = single_values(function), told - moving
+    set_to = [one for one in function.events if isinstance(one, Write) and _is_message(one.owner, spared)]
+    targets = {id(one.node) for one in set_to}
+    given = [
+        one.value
+        for one in own_nodes(function.declared.node.body)
+        if isinstance(one, ast.Assign) and any(id(target) in targets for target in one.targets)
+    ]
+    for event in function.events:
+        match event:
+            case Call(node, Known(callee)) if hasattr(callee, "__msgtype__") and callee not in spared:
+                given += [*node.args, *(one.value for one in node.keywords)]
+    for one in given:
+        value = made.get(one.id, one) if isinstance(one, ast.Name) else one
+        if any(_converts(part) for part in _terms(value)):
+            message = f"'{ast.unparse(value):.60}' is in degrees, and messages carry radians"
+            yield function.declared.finding(Code.NRP249, one, message, Level.WARNING)
+
+
+def _is_message(owner: Shape, spared: set[Any]) -> bool:
+    return isinstance(owner, Instance) and hasattr(owner.cls, "__msgtype__") and owner.cls not in spared
+
+
+def _types_sent(function: Examined) -> tuple[set[Any], set[Any]]:
+    """Return the types that a function sends to topics that move nothing, for people, and to all others."""
+    told, moving = set[Any](), set[Any]()
+    for one in function.function.published:
+        info = function.world.topics.get(one.name)
+        is_told = info is not None and info.name in function.experiment.topics
+        (told if is_told else moving).add(None if info is None else info.type)
+    return told, moving
+
+
+def _terms(value: ast.expr) -> Iterator[ast.expr]:
+    """Yield the terms of a sum, without their signs."""
+    match value:
+        case ast.BinOp(left, ast.Add() | ast.Sub(), right):
+            yield from (*_terms(left), *_terms(right))
+        case ast.UnaryOp(ast.USub(), operand):
+            yield from _terms(operand)
+        case _:
+            yield value
+
+
+def _converts(value: ast.expr) -> bool:
+    """Return whether a term is an angle times 180 / pi; a product with more factors may hold a gain."""
+    match value:
+        case ast.BinOp(one, ast.Mult(), other):
+            plain = (ast.Name, ast.Attribute, ast.Call)
+            return (_is_factor(one) and isinstance(other, plain)) or (
+                _is_factor(other) and isinstance(one, plain)
+            )
+    return _is_in_degrees(value)
+
+
+def _is_in_degrees(value: ast.expr) -> bool:
+    """Return whether an expression is the result of a function that converts, or of ``angle * 180 / pi``."""
+    match value:
+        case ast.Call(func):
+            return ast.unparse(func).endswith(_TO_DEGREES)
+        case ast.BinOp(ast.BinOp(_, ast.Mult(), ast.Constant(180)), ast.Div(), divisor):
+            return _is_pi(divisor)
+    return False
+
+
+def _is_pi(value: ast.expr) -> bool:
+    number = number_of(value)
+    return ast.unparse(value).endswith("pi") or (number is not None and abs(number - pi) < _NEARLY)
+
+
+def _is_factor(value: ast.expr) -> bool:
+    """Return whether an expression is 180 / pi, written so or as a number."""
+    match value:
+        case ast.Constant(int() | float() as number):
+            return abs(number - degrees(1.0)) < _ROUNDED
+        case ast.BinOp(ast.Constant(180), ast.Div(), divisor):
+            return _is_pi(divisor)
+    return False
+
+
+@checks_function(Code.NRP249)
+def angles_stay_in_radians(function: Examined) -> Iterator[Finding]:
+    """Look for angles in radians that are compared with degrees or converted from them, and for counts."""
+    made = single_values(function)
+    for node in own_nodes(function.declared.node.body):
+        match node:
+            case ast.Compare(one, [_], [other]):
+                for angle, limit in ((one, other), (other, one)):
+                    number = number_of(limit)
+                    if number is not None and abs(number) > tau and _is_bounded(angle, made):
+                        message = (
+                            f"'{ast.unparse(node):.60}': the angle is in radians and never {number:g}; "
+                            f"{number:g} degrees are {radians(number):.4g}"
+                        )
+                        yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
+            case ast.Call(func, [angle], []):
+                name = ast.unparse(func).rpartition(".")[2]
+                if name in _FROM_DEGREES and _is_angle(angle, made):
+                    message = f"'{ast.unparse(node):.60}' takes an angle in radians as degrees"
+                    yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
+                elif name in _TURNING and _counts(angle, made):
+                    message = f"'{ast.unparse(node):.60}' takes 0, 1, 2, ... as radians; is np.deg2rad meant?"
+                    yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
+
+
+def single_values(function: Examined) -> dict[str, ast.expr]:
+    """Return the names to which a body assigns one expression, and that expression."""
+    nodes = list(own_nodes(function.declared.node.body))
+    stores = Counter(one.id for one in nodes if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store))
+    assigned = (one for one in nodes if isinstance(one, ast.Assign) and len(one.targets) == 1)
+    return {
+        target.id: one.value
+        for one in assigned
+        if isinstance(target := one.targets[0], ast.Name) and stores[target.id] == 1
+    }
+
+
+def _is_bounded(value: ast.expr, made: Mapping[str, ast.expr]) -> bool:
+    """Return whether a value is a sum of angles and numbers: others may hold turns that were counted."""
+    terms = list(_terms(made.get(value.id, value) if isinstance(value, ast.Name) else value))
+    return any(_is_angle(one, made) for one in terms) and all(
+        _is_angle(one, made) or _is_pi(one) or number_of(one) is not None for one in terms
+    )
+
+
+def _is_angle(value: ast.expr, made: Mapping[str, ast.expr]) -> bool:
+    """Return whether a value is known to be an angle in radians."""
+    match value:
+        case ast.Name(name) if name in made:
+            return _is_angle(made[name], {key: one for key, one in made.items() if key != name})
+        case ast.Attribute(_, name):
+            return name in _ANGLES
+        case ast.Call(func, [inner]) if ast.unparse(func).rpartition(".")[2] in ("abs", "fabs"):
+            return _is_angle(inner, made)
+        case ast.Call(func):
+            return ast.unparse(func).rpartition(".")[2] in _INVERSE
+        case ast.UnaryOp(ast.USub(), inner) | ast.BinOp(ast.Constant(2 | 2.0), ast.Mult(), inner):
+            return _is_angle(inner, made)
+        case ast.BinOp(one, ast.Add() | ast.Sub(), other):
+            return _is_angle(one, made) or _is_angle(other, made)
+    return False
+
+
+def _counts(value: ast.expr, made: Mapping[str, ast.expr]) -> bool:
+    """Return whether a value is a row of whole numbers with a step of 1."""
+    match value:
+        case ast.Name(name) if name in made:
+            return _counts(made[name], {key: one for key, one in made.items() if key != name})
+        case ast.BinOp(one, ast.Add() | ast.Sub(), ast.Constant(int())):
+            return _counts(one, made)
+        case ast.Call(func, [*limits], []) if 0 < len(limits) < 3:
+            return ast.unparse(func) in ("np.arange", "numpy.arange") and not any(
+                isinstance(one, ast.Constant) and isinstance(one.value, float) for one in limits
+            )
+    return False
+
+
+@checks_function(Code.NRP249)
+def quaternions_are_read_in_order(function: Examined) -> Iterator[Finding]:
+    """Look for parts of quaternions in the order of another library, and for their angle upside down."""
+    own = {one.name for one in function.declared.source.tree.body if isinstance(one, ast.FunctionDef)}
+    for node in own_nodes(function.declared.node.body):
+        if not isinstance(node, ast.Call):
+            continue
+        name = ast.unparse(node.func).rpartition(".")[2]
+        match node.args:
+            case [ast.Attribute(_, "w"), ast.Attribute(_, "x" | "y" | "z" as part)] if name in _ARCS:
+                message = f"'{ast.unparse(node):.60}': half the angle is {name}({part}, w), in this order"
+                yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
+            case [ast.List(parts) | ast.Tuple(parts), *_] if (
+                name in _ORDERS.keys() - own and not node.keywords
+            ):
+                order = "".join(one.attr for one in parts if isinstance(one, ast.Attribute))
+                if sorted(order) == sorted(_ORDERS[name]) and order != _ORDERS[name]:
+                    message = (
+                        f"'{ast.unparse(node):.60}' takes the parts as {', '.join(_ORDERS[name])}, and they "
+                        f"are given as {', '.join(order)}"
+                    )
+                    yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
+
+
+def _more_than_a_turn(node: ast.Call, angle: float) -> str:
+    return (
+        f"'{ast.unparse(node):.60}' takes {angle:g} as radians, more than a turn; "
+        f"degrees are math.radians({angle:g})"
+    )
