@@ -21,8 +21,9 @@ from nrp_core.dsl.devices.devices import (
     SpikeGenerator,
 )
 from nrp_core.dsl.devices.kinds import DeviceKind
+from nrp_core.findings import Code
 from nrp_legacy.nest.models import recovering
-from nrp_legacy.shims.graph import log
+from nrp_legacy.notes import Notes
 
 _KILO = 1e-3
 _LARGEST = sys.float_info.max
@@ -59,7 +60,8 @@ class _Forgiving(SettableAttribute):
         taken = np.maximum(np.where(np.isfinite(given), given, 0.0), self._lowest)
         if (taken != given).any() and device.port not in self._told:
             self._told.add(device.port)
-            log.warning("%s: %s cannot be %s: set to %s", device.parameter, self._port_name, value, taken)
+            message = f"{device.parameter}: {self._port_name} cannot be {value}: set to {taken}"
+            type(device).notes(Code.NRP225, message, subject=device.parameter)  # type: ignore[attr-defined]
         super().__set__(device, taken.item() if taken.size == 1 else taken)
 
 
@@ -116,12 +118,21 @@ class NestNoise(NoiseCurrentGenerator):
     stdev = std = _Forgiving("stdev", _KILO, lowest=0.0)
 
 
-def device_kinds(*, nest_units: bool) -> dict[str, DeviceKind]:
-    """Return the lenient kinds of devices, by name."""
+def device_kinds(notes: Notes, *, nest_units: bool) -> dict[str, DeviceKind]:
+    """Return the lenient kinds of devices, by name.
+
+    Args:
+        notes: receives a note about each value that no device can have.
+        nest_units: whether currents are in pA.
+    """
     currents = (NestCurrent, NestSine, NestNoise) if nest_units else (Current, Sine, Noise)
     kinds = {"dc_source": currents[0], "ac_source": currents[1], "nc_source": currents[2],
              "poisson": Spikes, "fixed_frequency": Spikes}  # fmt: skip
-    return {name: replace(getattr(dsl, name), device=device) for name, device in kinds.items()}
+    noting = {"__slots__": (), "notes": staticmethod(notes)}
+    return {
+        name: replace(getattr(dsl, name), device=type(device.__name__, (device,), noting))
+        for name, device in kinds.items()
+    }
 
 
 def recovering_at_once(settings: Mapping[str, Any]) -> dict[str, Any]:

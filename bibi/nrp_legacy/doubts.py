@@ -41,6 +41,7 @@ def doubts_about(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
     yield from _settings(exc)
     yield from _places(exc, bibi)
     yield from _selectors(bibi.populations)
+    yield from _named_twice(bibi)
     yield from _functions(bibi)
     if bibi.timestep is not None and bibi.timestep.text.strip().replace(".", "", 1).isdigit():
         step_ms = float(bibi.timestep.text)
@@ -142,6 +143,18 @@ def _selectors(populations: Mapping[str, Element]) -> Iterator[Finding]:
                     selector,
                     f"'{setting}' of the population '{name}' must be a whole number of {least} or more, "
                     f"not {value:g}",
+                )
+
+
+def _named_twice(bibi: Bibi) -> Iterator[Finding]:
+    """Yield the populations that another one of the same name replaces."""
+    for brain in children(bibi.element, "brainModel"):
+        for selector in children(brain, "populations", "neuronGroup"):
+            name = attribute(selector, "population")
+            used = bibi.populations.get(name or "", selector)
+            if (used.attributes, used.line) != (selector.attributes, selector.line):
+                yield _doubt(
+                    selector, f"a population '{name}' stands again in line {used.line}: that one is used"
                 )
 
 

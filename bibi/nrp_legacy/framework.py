@@ -136,11 +136,18 @@ def _is_of_users(value: Any) -> bool:
     return type(value).__module__.partition(".")[0] not in ("builtins", "numpy", "collections", "nrp_core")
 
 
-def framework(notes: Notes, *, nest_units: bool = False, brain_root: Any = dsl.brain) -> ModuleType:
+def framework(
+    notes: Notes,
+    noted_late: Notes | None = None,
+    *,
+    nest_units: bool = False,
+    brain_root: Any = dsl.brain,
+) -> ModuleType:
     """Return the module for one experiment.
 
     Args:
         notes: receives a note about each argument left out of a mapping.
+        noted_late: receives notes during the run, about values that no device can have; None: as ``notes``.
         nest_units: whether settings and attributes of devices are in pA, nS and pF.
         brain_root: the module of the brain file.
     """
@@ -182,7 +189,7 @@ def framework(notes: Notes, *, nest_units: bool = False, brain_root: Any = dsl.b
         "hbp_nrp_cle.tf_framework",
         **{
             **own,
-            **device_kinds(nest_units=nest_units),
+            **device_kinds(noted_late or notes, nest_units=nest_units),
             **{mapping.__name__: mapping for mapping in mappings},
             "Topic": topic, "resolve": partial(resolve, brain), "brain": brain,
             "raw_signal": Unavailable("raw_signal"),

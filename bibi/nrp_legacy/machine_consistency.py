@@ -13,7 +13,7 @@ from nrp_core.clock import seconds
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
 from nrp_legacy.shims.smach import GOES_ON, CBState, Container, State, StateMachine
-from nrp_legacy.shims.states import ClockDelayState, WaitToClockState
+from nrp_legacy.shims.states import ClockDelayState, MonitorState, PollingState, WaitToClockState
 
 
 def inconsistencies(machine: Any) -> Iterator[tuple[Code, str]]:
@@ -39,6 +39,7 @@ def inconsistencies(machine: Any) -> Iterator[tuple[Code, str]]:
             )
             continue
         yield from _of_state(label, state, machine)
+        yield from _exchanged(label, state, machine)
         yield from inconsistencies(state)
     yield from _unreached(machine)
 
@@ -78,6 +79,19 @@ def _of_state(label: str, state: State, machine: StateMachine) -> Iterator[tuple
                 Code.NRP327,
                 f"the state '{label}' can end with '{outcome}', which does not have a transition",
             )
+
+
+def _exchanged(label: str, state: State, machine: StateMachine) -> Iterator[tuple[Code, str]]:
+    """Yield that a wait begins again as soon as it is over, where it should go on."""
+    ways = machine._transitions[label]
+    is_limited = isinstance(state, MonitorState) and state.is_limited  # then it also ends with 'valid'
+    returns = ways.get("invalid") == label and ways.get("valid", label) != label
+    if returns and isinstance(state, PollingState) and not is_limited:
+        yield (
+            Code.NRP327,
+            f"the state '{label}' ends with 'invalid', which goes to itself, and never with 'valid', which "
+            f"goes to '{ways['valid']}': are they exchanged?",
+        )
 
 
 def _unreached(machine: StateMachine) -> Iterator[tuple[Code, str]]:

@@ -68,6 +68,13 @@ def _waits(tree: ast.Module, duration_ns: int) -> Iterator[Doubt]:
             continue
         kind = _last(node.func)
         given = [*node.args[:1], *(one.value for one in node.keywords if one.arg == _WAITS.get(kind))]
+        match given:
+            case [ast.Constant(str() as text), *_] if kind in _WAITS:
+                message = (
+                    f"the state waits for a text, {text!r}: the platform compared it with the time, and in "
+                    "Python 2 no time reaches a text; write the number"
+                )
+                yield Code.NRP248, node, message
         wait_s = number_of(given[0]) if given and kind in _WAITS else None
         if wait_s is None:
             continue

@@ -77,7 +77,7 @@ class Namespace:
         self.graph = Graph()
         services = Services(self.graph)
         self.brain_root = BrainRoot(network)
-        nrp = framework(notes, nest_units=nest_units, brain_root=self.brain_root)
+        nrp = framework(notes, self._noting(notes), nest_units=nest_units, brain_root=self.brain_root)
         own = file_names(parameters)["nrp"]
         vars(nrp).update(tf_lib=own.tf_lib, parameter=own.parameter)
         logger, messages = ClientLogger(self.graph), message_modules()

@@ -185,6 +185,9 @@ class _Reading:
     ) -> float:
         """Return the time in an element, or the default."""
         said = None if element is None else self._read(partial(read, element))
+        if said == 0 and element is not None:
+            unit = "s" if read is seconds_of else "ms"
+            self._note(element, Code.NRP287, f"the <{local(element.tag)}> is 0: {default:g} {unit} are used")
         return said or default
 
     def _read(self, read: Callable[[], Read]) -> Read | None:

@@ -52,6 +52,11 @@ def test_an_experiment_without_slips_is_not_doubted(tmp_path: Path) -> None:
         ('step="1"', 'step="0"', "'step' of the population 'all' must be a whole number of 1 or more, not 0"),
         ('from="0"', 'from="0.5"', "'from' of the population 'all' must be a whole number of 0 or more"),
         (
+            'step="1"/>',
+            'step="1"/>\n<populations population="all" xsi:type="Range" from="0" to="2"/>',
+            "a population 'all' stands again in line 4: that one is used",
+        ),
+        (
             'active="true"',
             'active="flase"',
             "active of a transfer function is 'flase'; did you mean 'false'?",

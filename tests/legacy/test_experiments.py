@@ -185,6 +185,7 @@ NO_TIME = "must be a time in seconds or a duration such as PT14M, not"
 @pytest.mark.parametrize(
     ("exc", "bibi", "told"),
     [
+        ("<timeout>0</timeout>", "", "<timeout> is 0: 600 s are used"),
         ("<timeout>soon</timeout>", "", f"<timeout> {NO_TIME} 'soon': not used"),
         ("", "<timestep>1</timestep>", ""),
         ("", "<timestep>fast</timestep>", "<timestep> must be a number of milliseconds, not 'fast'"),

@@ -69,6 +69,8 @@ with sm:
         ("", "", None, ""),
         ("ClockState(0.04)", "ClockState(70)", Code.NRP248, "waits until 70 s, and the run ends at 60 s"),
         ("DelayState(0.04)", "DelayState(waitfor=60)", Code.NRP248, "waits for 60 s, and the run ends at 60"),
+        ("ClockState(0.04)", 'ClockState("0.04")', Code.NRP248, "waits for a text, '0.04': the platform"),
+        ("DelayState(0.04)", 'DelayState(float("0.04"))', None, ""),
         ("DelayState(0.04)", "DelayState(-1)", Code.NRP248, "waits for -1 s, which is negative: it ends at"),
         ("LIMIT_S = 5", "LIMIT_S = 65", Code.NRP320, "'t.secs > 65' is never true: the run is from 0 s to 6"),
         ("t.secs > LIMIT_S", "not t.nsecs < 2e9", Code.NRP320, "is always true: nsecs are the nanoseconds s"),

@@ -8,9 +8,12 @@ from typing import Any
 import pytest
 from nrp_legacy.machine_consistency import inconsistencies
 from nrp_legacy.machine_slips import slips_of
+from nrp_legacy.shims.graph import Graph
 from nrp_legacy.shims.smach import State, StateMachine
+from nrp_legacy.shims.states import ClockDelayState, MonitorState, WaitToClockState
 
 from nrp_core.findings import Code
+from nrp_core.world.messages.std_msgs import String
 
 _MACHINE = """import smach
 from hbp_nrp_excontrol.nrp_states import WaitToClockState
@@ -87,6 +90,39 @@ def test_a_machine_that_smach_would_not_start_is_reported(
     found = list(inconsistencies(outer))
     assert [one for one, _ in found] == ([] if code is None else [code])
     assert all(words in sentence for _, sentence in found)
+
+
+_EVERYTHING = Graph()
+
+
+def _monitor(checks: int = -1) -> State:
+    return MonitorState(_EVERYTHING, "/said", String, lambda _data, _message: True, max_checks=checks)
+
+
+@pytest.mark.parametrize(
+    ("state", "transitions", "is_reported"),
+    [
+        (WaitToClockState(_EVERYTHING, 1.0), {"valid": "wait", "invalid": "END"}, False),
+        (WaitToClockState(_EVERYTHING, 1.0), {"valid": "END", "invalid": "wait"}, True),
+        (
+            WaitToClockState(_EVERYTHING, 1.0),
+            {"valid": "wait", "invalid": "wait"},
+            False,
+        ),  # for ever, on purpose
+        (ClockDelayState(_EVERYTHING, 1.0), {"valid": "END", "invalid": "wait"}, True),
+        (_monitor(), {"valid": "END", "invalid": "wait"}, True),
+        (_monitor(checks=1), {"valid": "END", "invalid": "wait"}, False),  # waits until the condition holds
+    ],
+)
+def test_a_wait_that_begins_again_when_it_is_over_is_reported(
+    state: State, transitions: dict[str, str], is_reported: bool
+) -> None:
+    machine = StateMachine(["END", "preempted"])
+    with machine:
+        StateMachine.add("wait", state, transitions)
+    found = [sentence for _, sentence in inconsistencies(machine)]
+    assert len(found) == is_reported
+    assert all("and never with 'valid', which goes to 'END': are they exchanged?" in one for one in found)
 
 
 def test_the_machines_of_the_corpus_have_no_slip() -> None:
