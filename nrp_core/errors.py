@@ -232,7 +232,8 @@ def did_you_mean(name: str, valid: Iterable[str], *, cutoff: float = 0.6) -> Hin
         similar names.
     """
     names = sorted(set(valid))
-    close = difflib.get_close_matches(name, names, n=1, cutoff=cutoff)
+    close = [one for one in names if one.lower() == name.lower()]
+    close = close or difflib.get_close_matches(name, names, n=1, cutoff=cutoff)
     if close:
         return Hint(f"; did you mean '{close[0]}'?", Instead(name, close[0]))
     if len(names) > _MOST_NAMES:

@@ -89,13 +89,23 @@ class Evolution:
             self._optimiser.tell(latest)
             tell_generation(history)
             if reason := self._reason_to_end(latest):
-                self.ended = reason
+                self.ended = self._nothing_found(history) or reason
                 return history
-        if self.file.goal is not None:
+        self.ended = self._nothing_found(history)
+        if not self.ended and self.file.goal is not None:
             self.ended = (
                 f"the goal {self.file.goal:g} is not reached; the best is {np.nanmax(history.values):.5g}"
             )
         return history
+
+    @staticmethod
+    def _nothing_found(history: History) -> str:
+        """Return that all of several candidates have one value, so that there was nothing to go by."""
+        values = history.values[np.isfinite(history.values).all(axis=1)]
+        if len(values) < 2 or np.ptp(values, axis=0).any():
+            return ""
+        shown = ", ".join(f"{value:.5g}" for value in values[0])
+        return f"all {len(values)} candidates have the value {shown}: nothing that was searched changes it"
 
     def _run_generation(self, executor: Executor, tell: Tell) -> None:
         pending = self._made.pending

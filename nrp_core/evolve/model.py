@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from math import inf
 from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, PlainValidator, PositiveInt, WithJsonSchema, model_validator
@@ -10,8 +11,9 @@ from pydantic import Field, PlainValidator, PositiveInt, WithJsonSchema, model_v
 from nrp_core.sweep.axes import Choices
 from nrp_core.sweep.model import SEED, Design, ManyRuns, SweepFile
 
-_UP_TO_1: Final = "criteria."
-"""The measures that are 0 or 1."""
+_UP_TO_1: Final = ("criteria", "degree")
+_FROM_0: Final = (*_UP_TO_1, "time_to_event", "criterion_distance", "distance", "activity", "rate", "cv")
+"""The metrics that are never above 1, and those that are never below 0."""
 Weights = dict[str, float]
 """The factor of each measure, ``metric.part``, in a weighted sum."""
 
@@ -69,12 +71,18 @@ class EvolveFile(ManyRuns):
                 )
         if self.goal is not None and len(self.objective) > 1:
             raise ValueError("goal: a search with several objectives has no goal")
-        if self.goal is not None and all(name.startswith(_UP_TO_1) for name in self.names):
-            (weights,) = self.objective
-            highest = sum(weight for weight in weights.values() if weight > 0)
+        if self.goal is not None:
+            highest = sum(self._highest(name, weight) for name, weight in self.objective[0].items())
             if self.goal > highest:
                 raise ValueError(f"goal: {self.goal:g} is out of reach: the objective is at most {highest:g}")
         return self
+
+    def _highest(self, name: str, weight: float) -> float:
+        """Return the largest contribution of a measure to the objective."""
+        metric, otherwise = name.partition(".")[0], self.missing.get(name, 0.0)
+        if weight > 0:
+            return weight * max(1.0, otherwise) if metric in _UP_TO_1 else inf
+        return weight * min(0.0, otherwise) if metric in _FROM_0 else inf
 
     @property
     def names(self) -> tuple[str, ...]:

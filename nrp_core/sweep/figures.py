@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +17,18 @@ from nrp_core.comparison.metrics.base import METRICS
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.recording.figures import UNDATED, check_target
 from nrp_core.recording.figures.style import FAINT, colour, style
+from nrp_core.sweep.plan import Plan
 from nrp_core.sweep.summary import Group, SweepTable, short_key
 
 _SIZE = (7.2, 4.6)
 _MOST_LINES = 7  # distinguishable colours
 _AXES_OF_MAP = 2
+_NEEDS = {
+    "curve": (1, "a curve"),
+    "heat": (_AXES_OF_MAP, "a heat map"),
+    "parallel": (1, "parallel coordinates"),
+}
+"""The number of settings that vary in a figure, and its name."""
 _MOST_CELLS_WITH_NUMBERS = 150
 _MOST_NAMED = 12
 _COLOURS = "viridis"
@@ -42,8 +49,7 @@ def draw(table: SweepTable, path: Path, measure: str | None = None, kind: str | 
     check_target(path)
     name = table.measure(measure)
     kind = kind or _usual(table)
-    if kind not in _KINDS:
-        raise ExperimentError(f"there is no figure '{kind}'{did_you_mean(kind, _KINDS)}")
+    _require_keys(table.keys, kind)
     with style():
         figure = Figure(_SIZE, layout="constrained")
         axes = figure.subplots()
@@ -52,6 +58,22 @@ def draw(table: SweepTable, path: Path, measure: str | None = None, kind: str | 
         axes.set_title(f"{table.name}: {name}" + (f", {seeds} runs each" if seeds > 1 else ""))
         with writing(path):
             figure.savefig(path, dpi=150, metadata=UNDATED.get(path.suffix.lower()))
+
+
+def require_figure(plan: Plan, measure: str | None, kind: str | None) -> None:
+    """Refuse a figure that the runs of a plan will not give, before they are made.
+
+    Raises:
+        ExperimentError: the measure or kind is unknown, or too few settings vary.
+    """
+    _require_keys(tuple(plan.sweep.sampled), kind or "curve")
+    if measure is None:
+        return
+    metric = measure.partition(".")[0]
+    known = plan.parts.get(metric, [])
+    if known is not None and measure not in known:
+        names = [name for parts in plan.parts.values() for name in parts or ()]
+        raise ExperimentError(f"'{measure}' is not measured{did_you_mean(measure, known or names)}")
 
 
 def _usual(table: SweepTable) -> str:
@@ -63,7 +85,6 @@ def _usual(table: SweepTable) -> str:
 
 def _curve(_: Figure, axes: Axes, table: SweepTable, name: str) -> None:
     """Draw the mean against a setting, with a band of one standard deviation, and a line per other value."""
-    _require_keys(table, 1, "a curve")
     numeric = [key for key in table.keys if _is_number(table, key)]
     key = (numeric or list(table.keys))[0]
     lines: dict[str, list[Group]] = {}
@@ -91,7 +112,6 @@ def _curve(_: Figure, axes: Axes, table: SweepTable, name: str) -> None:
 
 def _heat(figure: Figure, axes: Axes, table: SweepTable, name: str) -> None:
     """Draw the mean against two settings, averaged over all others."""
-    _require_keys(table, _AXES_OF_MAP, "a heat map")
     across, up = table.keys[:_AXES_OF_MAP]
     columns, lines = _ticks(table, across), _ticks(table, up)
     x, y = (
@@ -119,7 +139,6 @@ def _heat(figure: Figure, axes: Axes, table: SweepTable, name: str) -> None:
 
 def _parallel(figure: Figure, axes: Axes, table: SweepTable, name: str) -> None:
     """Draw a line per combination through all settings, coloured by the measure, which is the last axis."""
-    _require_keys(table, 1, "parallel coordinates")
     groups = [group for group in table.groups if group.numbers(name)]
     if not groups:
         raise ExperimentError(f"no run has a value of '{name}'")
@@ -149,10 +168,13 @@ _KINDS: dict[str, Callable[[Figure, Axes, SweepTable, str], None]] = {
 }  # fmt: skip
 
 
-def _require_keys(table: SweepTable, number: int, what: str) -> None:
-    if len(table.keys) < number:
+def _require_keys(keys: Sequence[str], kind: str) -> None:
+    if kind not in _KINDS:
+        raise ExperimentError(f"there is no figure '{kind}'{did_you_mean(kind, _KINDS)}")
+    number, what = _NEEDS[kind]
+    if len(keys) < number:
         raise ExperimentError(
-            f"{what} needs {number} varying settings besides the seed; this sweep has {len(table.keys)}"
+            f"{what} needs {number} varying settings besides the seed; this sweep has {len(keys)}"
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from rich.table import Table
 
 from nrp_core.comparison.report import words
 from nrp_core.sweep.agreement import controls
+from nrp_core.sweep.model import SEED
 from nrp_core.sweep.summary import Group, SweepTable, short_key
 
 _MOST_ROWS = 40
@@ -20,7 +22,7 @@ _MOST_ERRORS = 3
 
 def report(table: SweepTable, console: Console) -> None:
     """Print the problems and errors of all runs, then a line for each combination."""
-    for line in remarks(table):
+    for line in (*remarks(table), *without_effect(table)):
         console.print(line, markup=False)
     groups, measures = table.groups, table.measures[:_MOST_MEASURES]
     shown = Table(box=None, pad_edge=False, header_style="bold")
@@ -79,6 +81,20 @@ def remarks(table: SweepTable) -> list[str]:
         named = ", ".join(f"{code} in {count}" for code, count in codes.most_common(_MOST_ERRORS))
         lines.append(f"{len(incomplete)} runs are not complete ({named}; nrp explain CODE)")
     return lines
+
+
+def without_effect(table: SweepTable) -> Iterator[str]:
+    """Yield a line for each setting of which all values gave the same results, wherever they are compared."""
+    ended = [row for row in table.rows if row["error"] is None]
+    for key in table.keys:
+        others = [*(one for one in table.keys if one != key), SEED]
+        found: dict[tuple[str, ...], dict[str, tuple[str, ...]]] = {}
+        for row in ended:
+            alike = found.setdefault(tuple(str(row[one]) for one in others), {})
+            alike[str(row[key])] = tuple(str(row[one]) for one in ("trajectory_digest", *table.measures))
+        compared = [alike for alike in found.values() if len(alike) > 1]
+        if compared and all(len(set(alike.values())) == 1 for alike in compared):
+            yield f"'{key}' changed nothing: all its values gave the same trajectories and measures"
 
 
 def _cells(group: Group, keys: tuple[str, ...], measures: tuple[str, ...]) -> list[str]:

@@ -157,6 +157,7 @@ def diff(
             "wirings are compared on one brain and one world; omit this option",
             param_hint="--engines" if engines else "--baseline",
         )
+    margins.require_possible(metrics, grid.load(grid.cells[0]))
     if baseline is not None and baseline.exists():
         from nrp_core.comparison.engines.baseline import Baseline
 

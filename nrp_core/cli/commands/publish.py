@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from nrp_core.cli.failure import NO, report
+from nrp_core.cli.failure import NO, complain, report
 from nrp_core.cli.options import Json, SocketPath, usage_errors
 from nrp_core.cli.output import document
 
@@ -28,9 +28,12 @@ def publish(
     with usage_errors("VALUE"):
         given = parse_tree(value, Place()).plain()
     try:
-        tell(socket, "publish", topic=topic, value=given)
+        others = tell(socket, "publish", topic=topic, value=given)
     except ExperimentError as error:
         report(error, as_json=json)
         raise typer.Exit(NO) from None
     if json:
-        document({"published": True, "topic": topic, "value": given})
+        document({"published": True, "topic": topic, "value": given, "functions": others})
+    elif others:
+        named = " and ".join(f"'{name}'" for name in others)
+        complain(f"{named} also publish on {topic}; the next message replaces this one", label="note")

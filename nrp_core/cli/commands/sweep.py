@@ -77,6 +77,10 @@ def sweep(
     if plot is None and (measure is not None or kind is not None):
         complain("--measure and --kind have no effect without --plot", label="note")
     made = _opened(Path(target), out, only or [], retry_failed=retry_failed, record=record, confirmed=yes)
+    if plot is not None:
+        from nrp_core.sweep.figures import require_figure
+
+        require_figure(made.plan, measure, kind)
     if emit is not None:
         _emit(made, emit, workers)
         return

@@ -166,6 +166,20 @@ class GivenMargins(Generic[T]):
 class Margins(GivenMargins[Margin]):
     """The margins that were set for metrics; every metric has a default."""
 
+    def require_possible(self, metrics: Iterable[Metric], experiment: Experiment) -> None:
+        """Refuse a margin of a part that no run of an experiment will have, before the runs.
+
+        Raises:
+            ExperimentError: there is one.
+        """
+        scalar = (metric for metric in metrics if isinstance(metric, ScalarMetric))
+        parts = {metric.name: metric.parts(experiment) for metric in scalar}
+        told = {
+            key: value for key, value in self.given.items() if parts.get(key.partition("/")[0]) is not None
+        }
+        known = (f"{name}/{part}" for name, found in parts.items() for part in found or ())
+        Margins(told).require_parts(known)
+
     @classmethod
     def parse(cls, texts: Iterable[str], metrics: Iterable[Metric]) -> Margins:
         """Read ``metric=value`` and ``metric/part=value``, values as ``0.5``, ``0.5 s`` or ``2sd``.

@@ -148,6 +148,22 @@ def test_a_margin_for_nothing_is_refused() -> None:
         judged(Value, BY[Answer.SEED], margins=Margins.parse(["value/at=1"], [Value()]))
 
 
+def test_a_margin_of_a_part_that_no_run_will_have_is_refused_before_the_runs() -> None:
+    class Of(Value):
+        name = "of"
+
+        def parts(self, experiment: Any) -> list[str]:
+            return ["door"]
+
+    metrics: list[Any] = [Value(), Of()]
+    experiment: Any = None
+    Margins.parse(["of/door=1", "of=1", "value/only_a_run_knows=1"], metrics).require_possible(
+        metrics, experiment
+    )
+    with pytest.raises(ExperimentError, match=r"'of/dor' was not measured.*mean 'of/door'"):
+        Margins.parse(["of/dor=1"], metrics).require_possible(metrics, experiment)
+
+
 @pytest.mark.parametrize(("seeds", "expected"), [(4, Answer.OPEN), (10, Answer.AGREES)])
 def test_a_criterion_that_is_always_met_agrees_once_there_are_enough_runs(
     seeds: int, expected: Answer

@@ -148,6 +148,19 @@ def test_a_search_comes_closer_to_the_best_of_all_settings_and_ends_at_its_goal(
     assert len(found.history) < 30
 
 
+def test_candidates_that_are_all_alike_are_told(here: Path) -> None:
+    """Until 0.1 s nobody arrives, whatever the speed."""
+    text = FILE.replace(
+        "{criterion_distance.stays_near: 1, time_to_event.arrives: -1}", "{criteria.arrives: 1}"
+    )
+    Path("search.yaml").write_text(
+        text.replace(MISSING, "").replace("generations: 3", "until: 100 ms\ngenerations: 2")
+    )
+    found = evolve("search.yaml", "alike", workers=1)
+    assert found.ended.startswith("all ")
+    assert "candidates have the value 0: nothing that was searched changes it" in found.ended
+
+
 def test_several_objectives_give_the_candidates_that_none_surpasses(command: Evolve) -> None:
     several = "[{criterion_distance.stays_near: 1}, {criterion_distance.arrives: 1}]"
     Path("search.yaml").write_text(
@@ -207,6 +220,11 @@ def test_the_results_are_shown_and_drawn(command: Evolve, here: Path) -> None:
             f"{{criterion_distance.stays_near: 1, time_to_event.arrives: -1}}\n{MISSING}",
             "{criteria.arrives: 2, criteria.stays_near: -1}\ngoal: 3\n",
             "search.yaml:9:7: goal: 3 is out of reach: the objective is at most 2",
+        ),
+        (
+            f"{{criterion_distance.stays_near: 1, time_to_event.arrives: -1}}\n{MISSING}",
+            "{criterion_distance.arrives: -1, degree.arrives: 2}\ngoal: 2.5\n",
+            "search.yaml:9:7: goal: 2.5 is out of reach: the objective is at most 2",
         ),
         (
             "population: 3",

@@ -20,6 +20,8 @@ from nrp_core.sweep.journal import JOURNAL, Journal, read_records
 from nrp_core.sweep.plan import Plan
 from nrp_core.sweep.reading import read_sweep
 from nrp_core.sweep.record import Record
+from nrp_core.sweep.report import without_effect
+from nrp_core.sweep.summary import SweepTable
 
 Sweep = Callable[..., Any]
 FILE = """
@@ -229,6 +231,42 @@ def test_the_results_are_shown_as_text_data_and_figures(sweep: Sweep, here: Path
     assert "the folder does not contain a sweep" in err
     assert "nrp sweep show DIR" in " ".join(sweep("show")[2].split())
     assert "only 'show' takes a folder" in " ".join(sweep("sweep.yaml", "sweep.sweep")[2].split())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--kind", "heat"], "a heat map needs 2 varying settings besides the seed; this sweep has 1"),
+        (["--kind", "heet"], "there is no figure 'heet'; did you mean 'heat'?"),
+        (["--measure", "criteria.arives"], "is not measured; did you mean 'criteria.arrives'?"),
+        (["--measure", "distance.car"], "'distance.car' is not measured"),
+    ],
+)
+def test_a_figure_that_the_runs_will_not_give_is_refused_before_them(
+    sweep: Sweep, arguments: list[str], message: str
+) -> None:
+    code, _, err = sweep("sweep.yaml", "--workers", 1, "--plot", "a.png", *arguments)
+    assert code == 3
+    assert message in err
+    assert not Path("sweep.sweep", "results.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("digests", "measured", "told"),
+    [
+        ("aabb", "1122", ["'scale' changed nothing: all its values gave the same trajectories and measures"]),
+        ("aabc", "1122", []),  # it matters with one seed
+        ("aabb", "1123", []),  # the same path, other spikes
+    ],
+)
+def test_a_setting_that_changed_nothing_is_told(digests: str, measured: str, told: list[str]) -> None:
+    rows = tuple(
+        {"scale": scale, "seed": seed, "trajectory_digest": path, "rate.all": rate, "error": None}
+        for (seed, scale), path, rate in zip(((1, 2), (1, 4), (2, 2), (2, 4)), digests, measured, strict=True)
+    )
+    assert list(without_effect(SweepTable("name", ("scale",), ("rate.all",), rows))) == told
+    alone = SweepTable("name", ("scale",), ("rate.all",), rows[::2])  # only one of its values has run
+    assert list(without_effect(alone)) == []
 
 
 def test_emitted_jobs_are_collected_by_the_same_command(sweep: Sweep) -> None:
