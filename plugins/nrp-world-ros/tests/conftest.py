@@ -23,6 +23,7 @@ OPTION = "--ros"
 
 needs_ros = pytest.mark.ros("1")
 needs_ros2 = pytest.mark.ros("2")
+needs_fast_dds = pytest.mark.ros("Fast DDS")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -38,17 +39,23 @@ def missing() -> dict[str, list[str]]:
     """Return what each ROS lacks on this machine."""
     ros1 = [name for name in ("rosmaster", "rostopic", "rosbag") if shutil.which(name) is None]
     ros1 += ["rospy in this Python"] if find_spec("rospy") is None else []
-    return {"1": ros1, "2": ["cyclonedds in this Python"] if find_spec("cyclonedds") is None else []}
+    fast_dds = (
+        [] if Path("/usr/include/fastdds").is_dir() and shutil.which("g++") else ["libfastrtps-dev, g++"]
+    )
+    ros2 = ["cyclonedds in this Python"] if find_spec("cyclonedds") is None else []
+    return {"1": ros1, "2": ros2, "Fast DDS": fast_dds}
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Skip tests of a ROS that is not here, unless it must be."""
     lacks, required = missing(), config.getoption(OPTION).split(",")
+    required += ["Fast DDS"] if "2" in required else []
     for item in items:
         for marker in item.iter_markers("ros"):
             (ros,) = marker.args
             if lacks[ros] and ros not in required:
-                reason = f"ROS {ros} is not here ({', '.join(lacks[ros])}); the README says how to get it"
+                what = ros if ros == "Fast DDS" else f"ROS {ros}"
+                reason = f"{what} is not here ({', '.join(lacks[ros])}); the README says how to get it"
                 item.add_marker(pytest.mark.skip(reason=reason))
 
 
@@ -167,6 +174,15 @@ def ros2(tmp_path: Path) -> Iterator[Ros2]:
     programs = Ros2(tmp_path)
     yield programs
     programs.end()
+
+
+@pytest.fixture(scope="session")
+def fast_dds(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Return a program with Fast DDS, the default of ROS 2, whose arguments are at its end."""
+    program = tmp_path_factory.mktemp("fast_dds") / "peer"
+    source = Path(__file__).with_name("fast_dds_peer.cpp")
+    subprocess.run(["g++", "-std=c++17", source, "-o", program, "-lfastrtps", "-lfastcdr"], check=True)
+    return str(program)
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,8 @@
 
 python ros2_peer.py DOMAIN echo      what comes on /there goes back on /back, as a line and on the topic
 python ros2_peer.py DOMAIN driver    /scan is published as drivers do: with their best effort only
+python ros2_peer.py DOMAIN other_machine    /from_afar is published on the network, as another machine does
+python ros2_peer.py DOMAIN call N       /switch is called three times as rmw_cyclonedds does, with N letters
 python ros2_peer.py DOMAIN drive     /husky/cmd_vel says 1 m/s until /husky/odom is half a metre further
 """
 
@@ -13,7 +15,7 @@ from typing import Any
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import Domain, DomainParticipant
 from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.types import array, float32, float64, int32, sequence, uint32
+from cyclonedds.idl.types import array, float32, float64, int32, int64, sequence, uint32, uint64
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
@@ -23,6 +25,8 @@ LOOPBACK = """<CycloneDDS><Domain Id="any"><General>
 <AllowMulticast>false</AllowMulticast></General>
 <Discovery><ParticipantIndex>auto</ParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers></Discovery>
 </Domain></CycloneDDS>"""
+
+DEFAULTS = ""
 
 
 @dataclass
@@ -114,20 +118,34 @@ class Odometry(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
     twist: TwistWithCovariance
 
 
+@dataclass
+class Call(IdlStruct, typename="test::srv::dds_::Echo_Request_"):
+    client: uint64
+    number: int64
+    letters: str
+
+
+@dataclass
+class Reply(IdlStruct, typename="test::srv::dds_::Echo_Response_"):
+    client: uint64
+    number: int64
+    letters: str
+
+
 RELIABLE = Qos(Policy.Reliability.Reliable(10**9), Policy.History.KeepLast(10))
 BEST_EFFORT = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(5))
 
 
 class Peer:
-    def __init__(self, domain: int) -> None:
-        self.domain = Domain(domain, LOOPBACK)
+    def __init__(self, domain: int, network: str = LOOPBACK) -> None:
+        self.domain = Domain(domain, network)
         self.participant = DomainParticipant(domain)
 
-    def writer(self, topic: str, cls: type, qos: Qos = RELIABLE) -> DataWriter[Any]:
-        return DataWriter(self.participant, Topic(self.participant, "rt" + topic, cls), qos=qos)
+    def writer(self, topic: str, cls: type, qos: Qos = RELIABLE, kind: str = "rt") -> DataWriter[Any]:
+        return DataWriter(self.participant, Topic(self.participant, kind + topic, cls), qos=qos)
 
-    def reader(self, topic: str, cls: type, qos: Qos = RELIABLE) -> DataReader[Any]:
-        return DataReader(self.participant, Topic(self.participant, "rt" + topic, cls), qos=qos)
+    def reader(self, topic: str, cls: type, qos: Qos = RELIABLE, kind: str = "rt") -> DataReader[Any]:
+        return DataReader(self.participant, Topic(self.participant, kind + topic, cls), qos=qos)
 
 
 def echo(peer: Peer) -> None:
@@ -147,6 +165,25 @@ def driver(peer: Peer) -> None:
         time.sleep(0.05)
 
 
+def call(peer: Peer) -> None:
+    replies, calls = peer.reader("/echoReply", Reply, kind="rr"), peer.writer("/echoRequest", Call, kind="rq")
+    while not (
+        calls.get_publication_matched_status().current_count
+        and replies.get_subscription_matched_status().current_count
+    ):
+        time.sleep(0.01)
+    for number in range(3):
+        calls.write(Call(2**63 + 1, number, "abc"[number] * int(sys.argv[3])))
+        reply = next(replies.take_iter(timeout=20 * 10**9))
+        print(reply.client - 2**63, reply.number, len(reply.letters), reply.letters[:1], flush=True)
+
+
+def other_machine(peer: Peer) -> None:
+    writer = peer.writer("/from_afar", JointState)
+    assert writer
+    time.sleep(30)
+
+
 def drive(peer: Peer) -> None:
     odometry, commands = (
         peer.reader("/husky/odom", Odometry, BEST_EFFORT),
@@ -163,4 +200,6 @@ def drive(peer: Peer) -> None:
 
 
 if __name__ == "__main__":
-    {"echo": echo, "driver": driver, "drive": drive}[sys.argv[2]](Peer(int(sys.argv[1])))
+    known = (echo, driver, drive, other_machine, call)
+    what = {each.__name__: each for each in known}[sys.argv[2]]
+    what(Peer(int(sys.argv[1]), DEFAULTS if what is other_machine else LOOPBACK))

@@ -15,7 +15,7 @@ from xmlrpc.client import ServerProxy
 import pytest
 from nrp_core import worlds
 from nrp_core.errors import TopicError
-from nrp_core.world import Scene
+from nrp_core.world import Findings, Scene
 from nrp_core.world.messages import gazebo_srvs, std_srvs
 
 from conftest import Ros, needs_ros
@@ -99,7 +99,7 @@ def test_answers_without_a_field_are_empty_and_have_room_for_an_error(bridged: R
 class Offered:
     """A node that keeps what it is to answer calls with."""
 
-    has_services = True
+    returns_errors = True
     codec = CODEC
 
     def __init__(self) -> None:
@@ -115,7 +115,8 @@ def test_a_call_that_nobody_waits_for_any_more_is_not_done(monkeypatch: pytest.M
     monkeypatch.setattr("nrp_world_ros.calls.PATIENCE_S", 0.01)
     backend, node = worlds().load("mujoco"), Offered()
     with backend.open(Scene(()), seed=1, options=backend.options()) as world:
-        calls = Calls(world, node)  # type: ignore[arg-type]
+        calls = Calls(world, node, Findings())  # type: ignore[arg-type]
+        calls.offer()
         with pytest.raises(TopicError, match="pause_physics: no answer within 0"):
             node.answers["/gazebo/pause_physics"](b"")
         calls.answer()

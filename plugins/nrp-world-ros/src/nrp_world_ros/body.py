@@ -37,14 +37,16 @@ class Body:
     Args:
         world: the world.
         node: in ROS.
+        tell: is told of warnings, and when nobody in ROS is found; None: somebody is there, who calls no
+            services.
 
     Attributes:
         bridge: its topics in ROS.
     """
 
-    def __init__(self, world: World, node: Node) -> None:
+    def __init__(self, world: World, node: Node, tell: Callable[[str], None] | None = None) -> None:
         self._world, self._node = world, node
-        self.bridge = Bridge(world, node, Publications(world))
+        self.bridge = Bridge(world, node, Publications(world), tell)
 
     def run(self, until_ns: int | None, period_ns: int, pacing: Pacing) -> None:
         """Run for some time.
@@ -59,7 +61,7 @@ class Body:
         """
         pacing.start(self._world.now_ns)
         while until_ns is None or self._world.now_ns < until_ns:
-            self._node.check()
+            self.bridge.check()
             self.bridge.receive()
             self.bridge.attend()
             self._world.run_until(self._world.now_ns + period_ns)
@@ -68,7 +70,7 @@ class Body:
 
     def _between(self) -> None:
         """Handle messages and calls while time does not pass."""
-        self._node.check()
+        self.bridge.check()
         self.bridge.answer()
 
     def run_in_lockstep(self, until_ns: int | None, began: Callable[[], None]) -> None:

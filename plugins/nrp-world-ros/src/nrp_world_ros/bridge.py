@@ -6,11 +6,13 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Any
 
-from nrp_core.errors import NrpError, TopicError
-from nrp_core.world import Closing, Code, Direction, Findings, Stamped, Subscription, TopicInfo, World
+from nrp_core.errors import NrpError, SceneError, TopicError
+from nrp_core.world import Closing, Code, Direction, Findings, Scene, Stamped, Subscription, TopicInfo, World
 from nrp_core.world.messages.base import Time
 
+from nrp_world_ros.audience import Audience
 from nrp_world_ros.calls import Calls
+from nrp_world_ros.description import described, urdf
 from nrp_world_ros.frames import TF, TF_STATIC, Frames
 from nrp_world_ros.lockstep import Sent
 from nrp_world_ros.node import Node, Publisher, ros_type
@@ -40,6 +42,8 @@ class Bridge(Closing):
         world: the world.
         node: in ROS.
         publish: publishes a message in the world.
+        tell: is told of warnings, and when nobody in ROS is found; None: somebody is there, who calls no
+            services.
 
     Attributes:
         left: topics whose subscriber has announced that it does not need more messages.
@@ -47,7 +51,9 @@ class Bridge(Closing):
         incoming, outgoing: the topics from and to ROS.
     """
 
-    def __init__(self, world: World, node: Node, publish: Publish) -> None:
+    def __init__(
+        self, world: World, node: Node, publish: Publish, tell: Callable[[str], None] | None = None
+    ) -> None:
         self._world, self._node, self._publish = world, node, publish
         self._outlets: dict[str, Outlet] = {}
         self.left: Collection[str] = ()
@@ -57,8 +63,45 @@ class Bridge(Closing):
         self._clock_type = ros_type("rosgraph_msgs/msg/Clock")
         self._clock = node.publisher(CLOCK, self._clock_type)
         self._frames = Frames(world, node)
-        self._calls = Calls(world, node)
+        self._calls = Calls(world, node, self.warnings)
+        self._audience = None
+        self._tell, self._n_told = tell, 0
+        if tell is not None:
+            self._calls.offer()
+            self._audience = Audience(node, tell)
+        self._described: Scene | None = None
         self._sent_ns = -1
+
+    def check(self) -> None:
+        """Check the connection to ROS, and whether anybody is there; tell new warnings.
+
+        Raises:
+            SimulationError: it was lost.
+        """
+        self._node.check()
+        self._describe()
+        self.report()
+        if self._audience is not None:
+            self._audience.look()
+
+    def _describe(self) -> None:
+        """Offer the URDF of the robots, once for each scene; a body of another loop needs none."""
+        scene = self._world.scene
+        if self._tell is None or scene is self._described:
+            return
+        self._described = scene
+        for name, model in described(scene).items():
+            try:
+                self._node.keep(name, urdf(model))
+            except SceneError as error:
+                self.warnings.add(Code.NRP282, f"{name} is not in ROS: {error}", subject=name)
+
+    def report(self) -> None:
+        """Tell the warnings since the last call, each once."""
+        if self._tell is not None:
+            for warning in self.warnings[self._n_told :]:
+                self._tell(str(warning))
+            self._n_told = len(self.warnings)
 
     def follow(self) -> None:
         """Transfer the present topics of the world; models may have been added and deleted."""

@@ -12,7 +12,7 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from nrp_core.errors import NrpError, TopicError
-from nrp_core.world import World
+from nrp_core.world import Code, Findings, World
 
 from nrp_world_ros.node import Node
 
@@ -36,23 +36,24 @@ class Calls:
     Args:
         world: the world that answers them.
         node: in ROS.
+        warnings: are told of failed calls in a ROS that does not tell the caller.
 
     Attributes:
         services: their names.
     """
 
-    def __init__(self, world: World, node: Node) -> None:
-        self._world, self._codec = world, node.codec
+    def __init__(self, world: World, node: Node, warnings: Findings) -> None:
+        self._world, self._node, self._codec = world, node, node.codec
+        self._warnings = warnings
         self._waiting: SimpleQueue[_Call] = SimpleQueue()
         self.services: list[str] = []
-        if node.has_services:
-            self._offer(node)
 
-    def _offer(self, node: Node) -> None:
+    def offer(self) -> None:
+        """Offer all services of the world in ROS."""
         for info in self._world.topics.values():
             if info.response is not None:
                 request, response = map(self._codec.name, (info.type, info.response))
-                node.serve(info.name, request, response, partial(self._ask, info.name, request))
+                self._node.serve(info.name, request, response, partial(self._ask, info.name, request))
                 self.services.append(info.name)
 
     def _ask(self, service: str, kind: str, request: bytes) -> memoryview:
@@ -75,6 +76,9 @@ class Calls:
                 call.answer.set_result(self._codec.encode(self._do(call)))
             except NrpError as error:
                 call.answer.set_exception(error)
+                if not self._node.returns_errors:
+                    message = f"a call got no answer, because ROS 2 cannot carry its error: {error}"
+                    self._warnings.add(Code.NRP282, message, subject=call.service)
 
     def _do(self, call: _Call) -> Any:
         return self._world.call(call.service, self._codec.decode(call.request, call.kind))

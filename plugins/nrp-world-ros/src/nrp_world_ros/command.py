@@ -81,7 +81,7 @@ def _body(experiment: Experiment, node: Node, until_ns: int | None, *, lockstep:
     from nrp_world_ros.body import Body
 
     with open_world(experiment) as world:
-        body = Body(world, node)
+        body = Body(world, node, _warn)
         try:
             if lockstep:
                 body.run_in_lockstep(until_ns, lambda: _tell(body.bridge))
@@ -89,7 +89,7 @@ def _body(experiment: Experiment, node: Node, until_ns: int | None, *, lockstep:
                 _tell(body.bridge)
                 body.run(until_ns, experiment.timestep, pacing_of(experiment.pace))
         finally:
-            _warn(body.bridge)
+            body.bridge.report()
 
 
 def _whole(experiment: Experiment, node: Node, until_ns: int | None) -> None:
@@ -99,10 +99,10 @@ def _whole(experiment: Experiment, node: Node, until_ns: int | None) -> None:
     from nrp_world_ros.bridge import Bridge
 
     with Run(experiment) as run:
-        bridge = Bridge(run.world, node, run.loop.publish)
+        bridge = Bridge(run.world, node, run.loop.publish, _warn)
 
         def exchange(_loop: object) -> None:
-            node.check()
+            bridge.check()
             bridge.send()
             bridge.receive()
             bridge.attend()
@@ -113,7 +113,7 @@ def _whole(experiment: Experiment, node: Node, until_ns: int | None) -> None:
         try:
             run.run(None if until_ns is None else seconds(until_ns))
         finally:
-            _warn(bridge)
+            bridge.report()
         result = run.result()
     for _, line in result.judgement.lines():
         typer.echo(line)
@@ -125,10 +125,8 @@ def _whole(experiment: Experiment, node: Node, until_ns: int | None) -> None:
 def _tell(bridge: Bridge) -> None:
     topics = f"{len(bridge.outgoing)} topics to subscribe to, {len(bridge.incoming)} to publish on"
     typer.echo(f"in ROS: {topics}, {len(bridge.services)} services")
-    _warn(bridge)
+    bridge.report()
 
 
-def _warn(bridge: Bridge) -> None:
-    for warning in bridge.warnings:
-        complain(str(warning), label="warning", color="yellow")
-    bridge.warnings.clear()
+def _warn(message: str) -> None:
+    complain(message, label="warning", color="yellow")

@@ -42,12 +42,17 @@ class Node(Closing):
     tool: ClassVar[str]
     """The program with which users list topics."""
 
-    has_services: ClassVar[bool]
-    """Whether :meth:`serve` can be called."""
+    returns_errors: ClassVar[bool]
+    """Whether the caller of a service is told why it failed."""
 
     def __init__(self, codec: Codec) -> None:
         self.codec = codec
         self.inbox = Inbox()
+
+    @property
+    @abstractmethod
+    def reach(self) -> str:
+        """Where this node can be found, and how to widen it, for a report."""
 
     @abstractmethod
     def publisher(self, topic: str, cls: type, *, latched: bool = False) -> Publisher:
@@ -80,7 +85,16 @@ class Node(Closing):
             service: its name.
             request: type of the request, ``package/msg/NameRequest``.
             response: type of the response.
-            answer: takes a request and returns the response; called in a separate thread.
+            answer: takes a request and returns the response; called in a separate thread. If it raises one of
+                our errors, the caller gets no response, and in some ROS the reason.
+
+        Raises:
+            SimulationError: the connection to ROS was lost.
+        """
+
+    @abstractmethod
+    def keep(self, name: str, text: str) -> None:
+        """Offer a text to all who ask, now or later: a parameter in ROS 1, a latched topic in ROS 2.
 
         Raises:
             SimulationError: the connection to ROS was lost.

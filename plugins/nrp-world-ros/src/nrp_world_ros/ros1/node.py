@@ -34,7 +34,7 @@ class Ros1Node(Node):
     """
 
     tool = "rostopic"
-    has_services = True
+    returns_errors = True
 
     def __init__(self, name: str, *, queue: int = 0) -> None:
         super().__init__(CODEC)
@@ -54,7 +54,12 @@ class Ros1Node(Node):
         self._publishers: dict[str, _Ros1Publisher] = {}
         self._listeners: dict[str, Any] = {}
         self._services: list[Any] = []
+        self._parameters: set[str] = set()
         self._checked_s = time.monotonic()
+
+    @property
+    def reach(self) -> str:
+        return f"this one is known to the master at {self._uri}: is ROS_MASTER_URI the same for the others?"
 
     def publisher(self, topic: str, cls: type, *, latched: bool = False) -> Publisher:
         if topic not in self._publishers:
@@ -86,6 +91,11 @@ class Ros1Node(Node):
             return kind._response_class(answer(bytes(message.data)))
 
         self._services.append(self._rospy.Service(service, kind, handle, error_handler=_unmoved))
+
+    def keep(self, name: str, text: str) -> None:
+        self._require_master()
+        self._rospy.set_param(name, text)
+        self._parameters.add(name)
 
     def peers(self, topic: str) -> int:
         return int(self._ends()[topic]())
@@ -168,6 +178,9 @@ class Ros1Node(Node):
             end.unregister()
         for service in self._services:
             service.shutdown()
+        for name in self._parameters:
+            self._rospy.delete_param(name)
+        self._parameters.clear()
         self._publishers.clear()
         self._listeners.clear()
         self._services.clear()

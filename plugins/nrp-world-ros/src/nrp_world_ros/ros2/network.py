@@ -1,17 +1,15 @@
 """The domain of ROS 2 of this process, and the networks from which it can be reached: by default none.
 
 The variables are those of ROS 2. Only a default differs: without ``ROS_AUTOMATIC_DISCOVERY_RANGE`` a node of
-ROS searches the whole subnet, a node of this package only this machine.
+ROS searches the whole subnet. A node of this package searches in the same way, so that it meets those with
+the defaults of ROS, but its multicasts do not leave this machine, and it receives nothing from others.
 """
 
 from __future__ import annotations
 
 import os
-import socket
 import sys
 from collections.abc import Mapping
-from contextlib import suppress
-from pathlib import Path
 from typing import Any
 from weakref import WeakValueDictionary
 from xml.sax.saxutils import quoteattr
@@ -19,12 +17,24 @@ from xml.sax.saxutils import quoteattr
 from nrp_core.errors import BackendLoadError, did_you_mean
 
 from nrp_world_ros.options import LAST_DOMAIN
+from nrp_world_ros.ros2.fence import addresses_here, fence, open_sockets
+from nrp_world_ros.ros2.rtps.sockets import Sockets
 
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 _MACHINE, _SUBNET = "LOCALHOST", "SUBNET"
 _RANGES = (_MACHINE, _SUBNET, "SYSTEM_DEFAULT")
 _CONFIG = "CYCLONEDDS_URI"
-_SOCKETS = Path("/proc/self/fd")
+_LO = '<NetworkInterface name="lo" multicast="false"/>'
+_NEAR = (  # nodes with the defaults of ROS announce themselves on a network, others on loopback
+    f'<Interfaces><NetworkInterface autodetermine="true" priority="1"/>{_LO}</Interfaces>'
+    "<AllowMulticast>spdp</AllowMulticast><MulticastTimeToLive>0</MulticastTimeToLive>"
+)
+# nodes without a network hear no multicast: they learn of this one when it writes to each possible port
+_NEAR_PAUSE = "<SPDPInterval>1 s</SPDPInterval>"
+_LOOPBACK = (
+    '<Interfaces><NetworkInterface address="127.0.0.1" multicast="false"/></Interfaces>'
+    "<AllowMulticast>false</AllowMulticast>"
+)
 _domains: WeakValueDictionary[int, Any] = WeakValueDictionary()
 
 
@@ -57,22 +67,52 @@ def on_this_machine_only(environ: Mapping[str, str] = os.environ) -> bool:
     return wanted == _MACHINE and _CONFIG not in environ
 
 
+def reach(number: int, environ: Mapping[str, str] = os.environ) -> str:
+    """Return which nodes are found, for a report that there are none."""
+    if on_this_machine_only(environ):
+        near = f"on this machine; to find those of others, set {_RANGE}={_SUBNET} for all"
+    elif _CONFIG in environ:
+        near = f"on the networks of {_CONFIG}"
+    else:
+        near = "on this subnet, if it carries multicast; else set ROS_STATIC_PEERS"
+    return (
+        f"domain {number}, {near}. Others have the same ROS_DOMAIN_ID, and a DDS as RMW_IMPLEMENTATION, "
+        "which Zenoh is not"
+    )
+
+
 def configuration(environ: Mapping[str, str] = os.environ) -> str:
     """Return the network configuration for Cyclone DDS; its own ``CYCLONEDDS_URI`` takes precedence."""
-    peers = [peer for peer in environ.get("ROS_STATIC_PEERS", "").split(";") if peer]
-    general = ""
+    peers = _static_peers(environ)
+    general = pause = ""
     if on_this_machine_only(environ):
-        general = (
-            '<General><Interfaces><NetworkInterface address="127.0.0.1" multicast="false"/></Interfaces>'
-            "<AllowMulticast>false</AllowMulticast></General>"
-        )
-        peers = ["127.0.0.1"]
+        near = _NEAR if addresses_here() else _LOOPBACK
+        general, peers, pause = f"<General>{near}</General>", ["127.0.0.1"], _NEAR_PAUSE
     listed = "".join(f"<Peer address={quoteattr(peer)}/>" for peer in peers)
     return (
         f'<CycloneDDS><Domain Id="any">{general}<Discovery><ParticipantIndex>auto</ParticipantIndex>'
         "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
-        f"<Peers>{listed}</Peers></Discovery></Domain></CycloneDDS>,{environ.get(_CONFIG, '')}"
+        f"{pause}<Peers>{listed}</Peers></Discovery></Domain></CycloneDDS>,{environ.get(_CONFIG, '')}"
     ).rstrip(",")
+
+
+def _static_peers(environ: Mapping[str, str]) -> list[str]:
+    return [peer for peer in environ.get("ROS_STATIC_PEERS", "").split(";") if peer]
+
+
+def service_sockets(number: int, environ: Mapping[str, str] = os.environ) -> Sockets:
+    """Return the ports for services, which follow the variables of ROS alone.
+
+    Raises:
+        BackendLoadError: DDS cannot use the network.
+    """
+    near = environ.get(_RANGE, _MACHINE) == _MACHINE
+    try:
+        return Sockets(number, near=near, peers=() if near else _static_peers(environ))
+    except OSError as error:
+        raise (
+            _unfenced(error) if near else BackendLoadError(f"DDS cannot use the network: {error}")
+        ) from error
 
 
 def participate(number: int) -> tuple[Any, Any]:
@@ -84,7 +124,7 @@ def participate(number: int) -> tuple[Any, Any]:
     from cyclonedds.core import DDSException
     from cyclonedds.domain import Domain, DomainParticipant
 
-    others = _open_sockets()
+    others = open_sockets()
     try:
         domain = _domains.get(number) or Domain(number, configuration())
         participant = DomainParticipant(number)
@@ -92,35 +132,16 @@ def participate(number: int) -> tuple[Any, Any]:
         given = f"; {_CONFIG} is '{os.environ[_CONFIG]}'" if _CONFIG in os.environ else ""
         raise BackendLoadError(f"DDS cannot join domain {number}: {error}{given}") from error
     _domains[number] = domain
-    if on_this_machine_only():
-        _fence(_open_sockets() - others)
+    if on_this_machine_only() and sys.platform == "linux":
+        try:  # Cyclone DDS always listens on all devices, see its issue 1923
+            fence(open_sockets() - others)
+        except OSError as error:
+            raise _unfenced(error) from error
     return domain, participant
 
 
-def _open_sockets() -> set[int]:
-    """Return the sockets of this process; empty if the system does not list them."""
-    found = set()
-    for link in _SOCKETS.iterdir() if _SOCKETS.exists() else ():
-        with suppress(OSError):  # the descriptor used for the list
-            if link.readlink().name.startswith("socket:"):
-                found.add(int(link.name))
-    return found
-
-
-def _fence(sockets: set[int]) -> None:
-    """Bind sockets to the loopback device; Cyclone DDS always listens on all devices.
-
-    See https://github.com/eclipse-cyclonedds/cyclonedds/issues/1923. This needs Linux; since 5.7 without
-    privileges.
-    """
-    if sys.platform != "linux":
-        return
-    for number in sockets:
-        with socket.socket(fileno=os.dup(number)) as each:
-            try:
-                each.setsockopt(socket.SOL_SOCKET, socket.SO_BINDTODEVICE, b"lo\0")
-            except OSError as error:
-                raise BackendLoadError(
-                    f"this system cannot keep ROS 2 to this machine ({error}); to allow remote access, set "
-                    f"{_RANGE}={_SUBNET}"
-                ) from error
+def _unfenced(error: OSError) -> BackendLoadError:
+    return BackendLoadError(
+        f"this system cannot keep ROS 2 to this machine ({error}); to allow remote access, set "
+        f"{_RANGE}={_SUBNET}"
+    )

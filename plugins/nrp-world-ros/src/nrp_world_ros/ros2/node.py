@@ -13,12 +13,15 @@ from nrp_core.clock import NS_PER_S
 from nrp_core.errors import SimulationError, TopicError
 from nrp_core.world import Closing
 from nrp_core.world.messages.cdr import Codec
+from nrp_core.world.messages.std_msgs import String
 
 from nrp_world_ros.node import Node, Publisher
 from nrp_world_ros.ros2.load import load_dds
 from nrp_world_ros.ros2.mail import Mail, participants
-from nrp_world_ros.ros2.network import domain_number, participate
+from nrp_world_ros.ros2.network import domain_number, participate, reach, service_sockets
 from nrp_world_ros.ros2.presence import announce
+from nrp_world_ros.ros2.rtps.participant import RtpsParticipant
+from nrp_world_ros.ros2.services import Services
 from nrp_world_ros.ros2.types import DdsTypes, dds_topic
 
 _DISCOVERY_S = 1.0
@@ -47,15 +50,17 @@ class Ros2Node(Node):
     """
 
     tool = "ros2 topic"
-    has_services = False
+    returns_errors = False
 
     def __init__(self, name: str, *, queue: int = 0, domain: int | None = None) -> None:
         load_dds()
         super().__init__(Codec())
         self._queue = queue
         self._namespace = ""
+        self._services: Services | None = None
         self._types = DdsTypes(self.codec)
-        self._domain, self._participant = participate(domain_number(domain))
+        self._number = domain_number(domain)
+        self._domain, self._participant = participate(self._number)
         self._writers: dict[str, _Ros2Publisher] = {}
         self._matched: tuple[dict[str, int], float] = ({}, time.monotonic())
         self._joined_s = time.monotonic()
@@ -64,6 +69,10 @@ class Ros2Node(Node):
         self._mail = Mail(self._participant, self.inbox, self.codec)
 
     # -- topics
+
+    @property
+    def reach(self) -> str:
+        return f"this one is in {reach(self._number)}"
 
     def move(self, namespace: str) -> None:
         """Leave all topics; later ones are below a namespace, ``/there``."""
@@ -122,7 +131,13 @@ class Ros2Node(Node):
         )
 
     def serve(self, service: str, request: str, response: str, answer: Callable[[bytes], memoryview]) -> None:
-        raise NotImplementedError("the transports of ROS 2 do not agree on how a call is carried")
+        self._require_open()
+        if self._services is None:
+            self._services = Services(RtpsParticipant(service_sockets(self._number)))
+        self._services.serve(service, request, response, answer)
+
+    def keep(self, name: str, text: str) -> None:
+        self.publisher(name, String, latched=True).publish(String(text))
 
     # -- discovery
 
@@ -168,6 +183,8 @@ class Ros2Node(Node):
         if self._participant is not None:
             self._leave_topics()
             self._mail.close()
+            if self._services is not None:
+                self._services.close()
             self._participant = self._domain = self._presence = None
 
 
