@@ -15,7 +15,7 @@ from nrp_bibi.model.selectors import Index
 from nrp_cockpit.designer.brain.model import Brain
 from nrp_cockpit.designer.brain.script import script_of
 from playwright.sync_api import Browser, Locator, Page, WebSocketRoute, expect
-from visitors import visit
+from visitors import cockpit, visit
 
 from nrp_core.experiment.making.networks import network_from
 from nrp_core.experiment.reading.find import find_file
@@ -418,6 +418,50 @@ def test_a_brain_is_drawn_by_pointer_and_its_populations_are_there_for_functions
     hand.click("radio", "Functions")
     expect(hand.box("population wheels")).to_be_visible()
     expect(hand.box("population sensors")).to_have_count(0)
+
+
+def test_cells_of_a_brain_that_a_person_wrote_are_silenced_by_keyboard_and_the_robot_stands(watched: Watched):
+    with cockpit() as here:
+        page = watched.open(here.address, 1280, 720)
+        page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+        page.get_by_role("link", name="Designer", exact=True).click()
+        hand = Hand(page)
+        hand.click("radio", "Brain")
+        hand.tab_to("button", "Add intervention")
+        page.keyboard.press("Enter")
+        expect(page.get_by_role("heading", name="silence circuit")).to_be_visible()
+        expect(page.get_by_label("kind")).to_be_focused()
+        hand.choose("kind", "Activate")
+        for label, text in (("rate", "50"), ("weight", "0.00015"), ("duration", "200"), ("at", "300")):
+            hand.fill(label, text)
+            page.keyboard.press("Enter")
+        hand.click("radio", "YAML")
+        yaml = page.get_by_role("region", name="Texts").locator("pre")
+        drives = "{activate: {cells: circuit, rate: 50 Hz, weight: 0.00015, duration: 200 ms}, at: 300 ms}"
+        expect(yaml).to_contain_text(f"    - {drives}")
+        hand.choose("kind", "Silence")
+        hand.fill("at", "")
+        hand.tab_to("combobox", "cells")
+        page.keyboard.press("Control+A")
+        page.keyboard.type("circit")
+        page.keyboard.press("Enter")
+        wrong = "the brain has no population 'circit'; did you mean 'circuit'?"
+        expect(page.get_by_role("region", name="Form").get_by_text(wrong)).to_be_visible()
+        hand.click("button", "Run")
+        expect(page.get_by_text(f"The model cannot run yet: {wrong}")).to_be_visible()
+        hand.fill("cells", "circuit")
+        page.keyboard.press("Enter")
+        expect(yaml).to_have_text("brain:\n  interventions:\n    - {silence: circuit}\n")
+        page.get_by_role("region", name="Texts").get_by_role("button", name="Copy").click()
+        expect(page.get_by_text("The interventions were copied.")).to_be_visible()
+        assert page.evaluate("() => navigator.clipboard.readText()") == yaml.inner_text()
+        page.keyboard.press("Control+Shift+Enter")
+        expect(page.get_by_role("link", name="Cockpit")).to_have_attribute("aria-current", "page")
+        seen(page, lambda: here.session.now_ns, lambda now_ns: now_ns > 1_000_000_000)
+        page.get_by_role("button", name="Pause").click()
+        page.get_by_role("button", name="Play").wait_for()
+        assert here.session.run is not here.run
+        assert abs(here.session.run.world.model_motion("husky").angular[2]) < 1e-3  # it turns, else
 
 
 def test_the_experiment_of_the_paper_is_drawn_from_nothing_and_passes(alone: tuple[Hand, Path]):

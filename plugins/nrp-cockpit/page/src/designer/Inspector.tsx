@@ -1,7 +1,7 @@
 import { baseName } from "../state/paths";
 import { Button, IconButton } from "../ui/Button";
 import { Icon } from "../ui/Icon";
-import { Empty, Panel } from "../ui/Panel";
+import { Panel } from "../ui/Panel";
 import { ConnectMenu } from "./ConnectMenu";
 import { ListMoves } from "./ListMoves";
 import { ownerOf, partAt, titleOf } from "./model";
@@ -30,17 +30,19 @@ export function Inspector({ state }: { state: DesignState }) {
   );
 }
 
-/** The whole model; of a brain that a person wrote there is no form. */
+/** The whole model; of a brain that a person wrote there are only the interventions. */
 const Whole = ({ state }: { state: DesignState }) => (
   <Panel
     title={state.kind === "brain" ? "The whole brain" : "The whole model"}
     label="Form"
     className="scroll"
   >
-    {state.is_drawn ? (
-      <Form path="" part={state.model} />
-    ) : (
-      <Empty>{baseName(state.file)} was written by hand and cannot be edited here.</Empty>
+    <Form path="" part={state.model} />
+    {!state.is_drawn && (
+      <p className="form-action mut f12">
+        {baseName(state.file)} was written by hand and cannot be edited here. Interventions change its cells
+        and synapses in a run; Run begins one with them, and under YAML is what the experiment file needs.
+      </p>
     )}
   </Panel>
 );

@@ -1,6 +1,6 @@
-import { type ReactNode, useId } from "react";
+import { type ReactNode, useEffect, useId, useRef } from "react";
 import { labelOf } from "./model";
-import { actHere, useDesign } from "./store";
+import { actHere, named, useDesign } from "./store";
 import type { Feature, NodeData } from "./types";
 
 interface PartProps {
@@ -13,11 +13,21 @@ interface PartProps {
 
 const below = (path: string, field: string) => (path ? `${path}/${field}` : field);
 
+/** What a new intervention has the focus at, as it has no name. */
+const UNNAMED = "effect";
+
 /** A part of one of several classes: the class, and the form of it; without one, what it could be. */
 export function PartField({ path, feature, part, children }: PartProps) {
   const choices = useDesign((design) => design.metamodel?.classes[feature.of]?.choices) ?? [];
   const here = below(path, feature.field);
   const id = useId();
+  const field = useRef<HTMLSelectElement>(null);
+  const isNew = useDesign((design) => design.isNew && design.selected === path && feature.field === UNNAMED);
+  useEffect(() => {
+    if (!isNew) return;
+    field.current?.focus();
+    named();
+  }, [isNew]);
   const choose = (type: string) => {
     if (type === "") void actHere("remove", { path: here });
     else if (part) void actHere("become", { path: here, type });
@@ -30,6 +40,7 @@ export function PartField({ path, feature, part, children }: PartProps) {
         <span className="form-value">
           <select
             id={id}
+            ref={field}
             className="input"
             value={part?.type ?? ""}
             onChange={(event) => choose(event.target.value)}

@@ -12,12 +12,15 @@ interface FormProps {
 
 /** Lists that the drawing shows already. */
 const DRAWN = new Set(["transfer_function"]);
+/** What can be changed in every brain, also in one that a person wrote. */
+const IN_EVERY_BRAIN = "intervention";
 
 /** The form of a part, made from the server's description of its class; what is seldom given is folded away. */
 export function PartForm({ path, part }: FormProps) {
   const all = useDesign((design) => design.metamodel?.classes[part.type]?.features) ?? [];
   const kind = useDesign((design) => design.state?.kind);
-  const shown = all.filter(({ field }) => !DRAWN.has(field));
+  const byHand = useDesign((design) => path === "" && design.state?.is_drawn === false);
+  const shown = all.filter(({ field }) => !DRAWN.has(field) && (!byHand || field === IN_EVERY_BRAIN));
   const first = shown.filter((feature) => !isSeldom(feature, part, kind));
   const seldom = shown.filter((feature) => isSeldom(feature, part, kind));
   const field = (feature: Feature) => (

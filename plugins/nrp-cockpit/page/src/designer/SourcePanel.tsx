@@ -1,4 +1,6 @@
 import { useState } from "react";
+import { notify } from "../state/notices";
+import { Button } from "../ui/Button";
 import { Icon } from "../ui/Icon";
 import { Empty } from "../ui/Panel";
 import { Segmented } from "../ui/Segmented";
@@ -8,12 +10,12 @@ import { select, useDesign } from "./store";
 import type { DesignState, PlacedFinding } from "./types";
 import "./source.css";
 
-type Shown = "xml" | "python" | "findings";
+type Shown = "xml" | "python" | "yaml" | "findings";
 
 /** The lines of a text that say what is selected. */
 function linesShown(state: DesignState, selected: string, shown: Shown): ReadonlySet<number> {
   const part = selected === "" ? undefined : partAt(state.model, selected);
-  if (!part) return new Set();
+  if (!part?.line) return new Set();
   const [first, last] = linesOf(state.kind === "brain" ? state.python.text : state.xml, part);
   if (shown === "xml" || state.kind === "brain")
     return new Set(Array.from({ length: last - first + 1 }, (_, at) => first + at));
@@ -21,44 +23,74 @@ function linesShown(state: DesignState, selected: string, shown: Shown): Readonl
   return new Set(lines.filter((line) => line > 0));
 }
 
-/** The model as XML and as Python, both to edit, and what was found in it. */
+/** The texts of a kind of drawing, and its findings. */
+const choicesOf = (isBrain: boolean, findings: number) =>
+  [
+    ...(isBrain ? [] : [{ value: "xml", label: "XML" } as const]),
+    { value: "python", label: isBrain ? "PyNN" : "Python" },
+    ...(isBrain ? [{ value: "yaml", label: "YAML" } as const] : []),
+    { value: "findings", label: `Findings ${findings}` },
+  ] as const;
+
+/** The model as XML and as Python, both to edit, what was found in it, and the interventions in a brain. */
 export function SourcePanel({ state }: { state: DesignState }) {
   const [chosen, setShown] = useState<Shown>("xml");
   const isBrain = state.kind === "brain";
-  const shown = isBrain && chosen === "xml" ? "python" : chosen;
+  const shown = chosen === (isBrain ? "xml" : "yaml") ? "python" : chosen;
   const [error, setError] = useState<string | null>(null);
-  const selected = useDesign((design) => design.selected);
-  const findings = useDesign((design) => design.findings);
-  const choices = [
-    ...(isBrain ? [] : [{ value: "xml", label: "XML" } as const]),
-    { value: "python", label: isBrain ? "PyNN" : "Python" },
-    { value: "findings", label: `Findings ${findings.length}` },
-  ] as const;
+  const count = useDesign((design) => design.findings.length);
+  const isEdited = state.is_drawn && (shown === "xml" || shown === "python");
   return (
     <section className="panel designer-source" aria-label="Texts" data-panel="texts" tabIndex={-1}>
       <div className="panel-head">
-        <Segmented label="View" choices={choices} value={shown} onChange={setShown} />
+        <Segmented label="View" choices={choicesOf(isBrain, count)} value={shown} onChange={setShown} />
         <span className="grow" />
-        {shown !== "findings" && state.is_drawn && <InStep error={error} />}
+        {shown === "yaml" && <CopyYaml text={state.interventions ?? ""} />}
+        {isEdited && <InStep error={error} />}
       </div>
       <div className="panel-body">
-        {shown === "findings" ? (
-          <Findings findings={findings} />
-        ) : (
-          <SourceEditor
-            key={`${shown} ${state.file}`}
-            language={shown}
-            readOnly={!state.is_drawn}
-            text={shown === "xml" ? state.xml : state.python.text}
-            missing={shown === "python" ? state.python.error : null}
-            lines={linesShown(state, selected, shown)}
-            onError={setError}
-          />
-        )}
+        <Text state={state} shown={shown} onError={setError} />
       </div>
     </section>
   );
 }
+
+interface TextProps {
+  state: DesignState;
+  shown: Shown;
+  onError: (error: string | null) => void;
+}
+
+function Text({ state, shown, onError }: TextProps) {
+  const selected = useDesign((design) => design.selected);
+  const findings = useDesign((design) => design.findings);
+  if (shown === "findings") return <Findings findings={findings} />;
+  if (shown === "yaml") return <pre className="design-yaml mono scroll">{state.interventions}</pre>;
+  return (
+    <SourceEditor
+      key={`${shown} ${state.file}`}
+      language={shown}
+      readOnly={!state.is_drawn}
+      text={shown === "xml" ? state.xml : state.python.text}
+      missing={shown === "python" ? state.python.error : null}
+      lines={linesShown(state, selected, shown)}
+      onError={onError}
+    />
+  );
+}
+
+const CopyYaml = ({ text }: { text: string }) => (
+  <Button
+    small
+    icon="copy"
+    tip="For the experiment file"
+    onClick={() =>
+      void navigator.clipboard.writeText(text).then(() => notify("The interventions were copied."))
+    }
+  >
+    Copy
+  </Button>
+);
 
 const InStep = ({ error }: { error: string | null }) => (
   <span className={`row tight f11 in-step ${error ? "bad-t" : "ok-t"}`} role="status">

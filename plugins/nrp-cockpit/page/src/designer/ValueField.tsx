@@ -95,6 +95,16 @@ function useChoices(feature: Feature, text: string): string[] | null {
   return names.length === 0 ? null : names.includes(text) || text === "" ? names : [text, ...names];
 }
 
+/** What can stand for a value in a form where nothing is given. */
+const LEFT_OUT: Record<string, string> = { Cells: "all", NamedCells: "any" };
+
+/** The names that a text may be, proposed while one types. */
+function useProposed({ of }: Feature): readonly string[] {
+  const state = useDesign((design) => design.state);
+  if (of === "Topic") return Object.keys(state?.topics ?? {});
+  return of === "NamedCells" ? (state?.cells ?? []) : [];
+}
+
 /** What is typed stays until the server has taken it, however late the server answers; Escape gives it up. */
 function TextInput({ id, path, text, feature, error, onSet }: ControlProps) {
   const [typed, setTyped] = useState<string | null>(null);
@@ -106,6 +116,7 @@ function TextInput({ id, path, text, feature, error, onSet }: ControlProps) {
   useEffect(() => {
     if (document.activeElement !== field.current) setTyped(null);
   }, [text]);
+  const proposed = useProposed(feature);
   const giveUp = () => {
     setTyped(null);
     void onSet(text);
@@ -126,11 +137,11 @@ function TextInput({ id, path, text, feature, error, onSet }: ControlProps) {
         aria-describedby={error ? `${id}-error` : undefined}
         onBlur={() => void leave()}
         className="input"
-        placeholder={feature.default || (feature.least ? "" : feature.of === "Cells" ? "all" : "default")}
+        placeholder={feature.default || (feature.least ? "" : (LEFT_OUT[feature.of] ?? "default"))}
         title={feature.expects}
         spellCheck={false}
         autoComplete="off"
-        list={feature.of === "Topic" ? "designer-topics" : undefined}
+        list={proposed.length > 0 ? `${id}-proposed` : undefined}
         onChange={(event) => setTyped(event.target.value)}
         onKeyDown={(event) => {
           if (event.key === "Enter") void leave();
@@ -139,6 +150,13 @@ function TextInput({ id, path, text, feature, error, onSet }: ControlProps) {
           giveUp();
         }}
       />
+      {proposed.length > 0 && (
+        <datalist id={`${id}-proposed`}>
+          {proposed.map((name) => (
+            <option key={name} value={name} />
+          ))}
+        </datalist>
+      )}
       {feature.unit && <span className="form-unit">{feature.unit}</span>}
     </span>
   );

@@ -27,11 +27,16 @@ export function ownerOf(path: string): string {
 }
 
 /** Whether something selected can be copied and removed as a whole: an item of a list. */
-export const isItem = (path: string): boolean => /^(transfer_function|population|projection)\//.test(path);
+export const isItem = (path: string): boolean =>
+  /^(transfer_function|population|projection|intervention)\//.test(path);
 
-/** What a part is called: its name, or its kind. */
+/** What a part is called: its name, or its kind; of an intervention its kind and its cells. */
 export function titleOf(part: NodeData): string {
-  const { name, src, ref } = part.fields;
+  const { name, src, ref, effect } = part.fields;
+  if (isNode(effect)) {
+    const { cells, sources, targets } = effect.fields;
+    return [effect.type.toLowerCase(), cells, sources, targets && `to ${targets}`].filter(Boolean).join(" ");
+  }
   for (const held of [name, src, ref]) if (typeof held === "string") return held;
   return part.text || part.type;
 }

@@ -73,6 +73,10 @@ export interface DesignState {
   xml: string;
   python: { text: string; lines: number[]; error: string | null };
   populations: Record<string, number>;
+  /** Of a brain: its interventions as they stand in an experiment file. */
+  interventions?: string;
+  /** Of a brain: the names of cells that interventions can mean. */
+  cells?: string[];
   /** The message types of all topics, by name. */
   topics: Record<string, string>;
 }

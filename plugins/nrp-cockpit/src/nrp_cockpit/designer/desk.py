@@ -7,6 +7,7 @@ from itertools import count
 from pathlib import Path
 
 from nrp_cockpit.designer.brain.document import BrainDocument, read_text
+from nrp_cockpit.designer.brain.interventions import interventions_of
 from nrp_cockpit.designer.brain.script import read_script
 from nrp_cockpit.designer.document import Document
 from nrp_cockpit.designer.drawing import Drawing
@@ -43,6 +44,7 @@ class Desk:
         self._surroundings = surroundings_of(self._session.run)
         self._built = self._session.run.experiment.brain.model
         self._built_from = _script_at(self._built)
+        self._built_with = interventions_of(self._session.run.experiment.brain.interventions)
 
     @property
     def shown(self) -> Drawing:
@@ -70,9 +72,15 @@ class Desk:
 
     @property
     def new_brain(self) -> BrainDocument | None:
-        """The brain that was chosen, drawn or that of the experiment, if the run has another one."""
+        """The brain that was chosen, drawn or that of the experiment, if the run has another one.
+
+        One with other interventions is another one.
+        """
         brain = self._brain
-        if brain is None or (brain.path, brain.text) == (self._built, self._built_from):
+        if brain is None:
+            return None
+        chosen = brain.path, brain.text, brain.brain.intervention
+        if chosen == (self._built, self._built_from, self._built_with):
             return None
         is_original = brain.path == self.original.brain.model
         return brain if is_original or (brain.is_drawn and brain.brain.population) else None
@@ -129,7 +137,9 @@ class Desk:
     def _show_brain(self, path: Path) -> None:
         if path not in self._drawings:
             network = self._session.run.brain.network if path == self._built else None
-            self._drawings[path] = BrainDocument(path, network)
+            self._drawings[path] = BrainDocument(
+                path, network, interventions_of(self.original.brain.interventions)
+            )
         found = self._drawings[path]
         assert isinstance(found, BrainDocument)
         self._shown = self._brain = found

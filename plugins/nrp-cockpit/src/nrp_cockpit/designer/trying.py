@@ -9,13 +9,16 @@ from typing import Any
 
 from nrp_bibi.writer import bibi_text
 
-from nrp_cockpit.designer.brain.checking import brain_findings, located_in_brain
+from nrp_cockpit.designer.brain.checking import at_interventions, brain_findings, located_in_brain
 from nrp_cockpit.designer.brain.document import BrainDocument
+from nrp_cockpit.designer.brain.interventions import interventions_of, overrides_of
 from nrp_cockpit.designer.checking import located, model_findings
 from nrp_cockpit.designer.desk import Desk
 from nrp_cockpit.designer.document import Document
+from nrp_cockpit.session.findings import finding_data
 from nrp_cockpit.session.opening import Opening
 from nrp_core.errors import ExperimentError
+from nrp_core.findings import InvalidExperimentError
 
 Found = list[dict[str, Any]]
 
@@ -67,12 +70,22 @@ class Trying:
                 session.ask(session.reset, "resetting")
             session.ask(session.play)
         findings = located(document.model, document.path, applied["findings"])
+        if brain is not None:
+            findings = at_interventions(brain.brain, findings)
         return {"applied": applied["applied"], "findings": findings}
 
     # --
 
     def _settings(self, brain: BrainDocument) -> list[str]:
-        """Return what makes the experiment one with another brain."""
+        """Return what makes the experiment one with another brain, or with other interventions."""
+        return [*self._model_settings(brain), *self._intervened(brain)]
+
+    def _intervened(self, brain: BrainDocument) -> list[str]:
+        given = brain.brain.intervention
+        there = interventions_of(self._desk.original.brain.interventions)
+        return [] if given == there else overrides_of(given)
+
+    def _model_settings(self, brain: BrainDocument) -> list[str]:
         if brain.path == self._desk.original.brain.model and not brain.is_drawn:
             return []
         model = json.dumps(str(brain.path))  # a text of YAML, whatever the path has
@@ -83,14 +96,20 @@ class Trying:
         functions = self._session.functions
         files = _text_of(document) if document else {}
         there = self._there(document) if document else None
-        experiment = self._desk.original
         with self._checking:  # it takes a second: several pages wait for each other
             if brain is None:
                 return list(functions.check_in(self._session.run.experiment, files, there)["findings"])
+            try:
+                intervened = self._intervened(brain)
+                experiment = self._opening.read_with(intervened) if intervened else self._desk.original
+            except InvalidExperimentError as error:
+                return [finding_data(each) for each in error.findings]
             if not brain.is_drawn:
                 return list(functions.check_in(experiment, files, there)["findings"])
             draft = functions.drafts.write(brain.path, brain.text)
-            other: dict[str, Any] = {"populations": {}, "parameters": {}} if self._settings(brain) else {}
+            other: dict[str, Any] = (
+                {"populations": {}, "parameters": {}} if self._model_settings(brain) else {}
+            )
             section = experiment.brain.model_copy(update={"model": draft, **other})
             drawn = experiment.model_copy(update={"brain": section})
             try:

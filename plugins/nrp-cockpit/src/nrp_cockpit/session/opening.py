@@ -32,11 +32,12 @@ class Opening:
 
     Attributes:
         session: the session.
+        read_with: reads its experiment anew, as it was opened but for these overrides.
         on_exchange: called when the session continues with another run.
     """
 
     def __init__(self, session: LiveSession, read: Read) -> None:
-        self.session, self._read_with = session, read
+        self.session, self.read_with = session, read
         self._settings: list[str] = []
         self.on_exchange: Callable[[], None] = lambda: None
 
@@ -79,7 +80,7 @@ class Opening:
         return found
 
     def _read(self, overrides: Sequence[str]) -> Experiment:
-        return self._read_with([*self._settings, *overrides])
+        return self.read_with([*self._settings, *overrides])
 
     def branch(self, t_s: float | None = None, id: str | None = None) -> None:  # noqa: A002
         """Open a second future of the run.

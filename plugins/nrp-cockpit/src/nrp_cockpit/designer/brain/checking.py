@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from nrp_cockpit.designer.brain.edit import NO_SYNAPSES
+from nrp_cockpit.designer.brain.interventions import FIELD, overrides_of
 from nrp_cockpit.designer.brain.model import Brain, Projection, weight_unit
 from nrp_cockpit.designer.brain.script import parts_at
 
@@ -52,4 +53,19 @@ def located_in_brain(brain: Brain, path: Path, findings: Iterable[Mapping[str, A
         before = [name for name, line in parts_at(brain) if here and line <= finding["line"]]
         where = before[-1] if before else ""
         found.append({**finding, "path": where, "box": where if where.startswith("population") else ""})
-    return found
+    return at_interventions(brain, found)
+
+
+def at_interventions(brain: Brain, findings: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return findings with those about an override of :func:`overrides_of` placed at its intervention."""
+    _, *each = overrides_of(brain.intervention)
+    places = {f"in the override '{override}': ": f"{FIELD}/{place}" for place, override in enumerate(each)}
+    return [_at_intervention(places, finding) for finding in findings]
+
+
+def _at_intervention(places: Mapping[str, str], finding: dict[str, Any]) -> dict[str, Any]:
+    text = finding["summary"]
+    found = next((before for before in places if text.startswith(before)), None)
+    return finding if found is None else {
+        **finding, "summary": text.removeprefix(found), "path": places[found]
+    }  # fmt: skip

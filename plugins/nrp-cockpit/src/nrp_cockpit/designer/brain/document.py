@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from nrp_cockpit.designer.brain.edit import INTO, BrainEdit
 from nrp_cockpit.designer.brain.graph import Box, Wire, drawn_graph, network_graph, placed_brain
+from nrp_cockpit.designer.brain.interventions import FIELD, Intervention, yaml_of
 from nrp_cockpit.designer.brain.model import Brain
 from nrp_cockpit.designer.brain.script import read_script, reason_against, script_of
 from nrp_cockpit.designer.changes import refusals
@@ -21,11 +23,12 @@ BY_HAND = "written by hand and cannot be edited here"
 
 
 class BrainDocument(Drawing):
-    """A brain and its history.
+    """A brain with the interventions in it, and its history.
 
     Args:
         path: the script, which need not exist.
         network: the network of the run, shown if the script was not drawn.
+        interventions: those in the brain at first; they can be edited in every brain.
 
     Attributes:
         text: the script.
@@ -35,14 +38,16 @@ class BrainDocument(Drawing):
         ExperimentError: the file cannot be read.
     """
 
-    def __init__(self, path: Path, network: Network | None = None) -> None:
+    def __init__(
+        self, path: Path, network: Network | None = None, interventions: Sequence[Intervention] = ()
+    ) -> None:
         self.origin = path if path.exists() else None
         self._network = network
         self._saved = read_text(path) if self.origin else ""
         brain = read_script(self._saved) if self.origin else Brain()
         self.is_drawn = brain is not None
         self.notes = [] if self.is_drawn else [BY_HAND]
-        super().__init__(path, brain or Brain())
+        super().__init__(path, replace(brain or Brain(), intervention=tuple(interventions)))
 
     @property
     def brain(self) -> Brain:
@@ -51,13 +56,22 @@ class BrainDocument(Drawing):
         return brain
 
     @property
+    def cells(self) -> list[str]:
+        """The names of cells that interventions can mean."""
+        if self.is_drawn or self._network is None:
+            return [one.name for one in self.brain.population]
+        return list(dict.fromkeys((*self._network.populations, *self._network.views)))
+
+    @property
     def text(self) -> str:
         """The script as it is now."""
         return script_of(self.brain) if self.is_drawn else self._saved
 
     @property
     def is_saved(self) -> bool:
-        return self.text == self._saved or (self.origin is None and self.brain == Brain())
+        return self.text == self._saved or (
+            self.origin is None and replace(self.brain, intervention=()) == Brain()
+        )
 
     @property
     def graph(self) -> tuple[list[Box], list[Wire]]:
@@ -70,8 +84,9 @@ class BrainDocument(Drawing):
         return placed_brain(*shown, self.state.moved), shown[1]
 
     def do(self, command: str, **arguments: Any) -> None:
-        self._require_drawn()
-        edit = BrainEdit(self.brain)
+        if not "/".join(filter(None, map(arguments.get, ("path", "field")))).startswith(FIELD):
+            self._require_drawn()
+        edit = BrainEdit(self.brain, self.cells)
         command_of({**edit.commands, "connect": edit.connect}, command)(**arguments)
         self._take(edit.model)
         self.selected = edit.selected
@@ -84,6 +99,8 @@ class BrainDocument(Drawing):
             "boxes": boxes,
             "wires": wires,
             "model": node_data(self.brain),
+            "interventions": yaml_of(self.brain.intervention),
+            "cells": self.cells,
             "xml": "",
             "python": {"text": self.text, "lines": [], "error": None},
             "populations": {one.name: one.size for one in self.brain.population},
@@ -93,7 +110,7 @@ class BrainDocument(Drawing):
     def fits(self, source: str) -> dict[str, str | None]:
         if not self.is_drawn:
             return {}
-        edit = BrainEdit(self.brain)
+        edit = BrainEdit(self.brain, self.cells)
         paths = [end for box in self.graph[0] for end in (box["id"], *(row["path"] for row in box["rows"]))]
         ends = [f"{INTO}{path}" for path in paths] if not source.startswith(INTO) else paths
         return refusals(edit, edit.connect, source, ends)
@@ -104,6 +121,7 @@ class BrainDocument(Drawing):
         if brain is None:
             reason, line = reason_against(text)
             raise ExperimentError(reason, path=self.path, line=line)
+        brain = replace(brain, intervention=self.brain.intervention)
         if brain != self.brain:
             self._take(brain)
 
@@ -128,7 +146,8 @@ class BrainDocument(Drawing):
 
     def _take(self, brain: Brain) -> None:
         """Keep a brain, with the lines of its parts in its script."""
-        self._go(replace(self.state, model=read_script(script_of(brain))))
+        again = read_script(script_of(brain)) or brain
+        self._go(replace(self.state, model=replace(again, intervention=brain.intervention)))
 
 
 def read_text(path: Path) -> str:

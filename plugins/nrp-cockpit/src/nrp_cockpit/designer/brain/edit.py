@@ -6,14 +6,17 @@ reach it; both with the selected cells: ``into:population/0[0:2]``.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import count
 from typing import Any, Final
 
 from nrp_bibi.model.metamodel import Feature, Node, Value, concrete, features
 
+from nrp_cockpit.designer.brain.interventions import NAMED_CELLS, Scale
 from nrp_cockpit.designer.brain.model import (
     CELL_CLASSES,
+    OF_POPULATION,
     SYNAPSE_CLASSES,
     AllToAllConnector,
     Brain,
@@ -35,15 +38,24 @@ _USUAL: Final[dict[type[Node], type[Node]]] = {
     SynapseModel: SYNAPSE_CLASSES["StaticSynapse"],
     Connector: AllToAllConnector,
 }
-_FIRST: Final[dict[str, Any]] = {"size": 1, "p_connect": 0.1, "n": 1, "weight": 0.01}
+_FIRST: Final[dict[str, Any]] = {"size": 1, "p_connect": 0.1, "n": 1, "weight": 0.01, "by": 0.5, "rate": 100}
 _WEIGHTS: Final = {"uS": 0.01, "nA": 1.0, "mV": 1.0}
 """The weights of new projections, by the unit of their target."""
 
 
 class BrainEdit(Changes):
-    """Changes of a drawn brain."""
+    """Changes of a drawn brain, and of the interventions in any brain.
+
+    Args:
+        model: the current model.
+        names: the names of the cells that interventions can mean.
+    """
 
     model: Brain
+
+    def __init__(self, model: Brain, names: Sequence[str]) -> None:
+        super().__init__(model)
+        self._names = names
 
     def set(self, path: str, field: str, text: str | None) -> None:
         """Set a value; the name of a population or projection must be free."""
@@ -94,6 +106,8 @@ class BrainEdit(Changes):
 
     def _make(self, path: str, kind: type[Node], **given: Any) -> Any:
         kind = _USUAL.get(kind, next(iter(concrete(kind).values())))
+        if kind is Scale and not given:
+            given = {"targets": self._first_cells()}
         needed = (feature for feature in features(kind) if feature.least and feature.field not in given)
         return kind(**given, **{feature.field: self._first(path, feature) for feature in needed})
 
@@ -104,7 +118,14 @@ class BrainEdit(Changes):
             if not self.model.population:
                 raise ExperimentError("a projection needs populations: draw one first")
             return self.model.population[0].name
+        if feature.of is NAMED_CELLS:
+            return self._first_cells()
         return self._free_name(path, "population") if feature.field == "name" else _FIRST[feature.field]
+
+    def _first_cells(self) -> str:
+        if not self._names:
+            raise ExperimentError("an intervention needs cells, and the brain has none yet")
+        return self._names[0]
 
     def _free_name(self, path: str, wanted: str) -> str:
         names = {str(getattr(one, "name", "")) for _, one in walk(self.model)}
@@ -115,10 +136,10 @@ class BrainEdit(Changes):
     def _renamed(self, path: str, before: str, after: str) -> None:
         if not path.startswith("population/"):
             return
-        for place, one in enumerate(self.model.projection):
-            for side in ("source", "target"):
-                if getattr(one, side) == before:
-                    self.model = replaced(self.model, f"projection/{place}/{side}", after)
+        for where, part in list(walk(self.model)):
+            for feature in features(type(part)):
+                if feature.of in (OF_POPULATION, NAMED_CELLS) and getattr(part, feature.field) == before:
+                    self.model = replaced(self.model, f"{where}/{feature.field}", after)
 
     def _left(self, owner: str) -> str | None:
         return ""

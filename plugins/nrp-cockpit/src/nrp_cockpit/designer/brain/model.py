@@ -14,6 +14,7 @@ import numpy as np
 from nrp_bibi.model.metamodel import Node, Value, attribute, child, children, choice
 from nrp_bibi.model.values import NAME, NUMBER, POSITIVE, TRUTH, WORD
 
+from nrp_cockpit.designer.brain.interventions import Intervention
 from nrp_core.brain.network.cells.cell_type import CellType
 from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.parameters import FINITE, FRACTION, NOT_NEGATIVE, Limit, Parameter
@@ -223,11 +224,13 @@ class Brain(Node):
 
     Args:
         timestep: of its simulation, ms.
+        intervention: the interventions of the experiment, which are no part of the script.
     """
 
     timestep: float = attribute(_number(ABOVE_ZERO), 0.1, unit="ms")
     population: tuple[Population, ...] = children(Population)
     projection: tuple[Projection, ...] = children(Projection)
+    intervention: tuple[Intervention, ...] = children(Intervention)
 
 
 def weight_unit(brain: Brain, projection: Projection) -> str:
