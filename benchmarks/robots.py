@@ -6,10 +6,11 @@ Give it robot files, or folders with files in URDF, SDF or MJCF; without any it 
     python benchmarks/robots.py [FILE | FOLDER ...]
 
 Each robot is held by its base. Every joint that can be commanded goes 0.2 rad (5 cm) from its start, within
-its limits, or as far as its limit of velocity allows in half the time; after 1.5 s the table counts those
-that are within 1 mrad (1 mm). Then, without commands, its joints fall for 0.5 s, and the table has the
-largest difference between the engines (rad, m): up to the moment at which a joint comes to one of its stops,
-and in all. No two engines stop a joint alike, and a chain of limp joints is chaotic after it.
+its limits, or as far as its limit of velocity allows in half the time; joints of a loop go to the nearest
+positions that close it. After 1.5 s the table counts those that are within 1 mrad (1 mm). Then, without
+commands, its joints fall for 0.5 s, and the table has the largest difference between the engines (rad, m): up
+to the moment at which a joint comes to one of its stops, and in all. No two engines stop a joint alike, and a
+chain of limp joints is chaotic after it.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ from nrp_core.world.backends import worlds
 from nrp_core.world.fitting import Fitting, JointControl, commandable, fitted
 from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.scene.model import Joint, Model, Scene
+from nrp_core.world.scene.posture import closing
 from nrp_core.world.scene.sdf import read_model, read_scene
 from nrp_core.world.scene.starts import start_positions
 
@@ -72,7 +74,7 @@ def measured(path: Path) -> Iterator[str]:
     try:
         models = [read_model(path, name="robot")] if path.suffix == ".urdf" else list(read_scene(path).models)
         took = time.process_time() - began
-        held = [_held(model) for model in models if not model.static and commandable(model)]
+        held = [_held(model) for model in models if not model.static and led(model)]
     except NrpError as error:
         yield f"| {path.stem} | | | | refused: {str(error).rpartition(': ')[2][:80]} | | | |"
         return
@@ -80,7 +82,7 @@ def measured(path: Path) -> Iterator[str]:
         mass = sum(link.inertial.mass for link in model.links if link.inertial)
         ends = " | ".join(reached(model, engine) for engine in ENGINES)
         name = path.stem if path.suffix == ".urdf" else f"{path.name} {model.name}"
-        count, said = len(commandable(model)), written(path)
+        count, said = len(led(model)), written(path)
         yield (
             f"| {name} | {count} | {took:.2f} | {mass:.4g}{f' ({said:.4g})' if said else ''} "
             f"| {ends} | {apart(model)} |"
@@ -113,7 +115,7 @@ def moved(model: Model, engine: str, goals: Ends, until_ns: int) -> Ends:
 
 def reached(model: Model, engine: str) -> str:
     """Return how many joints reach their commands in an engine."""
-    goals = dict(goals_of(model))
+    goals = goals_of(model)
     try:
         ends = moved(model, engine, goals, COMMANDED_NS)
     except NrpError as error:
@@ -154,14 +156,21 @@ def _at_a_stop(model: Model, positions: FloatArray) -> BoolArray:
     return np.asarray(outside.any(axis=1))
 
 
-def goals_of(model: Model) -> Iterator[tuple[str, float]]:
-    """Yield where each joint is to go."""
-    starts = start_positions(model)
-    for joint in commandable(model):
+def led(model: Model) -> list[Joint]:
+    """Return the joints to command, without ball joints, which take orientations."""
+    return [joint for joint in commandable(model) if joint.kind != "ball"]
+
+
+def goals_of(model: Model) -> Ends:
+    """Return where each joint is to go; those of loops where the loops stay closed."""
+    starts, wanted = start_positions(model), {}
+    for joint in led(model):
         far = SLIDE if joint.kind == "prismatic" else STEP
         start, step = starts.get(joint.name, 0.0), min(far, joint.velocity * COMMANDED_NS * 1e-9 / 2)
         up, down = min(step, joint.upper - start), min(step, start - joint.lower)
-        yield joint.name, start + up if up >= down else start - down
+        wanted[joint.name] = start + up if up >= down else start - down
+    closed = closing(model, wanted, ()) if model.loops else wanted
+    return {name: closed.get(name, 0.0) for name in wanted}
 
 
 if __name__ == "__main__":
