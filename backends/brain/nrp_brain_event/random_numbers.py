@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 
-from nrp_brain_event.records import Array
 from nrp_core._support.arrays import FloatArray
 from nrp_core._support.jit import jit
 
@@ -51,7 +51,7 @@ def streams(n: int, seed: int) -> FloatArray:
     return found
 
 
-def begin_streams(synapses: Array, seed: int) -> None:
+def begin_streams(synapses: npt.NDArray[Any], seed: int) -> None:
     """Begin the stream of each synapse for a seed; before, ``stream`` is the number of the synapse."""
     of_seed = _mixed(np.array([seed], np.uint64))
     synapses["stream"] = _mixed(synapses["stream"].astype(np.uint64) ^ of_seed).astype(np.int64)

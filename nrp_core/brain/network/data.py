@@ -17,9 +17,8 @@ from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
-from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
+from nrp_core._support.arrays import BoolArray, FloatArray, IndexArray, IntArray
 from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.drawing.drawn import kept, redrawn
 from nrp_core.brain.network.equations.cell import CellEquations
@@ -222,8 +221,8 @@ class Projection:
         """Return the indices of the two cells that a synapse connects."""
         return ends_of(self, synapse)
 
-    def only(self, synapses: npt.NDArray[np.bool_]) -> Projection:
-        """Return the projection with only the synapses where a mask is true."""
+    def only(self, synapses: BoolArray | IntArray) -> Projection:
+        """Return the projection with only some synapses: a mask, or their places in a new order."""
         return replace(
             self,
             pre_index=self.pre_index[synapses],

@@ -171,7 +171,7 @@ def _parts(
         steps = grid.delays(projection.delay_ms)
         order = np.lexsort((projection.post_index, steps, projection.pre_index))
         numbers = numbers_of(projection)[order]
-        weight, projection = None, _reordered(projection, order)
+        weight, projection = None, projection.only(order)
         if projection.is_plastic:
             dynamic, dynamics = PLASTIC, plastic_rows[projection.label][order].astype(np.int32)
         else:
@@ -189,18 +189,6 @@ def _parts(
             inside = (projection.post_index >= low) & (projection.post_index < high)
             part = replace(part, dynamics=dynamics[inside])
         yield part
-
-
-def _reordered(projection: Projection, order: IntArray) -> Projection:
-    parameters, initial = (
-        {name: values[order] for name, values in given.items()}
-        for given in (projection.synapse_parameters, projection.initial_values)
-    )
-    return replace(
-        projection, pre_index=projection.pre_index[order], post_index=projection.post_index[order],
-        weight=projection.weight[order], delay_ms=projection.delay_ms[order], synapse_parameters=parameters,
-        initial_values=initial,
-    )  # fmt: skip
 
 
 def common(values: FloatArray) -> float | None:
