@@ -1,29 +1,17 @@
-"""Files are read and not executed; the brain script is, in a process of its own."""
+"""Files of transfer functions are read and not executed."""
 
 from __future__ import annotations
 
-import json
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
-from typing import Any
 
-import nrp_experiments
 import pytest
-from nrp_world_mujoco import MujocoBackend
 
 from nrp_core.analysis import evaluation
-from nrp_core.analysis import network as analysis_network
-from nrp_core.analysis.network import ChildBuilder
-from nrp_core.analysis.skeleton import described, skeleton_of
 from nrp_core.analysis.validate import validate, validate_file
-from nrp_core.brain.files.script import load_network
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.world.capabilities import WorldCapabilities
 
 TWIST = "Topic('/husky/cmd_vel', geometry_msgs.msg.Twist)"
 
@@ -272,87 +260,6 @@ def test_the_latency_of_each_path_is_reported(husky: Path) -> None:
     assert "40 ms in all" in notes[0]
 
 
-def test_a_sensor_that_the_world_does_not_simulate_is_named(
-    husky: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    blind = WorldCapabilities(step_ns=1_000_000)
-    monkeypatch.setattr(MujocoBackend, "capabilities", lambda self, options: blind)
-    (finding,) = [one for one in validate_file(husky) if one.level is Level.WARNING]
-    assert finding.code.name == "NRP216"
-    assert (
-        finding.message
-        == "'camera' gets no messages: the world backend 'mujoco' lacks the capability 'renderers'"
-    )
-    assert finding.path == husky / "listing2.py"
-
-
-def test_wheels_that_the_world_does_not_turn_are_named(husky: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    still = WorldCapabilities(step_ns=1_000_000, renderers=("raster",), dynamics=False)
-    monkeypatch.setattr(MujocoBackend, "capabilities", lambda self, options: still)
-    (husky / "listing1.py").write_text(
-        "@nrp.MapRobotSubscriber('wheels', Topic('/husky/wheel_speeds', gazebo_msgs.msg.WheelSpeeds))\n"
-        "@nrp.Robot2Neuron()\ndef listen(t, wheels):\n    print(wheels.value)\n"
-    )
-    warned = [one.message for one in validate_file(husky) if one.level is Level.WARNING]
-    assert "'wheels' gets no messages: the world backend 'mujoco' lacks the capability 'dynamics'" in warned
-
-
-def refused(folder: Path, monkeypatch: pytest.MonkeyPatch, **has: Any) -> list[str]:
-    """Return what is said of an experiment in a world that has little."""
-    little = WorldCapabilities(step_ns=1_000_000, **{"renderers": ("raster",), "links": True, **has})
-    monkeypatch.setattr(MujocoBackend, "capabilities", lambda self, options: little)
-    found = [one for one in validate_file(folder) if one.code.name == "NRP216"]
-    assert {one.level for one in found} <= {Level.ERROR}
-    assert all(one.line is not None for one in found)
-    return [one.message for one in found]
-
-
-def test_joints_that_the_world_does_not_drive_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    shipped = Path(nrp_experiments.__path__[0])
-    walker, head = shipped / "walking_hexapod", shipped / "following_head"
-    *sent, held = refused(walker, monkeypatch)
-    assert (
-        held
-        == "'hexapod' holds front_left_delta: the world backend 'mujoco' lacks the capability 'joint_control'"
-    )
-    assert all(told.startswith("nothing reacts to messages on '/hexapod/") for told in sent)
-    assert len(sent) == 12
-    (told, *_) = refused(walker, monkeypatch, joint_control=True, dynamics=False)
-    assert told == "'hexapod' could not move: the world backend 'mujoco' lacks the capability 'dynamics'"
-    told = "; ".join(refused(head, monkeypatch))
-    assert "nothing reacts to messages on '/pan_tilt/" in told
-    assert "lacks the capability 'joint_control'" in told
-
-
-def test_joints_that_the_world_does_not_have_are_named(husky: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    robot = husky / "husky.sdf"
-    ends = "<parent>base_link</parent><child>bead</child>"
-    string = f'<link name="bead"/><joint name="string" type="ball">{ends}</joint></model>'
-    robot.write_text(robot.read_text().replace("</model>", string))
-    (told,) = refused(husky, monkeypatch)
-    assert (
-        told == "'husky/string' could not move: the world backend 'mujoco' lacks the capability 'ball_joints'"
-    )
-    assert refused(husky, monkeypatch, ball_joints=True) == []
-
-
-def test_changes_that_the_world_refuses_are_named(husky: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    file = husky / "experiment.yaml"
-    request = "{model_state: {model_name: husky}}"
-    file.write_text(
-        file.read_text().replace(
-            "events:",
-            f"events:\n  moves: {{at: 1 s, publish: {{topic: /gazebo/set_model_state, value: {request}}}}}",
-        )
-    )
-    told = refused(husky, monkeypatch)
-    assert told == [
-        "nothing reacts to '/gazebo/set_model_state': "
-        "the world backend 'mujoco' lacks the capability 'changes'"
-    ]
-    assert refused(husky, monkeypatch, changes=True) == []
-
-
 def test_a_population_outside_the_circuit_is_found_in_its_own_line(husky: Path) -> None:
     file = husky / "experiment.yaml"
     text = file.read_text()
@@ -370,111 +277,6 @@ def test_an_experiment_made_in_python_can_be_checked(husky: Path) -> None:
     assert {finding.level for finding in validate(experiment.with_source(type(experiment.source)({})))} == {
         Level.NOTE
     }
-
-
-# -- networks
-
-
-def test_a_skeleton_has_the_neurons_of_its_network(husky: Path) -> None:
-    network = load_network(husky / "brain.py", populations={"some": [0, 2], "all": None})
-    skeleton = skeleton_of(json.loads(json.dumps(described(network))))
-    assert list(skeleton.populations) == list(network.populations)
-    assert {name: list(ids) for name, ids in skeleton.views.items()} == {
-        name: list(ids) for name, ids in network.views.items()
-    }
-    assert {one.synapse_type for one in skeleton.projections} == {
-        one.synapse_type for one in network.projections
-    }
-    assert (skeleton.size, skeleton.timestep_ms) == (network.size, network.timestep_ms)
-
-
-@pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """What a child process was asked about, kept answers aside."""
-    from nrp_core._support import probe
-
-    asked: list[str] = []
-    run = probe._run
-
-    def counted(command: list[str], timeout_s: float, is_forked: bool) -> probe.ChildResult:
-        asked.extend(one for one in command if one == analysis_network.CHILD)
-        return run(command, timeout_s, is_forked)
-
-    monkeypatch.setattr(probe, "_run", counted)
-    return asked
-
-
-def test_a_network_is_built_once_until_its_script_or_what_it_imports_changes(
-    husky: Path, asked: list[str]
-) -> None:
-    (husky / "sizes.py").write_text("N = 8\n")
-    brain = (husky / "brain.py").read_text()
-    (husky / "brain.py").write_text(
-        brain.replace("    8,\n", "    sizes.N,\n").replace("import nrp", "import sizes\nimport nrp")
-    )
-    for _ in range(3):
-        assert codes(validate_file(husky)) == ["NRP238"]
-    assert len(asked) == 1
-    (husky / "sizes.py").write_text("N = 7\n")
-    assert "NRP208" in codes(validate_file(husky))
-    assert len(asked) == 2
-
-
-def test_results_are_reused_by_the_next_process(husky: Path) -> None:
-    program = (
-        "import sys\nfrom nrp_core._support import probe\n"
-        "from nrp_core.analysis.validate import validate_file\n"
-        "if sys.argv[2] == 'again':\n    probe._run = None\n"
-        "validate_file(sys.argv[1], ['brain.backend=spinnaker'])\n"
-    )
-    for seed, turn in enumerate(("first", "again")):
-        environment = {**os.environ, "PYTHONHASHSEED": str(seed)}
-        subprocess.run([sys.executable, "-c", program, str(husky), turn], env=environment, check=True)
-
-
-def test_output_of_a_script_does_not_matter(husky: Path) -> None:
-    brain = husky / "brain.py"
-    brain.write_text(f"import os\nprint('[1')\nos.write(1, b'[2')\n{brain.read_text()}")
-    assert codes(validate_file(husky)) == ["NRP238"]
-
-
-def test_a_script_that_does_not_end_is_a_warning(husky: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(analysis_network, "TIME_LIMIT_S", 1.0)
-    (husky / "brain.py").write_text("while True:\n    pass\n")
-    (finding,) = validate_file(husky)
-    assert (finding.code.name, finding.level) == ("NRP244", Level.WARNING)
-    assert "the brain script had not built its network after 1 s" in finding.message
-
-
-def test_a_script_that_ends_its_process_does_not_end_ours(husky: Path) -> None:
-    (husky / "brain.py").write_text("import os\nos._exit(3)\n")
-    (finding,) = validate_file(husky)
-    assert (finding.code.name, finding.level, finding.line) == ("NRP208", Level.ERROR, 2)
-    assert "os._exit(3) would end the whole program" in finding.message
-    (husky / "brain.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGKILL)\n")
-    (finding,) = validate_file(husky)
-    assert (finding.code.name, finding.level) == ("NRP208", Level.ERROR)
-    assert "the brain script ended its process" in finding.message
-    assert "SIGKILL" in finding.message
-
-
-def test_a_script_is_executed_again_when_a_variable_that_it_reads_changes(
-    husky: Path, asked: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    brain = husky / "brain.py"
-    read = "import os\nN = int(os.environ.get('CELLS', 8))\n"
-    brain.write_text(read + brain.read_text().replace("    8,\n", "    N,\n"))
-    for value, found, n in ((None, "NRP238", 1), ("7", "NRP208", 2), ("8", "NRP238", 3), ("8", "NRP238", 3)):
-        if value is not None:
-            monkeypatch.setenv("CELLS", value)
-        monkeypatch.setenv("UNREAD", str(value))
-        assert found in codes(validate_file(husky))
-        assert len(asked) == n
-
-
-def test_a_network_that_cannot_be_pickled_is_built_in_this_process(husky: Path) -> None:
-    builder = ChildBuilder(None, None)
-    assert builder(lambda: load_network(husky / "brain.py")).size == 8
 
 
 def test_realistic_cameras_in_a_scene_without_light_are_a_warning(husky: Path) -> None:
