@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from browsing import Watched, box_of, time_s, wait_until
 from playwright.sync_api import Page, expect
 
@@ -86,3 +87,17 @@ def test_a_drag_through_a_recording_shows_the_times_that_it_passes(played: str, 
     assert passed == sorted(passed)
     page.get_by_role("link", name="Functions", exact=True).click()
     expect(page.get_by_text("This is a recording")).to_be_visible()
+
+
+def test_an_intervention_during_the_run_stands_on_the_timeline_and_a_click_goes_there(
+    in_process: Callable[..., str], watched: Watched
+):
+    interventions = "[{lesion: actors, at: 8 s}, {silence: sensors}, {lesion: sensors, at: 50 s}]"
+    page = watched.open(in_process(f"brain.interventions={interventions}", experiment="braitenberg_husky"))
+    lane = page.get_by_role("list", name="Events")
+    mark = lane.get_by_role("button", name="Intervention lesion_actors at 8.00 s: go there")
+    expect(lane.get_by_role("button", name="Intervention")).to_have_count(1)
+    track = box_of(page.get_by_role("slider", name="Simulated time"))
+    assert box_of(mark)["x"] - track["x"] == pytest.approx(8 / 40 * track["width"], abs=6)
+    mark.click()
+    paused_at(page, 8.0)

@@ -148,6 +148,8 @@ export interface Functions {
 export interface TimelineData {
   duration_s: number | null;
   events: { name: string; t_s: number | null; waits_for: string }[];
+  /** Changes of the brain during the run, past and future. */
+  interventions: { name: string; t_s: number }[];
   criteria: { name: string; passed: boolean | null; from_s: number; to_s: number; text: string }[];
   failures: { t_s: number; function: string; message: string }[];
   snapshots: { id: string; t_s: number }[];

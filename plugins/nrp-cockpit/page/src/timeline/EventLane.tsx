@@ -9,12 +9,19 @@ import { reach, seconds } from "./reach";
 import { percent, type Span } from "./scale";
 
 type Event = TimelineData["events"][number];
+type Intervention = TimelineData["interventions"][number];
 type Failure = TimelineData["failures"][number];
+
+const SHAPES = {
+  event: "timeline-diamond",
+  intervention: "timeline-triangle",
+  failure: "timeline-square",
+};
 
 interface Mark {
   key: string;
   t_s: number;
-  look: "event" | "failure";
+  look: keyof typeof SHAPES;
   name: string;
   /** What it is and what a click does. */
   words: string;
@@ -28,6 +35,15 @@ const eventMark = (event: Event & { t_s: number }): Mark => ({
   name: event.name,
   words: `Event ${event.name} at ${seconds(event.t_s)}: go there`,
   onClick: () => void go(reach(event.t_s, here()), true),
+});
+
+const interventionMark = ({ name, t_s }: Intervention, at: number): Mark => ({
+  key: `intervention ${at}`,
+  t_s,
+  look: "intervention",
+  name,
+  words: `Intervention ${name} at ${seconds(t_s)}: go there`,
+  onClick: () => void go(reach(t_s, here()), true),
 });
 
 const failureMark = (failure: Failure): Mark => ({
@@ -44,12 +60,14 @@ const failureMark = (failure: Failure): Mark => ({
 
 const happened = (event: Event): event is Event & { t_s: number } => event.t_s !== null;
 
-/** Events as diamonds, failures of functions as red squares, and at the right end what is waited for. */
+/** Events as diamonds, interventions as triangles, failures of functions as red squares, and at the right end what is waited for. */
 export function EventLane({ data, span }: { data: TimelineData; span: Span }) {
   const waiting = data.events.filter((event) => event.t_s === null);
-  const marks = [...data.events.filter(happened).map(eventMark), ...data.failures.map(failureMark)].sort(
-    (a, b) => a.t_s - b.t_s,
-  );
+  const marks = [
+    ...data.events.filter(happened).map(eventMark),
+    ...data.interventions.map(interventionMark),
+    ...data.failures.map(failureMark),
+  ].sort((a, b) => a.t_s - b.t_s);
   return (
     <ul className="timeline-lane" aria-label="Events">
       {marks.map((mark, at) => {
@@ -74,7 +92,7 @@ function MarkItem({ mark, from, room }: { mark: Mark; from: number; room: number
           aria-label={mark.words}
           onClick={mark.onClick}
         >
-          <i className={mark.look === "failure" ? "timeline-square" : "timeline-diamond"} />
+          <i className={SHAPES[mark.look]} />
           <span className="cut">{mark.name}</span>
         </button>
       </Tooltip>

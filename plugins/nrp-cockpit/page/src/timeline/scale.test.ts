@@ -5,6 +5,7 @@ import { niceAbove, percent, showing, ticks, timeAt, wholeSpan, zoomed } from ".
 const nothing: TimelineData = {
   duration_s: null,
   events: [],
+  interventions: [],
   criteria: [],
   failures: [],
   snapshots: [],

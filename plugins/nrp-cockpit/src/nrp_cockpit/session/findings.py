@@ -71,10 +71,10 @@ def timeline_data(
     failures: Iterable[Mapping[str, Any]],
     snapshots: list[dict[str, Any]],
 ) -> dict[str, Any]:
-    """Return past and future events, criteria, failures and snapshots.
+    """Return past and future events, interventions during the run, criteria, failures and snapshots.
 
     Args:
-        experiment: with its events and criteria.
+        experiment: with its events, interventions and criteria.
         events: the time of each, s; None if it has not happened.
         criteria: the verdict on each, as far as known.
         failures: of functions, in the form of a result.
@@ -86,6 +86,11 @@ def timeline_data(
         "events": [
             {"name": name, "t_s": events.get(name), "waits_for": _waits_for(event)}
             for name, event in experiment.events.items()
+        ],
+        "interventions": [
+            {"name": one.name, "t_s": seconds(one.at)}
+            for one in experiment.brain.interventions
+            if 0 < one.at < experiment.duration
         ],
         "criteria": [
             criterion_data(name, criterion, criteria.get(name, _OPEN), events, duration_s)

@@ -99,12 +99,12 @@ class RecordedRun:
         return recorded_functions(paths, self.result.get("failures") or ())
 
     def timeline_data(self) -> dict[str, Any]:
-        """Return events, criteria and failures."""
+        """Return events, interventions, criteria and failures."""
         events, failures = self.result.get("events") or {}, self.result.get("failures") or []
         if self._experiment is None:
             found: dict[str, Any] = {
                 "events": [{"name": name, "t_s": t_s, "waits_for": ""} for name, t_s in events.items()],
-                "criteria": [], "failures": [], "snapshots": [],
+                "interventions": [], "criteria": [], "failures": [], "snapshots": [],
             }  # fmt: skip
         else:
             criteria = {name: Verdict(**one) for name, one in (self.result.get("criteria") or {}).items()}
