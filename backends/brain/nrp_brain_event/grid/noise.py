@@ -8,6 +8,7 @@ distribution.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import exp, lgamma, log, sqrt
 from typing import Final
 
@@ -16,7 +17,7 @@ import numpy as np
 from nrp_brain_event.grid.records import Grid, GridClock, Noise
 from nrp_brain_event.random_numbers import GOLDEN, mixed
 from nrp_brain_event.records import Array
-from nrp_core._support.jit import jit
+from nrp_core._support.jit import inlined, jit
 
 _BITS: Final = 12
 N_GUIDE: Final = 1 << _BITS
@@ -57,33 +58,56 @@ def n_words(n_cells: int) -> int:
 def add_noise(noise: Noise, grid: Grid, lines: Array, step: int) -> None:
     """Deliver the spikes that the cells emitted one delay before."""
     emitted = step - noise.delay
-    if noise.begin < emitted <= noise.end:
+    if noise.begin < emitted <= noise.end and noise.last > noise.first:
         targets = grid.noise_lines[noise.first : noise.last]
         counts, bounds = grid.noise_guides[noise.guide], grid.noise_bounds[noise.guide]
-        place = (noise.first - noise.origin) % _PER_WORD
-        _add_counts(lines, targets, counts, bounds, _first_word(noise, emitted), place, noise.weight)
+        place, word = (noise.first - noise.origin) % _PER_WORD, _first_word(noise, emitted)
+        if noise.consecutive:
+            onto = lines[np.int64(targets[0]) :][: len(targets)]
+            _add_counts(onto, targets, counts, bounds, word, place, noise.weight)
+        else:
+            _scatter_counts(lines, targets, counts, bounds, word, place, noise.weight)
 
 
-@jit
-def _add_counts(
-    lines: Array, targets: Array, counts: Array, bounds: Array, number: np.uint64, place: int, weight: float
-) -> None:
-    """Deliver counts; the first one is at a place in the word with a number."""
-    begun = min((_PER_WORD - place) % _PER_WORD, len(targets))
-    if begun > 0:
+def _adding(line_of: Callable[[Array, int], int]) -> Callable[..., None]:
+    """Return the function that delivers counts to the line of each cell."""
+
+    def add(
+        lines: Array, targets: Array, counts: Array, bounds: Array, number: np.uint64, place: int,
+        weight: float,
+    ) -> None:  # fmt: skip
+        """Deliver counts; the first one is at a place in the word with a number."""
+        begun = min((_PER_WORD - place) % _PER_WORD, len(targets))
+        if begun > 0:
+            word = mixed(number)
+            number += GOLDEN
+            for i in range(begun):
+                lines[line_of(targets, i)] += weight * _count(counts, bounds, word, place + i)
+        whole = len(targets) - (len(targets) - begun) % _PER_WORD
+        for first in range(begun, whole, _PER_WORD):
+            word = mixed(number)
+            number += GOLDEN
+            for j in range(_PER_WORD):  # a constant, so that it is unrolled
+                lines[line_of(targets, first + j)] += weight * _count(counts, bounds, word, j)
         word = mixed(number)
-        number += GOLDEN
-        for i in range(begun):
-            lines[targets[i]] += weight * _count(counts, bounds, word, place + i)
-    whole = len(targets) - (len(targets) - begun) % _PER_WORD
-    for first in range(begun, whole, _PER_WORD):
-        word = mixed(number)
-        number += GOLDEN
-        for j in range(_PER_WORD):  # a constant, so that it is unrolled
-            lines[targets[first + j]] += weight * _count(counts, bounds, word, j)
-    word = mixed(number)
-    for i in range(whole, len(targets)):
-        lines[targets[i]] += weight * _count(counts, bounds, word, i - whole)
+        for i in range(whole, len(targets)):
+            lines[line_of(targets, i)] += weight * _count(counts, bounds, word, i - whole)
+
+    return jit(add)
+
+
+@inlined
+def _its_own(targets: Array, i: int) -> int:  # noqa: ARG001
+    return i
+
+
+@inlined
+def _listed(targets: Array, i: int) -> int:
+    line: int = targets[i]
+    return line
+
+
+_add_counts, _scatter_counts = _adding(_its_own), _adding(_listed)
 
 
 @jit

@@ -64,6 +64,7 @@ def load_noise(
         sources.append(ids[order].astype(np.int32))
         record["origin"], record["n_words"] = first, n_words(projection.size)
         record["first"], record["last"] = first, first + projection.size
+        record["consecutive"] = (np.diff(lines[-1].astype(np.int64)) == 1).all()
         record["guide"], record["weight"] = len(guides), projection.weight[0]
         record["delay"] = times.delays(projection.delay_ms[:1])[0]
         record["begin"] = min(round(start / times.step_ms), _NEVER)

@@ -161,6 +161,8 @@ class Noise(Record):
     """Spikes are emitted in the steps after ``begin`` up to ``end``."""
     heard: int
     """Whether the spikes are recorded."""
+    consecutive: int
+    """Whether the numbers in ``noise_lines`` follow each other."""
 
 
 class Probe(Record):

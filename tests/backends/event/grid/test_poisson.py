@@ -7,7 +7,7 @@ from math import exp, lgamma, log
 import numpy as np
 import pytest
 from nrp_brain_event import EventBackend, EventOptions
-from nrp_brain_event.grid.noise import N_GUIDE, guide
+from nrp_brain_event.grid.noise import N_GUIDE, _add_counts, _scatter_counts, guide
 from nrp_brain_event.grid.poisson import drawable
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
@@ -68,6 +68,19 @@ def test_a_guide_holds_the_whole_distribution(mean: float) -> None:
         lowest, highest = cell << 52, ((cell + 1) << 52) - 1
         alike = np.searchsorted(bounds, np.array([lowest, highest], np.uint64), "right")
         assert counts[cell] == (alike[0] if alike[0] == alike[1] else -1)
+
+
+@pytest.mark.parametrize("n_cells", [1, 4, 23])
+def test_cells_in_a_row_get_the_counts_of_listed_ones(n_cells: int) -> None:
+    counts, bounds = guide(1.7)
+    targets = np.arange(9, 9 + n_cells, dtype=np.uint32)
+    for place in range(5):
+        listed, in_a_row = np.zeros(40), np.zeros(40)
+        given = targets, counts, bounds, np.uint64(77), place, 0.5
+        _scatter_counts(listed, *given)
+        _add_counts(in_a_row[9 : 9 + n_cells], *given)
+        assert (listed == in_a_row).all()
+        assert not listed[:9].any()
 
 
 def test_counts_have_the_mean_and_variance_of_the_process(opened: Callable[..., Brain]) -> None:
