@@ -7,7 +7,7 @@ import threading
 from types import FrameType, TracebackType
 from typing import Any, Self
 
-from nrp_core._support import interruption
+from nrp_core._support import handlers, interruption
 
 INTERRUPTS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 """Signals that ask a process to end."""
@@ -31,10 +31,10 @@ class DeferredInterrupt:
             if interruption.asked:
                 raise KeyboardInterrupt
             for number in INTERRUPTS:
-                handler = signal.getsignal(number)
+                handler = handlers.getsignal(number)
                 if handler in _RAISING or (number == signal.SIGINT and callable(handler)):
                     self._handlers[number] = handler
-                    signal.signal(number, self._hold)
+                    handlers.signal(number, self._hold)
         return self
 
     def _hold(self, number: int, frame: FrameType | None) -> None:
@@ -46,6 +46,6 @@ class DeferredInterrupt:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         for number, handler in self._handlers.items():
-            signal.signal(number, handler)
+            handlers.signal(number, handler)
         if error is None and self._held is not None:
             self._handlers[signal.Signals(self._held)](self._held, None)

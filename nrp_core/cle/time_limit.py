@@ -17,6 +17,8 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any, Final, TypeVar
 
+from nrp_core._support import handlers
+
 T = TypeVar("T")
 
 DEFAULT_S: Final = 60.0
@@ -82,7 +84,7 @@ class TimeLimit:
             return
         self._tracer = sys.gettrace()
         main = threading.current_thread() is threading.main_thread()
-        before = signal.signal(signal.SIGURG, self._on_signal) if main else None
+        before = handlers.signal(signal.SIGURG, self._on_signal) if main else None
         with self._lock:
             self._thread, self._watched, self._in_main = threading.get_ident(), True, main
             if self._watcher is None or not self._watcher.is_alive():  # threads do not survive a fork
@@ -94,7 +96,7 @@ class TimeLimit:
             with self._lock:
                 self._watched = False
             if main:
-                signal.signal(signal.SIGURG, before or signal.SIG_DFL)
+                handlers.signal(signal.SIGURG, before or handlers.SIG_DFL)
 
     # -- in the thread that watches
 
