@@ -221,8 +221,8 @@ class _FilterPort(SinkPort):
         weights = self._weights[spikes.neurons]
         if self._synapses is not None:
             weights = weights * self._synapses.released(spikes.neurons, spikes.times_ms)
-        for time_ms, weight in zip(spikes.times_ms.tolist(), weights.tolist(), strict=True):
-            self._membrane.push(time_ms + self._delay_ms, weight)
+        arrivals_ms = spikes.times_ms + self._delay_ms
+        self._membrane.push(zip(arrivals_ms.tolist(), weights.tolist(), strict=True))
 
     def save(self) -> object:
         synapses = None if self._synapses is None else self._synapses.save()

@@ -8,9 +8,10 @@ the number of reads or on how a run is split.
 
 from __future__ import annotations
 
-import heapq
+from bisect import bisect_right
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from math import e, exp
+from math import e, exp, inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,40 +92,43 @@ class LeakyMembrane:
         self._pending: list[tuple[float, float]] = []
         self._last_read: tuple[float, float] | None = None
 
-    def push(self, arrival_ms: float, weight_na: float) -> None:
-        """Add a weighted spike that arrives at ``arrival_ms``."""
-        heapq.heappush(self._pending, (arrival_ms, weight_na))
+    def push(self, train: Iterable[tuple[float, float]]) -> None:
+        """Add spikes: their arrival times, ms, and their weights, nA."""
+        self._pending.extend(train)
         self._last_read = None
 
     def voltage_mv(self, t_ms: float) -> float:
         """Return the voltage at ``t_ms``, including all spikes that have arrived by then."""
         if self._last_read is not None and self._last_read[0] == t_ms:
             return self._last_read[1]  # a transfer function and a recording may both read it
-        while self._pending and self._pending[0][0] <= t_ms:
-            arrival_ms, weight = heapq.heappop(self._pending)
-            self._move_to(arrival_ms)
-            if self._alpha:
-                self._slope += weight * e / self._tau_syn_ms
-            else:
-                self._current += weight
+        if self._pending:
+            self._pending.sort()
+            arrived = bisect_right(self._pending, (t_ms, inf))
+            self._take(self._pending[:arrived])
+            del self._pending[:arrived]
         dt_ms = t_ms - self._at_ms
-        voltage = self._settled_mv + self._above_at(dt_ms, exp(-dt_ms / self._tau_syn_ms))
+        fade, leak = exp(-dt_ms / self._tau_syn_ms), exp(-dt_ms / self._tau_m_ms)
+        charge = driven(dt_ms, leak, fade, self._gap, self._current, self._slope)
+        voltage = self._settled_mv + (self._above * leak + charge / self._cm_nf)
         self._last_read = t_ms, voltage
         return voltage
 
-    def _above_at(self, dt_ms: float, fade: float) -> float:
-        """Voltage above its steady state after ``dt_ms``; ``fade`` is the decay of the current."""
-        leak = exp(-dt_ms / self._tau_m_ms)
-        charge = driven(dt_ms, leak, fade, self._gap, self._current, self._slope)
-        return self._above * leak + charge / self._cm_nf
-
-    def _move_to(self, t_ms: float) -> None:
-        dt_ms = t_ms - self._at_ms
-        fade = exp(-dt_ms / self._tau_syn_ms)
-        self._above = self._above_at(dt_ms, fade)
-        self._current = (self._current + self._slope * dt_ms) * fade
-        self._slope *= fade
-        self._at_ms = t_ms
+    def _take(self, train: Sequence[tuple[float, float]]) -> None:
+        """Move to each spike and add it; on local names, since there are many."""
+        tau_m_ms, tau_syn_ms, cm_nf, gap = self._tau_m_ms, self._tau_syn_ms, self._cm_nf, self._gap
+        at_ms, current, slope, above = self._at_ms, self._current, self._slope, self._above
+        for arrival_ms, weight in train:
+            dt_ms = arrival_ms - at_ms
+            fade, leak = exp(-dt_ms / tau_syn_ms), exp(-dt_ms / tau_m_ms)
+            above = above * leak + driven(dt_ms, leak, fade, gap, current, slope) / cm_nf
+            current = (current + slope * dt_ms) * fade
+            slope *= fade
+            if self._alpha:
+                slope += weight * e / tau_syn_ms
+            else:
+                current += weight
+            at_ms = arrival_ms
+        self._at_ms, self._current, self._slope, self._above = at_ms, current, slope, above
 
     def state(self) -> tuple[float, float, float, float, list[tuple[float, float]]]:
         """Return the state for a snapshot."""

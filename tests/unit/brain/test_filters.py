@@ -20,8 +20,8 @@ def integral(values: np.ndarray, step: float) -> float:
 
 def membrane(kernel: Kernel, train: list[tuple[float, float]]) -> LeakyMembrane:
     new = LeakyMembrane(kernel)
-    for arrival_ms, weight in train:
-        new.push(arrival_ms, weight)
+    for spike in train:
+        new.push([spike])
     return new
 
 
