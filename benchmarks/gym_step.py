@@ -2,8 +2,9 @@
 
 The environment observes the robot's motion and a firing rate, and commands the robot. The same run takes
 steps of its own, steps before which the same command is published, and steps of the environment in turn, so
-that a busy machine slows all. Where functions drive the robot, they publish a command too. CPU time, least
-and median.
+that a busy machine slows all. Each comes after a step of the environment that is not timed: one that reads
+a firing rate adds up the spikes since the last time. Where functions drive the robot, they publish a command
+too. CPU time, least and median.
 
     python benchmarks/gym_step.py
     python benchmarks/gym_step.py --steps 2000
@@ -64,15 +65,13 @@ def measure(name: str, steps: int, settings: dict[str, Any]) -> None:
         commanded: list[float] = []
         whole: list[float] = []
         resets: list[float] = []
+        kinds = (whole, lambda: env.step(action)), (bare, env.run.step), (commanded, commanded_step)
         while len(bare) < steps:
             resets.append(cpu_us(env.reset))
             for _ in range(25):  # in this order, sensors of every rate fall into all kinds of steps
-                whole.append(cpu_us(lambda: env.step(action)))
-                bare.append(cpu_us(env.run.step))
-                commanded.append(cpu_us(commanded_step))
-                commanded.append(cpu_us(commanded_step))
-                bare.append(cpu_us(env.run.step))
-                whole.append(cpu_us(lambda: env.step(action)))
+                for times_us, step in (*kinds, *reversed(kinds)):
+                    env.step(action)
+                    times_us.append(cpu_us(step))
         print(
             f"{name}: step {shown(whole)} us; of the run {shown(bare)} us, {more(whole, bare)}; "
             f"of the run with a command {shown(commanded)} us, {more(whole, commanded)}; "

@@ -51,29 +51,36 @@ class Acted(ABC):
         self.shape = (len(bounds),)
         self._has_warned = False
 
-    def _within(self, values: Sequence[float]) -> Sequence[float]:
-        """Return values within the bounds; others are clipped, as Gymnasium's own environments do."""
-        for value, (low, high) in zip(values, self._bounds, strict=True):
-            if not low <= value <= high:
-                return self._rows_within(np.array([values]))[0].tolist()  # type: ignore[no-any-return]
-        return values
+    def _clipped(self, field: int, value: float) -> float:
+        """Return a value beyond its bounds clipped to them, as Gymnasium's own environments do."""
+        if not isfinite(value):
+            return value  # which is refused
+        low, high = self._bounds[field]
+        clipped = min(max(value, low), high)
+        if abs(value - clipped) > _ROUNDING * (high - low):
+            self._warn(field, value)
+        return clipped
 
-    def _rows_within(self, rows: FloatArray) -> FloatArray:
-        """Return rows of values within the bounds, and warn of the first one that was clearly beyond."""
+    def _rows_clipped(self, rows: FloatArray) -> FloatArray:
+        """Return rows of values within their bounds, each as :meth:`_clipped` returns it."""
         if not np.isfinite(rows).all():
-            return rows  # which are refused
+            return rows
         clipped = np.clip(rows, self._low, self._high)
         if not self._has_warned:
             beyond = np.abs(rows - clipped) > _ROUNDING * (self._high - self._low)
-            if beyond.any():
-                self._has_warned = True
-                row, field = np.argwhere(beyond)[0]
-                low, high = self._bounds[field]
-                gymnasium.logger.warn(
-                    f"'{self._fields[field]}' of the action '{self._name}' is {rows[row, field]:g}; it is "
-                    f"clipped to its bounds, {low:g} to {high:g}, now and later"
-                )
+            for row, field in np.argwhere(beyond)[:1]:
+                self._warn(field, rows[row, field])
         return clipped
+
+    def _warn(self, field: int, value: float) -> None:
+        """Warn of the first value that is clearly beyond its bounds."""
+        if not self._has_warned:
+            self._has_warned = True
+            low, high = self._bounds[field]
+            gymnasium.logger.warn(
+                f"'{self._fields[field]}' of the action '{self._name}' is {value:g}; it is "
+                f"clipped to its bounds, {low:g} to {high:g}, now and later"
+            )
 
     @abstractmethod
     def apply(self, values: Sequence[float]) -> None:
@@ -125,15 +132,16 @@ class ActedTopic(Acted):
 
     def apply(self, values: Sequence[float]) -> None:
         numbers = [0.0] * self._layout.numbers
-        for place, value in zip(self._places, self._within(values), strict=True):
-            numbers[place] = value
+        for place, value, (low, high) in zip(self._places, values, self._bounds, strict=True):
+            within = low <= value <= high
+            numbers[place] = value if within else self._clipped(self._places.index(place), value)
         publish_numbers(self._publication, self._layout, numbers)
 
     @staticmethod
     def apply_all(copies: Sequence[ActedTopic], rows: FloatArray) -> None:
         layout = copies[0]._layout
         numbers = np.zeros((len(copies), layout.numbers))
-        numbers[:, copies[0]._places] = copies[0]._rows_within(rows)
+        numbers[:, copies[0]._places] = copies[0]._rows_clipped(rows)
         publish_rows([acted._publication for acted in copies], layout, numbers)
 
 
@@ -159,7 +167,8 @@ class ActedSource(Acted):
         super().__init__(f"source:{group}", ["rate"], [rates])
 
     def apply(self, values: Sequence[float]) -> None:
-        (self._port.rate,) = self._within(values)  # type: ignore[attr-defined]
+        (rate,), ((low, high),) = values, self._bounds
+        self._port.rate = rate if low <= rate <= high else self._clipped(0, rate)  # type: ignore[attr-defined]
 
 
 def _pair(owner: str, bounds: Any) -> tuple[float, float]:

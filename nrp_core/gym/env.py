@@ -99,21 +99,24 @@ class NrpEnv(gymnasium.Env[Any, Any]):
         """Act, take the steps, and observe; the episode is truncated at the end of the experiment."""
         if not self._has_begun:
             raise ExperimentError("reset() comes before the first step()")
-        if not isinstance(action, Mapping) or action.keys() != self._agent_run.acted.keys():
-            names = ", ".join(map(repr, self._agent_run.acted)) or "nothing"
+        agent_run, run = self._agent_run, self.run
+        acted = agent_run.acted
+        # a dict is known without asking the abstract class
+        if not isinstance(action, (dict, Mapping)) or action.keys() != acted.keys():
+            names = ", ".join(map(repr, acted)) or "nothing"
             raise ExperimentError(f"an action is a dict with an array for {names}, not {action!r:.60}")
         if self._is_over:
             self._warn_once("step() after the end of an episode: reset() begins the next one")
-        for name, acted in self._agent_run.acted.items():
-            values = np.asarray(action[name], np.float64)
-            if values.shape != acted.shape:
-                raise ExperimentError(f"the action '{name}' has the shape {acted.shape}, not {values.shape}")
-            acted.apply(values.tolist())
-        self.run.run_until(seconds(self.run.loop.now_ns + self._period_ns))
+        for name, one in acted.items():
+            values = np.asarray(action[name], float)
+            if values.shape != one.shape:
+                raise ExperimentError(f"the action '{name}' has the shape {one.shape}, not {values.shape}")
+            one.apply(values.tolist())
+        run.run_until(seconds(run.loop.now_ns + self._period_ns))
         observation = self._observation()
-        reward, terminated, truncated = self._agent_run.judge(observation)
+        reward, terminated, truncated = agent_run.judge(observation)
         self._is_over = terminated or truncated
-        info = {"t_s": self.run.now_s, "criteria": dict(self._agent_run.decided)}
+        info = {"t_s": run.now_s, "criteria": dict(agent_run.decided)}
         return observation, reward, terminated, truncated, info
 
     def render(self) -> Any:
