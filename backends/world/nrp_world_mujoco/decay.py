@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ class Decays:
         self._decays = [(ident, decay) for ident, decay in found if decay is not None]
         self._ids = [ident for ident, _ in self._decays]
         self._velocity = np.empty(6)
+        self._last = data.xfrc_applied[self._ids]
 
     def __bool__(self) -> bool:
         return bool(self._decays)
@@ -50,7 +52,18 @@ class Decays:
             for ident, decay in self._decays:
                 self._slow(ident, decay)
             step(1)
+        self._last = wrenches[self._ids]
         wrenches[self._ids] = given
+
+    @contextmanager
+    def acting(self) -> Iterator[None]:
+        """Apply the wrenches of the last step again, for what is measured of it."""
+        given = self._data.xfrc_applied[self._ids]
+        self._data.xfrc_applied[self._ids] = self._last
+        try:
+            yield
+        finally:
+            self._data.xfrc_applied[self._ids] = given
 
     def _slow(self, ident: int, decay: Decay) -> None:
         kind = mujoco.mjtObj.mjOBJ_BODY  # its centre of mass

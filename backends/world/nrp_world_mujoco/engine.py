@@ -19,7 +19,7 @@ from nrp_core.world.engine_kit.jointed import JointedEngine, MotionOf
 from nrp_core.world.render.cameras import Cameras
 from nrp_core.world.render.optics import optics_of
 from nrp_core.world.render.shared import with_images
-from nrp_core.world.rigid.motion import BodyPath, JointStates, JointTargets, ReadFrames
+from nrp_core.world.rigid.motion import BodyPath, JointStates, JointTargets, ReadFrames, Wrench
 from nrp_core.world.rigid.pose import Pose, Quaternion
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Scene
@@ -123,6 +123,10 @@ class MujocoEngine(JointedEngine):
         states = super()._do_joint_states(model)
         self._control.firm.add_efforts(model, states)
         return states
+
+    def _do_joint_wrench(self, model: str, joint: str) -> Wrench:
+        with self._decays.acting():
+            return super()._do_joint_wrench(model, joint)
 
     def _do_advance(self, steps: int) -> None:
         if self._decays:

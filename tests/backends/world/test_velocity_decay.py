@@ -58,6 +58,15 @@ def test_a_body_on_a_hinge_loses_what_the_decay_of_both_motions_takes(open_world
     assert told(world)[1]["j"] / before == pytest.approx(exp(-0.2 * rate), rel=2e-3)
 
 
+def test_a_joint_carries_nothing_along_its_axis_where_a_body_decays(open_world, tmp_path, advance):
+    slide = joint("prismatic", axis("1 0 0"))
+    world = open_world(weightless(read(tmp_path, decaying(0.002, 0.0) + slide)))
+    world.call("/gazebo/apply_joint_effort", "robot::j", 10.0, duration=Duration(0, 100_000_000))
+    advance(world, 0.2)
+    assert told(world)[1]["j"] > 0.2  # so that the force of the decay is above 0.8 N
+    assert world.engine.joint_wrench("robot", "j").force == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
+
+
 def test_no_decay_is_too_strong_for_the_step(open_world, tmp_path, advance):
     world = open_world(weightless(read(tmp_path, decaying(0.99, 0.99, com=(LEVER, 0.0, 0.0)))))
     push(world, "bob", torque=(0.1, 0.2, 0.3), force=(1.0, 2.0, 3.0))
