@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core._support.quiet import quiet
 from nrp_core.world.rigid.matrices import rotation_matrix
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import Body
@@ -38,6 +39,9 @@ class Inertia:
         joints = [body.joint for _, body, _ in own if body.joint is not None]
         self._base = _FREE if own[0][1].floats else 0
         self._moving = _Moving(bodies, own, client) if any(j.kind == "ball" for j in joints) else None
+        if self._moving is None:
+            with quiet():  # PyBullet prints of each axis that it rounded, when it first computes with it
+                self._matrix(np.zeros(sum(len(joint.coordinates) for joint in joints)))
 
     def now(self, positions: FloatArray) -> FloatArray:
         """Return the joint-space inertia with a free base, shape ``(n, n)``.
@@ -48,15 +52,17 @@ class Inertia:
         if self._moving is not None:
             mass = self._moving.mass()
         else:
-            matrix = bullet.calculateMassMatrix(
-                self._multibody, positions.tolist(), physicsClientId=self._client
-            )
-            mass = np.array(matrix)
+            mass = self._matrix(positions)
         n = self._base
         inertia: FloatArray = mass[n:, n:]
         if n:  # the motion of the free base
             inertia = inertia - mass[n:, :n] @ np.linalg.solve(mass[:n, :n], mass[:n, n:])
         return inertia
+
+    def _matrix(self, positions: FloatArray) -> FloatArray:
+        """Return PyBullet's own mass matrix."""
+        place = self._multibody
+        return np.array(bullet.calculateMassMatrix(place, positions.tolist(), physicsClientId=self._client))
 
 
 class _Moving:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ctypes import CDLL
 from dataclasses import replace
 from math import pi
 
@@ -212,3 +213,13 @@ def test_a_weak_joint_that_falls_behind_its_path_arrives_without_swinging(open_w
         furthest = max(furthest, world.joint_states("chain").positions[0])
     assert furthest < 1.01
     assert world.joint_states("chain").positions[0] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_an_engine_prints_nothing_of_an_axis_that_it_rounds(open_world, capfd):
+    model = chain(links=1)  # with the wrist of a humanoid, along whose principal axes PyBullet turns the axis
+    wrist = Inertial(1.547, inertia=(0.0037869, 0.004071, 0.0015203, 1.63e-5, -2.52e-5, -9.24e-5))
+    link = replace(model.links[0], inertial=wrist)
+    joint = replace(model.joints[0], axis=(0.0, 0.0, 1.0), damping=0.05)
+    open_world(replace(model, links=(link,), joints=(joint,)))
+    CDLL(None).fflush(None)
+    assert capfd.readouterr() == ("", "")
