@@ -13,6 +13,7 @@ from typing import Final
 from nrp_core._support.xml import Element
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.rigid.pose import ROUNDED_TURN_RAD
 from nrp_legacy.documents import ROBOT, Bibi, Experiment
 from nrp_legacy.elements import attribute, children, local, number, text
 
@@ -26,8 +27,6 @@ _OF_BIBI: Final = (*_ONCE_IN_BIBI, "bodyModel", "transferFunction", "populations
 _OF_POSE: Final = ("x", "y", "z", "roll", "pitch", "yaw", "ux", "uy", "uz", "theta", "robotId")
 _LEAST_MS: Final = 0.1
 """A tenth of the smallest time step that the platform accepts."""
-_TURN_RAD: Final = 6.3
-"""A full turn, rounded up."""
 _LARGEST_PART: Final = 1.1
 """Of a quaternion; files round."""
 
@@ -107,7 +106,7 @@ def _orientation(pose: Element) -> Iterator[Finding]:
     for name in ("roll", "pitch", "yaw"):
         with suppress(ExperimentError):  # reported where it is read
             angle = number(pose, name)
-            if angle is not None and abs(angle) > _TURN_RAD:
+            if angle is not None and abs(angle) > ROUNDED_TURN_RAD:
                 yield _doubt(pose, f"the {name} of a start pose is {angle:g} rad; is it meant in degrees?")
     said = [attribute(pose, name) for name in ("ux", "uy", "uz", "theta")]
     try:

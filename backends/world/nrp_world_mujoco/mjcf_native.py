@@ -334,8 +334,23 @@ class NativeElements:
             ends = {f"body{n}": self._full(owner, body, self._names.body(body))
                     for n, body in zip((1, 2), bodies, strict=True)}  # fmt: skip
             yield owner, _element("contact", {}, _inner("exclude", ends))
-        for owner in dict.fromkeys(self._names.model(body) for body in range(1, m.nbody)):
+        for owner in dict.fromkeys(self._names.model(body) for body in self._meeting()):
             yield owner, _element("contact", {"self": "true"})
+
+    def _meeting(self) -> Iterator[int]:
+        """Yield bodies that may touch another one of their model: by their masks, and not excluded."""
+        m = self._m
+        geoms = np.flatnonzero((m.geom_contype != 0) | (m.geom_conaffinity != 0))
+        bodies, types, affinities = m.geom_bodyid[geoms], m.geom_contype[geoms], m.geom_conaffinity[geoms]
+        rigid, roots = m.body_weldid[bodies], m.body_rootid[bodies]
+        above = m.body_weldid[m.body_parentid[rigid]]
+        meet = (types[:, None] & affinities | affinities[:, None] & types) != 0
+        meet &= (roots[:, None] == roots) & (rigid[:, None] != rigid) & (roots != 0)
+        if not m.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_FILTERPARENT:
+            meet &= (rigid[:, None] != above) & (above[:, None] != rigid)
+        apart = {frozenset((each >> 16, each & 0xFFFF)) for each in m.exclude_signature.tolist()}
+        pairs = np.unique(np.stack([bodies[side] for side in np.nonzero(meet)], axis=1), axis=0)
+        yield from (one for one, other in pairs.tolist() if frozenset((one, other)) not in apart)
 
     def _acting(self) -> Iterator[tuple[str, str]]:
         m = self._m

@@ -8,12 +8,11 @@ from typing import Any, Final
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Findings
+from nrp_core.world.rigid.pose import ROUNDED_TURN_RAD
 from nrp_core.world.scene.reading.xml import Element
 from nrp_world_mujoco.actuators import actuators_of
 from nrp_world_mujoco.library import mujoco
 
-_FULL_RAD: Final = 6.3
-"""A full turn as files round it; an orientation needs half of one."""
 _RIGHT_ANGLES_RAD: Final = (pi / 4, pi / 2, pi, 3 * pi / 2)
 _ROUNDED: Final = 2e-3
 _RANGES: Final = ("range", "forcerange", "ctrlrange", "actuatorfrcrange")
@@ -76,7 +75,7 @@ def _named(element: Element) -> str:
 def _orientation(element: Element, in_degrees: bool) -> Iterator[str]:
     given = _numbers(element, "euler")
     owner = f"the euler of the {_named(element)} is {element.attributes.get('euler')}"
-    if not in_degrees and any(abs(angle) > _FULL_RAD for angle in given):
+    if not in_degrees and any(abs(angle) > ROUNDED_TURN_RAD for angle in given):
         yield f"{owner} rad, more than a turn; is it meant in degrees?"
     elif in_degrees and any(
         abs(abs(angle) - right) < _ROUNDED for angle in given for right in _RIGHT_ANGLES_RAD
@@ -95,11 +94,11 @@ def _warn_of_limits(elements: list[Element], warnings: Findings) -> None:
     """Warn if no hinge of a file in degrees moves by more than a full turn in radians."""
     hinges = [one for one in elements if one.tag == "joint" and one.attributes.get("type", "") in _HINGED]
     limited = [(one, ends) for one in hinges if (ends := _numbers(one, "range")) and any(ends)]
-    if limited and all(abs(end) <= _FULL_RAD for _, ends in limited for end in ends):
+    if limited and all(abs(end) <= ROUNDED_TURN_RAD for _, ends in limited for end in ends):
         first, ends = limited[0]
         message = (
             f"the {_named(first)} has a range of {' to '.join(f'{end:g}' for end in ends)} degrees, and no "
-            f"joint of the file one of more than {_FULL_RAD:g}; are they radians? Then it needs "
+            f"joint of the file one of more than {ROUNDED_TURN_RAD:.2g}; are they radians? Then it needs "
             '<compiler angle="radian"/>'
         )
         warnings.add(Code.NRP298, message, path=first.path, line=first.line)

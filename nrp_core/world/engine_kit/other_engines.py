@@ -32,6 +32,10 @@ def report_mechanisms(model: Model, engine: str, namespace: str, warnings: Findi
         which = f"the <{tag}>" if count == 1 else f"the {count} <{tag}>"
         message = f"{engine} does not have {which} in <{section}> of '{model.name}'"
         warnings.add(Code.NRP345, message, subject=tag)
+    foreign = (each for each in model.native if each.namespace != namespace and each.tag == "contact")
+    if any(each.attribute("self") == "true" for each in foreign):
+        message = f"in {engine} parts of '{model.name}' do not touch each other, as its file says they do"
+        warnings.add(Code.NRP345, message, subject="contact")
 
 
 def _is_inner_exclude(part: Native) -> bool:

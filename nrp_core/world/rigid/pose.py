@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan2, copysign, cos, hypot, sin, sqrt
+from math import atan2, copysign, cos, hypot, pi, sin, sqrt
+from typing import Final
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
+
+ROUNDED_TURN_RAD: Final = 2.02 * pi
+"""A full turn as files round it; an orientation needs half of one."""
 
 _LEVEL = 1e-300  # the direction of shorter vectors is inaccurate
 _GIMBAL_LOCK = 1e-7  # below this cosine of the pitch, roll and yaw cannot be separated numerically

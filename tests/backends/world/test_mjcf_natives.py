@@ -290,6 +290,29 @@ def test_mistakes_in_sections_for_mujoco_are_errors_with_their_line(tmp_path: Pa
         opened(read_scene(tmp_path / "arm.sdf"))
 
 
+@pytest.mark.parametrize(
+    ("hand", "excluded", "told"),
+    [
+        ('contype="1"', "", ["contact"]),
+        ('contype="2" conaffinity="2"', "", []),
+        ('contype="1"', '<exclude body1="mast" body2="hand"/>', []),
+    ],
+)
+def test_pybullet_tells_of_parts_that_would_touch_each_other(tmp_path, hand, excluded, told):
+    """The arm touches neither of its neighbours, the mast and the hand, in MuJoCo either."""
+    (tmp_path / "crane.xml").write_text(
+        '<mujoco><worldbody><body name="mast"><geom size="0.1"/><joint/><body name="arm" pos="0.1 0 0">'
+        f'<joint/><geom size="0.1"/><body name="hand"><joint axis="1 0 0"/><geom size="0.1" {hand}/></body>'
+        f"</body></body></worldbody><contact>{excluded}</contact></mujoco>"
+    )
+    with opened(read_scene(tmp_path / "crane.xml"), "pybullet") as world:
+        found = [warning for warning in world.warnings if warning.code is Code.NRP345]
+        assert [warning.subject for warning in found] == told
+        assert ["parts of 'mast' do not touch each other" in one.message for one in found] == [True] * len(
+            told
+        )
+
+
 @pytest.mark.parametrize(("other", "told"), [("arm", []), ("rock", ["exclude"])])
 def test_pybullet_lacks_only_excludes_between_models(tmp_path, other, told):
     """Parts of one model never touch each other there."""

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from difflib import get_close_matches
-from math import pi
 from typing import Final
 
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
+from nrp_core.world.rigid.pose import ROUNDED_TURN_RAD
 from nrp_core.world.scene.reading.context import Notes
 from nrp_core.world.scene.reading.xml import Element
 
@@ -130,8 +130,6 @@ _FLAGS: Final = frozenset(
 _TRUTH: Final = ("", "0", "1", "false", "true")
 _PARAMS: Final = "experimental:params"
 """Changes of an included model (http://sdformat.org/tutorials?tut=param_passing_proposal)."""
-_TURN_RAD: Final = 2.02 * pi
-"""A full turn, as files round it; a pose needs half of one."""
 
 
 def check_vocabulary(element: Element, notes: Notes) -> None:
@@ -156,7 +154,7 @@ def _check_angles(pose: Element, notes: Notes) -> None:
         widest = max(map(abs, pose.numbers(6)[3:]))
     except SceneError:  # empty, or refused where it is read
         return
-    if widest > _TURN_RAD:
+    if widest > ROUNDED_TURN_RAD:
         message = (
             f"the <pose> {pose.text} has an angle of {widest:g} rad, more than a turn; "
             'is it meant in degrees? In SDF <pose degrees="true"> reads it so; xacro has ${radians(...)}'
