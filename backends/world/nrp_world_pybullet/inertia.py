@@ -49,10 +49,7 @@ class Inertia:
         Args:
             positions: positions of the joints; not used with ball joints.
         """
-        if self._moving is not None:
-            mass = self._moving.mass()
-        else:
-            mass = self._matrix(positions)
+        mass = self._moving.mass() if self._moving is not None else self._matrix(positions)
         n = self._base
         inertia: FloatArray = mass[n:, n:]
         if n:  # the motion of the free base
