@@ -22,6 +22,7 @@ from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Findings
 from nrp_core.world.render.optics import looking
 from nrp_core.world.rigid.pose import Pose, Quaternion, Vector
+from nrp_core.world.scene.bodies import TINTS
 from nrp_core.world.scene.inertia import LEAST_MOMENT
 from nrp_core.world.scene.meshes.stl import write_stl
 from nrp_core.world.scene.model import Inertial
@@ -30,6 +31,7 @@ from nrp_core.world.scene.reading.xml import read_xml
 from nrp_world_mujoco.actuators import actuators_of
 from nrp_world_mujoco.file_meshes import files_of
 from nrp_world_mujoco.library import compiled, mujoco
+from nrp_world_mujoco.mjcf_images import Images
 from nrp_world_mujoco.mjcf_native import Names, NativeElements
 from nrp_world_mujoco.mjcf_slips import warn_of_slips
 
@@ -74,18 +76,19 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
     balls = model.jnt_type == mujoco.mjtJoint.mjJNT_BALL
     if limited := int((balls & (model.jnt_limited != 0)).sum()):
         left_out.append(f"the limits of {limited} ball joints")
-    shown = model.geom_matid[(model.geom_group < _HIDDEN_GROUP) & (model.geom_matid >= 0)]
-    if images := len(set(shown[(model.mat_texid[shown] >= 0).any(axis=1)].tolist())):
-        left_out.append(f"the images of {images} materials, which are shown in their colours")
     warnings = Findings()
     root = read_xml(path)
     warn_of_slips(root, model, warnings)
     if model.nkey:
         left_out.append(f"{model.nkey} keyframes; 'joints' of the robot sets where its joints start")
+    cones = [one.attributes["cone"] for one in root.all("option") if "cone" in one.attributes]
+    writer = _Writer(model, path.stem, "".join(cones[-1:]), files_of(spec, path))
+    text = "\n".join(writer.lines())
+    if writer.flat:
+        left_out.append(f"the images on {writer.flat} capsules and meshes without texture coordinates")
     for part in left_out:
         warnings.add(Code.NRP260, f"left out of this MJCF file: {part}", path=path)
-    cones = [one.attributes["cone"] for one in root.all("option") if "cone" in one.attributes]
-    return "\n".join(_Writer(model, path.stem, "".join(cones[-1:]), files_of(spec, path)).lines()), warnings
+    return text, warnings
 
 
 class _Writer:
@@ -95,6 +98,9 @@ class _Writer:
         names = Names(self._body, self._joint_name, self._geom_name, self._owner)
         self._native = NativeElements(model, names, cone, meshes)
         self._touching = self._native.touching
+        self._images = Images(model)
+        self.flat = 0
+        """The number of shapes that have the mean colour of an image."""
         self._children: dict[int, list[int]] = {}
         for body in range(1, model.nbody):
             self._children.setdefault(int(model.body_parentid[body]), []).append(body)
@@ -209,8 +215,14 @@ class _Writer:
             rgba = m.geom_rgba[geom]
             if m.geom_matid[geom] >= 0 and np.allclose(rgba, _DEFAULT_RGBA):
                 rgba = m.mat_rgba[m.geom_matid[geom]]
-            color = f"<material><diffuse>{_text(rgba[:3])} 1</diffuse></material>"
-            seen = f"<transparency>{1 - float(rgba[3])}</transparency>{color}<geometry>{shape}</geometry>"
+            image, mean = self._images.on(geom), self._images.mean(geom)
+            if image is None and (mean != 1).any():
+                self.flat += 1
+                rgba = rgba * (*mean, 1.0)
+            tints = f' {TINTS}="true"' if image else ""
+            color = f"<material{tints}><diffuse>{_text(rgba[:3])} 1</diffuse></material>"
+            drawn = f"<mesh><uri>{escape(str(image))}</uri></mesh>" if image else shape
+            seen = f"<transparency>{1 - float(rgba[3])}</transparency>{color}<geometry>{drawn}</geometry>"
             yield f"<visual name={name}>{place}{seen}</visual>"
         if geom in self._touching:
             mu = f"<surface><friction><ode><mu>{m.geom_friction[geom][0]}</mu></ode></friction></surface>"

@@ -196,24 +196,6 @@ def test_limits_of_ball_joints_are_left_out_with_a_warning(tmp_path):
     assert "left out of this MJCF file: the limits of 1 ball joints" in str(warning)
 
 
-@pytest.mark.parametrize(
-    ("group", "told"),
-    [
-        (0, ["left out of this MJCF file: the images of 1 materials, which are shown in their colours"]),
-        (3, []),
-    ],
-)
-def test_images_of_materials_that_are_seen_are_left_out_with_a_warning(tmp_path, group, told):
-    shown = f'<geom size="1" material="sea" group="{group}"/>'
-    (tmp_path / "globe.xml").write_text(f"""<mujoco><asset>
-      <texture name="sky" type="skybox" builtin="flat" width="8" height="8"/>
-      <texture name="sea" type="cube" builtin="flat" width="8" height="8"/>
-      <material name="sea" texture="sea"/><material name="unused" texture="sea"/>
-      <material name="red" rgba="1 0 0 1"/></asset>
-      <worldbody>{shown}{shown}<geom size="2" material="red"/></worldbody></mujoco>""")
-    assert [warning.message for warning in read_scene(tmp_path / "globe.xml").warnings] == told
-
-
 _ARM = """<mujoco model="arm">{compiler}<worldbody><body name="base" {turned}>
   <geom type="box" size="0.1 0.1 0.1" mass="5"/><body name="upper" pos="0 0 0.1">
   <joint name="shoulder" type="hinge" axis="0 1 0" range="{range}"/>

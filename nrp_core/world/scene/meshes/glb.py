@@ -22,13 +22,14 @@ _GAMMA = 2.2  # from sRGB to the linear factors of glTF
 _TURN = (-0.5, -0.5, -0.5, 0.5)  # from x forward, z up to z forward, y up
 
 
-def glb(mapped: Mapped, image: Path, tint: Vector) -> bytes | None:
+def glb(mapped: Mapped, image: Path, tint: Vector, *, turned: bool = True) -> bytes | None:
     """Return a mesh with an image on it; None if the image cannot be read.
 
     Args:
         mapped: its triangles and their texture coordinates.
         image: a file of any format that OpenCV reads.
         tint: factors of red, green and blue, as sRGB.
+        turned: whether its node turns it to the axes of glTF.
     """
     ready = _ready(image)
     if ready is None:
@@ -43,7 +44,7 @@ def glb(mapped: Mapped, image: Path, tint: Vector) -> bytes | None:
         "asset": {"version": "2.0"},
         "scene": 0,
         "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0, "rotation": _TURN}],
+        "nodes": [{"mesh": 0, "rotation": _TURN}] if turned else [{"mesh": 0}],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0}]}],
         "materials": [
             {
