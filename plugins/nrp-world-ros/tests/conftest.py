@@ -24,6 +24,8 @@ OPTION = "--ros"
 needs_ros = pytest.mark.ros("1")
 needs_ros2 = pytest.mark.ros("2")
 needs_fast_dds = pytest.mark.ros("Fast DDS")
+needs_networks = pytest.mark.ros("networks")
+needs_rviz = pytest.mark.ros("rviz")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -43,18 +45,27 @@ def missing() -> dict[str, list[str]]:
         [] if Path("/usr/include/fastdds").is_dir() and shutil.which("g++") else ["libfastrtps-dev, g++"]
     )
     ros2 = ["cyclonedds in this Python"] if find_spec("cyclonedds") is None else []
-    return {"1": ros1, "2": ros2, "Fast DDS": fast_dds}
+    rviz = [program for program in ("rviz", "Xvfb") if shutil.which(program) is None]
+    return {"1": ros1, "2": ros2, "Fast DDS": fast_dds, "networks": _networks_lack(), "rviz": rviz}
+
+
+def _networks_lack() -> list[str]:
+    """Return what is missing for two networks of this user's own."""
+    tools = [tool for tool in ("unshare", "nsenter", "ip") if shutil.which(tool) is None]
+    if tools or not subprocess.run(["unshare", "-rn", "true"], capture_output=True, check=False).returncode:
+        return tools
+    return ["the right to make networks"]
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Skip tests of a ROS that is not here, unless it must be."""
     lacks, required = missing(), config.getoption(OPTION).split(",")
-    required += ["Fast DDS"] if "2" in required else []
+    required += ["Fast DDS", "networks"] if "2" in required else []
     for item in items:
         for marker in item.iter_markers("ros"):
             (ros,) = marker.args
             if lacks[ros] and ros not in required:
-                what = ros if ros == "Fast DDS" else f"ROS {ros}"
+                what = f"ROS {ros}" if ros in ("1", "2") else ros
                 reason = f"{what} is not here ({', '.join(lacks[ros])}); the README says how to get it"
                 item.add_marker(pytest.mark.skip(reason=reason))
 

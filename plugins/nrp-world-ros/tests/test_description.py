@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from nrp_core import load_experiment, open_world
 from nrp_core.errors import SceneError
-from nrp_core.world import Box, Joint, Link, Model, Pose, Scene, Visual
+from nrp_core.world import Box, Capsule, Collision, Inertial, Joint, Link, Model, Pose, Scene, Visual
 from nrp_core.world.messages.cdr import Codec
 
 from conftest import Ros, Ros2, needs_fast_dds, needs_ros, needs_ros2
@@ -22,7 +22,13 @@ ARM = Model(
     "arm",
     (
         Link("base", visuals=(Visual("v", Box((0.1, 0.2, 0.3))),)),
-        Link("limb", LIMB, visuals=(Visual("v", Box((0.4, 0.5, 0.6)), Pose((0.0, 0.0, 0.2))),)),
+        Link(
+            "limb",
+            LIMB,
+            Inertial(3.5, Pose((0.01, 0.02, 0.03)), (0.1, 0.2, 0.25, 0.0, 0.0, 0.0)),
+            visuals=(Visual("v", Box((0.4, 0.5, 0.6)), Pose((0.0, 0.0, 0.2))),),
+            collisions=(Collision("c", Capsule(0.1, 0.4), Pose((0.0, 0.3, 0.0))),),
+        ),
     ),
     (Joint("elbow", "revolute", "base", "limb", LIMB, (0.0, 1.0, 0.0), lower=-0.5, upper=1.5),),
 )
@@ -34,7 +40,7 @@ def test_pybullet_has_the_robot_where_the_scene_has_it(tmp_path: Path) -> None:
     file.write_text(urdf(ARM))
     client = bullet.connect(bullet.DIRECT)
     try:
-        body = bullet.loadURDF(str(file), useFixedBase=True)
+        body = bullet.loadURDF(str(file), useFixedBase=True, flags=bullet.URDF_USE_INERTIA_FROM_FILE)
         info = bullet.getJointInfo(body, 0)
         assert (info[1], info[2], info[8], info[9]) == (b"elbow", bullet.JOINT_REVOLUTE, -0.5, 1.5)
         assert info[12] == b"arm/limb"
@@ -45,6 +51,10 @@ def test_pybullet_has_the_robot_where_the_scene_has_it(tmp_path: Path) -> None:
         shapes = {shape[1]: shape for shape in bullet.getVisualShapeData(body)}
         assert shapes[0][3] == pytest.approx((0.4, 0.5, 0.6))
         assert shapes[0][5] == pytest.approx((0.0, 0.0, 0.2))
+        mass, _, moments, centre = bullet.getDynamicsInfo(body, 0)[:4]
+        assert (mass, moments, centre) == (3.5, pytest.approx((0.1, 0.2, 0.25)), (0.01, 0.02, 0.03))
+        touched = {tuple(round(x, 6) for x in one[5]) for one in bullet.getCollisionShapeData(body, 0)}
+        assert touched == {(-0.01, 0.28, z) for z in (-0.03, -0.23, 0.17)}  # from the centre of mass
     finally:
         bullet.disconnect(client)
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -13,7 +11,7 @@ import pytest
 from nrp_core.world.messages import geometry_msgs
 from nrp_core.world.messages.cdr import Codec
 
-from conftest import Ros2, needs_fast_dds, needs_ros2
+from conftest import Ros2, needs_fast_dds, needs_networks, needs_ros2
 from nrp_world_ros.audience import Audience
 from nrp_world_ros.joining import join
 from nrp_world_ros.node import Node
@@ -96,16 +94,9 @@ with join(Ros.TWO, "under_test", domain=int(sys.argv[1])) as node:
 """
 
 
-def has_namespaces() -> bool:
-    tools = all(shutil.which(tool) for tool in ("unshare", "nsenter", "ip"))
-    return (
-        tools and subprocess.run(["unshare", "-rn", "true"], capture_output=True, check=False).returncode == 0
-    )
-
-
 @needs_ros2
+@needs_networks
 @pytest.mark.slow
-@pytest.mark.skipif(not has_namespaces(), reason="this user cannot have two networks of his own")
 @pytest.mark.parametrize(("reached", "peers"), [("LOCALHOST", 0), ("SUBNET", 1)])
 def test_another_machine_is_heard_only_if_the_user_says_so(ros2: Ros2, reached: str, peers: int) -> None:
     listener = ros2.folder / "listener.py"

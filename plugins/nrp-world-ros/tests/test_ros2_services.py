@@ -6,8 +6,9 @@ import random
 import struct
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,9 +50,16 @@ class EchoResponse:
     letters: str = ""
 
 
-def switch(request: bytes) -> memoryview:
+def done(response: memoryview) -> Future[memoryview]:
+    coming: Future[memoryview] = Future()
+    coming.set_result(response)
+    return coming
+
+
+def switch(request: bytes) -> Future[memoryview]:
     asked = CODEC.decode(request, "std_srvs/msg/SetBoolRequest")
-    return CODEC.encode(std_srvs.SetBoolResponse(success=asked.data, message="on" if asked.data else "off"))
+    text = "on" if asked.data else "off"
+    return done(CODEC.encode(std_srvs.SetBoolResponse(success=asked.data, message=text)))
 
 
 @pytest.fixture
@@ -60,7 +68,9 @@ def node(ros2: Ros2) -> Iterator[Node]:
         node.serve(
             "/switch", CODEC.name(std_srvs.SetBoolRequest), CODEC.name(std_srvs.SetBoolResponse), switch
         )
-        node.serve("/echo", CODEC.name(EchoRequest), CODEC.name(EchoResponse), memoryview)
+        node.serve(
+            "/echo", CODEC.name(EchoRequest), CODEC.name(EchoResponse), lambda given: done(memoryview(given))
+        )
         yield node
 
 
@@ -148,6 +158,21 @@ def test_a_node_that_has_left_is_not_called(ros2: Ros2, fast_dds: str) -> None:
 
 @needs_ros2
 @needs_fast_dds
+def test_no_thread_keeps_the_process_while_a_call_waits(ros2: Ros2, node: Node, fast_dds: str) -> None:
+    asked = threading.Event()
+
+    def never(_request: bytes) -> Future[memoryview]:
+        asked.set()
+        return Future()
+
+    node.serve("/never", CODEC.name(std_srvs.SetBoolRequest), CODEC.name(std_srvs.SetBoolResponse), never)
+    fast(ros2, fast_dds, "/never", SET_BOOL, ON)
+    assert asked.wait(30)
+    assert [each for each in threading.enumerate() if not each.daemon] == [threading.main_thread()]
+
+
+@needs_ros2
+@needs_fast_dds
 @pytest.mark.slow
 def test_a_program_of_ros_2_puts_the_robot_elsewhere_and_hears_what_is_wrong(
     ros2: Ros2, fast_dds: str
@@ -195,10 +220,8 @@ def test_a_call_that_cannot_be_answered_is_reported(request_: bytes, warnings: i
         calls = Calls(world, node, found)  # type: ignore[arg-type]
         calls.offer()
         service = "/gazebo/clear_body_wrenches" if warnings else "/gazebo/pause_physics"
-        with ThreadPoolExecutor() as pool:
-            asked = pool.submit(node.answers[service], request_)
-            while not asked.done():
-                calls.answer()
+        asked = node.answers[service](request_)
+        calls.answer()
         assert isinstance(asked.exception(), TopicError if warnings else type(None))
     assert len(found) == warnings
 

@@ -8,18 +8,21 @@ from __future__ import annotations
 
 import socket
 import struct
-from collections.abc import Callable
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from urllib.parse import urlsplit
 from xmlrpc.client import ServerProxy
 
 import pytest
 from nrp_core import worlds
 from nrp_core.errors import TopicError
-from nrp_core.world import Findings, Scene
+from nrp_core.world import Findings, Scene, World
 from nrp_core.world.messages import gazebo_srvs, std_srvs
 
 from conftest import Ros, needs_ros
 from nrp_world_ros.calls import Calls
+from nrp_world_ros.node import Answer
 from nrp_world_ros.ros1.wire import CODEC
 
 SUMS = {
@@ -103,21 +106,50 @@ class Offered:
     codec = CODEC
 
     def __init__(self) -> None:
-        self.answers: dict[str, Callable[[bytes], memoryview]] = {}
+        self.answers: dict[str, Answer] = {}
 
-    def serve(
-        self, service: str, _request: str, _response: str, answer: Callable[[bytes], memoryview]
-    ) -> None:
+    def serve(self, service: str, _request: str, _response: str, answer: Answer) -> None:
         self.answers[service] = answer
 
 
-def test_a_call_that_nobody_waits_for_any_more_is_not_done(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("nrp_world_ros.calls.PATIENCE_S", 0.01)
+@contextmanager
+def offered() -> Iterator[tuple[Calls, Answer, World]]:
+    """Yield the calls of an empty world, and the service that pauses it."""
     backend, node = worlds().load("mujoco"), Offered()
     with backend.open(Scene(()), seed=1, options=backend.options()) as world:
         calls = Calls(world, node, Findings())  # type: ignore[arg-type]
         calls.offer()
-        with pytest.raises(TopicError, match="pause_physics: no answer within 0"):
-            node.answers["/gazebo/pause_physics"](b"")
+        yield calls, node.answers["/gazebo/pause_physics"], world
+
+
+def test_a_call_that_nobody_waits_for_any_more_is_not_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("nrp_world_ros.calls.PATIENCE_S", 0.01)
+    with offered() as (calls, pause, world):
+        asked = pause(b"")
+        time.sleep(0.02)
         calls.answer()
         assert not world.paused
+        assert not asked.done()
+
+
+def test_calls_that_wait_are_refused_when_the_world_closes_and_later_ones_too() -> None:
+    with offered() as (calls, pause, world):
+        asked = pause(b"")
+        calls.close()
+        for each in (asked, pause(b"")):
+            with pytest.raises(TopicError, match="pause_physics: this world has been closed"):
+                each.result(0)
+        calls.answer()
+        assert not world.paused
+
+
+def test_calls_beyond_the_most_are_refused_at_once_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("nrp_world_ros.calls.MOST", 2)
+    with offered() as (calls, pause, world):
+        asked = [pause(b"") for _ in range(3)]
+        with pytest.raises(TopicError, match="pause_physics: 2 calls wait already"):
+            asked[2].result(0)
+        calls.answer()
+        assert [each.done() for each in asked] == [True] * 3
+        assert world.paused
+        assert "1 calls were refused" in str(calls._warnings[0])

@@ -188,6 +188,7 @@ class Bridge(Closing):
         """Leave ROS."""
         for outlet in self._outlets.values():
             self._mute(outlet)
+        self._calls.close()
         self._node.close()
 
 

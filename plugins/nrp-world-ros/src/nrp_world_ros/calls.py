@@ -1,23 +1,26 @@
 """The services of a world in ROS, such as ``/gazebo/set_model_state``, with the names of Gazebo.
 
-ROS calls in its own threads; requests wait until the world is between two steps.
+ROS calls in its own threads; requests wait until the world is between two steps, and are then answered in its
+thread.
 """
 
 from __future__ import annotations
 
-from concurrent.futures import Future
-from dataclasses import dataclass
+import time
+from concurrent.futures import Future, InvalidStateError
+from contextlib import suppress
+from dataclasses import dataclass, field
 from functools import partial
-from queue import Empty, SimpleQueue
+from queue import Empty, Full, Queue
 from typing import Any
 
 from nrp_core.errors import NrpError, TopicError
 from nrp_core.world import Code, Findings, World
 
-from nrp_world_ros.node import Node
+from nrp_world_ros.node import PATIENCE_S, Node
 
-PATIENCE_S = 30.0
-"""Maximum waiting time of a caller, s."""
+MOST = 256
+"""Maximum number of calls that wait for the world."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +30,8 @@ class _Call:
     service: str
     kind: str
     request: bytes
-    answer: Future[memoryview]
+    answer: Future[memoryview] = field(default_factory=Future)
+    asked_s: float = field(default_factory=time.monotonic)
 
 
 class Calls:
@@ -45,7 +49,8 @@ class Calls:
     def __init__(self, world: World, node: Node, warnings: Findings) -> None:
         self._world, self._node, self._codec = world, node, node.codec
         self._warnings = warnings
-        self._waiting: SimpleQueue[_Call] = SimpleQueue()
+        self._waiting: Queue[_Call] = Queue(MOST)
+        self._refused, self._closed = 0, False
         self.services: list[str] = []
 
     def offer(self) -> None:
@@ -56,21 +61,37 @@ class Calls:
                 self._node.serve(info.name, request, response, partial(self._ask, info.name, request))
                 self.services.append(info.name)
 
-    def _ask(self, service: str, kind: str, request: bytes) -> memoryview:
-        """Wait, in a thread of ROS, for the answer."""
-        call = _Call(service, kind, request, Future())
-        self._waiting.put(call)
+    def _ask(self, service: str, kind: str, request: bytes) -> Future[memoryview]:
+        """Take a call, in a thread of ROS."""
+        call = _Call(service, kind, request)
         try:
-            return call.answer.result(PATIENCE_S)
-        except TimeoutError:
-            if not call.answer.cancel():  # it is being answered now
-                return call.answer.result()
-            raise TopicError(f"{service}: no answer within {PATIENCE_S:g} s; is it paused?") from None
+            self._waiting.put_nowait(call)
+        except Full:
+            self._refused += 1
+            call.answer.set_exception(TopicError(f"{service}: {MOST} calls wait already"))
+        if self._closed:
+            self._refuse()
+        return call.answer
+
+    def close(self) -> None:
+        """Refuse the calls that wait, and all later ones."""
+        self._closed = True
+        self._refuse()
+
+    def _refuse(self) -> None:
+        while (call := self._next()) is not None:
+            with suppress(InvalidStateError):  # nobody waits any more
+                call.answer.set_exception(TopicError(f"{call.service}: this world has been closed"))
 
     def answer(self) -> None:
         """Answer all waiting calls; those that timed out are not executed."""
+        if self._refused:
+            message = f"{self._refused} calls were refused, because {MOST} waited already"
+            self._warnings.add(Code.NRP282, message, subject="services")
+            self._refused = 0
         while (call := self._next()) is not None:
-            if not call.answer.set_running_or_notify_cancel():
+            late = time.monotonic() > call.asked_s + PATIENCE_S
+            if late or not call.answer.set_running_or_notify_cancel():
                 continue
             try:
                 call.answer.set_result(self._codec.encode(self._do(call)))

@@ -90,6 +90,7 @@ def _body(experiment: Experiment, node: Node, until_ns: int | None, *, lockstep:
                 body.run(until_ns, experiment.timestep, pacing_of(experiment.pace))
         finally:
             body.bridge.report()
+            body.bridge.close()
 
 
 def _whole(experiment: Experiment, node: Node, until_ns: int | None) -> None:
@@ -114,6 +115,7 @@ def _whole(experiment: Experiment, node: Node, until_ns: int | None) -> None:
             run.run(None if until_ns is None else seconds(until_ns))
         finally:
             bridge.report()
+            bridge.close()
         result = run.result()
     for _, line in result.judgement.lines():
         typer.echo(line)

@@ -1,4 +1,4 @@
-"""Robots as URDF, from which rviz draws them: links with their visuals, below the frames of ``/tf``.
+"""Robots as URDF, for rviz and other programs: links with masses and shapes, below the frames of ``/tf``.
 
 The frame of a link in URDF is that of its joint. In SDF they may differ; such a robot has no URDF.
 See http://wiki.ros.org/urdf/XML.
@@ -14,8 +14,10 @@ from nrp_core.errors import SceneError
 from nrp_core.world import (
     Box,
     Capsule,
+    Collision,
     Cylinder,
     Geometry,
+    Inertial,
     Joint,
     Link,
     Mesh,
@@ -31,6 +33,7 @@ NAME = "robot_description"
 _NO_LIMIT = 1e9
 _THIN_M = 1e-3
 _APART_M = 1e-6
+_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 def described(scene: Scene) -> dict[str, Model]:
@@ -50,8 +53,12 @@ def urdf(model: Model) -> str:
     robot = Element("robot", name=model.name)
     for link in model.links:
         there = SubElement(robot, "link", name=_frame(model, link.name))
+        if link.inertial is not None:
+            _weigh(there, link.inertial)
         for visual in link.visuals:
             _draw(there, visual)
+        for collision in link.collisions:
+            _shape(there, "collision", collision)
     held: dict[str, Joint] = {}
     for joint in model.joints:
         if joint.parent != "world" and held.setdefault(joint.child, joint) is not joint:
@@ -99,11 +106,27 @@ def _join(robot: Element, model: Model, link: Link, joint: Joint) -> None:
         SubElement(there, "mimic", numbers, joint=joint.mimic.leader)
 
 
-def _draw(link: Element, visual: Visual) -> None:
-    for geometry, pose in _shapes(visual.geometry):
-        there = SubElement(link, "visual")
-        _place(there, visual.pose @ pose)
+def _weigh(link: Element, inertial: Inertial) -> None:
+    there = SubElement(link, "inertial")
+    _place(there, inertial.pose)
+    SubElement(there, "mass", value=f"{inertial.mass:.12g}")
+    values = dict(zip(_MOMENTS, inertial.inertia, strict=True))
+    SubElement(there, "inertia", {name: f"{value:.12g}" for name, value in values.items()})
+
+
+def _shape(link: Element, tag: str, shape: Visual | Collision) -> list[Element]:
+    """Add a shape, and return its elements."""
+    added = []
+    for geometry, pose in _shapes(shape.geometry):
+        there = SubElement(link, tag)
+        _place(there, shape.pose @ pose)
         SubElement(SubElement(there, "geometry"), geometry.tag, geometry.attrib)
+        added.append(there)
+    return added
+
+
+def _draw(link: Element, visual: Visual) -> None:
+    for there in _shape(link, "visual", visual):
         material = SubElement(there, "material", name=" ".join(map(str, visual.rgba)))
         SubElement(material, "color", rgba=_text(visual.rgba))
 

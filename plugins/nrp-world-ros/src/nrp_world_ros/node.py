@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
+from concurrent.futures import Future
 from typing import Any, ClassVar, Protocol
 
 from nrp_core.world import Closing
@@ -11,6 +12,12 @@ from nrp_core.world.messages.cdr import Codec
 from nrp_core.world.messages.generated import made
 
 from nrp_world_ros.inbox import Inbox
+
+PATIENCE_S = 30.0
+"""Maximum waiting time of the caller of a service, s."""
+
+Answer = Callable[[bytes], "Future[memoryview]"]
+"""Takes a request, in a thread of ROS; the response comes later, and in any thread."""
 
 
 class Publisher(Protocol):
@@ -78,15 +85,15 @@ class Node(Closing):
         """
 
     @abstractmethod
-    def serve(self, service: str, request: str, response: str, answer: Callable[[bytes], memoryview]) -> None:
+    def serve(self, service: str, request: str, response: str, answer: Answer) -> None:
         """Offer a service.
 
         Args:
             service: its name.
             request: type of the request, ``package/msg/NameRequest``.
             response: type of the response.
-            answer: takes a request and returns the response; called in a separate thread. If it raises one of
-                our errors, the caller gets no response, and in some ROS the reason.
+            answer: takes a request. If its response is one of our errors, the caller gets no response, and
+                in some ROS the reason.
 
         Raises:
             SimulationError: the connection to ROS was lost.

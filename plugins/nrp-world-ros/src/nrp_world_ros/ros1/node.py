@@ -10,10 +10,10 @@ from functools import cache
 from typing import Any
 from urllib.parse import urlsplit
 
-from nrp_core.errors import BackendLoadError, SimulationError
+from nrp_core.errors import BackendLoadError, SimulationError, TopicError
 
 from nrp_world_ros.inbox import Letter
-from nrp_world_ros.node import Node, Publisher
+from nrp_world_ros.node import PATIENCE_S, Answer, Node, Publisher
 from nrp_world_ros.ros1.load import load_rospy
 from nrp_world_ros.ros1.wire import CODEC, wire_service, wire_type
 
@@ -83,12 +83,18 @@ class Ros1Node(Node):
 
         self._listeners[topic] = self._rospy.Subscriber(topic, wire_type(name), arrived, tcp_nodelay=True)
 
-    def serve(self, service: str, request: str, response: str, answer: Callable[[bytes], memoryview]) -> None:
+    def serve(self, service: str, request: str, response: str, answer: Answer) -> None:
         kind = wire_service(request, response)
         self._require_master()
 
         def handle(message: Any) -> Any:
-            return kind._response_class(answer(bytes(message.data)))
+            coming = answer(bytes(message.data))
+            try:
+                return kind._response_class(coming.result(PATIENCE_S))
+            except TimeoutError:
+                if not coming.cancel():  # it is being answered now
+                    return kind._response_class(coming.result())
+                raise TopicError(f"{service}: no answer within {PATIENCE_S:g} s; is it paused?") from None
 
         self._services.append(self._rospy.Service(service, kind, handle, error_handler=_unmoved))
 

@@ -15,7 +15,7 @@ from nrp_core.world import Closing
 from nrp_core.world.messages.cdr import Codec
 from nrp_core.world.messages.std_msgs import String
 
-from nrp_world_ros.node import Node, Publisher
+from nrp_world_ros.node import Answer, Node, Publisher
 from nrp_world_ros.ros2.load import load_dds
 from nrp_world_ros.ros2.mail import Mail, participants
 from nrp_world_ros.ros2.network import domain_number, participate, reach, service_sockets
@@ -130,7 +130,7 @@ class Ros2Node(Node):
             Policy.Userdata(f"typehash={self.codec.hash(name)};".encode()),
         )
 
-    def serve(self, service: str, request: str, response: str, answer: Callable[[bytes], memoryview]) -> None:
+    def serve(self, service: str, request: str, response: str, answer: Answer) -> None:
         self._require_open()
         if self._services is None:
             self._services = Services(RtpsParticipant(service_sockets(self._number)))

@@ -7,25 +7,19 @@ the writer and the sequence number of the call beside the data of the answer, as
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future
 
-from nrp_core.errors import NrpError
 from nrp_core.world import Closing
 
+from nrp_world_ros.node import Answer
 from nrp_world_ros.ros2.rtps.packets import PREFIX, Data
 from nrp_world_ros.ros2.rtps.parameters import P
 from nrp_world_ros.ros2.rtps.participant import RtpsParticipant
 from nrp_world_ros.ros2.types import dds_name
 
-Answer = Callable[[bytes], memoryview]
-
 _CYCLONE = b"\x01\x10"
 _HEAD, _CALL = 4, 16
 """Lengths of the head of encoded data, and of what Cyclone DDS puts between it and the request."""
-
-_AT_ONCE = 8
-"""Maximum number of calls that wait for the world; others wait for these."""
 
 _GUID = 16
 
@@ -39,24 +33,22 @@ class Services(Closing):
 
     def __init__(self, participant: RtpsParticipant) -> None:
         self._participant = participant
-        self._pool = ThreadPoolExecutor(_AT_ONCE, "ros2 call")
 
     def serve(self, service: str, request: str, response: str, answer: Answer) -> None:
         """Offer a service; see :meth:`~nrp_world_ros.node.Node.serve`."""
         writer = self._participant.writer(f"rr{service}Reply", _dds_name(response))
 
         def call(data: Data, payload: bytes) -> None:
-            self._pool.submit(reply, data, payload)
+            start = _HEAD + _CALL * (data.vendor == _CYCLONE)
+            coming = answer(payload[:_HEAD] + payload[start:])
+            coming.add_done_callback(lambda done: reply(data, payload, start, done))
 
-        def reply(data: Data, payload: bytes) -> None:
-            is_cyclone = data.vendor == _CYCLONE
-            start = _HEAD + _CALL * is_cyclone
-            try:
-                found = bytes(answer(payload[:_HEAD] + payload[start:]))
-            except NrpError:  # ROS 2 has no place for the reason; the loop has reported it
+        def reply(data: Data, payload: bytes, start: int, done: Future[memoryview]) -> None:
+            if done.exception() is not None:  # ROS 2 has no place for the reason; the loop has reported it
                 return
+            found = bytes(done.result())
             inline: dict[int, bytes] = {}
-            if is_cyclone:
+            if start > _HEAD:
                 found = found[:_HEAD] + payload[_HEAD:start] + found[_HEAD:]
             else:
                 inline = dict.fromkeys((P.RELATED_SAMPLE, P.FAST_RELATED_SAMPLE), _identity(data))
@@ -66,7 +58,6 @@ class Services(Closing):
 
     def close(self) -> None:
         """Leave ROS; waiting calls get no answer."""
-        self._pool.shutdown(wait=False, cancel_futures=True)
         self._participant.close()
 
 
