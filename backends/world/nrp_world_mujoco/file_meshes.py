@@ -1,4 +1,4 @@
-"""Meshes that MuJoCo reads from their own files.
+"""Meshes that MuJoCo reads itself: from their own files, or as an MJCF file lists their corners.
 
 It centres each mesh, turns it along its principal axes and rounds it. The hull of a mesh that went through
 that before has its corners in other places and in another order, so that other ones touch.
@@ -21,7 +21,7 @@ from nrp_world_mujoco.shapes import placed
 
 
 def files_of(spec: Any, path: Path) -> dict[str, dict[str, str]]:
-    """Return the attributes of the meshes of an MJCF file that are in files, by name.
+    """Return the attributes of the meshes of an MJCF file, by name, without those whose file is not there.
 
     Args:
         spec: the specification that MuJoCo read.
@@ -31,9 +31,15 @@ def files_of(spec: Any, path: Path) -> dict[str, dict[str, str]]:
     found = {}
     for mesh in spec.meshes:
         file = Path(spec.meshdir) / (Path(mesh.file).name if spec.strippath else mesh.file)
-        if not mesh.file or not (path.parent / file).is_file():
-            continue
-        values = {"file": str(file)}
+        if mesh.file:
+            if not (path.parent / file).is_file():
+                continue
+            values = {"file": str(file)}
+        else:
+            lists = {"vertex": mesh.uservert, "face": mesh.userface}
+            values = {
+                name: " ".join(f"{each:.9g}" for each in given) for name, given in lists.items() if len(given)
+            }
         for name in ("scale", "refpos", "refquat", "maxhullvert"):
             given = getattr(mesh, name)
             if np.any(given != getattr(usual, name)):
@@ -56,17 +62,18 @@ class FileMeshes:
         self._names: dict[str, str] = {}
 
     def add(self, model: str, element: Native) -> None:
-        """Add the mesh of a ``<mujoco:mesh>``, whose file is relative to the file of the element.
+        """Add the mesh of a ``<mujoco:mesh>``: a file, relative to that of the element, or its corners.
 
         Raises:
             SceneError: the element is invalid.
         """
         name, file = element.attribute("name"), element.attribute("file")
-        if not name or not file:
-            raise element.error('it needs name="..." and file="..."')
+        if not name or not (file or element.attribute("vertex")):
+            raise element.error('it needs name="...", and file="..." or vertex="..."')
         section = ET.Element("asset")
         part = written(element)
-        part.set("file", str((element.path or Path()).parent.resolve() / file))
+        if file:
+            part.set("file", str((element.path or Path()).parent.resolve() / file))
         section.append(part)
         mesh = self._spec.add_mesh(name=f"{model}/{name}/mesh")
         copy_all(parsed(element, section).meshes[0], mesh)

@@ -201,6 +201,18 @@ def test_a_mesh_in_a_folder_of_its_own_is_that_of_mujoco_alone_bit_for_bit(tmp_p
     assert place[0] == pytest.approx(place[1], abs=1e-15)
 
 
+@pytest.mark.parametrize("faces", ["", "0 2 1 0 3 2 0 1 4 1 2 4 2 3 4 3 0 4"])
+def test_a_mesh_whose_corners_are_in_the_file_is_that_of_mujoco_alone_bit_for_bit(tmp_path, faces):
+    corners = "-.1 -.07 0 .13 -.05 0 .1 .05 0.01 -.1 .05 0 0 0.003 .08"
+    given = f'vertex="{corners}" scale="1 1.1 0.9" ' + (f'face="{faces}"' if faces else "")
+    (tmp_path / "hopper.xml").write_text(HOPPER.replace('file="toes.stl"', given))
+    theirs = mujoco.MjModel.from_xml_path(str(tmp_path / "hopper.xml"))
+    with opened(read_scene(tmp_path / "hopper.xml")) as world:
+        ours = world.engine._model
+    for field in ("mesh_vert", "mesh_graph"):
+        np.testing.assert_array_equal(getattr(ours, field), getattr(theirs, field))
+
+
 def test_numbers_near_the_usual_ones_are_kept(tmp_path):
     """Those of an insect are, in SI units."""
     (tmp_path / "leg.xml").write_text(LEG)
@@ -279,7 +291,7 @@ ARM = """<sdf version="1.9"><model name="arm" xmlns:mujoco="urn:mujoco"><link na
         ('<mujoco:actuator><mujoco:adhesion body="hand"/></mujoco:actuator>', 'it needs name="..."'),
         ('<mujoco:actuator><mujoco:adhesion name="a" body="hand" gian="1"/></mujoco:actuator>', "gian"),
         ('<mujoco:site name="s" link="palm"/>', "no link 'palm'"),
-        ('<mujoco:mesh name="m"/>', 'it needs name="..." and file="..."'),
+        ('<mujoco:mesh name="m"/>', 'it needs name="...", and file="..." or vertex="..."'),
         ('<mujoco:freejoint link="hnad" armature="1"/>', "did you mean 'hand'"),
         ('<mujoco:tendon><mujoco:spatial name="t"><mujoco:rope/></mujoco:spatial></mujoco:tendon>', "<rope>"),
     ],
