@@ -168,7 +168,8 @@ class Images:
         if mapped is None:
             return None
         scale = m.geom_size[geom] if kind == mujoco.mjtGeom.mjGEOM_ELLIPSOID else 1.0
-        return mapped[0] * scale, mapped[1] * (1, -1) + (0, 1)
+        triangles, places = mapped
+        return triangles * scale, places.astype(np.float64) * (1, -1) + (0, 1)
 
 
 def _around(triangles: Triangles, size: FloatArray) -> tuple[Triangles, FloatArray]:

@@ -15,6 +15,7 @@ from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
 from nrp_core.world.render.shaded import ShadedView
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.merged_bodies import Body, bodies_of
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.posture import Posture
@@ -71,7 +72,8 @@ def _subject(scene: Scene) -> _Subject:
 def _starts(model: Model, bodies: Sequence[Body]) -> list[Pose]:
     """Return the poses of a model's bodies in the world, with its joints where they start."""
     posture = Posture(model, start_positions(model))
-    return [model.pose @ posture.of(body.links[0].name) @ body.in_model for body in bodies]
+    moved = [posture.of(body.links[0].name if body.links else WORLD) for body in bodies]
+    return [model.pose @ motion @ body.in_model for motion, body in zip(moved, bodies, strict=True)]
 
 
 def _eye(subject: _Subject, optics: Optics, is_robot: bool) -> FloatArray:

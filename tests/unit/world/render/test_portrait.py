@@ -50,6 +50,13 @@ def test_the_faces_of_a_box_differ_in_brightness():
     assert len(values[counts > 500]) == 3
 
 
+def test_a_robot_that_hangs_on_the_world_fills_the_image():
+    arm = Link("arm", inertial=Inertial(1.0), visuals=(Visual("v", Box((1, 1, 1)), rgba=RED),))
+    robot = Model("robot", (arm,), (Joint("j", "revolute", "world", "arm"),))
+    rows, columns = np.nonzero(drawn(portrait(Scene((robot,)), 120, 90)))
+    assert max(np.ptp(rows) / 90, np.ptp(columns) / 120) > 0.7
+
+
 def test_links_are_where_their_joints_put_them():
     ball = Link("ball", Pose((0, 0, 3)), Inertial(1.0), (Visual("v", Sphere(0.5), rgba=GREEN),))
     base = Link("base", inertial=Inertial(1.0), visuals=(Visual("v", Sphere(0.5), rgba=RED),))
