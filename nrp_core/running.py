@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 
+from nrp_core.analysis.doubts import checked_run
 from nrp_core.clock import from_seconds
 from nrp_core.experiment.reading.find import load_experiment, require_once
 from nrp_core.experiment.running.result import Result
@@ -53,7 +55,8 @@ def run(
         check_folder(folder)
     with ExitStack() as stack:
         files = None if folder is None else stack.enter_context(FilesRead())
-        simulation = stack.enter_context(Run(load_experiment(experiment, overrides)))
+        read = partial(load_experiment, experiment, overrides)
+        simulation = stack.enter_context(checked_run(read(), read))
         if on_step is not None:
             simulation.on_step.append(on_step)
         if folder is None:

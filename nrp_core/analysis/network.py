@@ -76,10 +76,7 @@ class ChildBuilder:
         """
         question = _question(make, self._backend, _parts(self._options))
         if question is None:
-            network = build_here(make)
-            self.unconnected, self.silent = unconnected(network), silent_parts(network)
-            self.mute = mute(network)
-            return network
+            return self.described(build_here(make))
         data = self._asked(question, _contents(make, self._backend))
         self.warnings = [Finding.from_dict(one) for one in data["warnings"]]
         self.unconnected = data["network"]["unconnected"]
@@ -87,6 +84,12 @@ class ChildBuilder:
         self.mute = data["network"]["mute"]
         self.refusal = _error_of(data["refusal"]) if data["refusal"] else None
         return skeleton_of(data["network"])
+
+    def described(self, network: Network) -> Network:
+        """Return a complete network, whose parts are described from now on."""
+        self.unconnected, self.silent = unconnected(network), silent_parts(network)
+        self.mute = mute(network)
+        return network
 
     def _asked(self, question: str, depends_on: str) -> dict[str, Any]:
         """Return the answer of the child, or a cached one if the environment is the same for the script."""

@@ -143,17 +143,20 @@ class Study(Examination):
     Args:
         experiment: the experiment.
         progress: called with the name of each task as it begins.
+        build: makes its network; by default in a confined process.
 
     Attributes:
         examined: its transfer functions, in the order in which they run.
         topics: the topics of its world, as far as it could be read.
     """
 
-    def __init__(self, experiment: Experiment, progress: ProgressCallback) -> None:
+    def __init__(
+        self, experiment: Experiment, progress: ProgressCallback, build: ChildBuilder | None = None
+    ) -> None:
         self.examined: list[Examined] = []
         self.topics: Mapping[str, TopicInfo] = {}
         self.devices: Sequence[SourcePort | SinkPort] = ()
-        self._build = ChildBuilder(*_brain_of(experiment), _limit_s(experiment))
+        self._build = build or ChildBuilder(*_brain_of(experiment), _limit_s(experiment))
         self._reading = _Reading(maker_of(experiment), self._build)
         super().__init__(experiment.with_maker(self._reading), progress)
 

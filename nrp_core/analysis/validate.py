@@ -20,7 +20,12 @@ from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 
 def validate(experiment: Experiment, progress: ProgressCallback = no_progress) -> list[Finding]:
     """Return all findings about an experiment that could be read."""
-    study = Study(experiment, progress)
+    return findings_of(Study(experiment, progress))
+
+
+def findings_of(study: Study) -> list[Finding]:
+    """Return all findings about an experiment that was studied."""
+    experiment = study.experiment
     worst = Level.ERROR if experiment.strict else Level.WARNING
     found = [at_most(finding, worst) for check in CHECKS for finding in check.run(study)]
     return list(dict.fromkeys([*study.collector.findings, *found]))

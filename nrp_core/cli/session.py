@@ -9,6 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from nrp_core.analysis.doubts import checked_run
 from nrp_core.cli.failure import INTERRUPTED, NO, as_data, complain, lines
 from nrp_core.cli.options import usage_errors
 from nrp_core.cli.output import document
@@ -131,6 +132,9 @@ class Session:
 
     # -- the run
 
+    def _read(self) -> Experiment:
+        return load_experiment(self._request.experiment, self._request.overrides)
+
     def _simulate(self, shown: Display, folder: Path | None) -> Result:
         shown.begin_task("reading the experiment")
         with ExitStack() as stack:
@@ -139,9 +143,9 @@ class Session:
                 from nrp_core.recording.folder.used_files import FilesRead
 
                 files = stack.enter_context(FilesRead())
-            experiment = load_experiment(self._request.experiment, self._request.overrides)
+            experiment = self._read()
             until_s = self._until_s(experiment)
-            simulation = stack.enter_context(Run(experiment, shown.begin_task))
+            simulation = stack.enter_context(checked_run(experiment, self._read, shown.begin_task))
             _announce(simulation)
             shown.watch(simulation, seconds(experiment.duration) if until_s is None else until_s)
             if self._request.control is not None:
@@ -233,8 +237,16 @@ class Session:
 
 
 def _announce(simulation: Run) -> None:
-    """Warn before the first step of a run that cannot be complete; its summary lists the reasons."""
-    missing = sum(problem.count for problem in simulation.problems if problem.weight is Weight.INCOMPLETE)
+    """Warn before the first step of what is left out or doubted; the summary at the end lists it."""
+    counts = dict.fromkeys(Weight, 0)
+    for problem in simulation.problems:
+        counts[problem.weight] += problem.count
+    missing, doubts = counts.pop(Weight.INCOMPLETE), sum(counts.values())
     if missing:
         parts = "a part of the experiment is" if missing == 1 else f"{missing} parts of the experiment are"
         complain(f"{parts} left out, so the run will not be complete", label="warning", color="yellow")
+    if doubts:
+        what = "a doubt" if doubts == 1 else f"{doubts} doubts"
+        complain(
+            f"{what} about the experiment: the summary at the end has them, nrp validate now", label="note"
+        )

@@ -167,7 +167,7 @@ def network_of(experiment: Experiment, collector: Collector, build: Build | None
     is_script = experiment.brain.model.suffix == ".py"
     with collector.during(Code.NRP208 if is_script else Code.NRP343, "brain", "model"):
         try:
-            network = maker_of(experiment).network(experiment, build or partial(_built_in_time, experiment))
+            network = maker_of(experiment).network(experiment, build or partial(built_in_time, experiment))
             return with_variants(network, experiment, collector)
         except NeuronSelectionError as error:
             keys = ("brain", "populations", error.subject or "")
@@ -202,7 +202,7 @@ def network_for(experiment: Experiment, build: Build | None = None) -> Network:
     return network
 
 
-def _built_in_time(experiment: Experiment, make: Callable[[], Network]) -> Network:
+def built_in_time(experiment: Experiment, make: Callable[[], Network]) -> Network:
     """Make a network in this process, within the time limit of the experiment.
 
     Raises:

@@ -39,6 +39,14 @@ def problems_of(
     return ordered(all_found)
 
 
+def not_failed(found: Iterable[Finding], failures: Iterable[Failure]) -> Iterator[Finding]:
+    """Yield the findings before a run, except doubts about a line that raised an error."""
+    failed = {(failure.path, failure.line) for failure in failures}
+    for finding in found:
+        if (finding.path, finding.line) not in failed:
+            yield finding
+
+
 def state_of(error: BaseException | None) -> str:
     """Return the final state of a run, given the error that ended it."""
     if error is None:

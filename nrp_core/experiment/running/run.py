@@ -52,7 +52,7 @@ from nrp_core.experiment.running.judgement import passed_of
 from nrp_core.experiment.running.observation import Observation
 from nrp_core.experiment.running.opening import open_beside, open_side
 from nrp_core.experiment.running.pace import too_fast
-from nrp_core.experiment.running.problems import Reporter, ends_of, problems_of, state_of
+from nrp_core.experiment.running.problems import Reporter, ends_of, not_failed, problems_of, state_of
 from nrp_core.experiment.running.result import Result, failure_data, pose_data
 from nrp_core.experiment.running.spike_counts import SpikeCounter
 from nrp_core.experiment.running.unheard import UnheardCommands
@@ -195,7 +195,8 @@ class Run(Closing):
         """The findings about the run so far, by weight, then by place."""
         engines = (*self.world.warnings, *self.brain.warnings)
         ends = ends_of(self.loop.failures, self.error, self.now_s)
-        return problems_of(self.found, engines, ends, self.reporters)
+        found = not_failed(self.found, self.loop.failures)
+        return problems_of(found, engines, ends, self.reporters)
 
     @property
     def seed(self) -> int:

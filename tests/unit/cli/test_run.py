@@ -193,7 +193,7 @@ def test_usage_errors_are_json_too(nrp: Nrp, experiment: Path) -> None:
 def test_ctrl_c_before_the_first_step_is_reported(
     nrp: Nrp, experiment: Path, monkeypatch: pytest.MonkeyPatch, as_json: bool
 ) -> None:
-    def interrupted(*_: object) -> None:
+    def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Run, "__init__", interrupted)

@@ -1,0 +1,84 @@
+"""Open a run whose problems include what a check of its experiment doubts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+
+from nrp_core.analysis.network import ChildBuilder
+from nrp_core.analysis.study import Study, at_most
+from nrp_core.analysis.validate import findings_of
+from nrp_core.brain.network.data import Network
+from nrp_core.errors import NrpError
+from nrp_core.experiment.making.prepare import (
+    Plan,
+    ProgressCallback,
+    building,
+    built_in_time,
+    no_progress,
+)
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.running.run import Run
+from nrp_core.findings import Code, Finding, Level, Weight
+
+
+def checked_run(
+    experiment: Experiment, read_again: Callable[[], Experiment], progress: ProgressCallback = no_progress
+) -> Run:
+    """Open a run whose problems include the warnings of :func:`~nrp_core.analysis.validate.validate`.
+
+    The check uses the network of the run, so no script is executed twice.
+
+    Args:
+        experiment: the experiment.
+        read_again: returns it anew, for the check; the parts of an experiment may belong to its run.
+        progress: called with the name of each task as it begins.
+
+    Raises:
+        BackendError, InvalidExperimentError: as of :class:`.Run`.
+    """
+    made: list[Network] = []
+
+    def build(make: Callable[[], Network]) -> Network:
+        progress(building(experiment))
+        made[:] = [built_in_time(experiment, make)]
+        return made[0]
+
+    def with_doubts(plan: Plan) -> Plan:
+        progress("checking the experiment")
+        found = _doubts(read_again(), _Made(made.pop() if made else plan.network))
+        return replace(plan, warnings=(*plan.warnings, *_new(found, plan.warnings)))
+
+    return Run(experiment, progress, revise=with_doubts, build=build)
+
+
+class _Made(ChildBuilder):
+    """Returns a network that was made before."""
+
+    def __init__(self, network: Network) -> None:
+        super().__init__(None, None)
+        self._network = network
+
+    def __call__(self, make: Callable[[], Network]) -> Network:
+        return self.described(self._network)
+
+
+def _doubts(experiment: Experiment, build: ChildBuilder) -> list[Finding]:
+    """Return the findings of a check; one that fails is a finding itself, because the run can do without."""
+    try:
+        return findings_of(Study(experiment, no_progress, build))
+    except NrpError as error:
+        message = f"the check of the experiment ended early: {error}"
+    except Exception as error:  # noqa: BLE001  a flaw of a check must not keep a run from starting
+        message = f"the check of the experiment failed: {type(error).__name__}: {error}"
+    return [Finding(Code.NRP239, message, Level.WARNING)]
+
+
+def _new(found: Iterable[Finding], known: Iterable[Finding]) -> Iterator[Finding]:
+    """Yield what is doubted and was not said before; the run itself shows what is missing from it."""
+    said = [finding.message for finding in known]
+    for finding in found:
+        doubt = at_most(finding, Level.WARNING)
+        is_doubt = doubt.level is Level.WARNING and doubt.weight is not Weight.INCOMPLETE
+        if is_doubt and not any(doubt.message in message for message in said):
+            yield doubt

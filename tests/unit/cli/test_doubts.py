@@ -1,0 +1,87 @@
+"""A run says what the check of its experiment doubts, once and everywhere the same."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import nrp_core
+from nrp_core.analysis import doubts
+from nrp_core.analysis.study import Study
+
+Nrp = Callable[..., Any]
+
+DRIVES = """
+from geometry_msgs.msg import Twist, Vector3
+
+
+@nrp.Neuron2Robot(Topic("/husky/cmd_vel", Twist))
+def drive(t):
+    return Twist(linear=Vector3(x=1.0))
+"""
+TWICE = DRIVES + DRIVES[DRIVES.index("@") :].replace("drive", "drive_too")
+SENDS_NOTHING = DRIVES.replace("return Twist", "Twist")
+RAISES = DRIVES.replace("return", "turn = Vector3()\n    turn.w = 1.0\n    return").replace(
+    "x=1.0", "x=turn.x"
+)
+OF_THE_ROOM = "NRP264"
+"""The robot of these experiments has links without inertia."""
+
+
+def codes_of(problems: list[dict[str, Any]]) -> list[str]:
+    return sorted(problem["code"] for problem in problems if problem["code"] != OF_THE_ROOM)
+
+
+@pytest.fixture
+def driven(experiment: Path) -> Callable[[str], list[str]]:
+    """Return a function that gives the arguments of a run with other transfer functions."""
+
+    def of(functions: str) -> list[str]:
+        (experiment / "mine.py").write_text(functions)
+        return [str(experiment), "-s", f"transfer_functions=[{experiment}/mine.py]", "-s", "criteria=null"]
+
+    return of
+
+
+@pytest.mark.parametrize(("functions", "codes"), [
+    (DRIVES, []),
+    (TWICE, ["NRP229"]),
+    (SENDS_NOTHING, ["NRP237", "NRP300", "NRP322"]),  # without a command an event never happens
+])  # fmt: skip
+def test_the_doubts_of_a_check_are_problems_on_every_surface(
+    nrp: Nrp, driven: Callable[[str], list[str]], tmp_path: Path, functions: str, codes: list[str]
+) -> None:
+    given = driven(functions)
+    done = nrp("run", *given, "--record", tmp_path / "recording", "--json")
+    data = json.loads(done.out)
+    assert codes_of(data["problems"]) == codes
+    assert (done.code, data["complete"]) == (0, True)
+    assert json.loads(nrp("inspect", tmp_path / "recording", "--json").out)["problems"] == data["problems"]
+    said = nrp("run", *given)
+    assert [said.out.count(f"[{code}]") for code in codes] == [1] * len(codes)
+    assert "doubt" in said.err
+    result = nrp_core.run(given[0], given[2::2])
+    assert codes_of(result.to_dict()["problems"]) == codes
+
+
+def test_a_doubt_about_a_line_that_failed_is_not_repeated(
+    nrp: Nrp, driven: Callable[[str], list[str]]
+) -> None:
+    given = driven(RAISES)
+    assert "NRP226" in nrp("validate", *given).err
+    data = json.loads(nrp("run", *given, "--json").out)
+    assert codes_of(data["problems"]) == ["NRP276"]
+
+
+def test_a_check_that_fails_is_told_and_the_run_takes_place(
+    nrp: Nrp, experiment: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(*_: Study) -> None:
+        raise ZeroDivisionError("in a check")
+
+    monkeypatch.setattr(doubts, "findings_of", fails)
+    done = nrp("run", experiment)
+    assert done.code == 0
+    assert "the check of the experiment failed: ZeroDivisionError: in a check [NRP239]" in done.out
