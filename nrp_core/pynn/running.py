@@ -27,6 +27,8 @@ from nrp_core.pynn.shares import Shares
 from nrp_core.seeds import Seeds
 
 DEFAULT_BACKEND = "event"
+_SHORTEST_MS = 1.0
+"""The shortest run in which something can be seen: cells fire less often, and synapses take about as long."""
 _logger = logging.getLogger(__name__)
 
 
@@ -76,7 +78,7 @@ class RunningState(State):
         self.brain = None
 
     def end(self) -> None:
-        """Release the brain, and tell of sources that would have begun to fire after the longest run."""
+        """Release the brain, and tell of a run too short for anything, or for some of its sources."""
         populations = self.brain.network.populations.values() if self.brain is not None else ()
         for population in (one for one in populations if one.label not in self._retimed):
             first_ms = min((times[0] for times in population.spike_times_ms if len(times)), default=0.0)
@@ -84,6 +86,10 @@ class RunningState(State):
                 late = f"its spike_times begin at {first_ms:g} ms"
                 ended = f"the longest run ended at {self._longest_ms:g} ms"
                 self.tell([f"no cell of '{population.label}' fired: {late}, and {ended}"])
+        if 0.0 < self._longest_ms < _SHORTEST_MS:
+            self.tell(
+                [f"the longest run ended at {self._longest_ms:g} ms: times are in ms, is it meant in s?"]
+            )
         self.close()
 
     def before_change(self) -> None:

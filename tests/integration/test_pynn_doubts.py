@@ -134,6 +134,19 @@ def test_sources_that_begin_after_the_run_are_told_at_its_end(
     assert all("begin at 2 ms, and the longest run ended at 1 ms" in text for text in texts)
 
 
+@pytest.mark.parametrize(("runs_ms", "says"), [((0.2,), True), ((0.2,) * 5, False), ((200.0,), False)])
+def test_a_duration_in_seconds_is_told_at_the_end(
+    runs_ms: tuple[float, ...], says: bool, caplog: pytest.LogCaptureFixture
+) -> None:
+    sim, _ = network()
+    with caplog.at_level("WARNING", "nrp_core.pynn"):
+        for run_ms in runs_ms:
+            sim.run(run_ms)
+        sim.end()
+    doubt = "the longest run ended at 0.2 ms: times are in ms, is it meant in s?"
+    assert caplog.messages == ([doubt] if says else [])
+
+
 def test_sources_whose_spikes_were_moved_during_a_run_are_not_doubted(
     caplog: pytest.LogCaptureFixture,
 ) -> None:

@@ -15,9 +15,8 @@ import pickle
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
-from numbers import Real
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +24,7 @@ from nrp_core._support.closing import Closing
 from nrp_core._support.stopwatch import work
 from nrp_core.brain.interface import Brain
 from nrp_core.cle import ClosedLoop, pacing_of
-from nrp_core.clock import from_seconds, seconds
+from nrp_core.clock import seconds
 from nrp_core.dsl.functions.csv_recorder import write_csv
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.errors import (
@@ -56,12 +55,10 @@ from nrp_core.experiment.running.problems import Reporter, ends_of, not_failed, 
 from nrp_core.experiment.running.result import Result, failure_data, pose_data
 from nrp_core.experiment.running.spike_counts import SpikeCounter
 from nrp_core.experiment.running.unheard import UnheardCommands
+from nrp_core.experiment.running.until import end_ns
 from nrp_core.findings import Finding
 from nrp_core.findings.problems import is_complete
 from nrp_core.world.world import World
-
-_LONGEST_S: Final = 1e8
-"""Three years; a time in ns or ms is larger."""
 
 Observer = Callable[["Run"], None]
 
@@ -235,11 +232,7 @@ class Run(Closing):
             TimestepError: it is not a whole number of steps away, or has passed.
             SimulationError: an engine or a transfer function failed.
         """
-        if not isinstance(t_s, Real) or isinstance(t_s, bool) or not abs(t_s) <= _LONGEST_S:
-            raise TimestepError(f"cannot run to {t_s!r}: a time is a number of seconds, below {_LONGEST_S:g}")
-        until_ns = from_seconds(t_s)
-        if until_ns < self.loop.now_ns:
-            raise TimestepError(f"cannot run to {t_s:g} s: the time is {seconds(self.loop.now_ns):g} s")
+        until_ns = end_ns(t_s, self.loop.now_ns, self.experiment.duration)
         began = work.now_ns()
         if isinstance(self.error, KeyboardInterrupt):
             self.error = None  # the run continues

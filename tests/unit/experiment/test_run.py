@@ -164,6 +164,15 @@ def test_a_run_goes_on_after_its_result_was_asked_for_at_the_end(open_run: Open)
     assert "went on to 4.5 s, and the duration of the experiment is 3 s" in problem.message
 
 
+@pytest.mark.parametrize(("t_s", "doubted"), [(0.2, False), (4.5, False), (31.0, True)])
+def test_a_time_far_beyond_the_experiment_is_doubted(
+    open_run: Open, t_s: float, doubted: bool, caplog: pytest.LogCaptureFixture
+) -> None:
+    with caplog.at_level("WARNING", "nrp_core.experiment"):
+        open_run().run_until(t_s)
+    assert ("write 0.031 for 31 ms" in caplog.text) is doubted
+
+
 def test_a_run_can_be_looked_at_before_its_first_step(open_run: Open) -> None:
     result = open_run().result()
     assert (result.sim_time_s, result.steps, result.real_time_factor, result.passed) == (0.0, 0, 0.0, None)
