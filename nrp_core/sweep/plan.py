@@ -131,7 +131,7 @@ class Plan:
         for brain in backends[0]:
             for world in backends[1]:
                 code |= code_of(brain, world)
-        remarks = tuple(_remarks(sweep, own))
+        remarks = (*_remarks(sweep, own), *_undecided(sweep, own))
         parts = {metric: _parts(metric, own) for metric in sweep.measure}
         return cls(sweep, name, own.name, own.seed, code, digest_of_files(own), remarks, parts=parts)
 
@@ -231,6 +231,17 @@ def _require_valid(experiment: str, settings: list[str], key: str, axis: Axis) -
         collector = Collector(own.source)
         with_parameters(own, collector)
         collector.raise_errors()
+
+
+def _undecided(sweep: SweepFile, own: Experiment) -> Iterator[str]:
+    """Yield the criteria that fail only at the end of a run, so that they never stop it."""
+    for name in sweep.stop_when_failed:
+        criterion = own.criteria.get(name)
+        if criterion is not None and criterion.near is not None and criterion.within_of is None:
+            yield (
+                f"'stop_when_failed' never stops a run for '{name}': without 'within_of' its model may come "
+                "near until the run ends"
+            )
 
 
 def _remarks(sweep: SweepFile, own: Experiment) -> Iterator[str]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core.analysis.validate import validate_file
-from nrp_core.findings import Finding, Level
+from nrp_core.findings import Code, Finding, Level
 
 # The comment in a line is the code of its finding and some words of it.
 WRONG = """\
@@ -163,6 +163,31 @@ def once(t, camera, dc, ac, eye, left):
         dc.amplitude = 0.5  # NRP320 stays at 0.5 nA once it was set
     if 0.3 < found.left:
         eye.rate = 75.0  # NRP320 stays at 75 Hz once it was set
+"""
+SENT = """\
+from geometry_msgs.msg import Twist
+
+
+@nrp.MapRobotPublisher("commands", Topic("/husky/cmd_vel", Twist))
+@nrp.Neuron2Robot()
+def drive(t, commands):
+    twist = Twist()
+    twist.linear.x = 1.0
+    commands.send_message(twist)
+    twist.linear.x = 2.0  # NRP300 'twist.linear.x' is set after line 9 has sent 'twist'
+"""
+REMEMBERED = """\
+seen = False
+
+
+@nrp.MapSpikeSource("dc", nrp.brain.sensors[1], nrp.dc_source)
+@nrp.MapSpikeSink("left", nrp.brain.actors[0], nrp.population_rate)
+@nrp.Robot2Neuron()
+def latch(t, dc, left):
+    global seen
+    if left.rate > 50:
+        seen = True  # NRP301 restores 'seen'
+        dc.amplitude = 0.5
 """
 RIGHT = """\
 import math
@@ -344,7 +369,7 @@ def found_in(husky: Path, text: str) -> list[Finding]:
     return [one for one in found if one.level is not Level.NOTE]
 
 
-@pytest.mark.parametrize("code", [WRONG, WRONG_SOURCES], ids=["all", "sources"])
+@pytest.mark.parametrize("code", [WRONG, WRONG_SOURCES, REMEMBERED, SENT])
 def test_each_slip_is_reported_once_at_its_line(husky: Path, code: str) -> None:
     found = found_in(husky, code)
     for line, text in enumerate(code.splitlines(), start=1):
@@ -362,3 +387,21 @@ def test_each_slip_is_reported_once_at_its_line(husky: Path, code: str) -> None:
 @pytest.mark.parametrize("code", [RIGHT, RIGHT_SOURCES], ids=["all", "sources"])
 def test_code_like_it_that_is_right_is_left_alone(husky: Path, code: str) -> None:
     assert [str(one) for one in found_in(husky, code)] == []
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "twist.linear.x = 2.0\n    commands.send_message(twist)",
+        "commands.send_message(twist)\n    twist.linear.x = 2.0\n    commands.send_message(twist)",
+        "last.value = twist\n    commands.send_message(twist)\n    twist.linear.x = 2.0",
+        "commands.send_message(twist)\n    twist.linear.x = 2.0\n    last.value = twist.linear.x",
+        "commands.send_message(twist)\n    twist = Twist()\n    twist.linear.x = 2.0",
+    ],
+)
+def test_a_message_that_is_used_again_may_change_after_it_was_sent(husky: Path, body: str) -> None:
+    code = SENT.replace("drive(t, commands)", "drive(t, commands, last)")
+    head, _, _ = code.replace("@nrp.Map", '@nrp.MapVariable("last", initial_value=0)\n@nrp.Map', 1).partition(
+        "    twist.linear.x = 1.0"
+    )
+    assert [one.message for one in found_in(husky, f"{head}    {body}\n") if one.code is Code.NRP300] == []

@@ -93,6 +93,8 @@ def sources_are_switched_off(function: Examined) -> Iterator[Finding]:
     if any(isinstance(one, Variable) for one in function.adapters.values()):
         return  # the function may remember that it set them, and they stay on purpose
     nodes = list(ast.walk(function.declared.node))
+    if any(isinstance(one, ast.Global | ast.Nonlocal) for one in nodes):
+        return  # as in a variable
     uses = Counter(one.id for one in nodes if isinstance(one, ast.Name))
     read = {id(node) for node, _ in _levels(function)}
     tests = {

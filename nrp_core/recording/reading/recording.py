@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,7 +14,7 @@ from mcap.records import Message
 
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import ExperimentError, did_you_mean
-from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Role
+from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, STEPS, Role
 from nrp_core.recording.reading.check import Check, check_folder_of, check_messages
 from nrp_core.recording.reading.mcap_messages import McapMessages, RecordedTopic, is_mcap
 from nrp_core.recording.reading.tables import events_of, frame_of, segment_of
@@ -23,6 +24,9 @@ from nrp_core.world.messages.cdr import Codec
 MCAP_SUFFIX = ".mcap"
 """The intact part of a file with this name is read, even if it is empty."""
 
+_logger = logging.getLogger(__name__)
+_OWN = STEPS.rpartition("/")[0]
+"""The namespace of the platform's own topics."""
 _NOT_TABLES = (Role.CAMERA, Role.SPIKES, Role.SCENE, Role.RUN)
 
 
@@ -100,14 +104,21 @@ class Recording:
         Args:
             topics: only these; all by default.
 
+        A topic that the recording does not have gives no message, and is named in a warning of the log.
+
         Raises:
             ExperimentError: a message does not have its type, in a file from another program.
         """
         if isinstance(topics, str):
             raise ExperimentError(f"topics are a set of names, {{'{topics}'}}, not a text", path=self.file)
-        codec = Codec({})
-        for topic, message in self.raw(topics):
-            yield Recorded(topic.name, message.log_time, self.decoded(codec, topic, message.data))
+        codec, known = Codec({}), set[str]()
+        for topic, message in self._stored():
+            known.add(topic.name)
+            if message is not None and (topics is None or topic.name in topics):
+                yield Recorded(topic.name, message.log_time, self.decoded(codec, topic, message.data))
+        for name in sorted(set(topics or ()) - known):
+            if not name.startswith(_OWN):  # not every recording has all of them
+                _logger.warning("%s: there is no topic '%s'%s", self.file, name, did_you_mean(name, known))
 
     def frame(self, topic: str) -> Any:
         """Return the messages of a topic as a pandas DataFrame, a row for each.

@@ -130,6 +130,9 @@ def _of_grip(owner: str, wheels: list[Joint], model: Model) -> Iterator[str]:
     bare = [joint.child for joint in wheels if not model.link(joint.child).collisions]
     if bare and len(bare) < len(wheels):
         yield f"{owner} has a wheel that touches nothing: '{bare[0]}' has no collision shape, and others have"
+    others = [shape for link in model.links for shape in link.collisions]
+    if bare and len(bare) == len(wheels) and others and all(shape.friction for shape in others):
+        yield f"{owner} has no wheel that touches anything: none of '{bare[0]}' and the others has a shape"
     for joint in wheels:
         shapes = model.link(joint.child).collisions
         if shapes and not any(one.friction for one in shapes):

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
 
 from nrp_core.errors import ExperimentError
-from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, Role, spikes_topic
+from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, Role, spikes_topic
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.recover import recover
 from nrp_core.recording.sealing import sealed
@@ -42,6 +42,17 @@ def counts(path: Path) -> dict[str, int]:
     for topic, _ in Recording(path).raw():
         found[topic.name] = found.get(topic.name, 0) + 1
     return found
+
+
+@pytest.mark.parametrize("misspelt", ["", "s"])
+def test_a_topic_that_is_not_in_a_recording_is_told(
+    folder: Path, misspelt: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    topic = next(iter(counts(folder)))
+    read = list(Recording(folder).messages({topic + misspelt, SNAPSHOTS}))
+    assert bool(read) is not bool(misspelt)
+    told = f"there is no topic '{topic}{misspelt}'; did you mean '{topic}'?"
+    assert [told in message for message in caplog.messages] == [True] * bool(misspelt)
 
 
 def test_rosbags_reads_it_without_knowing_our_classes(folder: Path) -> None:

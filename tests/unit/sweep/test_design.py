@@ -144,6 +144,24 @@ def test_what_the_runs_never_reach_is_reported(until: str | None, times: Any, wo
 
 
 @pytest.mark.parametrize(
+    ("limit", "words"),
+    [
+        ("within_of: {event: left_red, time: 15 s}", ""),
+        ("", "'stop_when_failed' never stops a run for 'seen': without 'within_of'"),
+    ],
+)
+def test_a_criterion_that_fails_only_at_the_end_stops_no_run(limit: str, words: str) -> None:
+    near = "near: {model: husky, visual: left_vr_screen/body/screen_glass, within: 1.2 m}"
+    sweep = SweepFile.model_validate({
+        "experiment": "braitenberg_husky",
+        "settings": {"criteria.seen": f"{{{near}{', ' * bool(limit)}{limit}}}"},
+        "vary": {"seed": [1, 2]},
+        "stop_when_failed": ["seen", "turns_on_the_spot"],
+    })  # fmt: skip
+    assert [words in remark for remark in Plan.of(sweep).remarks] == [True] * bool(words)
+
+
+@pytest.mark.parametrize(
     ("vary", "words"),
     [
         ({}, "the sweep has one run: nothing in it varies"),

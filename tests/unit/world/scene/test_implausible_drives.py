@@ -135,3 +135,28 @@ def test_wind_that_is_not_simulated_is_reported(tmp_path: Path, wind: str, found
         f"<wind><linear_velocity>{wind}</linear_velocity></wind></world></sdf>"
     )
     assert [warning.code for warning in read_scene(path).warnings] == [Code.NRP263] * found
+
+
+_NO_SHAPES = {
+    "all": ("none of 'back_left_wheel' and the others has a shape", 4, None),
+    "one": ("a wheel that touches nothing: 'back_left_wheel'", 1, None),
+    "none": ("", 0, None),
+    "on a skid": ("", 4, 0.0),
+}
+
+
+@pytest.mark.parametrize("case", _NO_SHAPES)
+def test_wheels_that_touch_nothing_are_reported_unless_the_body_slides(tmp_path: Path, case: str) -> None:
+    words, bare, friction = _NO_SHAPES[case]
+    model = _husky(tmp_path)
+    wheels = [link.name for link in model.links if link.name.endswith("_wheel")][:bare]
+    links = [
+        replace(link, collisions=())
+        if link.name in wheels
+        else replace(link, collisions=tuple(
+            one if friction is None else replace(one, friction=friction) for one in link.collisions
+        ))
+        for link in model.links
+    ]  # fmt: skip
+    said = list(implausible_drives(replace(model, links=tuple(links)), 0.02))
+    assert [words in sentence for sentence in said] == [True] * bool(words)
