@@ -85,6 +85,8 @@ class Recorder(recording.Recorder):
         asked = (
             {variables} if isinstance(variables, str) else {getattr(one, "name", one) for one in variables}
         )
+        if "all" in asked and not recorded:
+            yield f"{owner}: nothing is recorded, so there are no data: call record('spikes') before run()"
         asked = recorded if "all" in asked else {str(one).rpartition(".")[2] for one in asked}
         for name in sorted(asked):
             if name not in recorded:

@@ -109,6 +109,22 @@ def test_data_that_are_not_recorded_are_told_once(caplog: pytest.LogCaptureFixtu
     ]
 
 
+@pytest.mark.parametrize("variables", ["spikes", ""])
+def test_cells_of_which_nothing_is_recorded_are_told(
+    variables: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    sim, cells = network()
+    if variables:
+        cells.record(variables)
+    with caplog.at_level("WARNING", "nrp_core.pynn"):
+        sim.run(2.0)
+        cells.get_data()
+    doubt = (
+        "population 'cells': nothing is recorded, so there are no data: call record('spikes') before run()"
+    )
+    assert caplog.messages == ([] if variables else [doubt])
+
+
 def test_spikes_of_cells_that_are_not_recorded_are_not_counted_in_silence(
     caplog: pytest.LogCaptureFixture,
 ) -> None:

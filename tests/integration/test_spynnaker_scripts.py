@@ -35,9 +35,13 @@ def test_a_spike_travels_as_on_the_machine(tmp_path: Path) -> None:
     assert script.p.name() == "SpiNNaker"
 
 
-def test_a_delay_above_the_longest_of_setup_passes_as_on_the_machine(tmp_path: Path) -> None:
-    head = HEAD.replace("min_delay=1.0", "min_delay=1.0, max_delay=2.0")
+@pytest.mark.parametrize("longest", ["", ", max_delay=2.0"])
+def test_a_delay_above_the_longest_of_setup_passes_as_on_the_machine(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, longest: str
+) -> None:
+    head = HEAD.replace("min_delay=1.0", f"min_delay=1.0{longest}")
     assert trains(run(tmp_path, head + CHAIN.format(weight=60.0, more="")).cells) == [[14.0], [24.0]]
+    assert ("sPyNNaker ignores max_delay" in caplog.text) is bool(longest)
 
 
 def test_every_way_to_import_it_gives_the_same_simulator_and_leaves_no_module(tmp_path: Path) -> None:

@@ -421,6 +421,8 @@ def _check_beginning(where: str, projection: Projection) -> None:
         limit = known[name].limit
         if array.shape != (projection.size,) or not limit.allows(array).all():
             raise NetworkError(f"{where}: its initial {name} must be one number a synapse, {limit.rule}")
+    if law is not None:
+        law.require_shares(where, projection.initial_values)
 
 
 def _feed(state: hashlib.blake2b, *values: object) -> None:

@@ -28,6 +28,7 @@ from nrp_core.brain.pynn.invalid import PastTimeError, WrongKindError
 from nrp_core.brain.pynn.nestml import nestml_cell
 from nrp_core.brain.pynn.recording import Recorder
 from nrp_core.brain.pynn.simulator import Simulator
+from nrp_core.brain.pynn.space import Space
 from nrp_core.brain.pynn.standard_equations import cells_in_equations
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.parameters import GivenParameters
@@ -45,7 +46,7 @@ _BOUND = (
     rng.NumpyRNG, rng.NativeRNG, rng.RandomDistribution,
 )  # fmt: skip
 _UNBOUND = (
-    space.Space, space.Line, space.Grid2D, space.Grid3D, space.RandomStructure, space.Cuboid, space.Sphere,
+    Space, space.Line, space.Grid2D, space.Grid3D, space.RandomStructure, space.Cuboid, space.Sphere,
     Components, StandardCellType, random.GSLRNG,
 )  # fmt: skip
 

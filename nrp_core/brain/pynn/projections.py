@@ -214,6 +214,8 @@ class Projection(common.Projection):
             if whole and not ((found >= 0) & (found <= self.values[whole])).all():
                 raise InvalidSynapseError(f"{self._name}: initial values of {name} must be from 0 to {whole}")
             self.initial_state[variable] = self.values[whole] - found if whole else found
+        if law is not None:
+            law.require_shares(self._name, self.initial_state)
         self.initial_values.update(initial_values)
 
     def _evaluated(self, name: str, value: Any) -> FloatArray:

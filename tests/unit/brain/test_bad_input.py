@@ -114,6 +114,9 @@ CASES = {
     joined("sim.StaticSynapse(weight=[[1] * 3] * 3)"):
         "projection 'p': weight has 3 x 3 values where there are 2 x 2",
     joined("sim.StaticSynapse()") + ".set(delay=-2)": "projection 'p': delay of synapse 0 (0 -> 0) is -2",
+    joined("sim.TsodyksMarkramSynapse(U=0.5)") + ".initialize(y=0.8, z=0.7)":
+        "projection 'p': the initial y and z are shares of one whole, and their sum is 1.5",
+    "sim.Space(axes='xw')": "Space: axes is one of x, y, z, xy, yz, xz, xyz, not 'xw'",
     joined("sim.TsodyksMarkramSynapse(U=1.5)"): "projection 'p': U of synapse 0 (0 -> 0) is 1.5",
     CURRENT + "sim.Projection(a, a, sim.AllToAllConnector(), sim.StaticSynapse(weight=1), "
               "receptor_type='inhibitory', label='p')":

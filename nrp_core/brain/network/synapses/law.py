@@ -6,7 +6,13 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
+import numpy as np
+
+from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.parameters import DELAY, Parameter
+from nrp_core.errors import NetworkError
+
+_ROUNDING: Final = 1e-9
 
 EVERY_SYNAPSE: Final = {"weight": Parameter(0.0, "uS, nA or mV"), "delay": Parameter(0.0, "ms", DELAY)}
 """Parameters of the synapses of every law."""
@@ -22,6 +28,7 @@ class SynapseLaw:
         summary: one sentence, for scripts and documentation.
         parameters: the parameters of all parts, besides those of :data:`EVERY_SYNAPSE`.
         state: state variables of each synapse, with their values at rest.
+        shares: the state variables that are shares of one whole, so that their sum is at most 1.
         complements: further names of initial values: a state variable, and the parameter less which it is.
         parts: the parts that PyNN composes the law from: PyNN's argument, its classes and their parameters.
         plastic: whether spikes change the weight itself, not only the share of it that one spike transmits.
@@ -33,6 +40,7 @@ class SynapseLaw:
     summary: str
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     state: Mapping[str, Parameter] = field(default_factory=dict)
+    shares: tuple[str, ...] = ()
     complements: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     parts: Mapping[str, Mapping[str, RulePart]] = field(default_factory=dict)
     plastic: bool = False
@@ -42,6 +50,20 @@ class SynapseLaw:
     def defaults(self) -> dict[str, float]:
         """Default of every parameter by name."""
         return {name: parameter.default for name, parameter in self.parameters.items()}
+
+    def require_shares(self, where: str, initial_values: Mapping[str, FloatArray]) -> None:
+        """Refuse states at time 0 in which shares of one whole are more than it.
+
+        Raises:
+            NetworkError: there is such a synapse.
+        """
+        given = [initial_values[name] for name in self.shares if name in initial_values]
+        most = float(np.max(sum(given), initial=0.0)) if given else 0.0
+        if most > 1.0 + _ROUNDING:
+            names = " and ".join(self.shares)
+            raise NetworkError(
+                f"{where}: the initial {names} are shares of one whole, and their sum is {most:g}"
+            )
 
     @property
     def in_units_of_weight(self) -> frozenset[str]:

@@ -25,4 +25,5 @@ LAW: Final = SynapseLaw(
         "tau_facil": Parameter(0.0, "ms", NOT_NEGATIVE_OR_INFINITE),
     },
     state={name: Parameter(0.0, limit=FRACTION) for name in ("u", "y", "z")},
+    shares=("y", "z"),
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping
 from functools import cached_property, partial
 from types import MappingProxyType, ModuleType, SimpleNamespace
@@ -23,6 +24,7 @@ from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
 PACKAGES: Final = ("spynnaker", "spynnaker8")
 _SIMULATORS: Final = ("pyNN.spiNNaker", "spynnaker.pyNN", "spynnaker8")
 NAME: Final = "SpiNNaker"
+_logger = logging.getLogger(__name__)
 DEFAULT_TIMESTEP_MS: Final = 1.0
 _MACHINE: Final = (
     "n_chips_required", "n_boards_required", "time_scale_factor", "machine_time_step", "hostname",
@@ -143,7 +145,7 @@ class Dialect:
         def setup(
             timestep: float | None = None,
             min_delay: float | str | None = None,
-            max_delay: Any = None,  # noqa: ARG001
+            max_delay: Any = None,
             **extra: Any,
         ) -> int:
             """Discard the network and start again; times in ms, a time step of 1 ms by default.
@@ -152,6 +154,8 @@ class Dialect:
             """
             step = DEFAULT_TIMESTEP_MS if timestep is None else timestep
             given = {name: value for name, value in extra.items() if name not in _MACHINE}
+            if max_delay:
+                _logger.warning("setup: sPyNNaker ignores max_delay, so delays may be longer")
             self._hub.clear()
             return begin(step, "auto" if min_delay is None else min_delay, **given)
 
