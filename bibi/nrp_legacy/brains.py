@@ -224,6 +224,8 @@ def remark(path: Path, populations: Mapping[str, Element], network: Network, not
             asked = [f"{key}={value}" for key, value in element.attributes.items() if local(key) in _PLACES]
             asked += [f"element {one.text.strip()}" for one in element.children]
             message = f"population '{name}' has no neurons in {path.name}: {', '.join(asked)}".rstrip(": ")
+            if not len(circuit) and path.suffix == ".py":
+                message += f"; the script has no variable '{CIRCUIT}' with cells, from which they are chosen"
             notes(Code.NRP271, message, subject=name)
         elif len(circuit) and last is not None and last >= len(circuit):
             message = (

@@ -87,11 +87,13 @@ def refined(
         text: the experiment, as of :func:`validate_file`.
         overrides: as of :func:`validate_file`.
     """
-    known = [finding for finding in validate_file(text, overrides) if finding.level is Level.ERROR]
+    found = validate_file(text, overrides)
+    known = [finding for finding in found if finding.level is Level.ERROR]
     said = {(finding.path, key) for finding in known for key in (finding.line, finding.message)}
     others = (
         finding
         for finding in error.findings
         if (finding.path, finding.line) not in said and (finding.path, finding.message) not in said
     )
-    return InvalidExperimentError([*known, *others])
+    warnings = (finding for finding in found if finding.level is Level.WARNING)  # often their causes
+    return InvalidExperimentError(dict.fromkeys([*known, *others, *warnings]))

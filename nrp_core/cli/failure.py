@@ -31,6 +31,9 @@ def report(error: Exception, *, as_json: bool, debug: bool = False) -> int:
     else:
         for line in lines(error):
             complain(line)
+        for finding in getattr(error, "findings", ()):
+            if finding.level == "warning":
+                complain(str(finding), label="warning", color="yellow")
     return exit_code(error)
 
 

@@ -247,6 +247,4 @@ def _announce(simulation: Run) -> None:
         complain(f"{parts} left out, so the run will not be complete", label="warning", color="yellow")
     if doubts:
         what = "a doubt" if doubts == 1 else f"{doubts} doubts"
-        complain(
-            f"{what} about the experiment: the summary at the end has them, nrp validate now", label="note"
-        )
+        complain(f"{what} about the experiment, shown at the end; nrp validate shows them now", label="note")

@@ -141,7 +141,9 @@ def test_a_run_reports_each_mistake_once_and_warnings_as_warnings(
     assert "<inertial>" in nrp("validate", str(husky))[2]
     code, _, err = nrp("run", str(husky))
     assert code == 3
-    assert [line.count("cmdvel") for line in err.splitlines()] == [1]
+    assert [line.count("cmdvel") for line in err.splitlines()] == [1, 0]
+    assert err.splitlines()[1].startswith("warning: ")
+    assert "<inertial>" in err.splitlines()[1]
 
 
 def test_the_text_for_people_gives_the_reason_and_the_fix(

@@ -109,6 +109,15 @@ def test_a_name_without_neurons_is_reported(tmp_path: Path) -> None:
     assert notes.messages == ["population 'p' has no neurons in brain.py: from=7, to=9"]
 
 
+def test_a_script_without_a_circuit_is_named_as_the_cause(tmp_path: Path) -> None:
+    element = '<populations population="p" from="0" to="2"/>'
+    _, notes = loaded(tmp_path, CELLS.replace("circuit", "neurons"), element)
+    assert notes.messages == [
+        "population 'p' has no neurons in brain.py: from=0, to=2; the script has no variable 'circuit' with "
+        "cells, from which they are chosen"
+    ]
+
+
 def test_a_brain_in_another_kind_of_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(NetworkError, match=r"a brain must be a \.py or \.h5 file, not 'brain.sli'"):
         load_brain(tmp_path / "brain.sli", {}, 0)

@@ -34,8 +34,8 @@ def end_ns(t_s: float, now_ns: int, duration_ns: int) -> int:
         raise TimestepError(f"cannot run to {t_s:g} s: the time is {seconds(now_ns):g} s")
     if until_ns - now_ns > _OFTEN * duration_ns:
         _logger.warning(
-            "the run goes to %g s, and the duration of the experiment is %g s; times of a run are in s: write "
-            "%g for %g ms",
+            "the run goes to %g s, and the duration of the experiment is %g s; times of a run are in s: "
+            "write %g for %g ms",
             t_s, seconds(duration_ns), t_s / 1000.0, t_s,
         )  # fmt: skip
     return until_ns

@@ -13,7 +13,7 @@ NOT_READABLE = Explanation(
 UNKNOWN_KEY = Explanation(
     "A key that the format does not have.",
     "The key would be ignored, and the intended setting would keep its default.",
-    "Use the suggested key; `nrp schema experiment` lists all keys.",
+    "Use the key or command that the message suggests; `nrp schema experiment` lists those of experiments.",
     "{n} unknown keys",
     Weight.ALTERED,
 )

@@ -23,7 +23,7 @@ STATE_MACHINE_DOUBTFUL = Explanation(
     "A state that no transition leads to is never entered, and an outcome without a transition ends it.",
     "Correct the states and transitions that the message names.",
     "{n} states or transitions are probably not meant",
-    Weight.ALTERED,
+    Weight.REMARK,
 )
 
 FUNCTION_QUARANTINED = Explanation(

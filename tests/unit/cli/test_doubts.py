@@ -75,6 +75,17 @@ def test_a_doubt_about_a_line_that_failed_is_not_repeated(
     assert codes_of(data["problems"]) == ["NRP276"]
 
 
+def test_an_error_is_followed_by_the_doubts_that_may_be_its_cause(nrp: Nrp, experiment: Path) -> None:
+    robot = next(path for path in experiment.glob("*.sdf") if "<plugin" in path.read_text())
+    text = robot.read_text()
+    robot.write_text(text.replace('filename="', 'filename="other_'))
+    done = nrp("run", experiment)
+    assert done.code == 3
+    assert "error: " in done.err
+    assert f"warning: {robot}" in done.err
+    assert "is unknown and has no effect [NRP261]" in done.err
+
+
 def test_a_check_that_fails_is_told_and_the_run_takes_place(
     nrp: Nrp, experiment: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

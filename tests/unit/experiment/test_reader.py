@@ -314,3 +314,4 @@ def test_the_file_of_a_sweep_is_one_mistake_that_names_the_command(
         read_yaml(path)
     (finding,) = caught.value.findings
     assert finding.message == f"this file names an experiment and varies it: use nrp {command}"
+    assert "command that the message suggests" in finding.code.suggestion
