@@ -44,6 +44,8 @@ def mute(network: Network) -> list[str]:
 
 
 def _may_excite(projection: Projection, post: Population) -> bool:
+    if projection.neuromodulation is not None:
+        return False
     if projection.rewiring is not None or projection.plasticity:
         return True
     if post.is_conductance_based and projection.receptor == "inhibitory":

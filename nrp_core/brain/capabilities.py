@@ -5,7 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from nrp_core.brain.network.data import Network
-from nrp_core.findings.refusals import no_cells, no_initial_synapses, no_rewiring, no_synapses
+from nrp_core.findings.refusals import (
+    no_cells,
+    no_initial_synapses,
+    no_neuromodulation,
+    no_rewiring,
+    no_synapses,
+)
 from nrp_core.simulation import Determinism
 
 
@@ -25,6 +31,7 @@ class BrainCapabilities:
             Parameters of source cells whose spikes the core draws can always change.
         initial_synapses: whether the state of synapses at time 0 can be given.
         rewiring: whether synapses can form and vanish while it runs.
+        neuromodulation: whether rewards and punishments can decide on STDP.
         snapshot: whether its state can be saved and restored.
         releases_gil: whether it can step while Python code runs in another thread.
     """
@@ -39,6 +46,7 @@ class BrainCapabilities:
     changes: frozenset[str] = frozenset()
     initial_synapses: bool = False
     rewiring: bool = False
+    neuromodulation: bool = False
     snapshot: bool = False
     releases_gil: bool = False
 
@@ -68,3 +76,5 @@ class BrainCapabilities:
                 raise no_initial_synapses(name, projection.label, projection.initial_values)
             if projection.rewiring is not None and not self.rewiring:
                 raise no_rewiring(name, projection.label)
+            if projection.neuromodulation is not None and not self.neuromodulation:
+                raise no_neuromodulation(name, projection.label)

@@ -58,6 +58,14 @@ def no_rewiring(backend: str, projection: str) -> CapabilityError:
     )
 
 
+def no_neuromodulation(backend: str, projection: str) -> CapabilityError:
+    """Return the error for a brain backend whose STDP knows no rewards."""
+    return CapabilityError(
+        f"{backend} has no rewards and punishments (projection '{projection}'): STDP changes weights there "
+        "without them; 'spinnaker' has them"
+    )
+
+
 def _no_type(backend: str, things: str, kind: str, valid: Iterable[str]) -> CapabilityError:
     return CapabilityError(f"{backend} has no {things}; {nearest(kind, valid)}")
 

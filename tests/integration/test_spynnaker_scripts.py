@@ -329,7 +329,6 @@ def test_a_network_runs_beside_its_script_until_it_is_stopped(tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("line", "expected"),
     [
-        ("p.extra_models.Neuromodulation()", "Neuromodulation is not supported: weights change by pairs"),
         (
             "p.extra_models.RecurrentRule()",
             "RecurrentRule is not supported: the rules here are SpikePairRule",

@@ -178,3 +178,73 @@ def test_structural_plasticity_between_parts_of_populations_is_refused(tmp_path:
     lines = STRUCTURAL.strip().replace("Projection(stim, full,", "Projection(stim, full[:3],")
     error = refused(tmp_path, f"exec({lines!r})")
     assert "its synapses form between all cells of two populations" in str(error)
+
+
+REWARDED = """
+law = p.STDPMechanism(p.SpikePairRule(), p.AdditiveWeightDependence(), weight=0.5)
+pre, good = (p.Population(2, p.SpikeSourceArray([1.0]), label=name) for name in ("pre", "good"))
+cells = p.Population(2, p.IF_curr_exp(), label="cells")
+p.Projection(pre, cells, p.AllToAllConnector(), law)
+dopamine = p.extra_models.Neuromodulation(0.05, tau_c=100.0, tau_d=5.0, w_max=20.0)
+p.Projection(good, cells, p.OneToOneConnector(), dopamine, receptor_type="punishment")
+network = p.network()
+p.run(10)
+"""
+
+
+def test_rewards_are_kept_in_files_and_refused_by_other_backends(tmp_path: Path) -> None:
+    network = run(tmp_path, HEAD + REWARDED).network
+    save_network(network, tmp_path / "net.nrpnet")
+    found = read_network(tmp_path / "net.nrpnet")
+    assert found.digest == network.digest
+    reward = found.projections[1]
+    assert reward.receptor == "punishment"
+    assert reward.neuromodulation is not None
+    assert reward.neuromodulation.data() == {"tau_c": 100.0, "tau_d": 5.0, "w_min": 0.0, "w_max": 20.0}
+    assert not [text for text in implausible(found) if "good" in text]
+    with pytest.raises(CapabilityError, match=r"no rewards and punishments .*'good→cells'.*'spinnaker' has"):
+        EventBackend().capabilities(EventBackend.options()).require(found, "event")
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        (
+            "p.Projection(p.Population(1, cell), p.Population(1, cell), p.OneToOneConnector(),"
+            " p.extra_models.Neuromodulation())",
+            "have no receptor 'excitatory' for Neuromodulation",
+        ),
+        ("p.extra_models.Neuromodulation(tau_d=0.0)", "tau_d is 0.0; it must be more than 0"),
+        ("p.extra_models.Neuromodulation(w_min=2.0)", "w_min is 2; it must be at most w_max, 1"),
+        ("p.STDPMechanism(p.SpikePairRule(), neuromodulation=True)", "does not say how rewards act"),
+        ("p.extra_models.PfisterSpikeTriplet(16.0, 33.0)", "no default for tau_x, tau_y, A_plus, A_minus"),
+        (
+            "p.STDPMechanism(p.SpikePairRule(), p.extra_models.WeightDependenceAdditiveTriplet())",
+            "is that of PfisterSpikeTriplet",
+        ),
+    ],
+)
+def test_a_mistake_in_a_rule_is_named(tmp_path: Path, line: str, message: str) -> None:
+    assert message in str(refused(tmp_path, line))
+
+
+def test_the_rules_of_triplets_and_of_nearest_pairs_have_their_parameters(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        HEAD + "cells = p.Population(2, p.IF_curr_exp())\n"
+        "triplets = p.extra_models.PfisterSpikeTriplet(16.8, 33.7, 101.0, 125.0, 0.01, 0.02)\n"
+        "limits = p.extra_models.WeightDependenceAdditiveTriplet(0.1, 2.0, A3_plus=0.3)\n"
+        "law = p.STDPMechanism(triplets, limits, weight=0.5, backprop_delay=False)\n"
+        "p.Projection(cells, cells, p.AllToAllConnector(), law)\n"
+        "others = p.Population(2, p.IF_curr_exp())\n"
+        "nearest = p.extra_models.SpikeNearestPairRule(A_plus=0.05)\n"
+        "law = p.STDPMechanism(nearest, p.AdditiveWeightDependence())\n"
+        "p.Projection(others, others, p.AllToAllConnector(), law)\n"
+        "three, two = p.network().projections\np.run(10)\n",
+    )  # fmt: skip
+    given = {"tau_x": 101.0, "tau_y": 125.0, "A_minus": 0.02, "A3_plus": 0.3, "A3_minus": 0.01, "w_max": 2.0}
+    values = {name: float(each[0]) for name, each in script.three.synapse_parameters.items()}
+    assert {name: values[name] for name in given} == given
+    assert values["dendritic_delay_fraction"] == 0.0
+    assert script.two.plasticity["timing_dependence"] == "SpikeNearestPairRule"
+    assert script.two.synapse_parameters["A_plus"][0] == 0.05

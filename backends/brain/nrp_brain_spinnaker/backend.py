@@ -35,6 +35,7 @@ class SpinnakerBackend(BrainBackend):
             state_variables=STATE_VARIABLES,
             changes=frozenset({PARAMETERS, WEIGHTS}),
             rewiring=True,
+            neuromodulation=True,
             snapshot=True,
             releases_gil=True,
         )

@@ -70,6 +70,8 @@ class LiveNetwork:
         """Return the current weights of a projection with ``size`` synapses on the machine."""
         if not size:
             return np.empty(0)
+        if label not in self._wires:  # a reward is constant
+            return next(one.weight for one in self._network.projections if one.label == label)
         part = self._wires[label]
         sizes = self._raw(part)[self._places[label]] / part.scale
         if part.factor is not None:
@@ -102,6 +104,10 @@ class LiveNetwork:
         """
         if not weights.size:
             return
+        if label not in self._wires:
+            raise CapabilityError(
+                f"projection '{label}': the weights of rewards and punishments are fixed on the machine"
+            )
         part = self._wires[label]
         part = replace(part, projection=replace(part.projection, weight=weights))
         largest = float(part.sizes.max())

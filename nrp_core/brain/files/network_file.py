@@ -10,7 +10,8 @@ digest, so that the network read equals the network written. The layout::
         spike_train    the train of each cell, where cells share them (version 2); else one train a cell
         positions_um    if any
     projections/0, 1, ...    attributes label, pre, post, receptor, synapse_type; plasticity, origin as JSON;
-                             equations (version 4), rewiring (version 5) as JSON, if any
+                             equations (version 4), rewiring (version 5), neuromodulation
+                             (version 6) as JSON, if any
         pre_index, post_index    one a synapse
         weight, delay_ms, synapse_parameters/*    one a synapse, or one that all share
         initial_values/*    the same, if any (version 5)
@@ -36,15 +37,16 @@ from nrp_core.brain.network.data import Network, Origin, Population, Projection
 from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.equations.synapse import SynapseEquations
 from nrp_core.brain.network.limits import distinct
+from nrp_core.brain.network.neuromodulation import Neuromodulation
 from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.errors import NetworkError
 
 SUFFIX = ".nrpnet"
 FORMAT = "nrp-network"
-VERSION = 5
-_WITH_CELLS, _WITH_SYNAPSES, _WITH_STATE = 3, 4, 5
-"""The first versions that know cells and synapses as equations, and how synapses begin and vanish."""
+VERSION = 6
+_WITH_CELLS, _WITH_SYNAPSES, _WITH_STATE, _WITH_REWARDS = 3, 4, 5, 6
+"""The first versions that know cells and synapses as equations, how synapses begin and vanish, rewards."""
 
 _CHECKED = {"fletcher32": True, "shuffle": True, "compression": "gzip", "compression_opts": 1}
 
@@ -229,6 +231,8 @@ def _write_projection(part: Any, projection: Projection) -> int:
         _describe(part, equations=json.dumps(projection.equations.data()))
     if projection.rewiring is not None:
         _describe(part, rewiring=json.dumps(projection.rewiring.data()))
+    if projection.neuromodulation is not None:
+        _describe(part, neuromodulation=json.dumps(projection.neuromodulation.data()))
     _put(part, "pre_index", projection.pre_index)
     _put(part, "post_index", projection.post_index)
     _put(part, "weight", distinct(projection.weight))
@@ -236,6 +240,8 @@ def _write_projection(part: Any, projection: Projection) -> int:
     _put_all(part, "synapse_parameters", projection.synapse_parameters)
     if projection.initial_values:
         _put_all(part, "initial_values", projection.initial_values)
+    if projection.neuromodulation is not None:
+        return _WITH_REWARDS
     if projection.rewiring is not None or projection.initial_values:
         return _WITH_STATE
     return _WITH_SYNAPSES if projection.equations is not None else 1
@@ -256,6 +262,11 @@ def _read_projection(part: Any) -> Projection:
         equations=SynapseEquations.from_data(_json(part, "equations")) if "equations" in part.attrs else None,
         initial_values=_get_all(part, "initial_values", size) if "initial_values" in part else {},
         rewiring=Rewiring.from_data(_json(part, "rewiring")) if "rewiring" in part.attrs else None,
+        neuromodulation=(
+            Neuromodulation.from_data(_json(part, "neuromodulation"))
+            if "neuromodulation" in part.attrs
+            else None
+        ),
     )
 
 

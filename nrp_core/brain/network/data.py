@@ -37,6 +37,7 @@ from nrp_core.brain.network.limits import (
     limits_of_cells,
     limits_of_synapses,
 )
+from nrp_core.brain.network.neuromodulation import MODULATORY, Neuromodulation
 from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.brain.network.synapses.laws import LAWS, PLASTIC
 from nrp_core.brain.network.synapses.static import STATIC
@@ -162,7 +163,8 @@ class Projection:
     Args:
         label: unique name within the network.
         pre, post: labels of the populations.
-        receptor: ``excitatory``, ``inhibitory``, or another one of the equations of the target.
+        receptor: ``excitatory``, ``inhibitory``, another one of the equations of the target, or ``reward`` or
+            ``punishment``.
         pre_index, post_index: cells within their populations, shape ``(n_synapses,)``; stored compressed,
             so use :meth:`pairs` to read a few at a time.
         weight: in the units of the target (see module), shape ``(n_synapses,)``; equal weights
@@ -178,6 +180,8 @@ class Projection:
         initial_values: state variables of the law at time 0, by its names, shape ``(n_synapses,)``; the
             others are at rest.
         rewiring: how its synapses form and vanish, or None if they stay; those above are then the first ones.
+        neuromodulation: how they decide on STDP, if the receptor is ``reward`` or ``punishment``; they do
+            nothing else.
     """
 
     label: str
@@ -195,6 +199,7 @@ class Projection:
     equations: SynapseEquations | None = None
     initial_values: Mapping[str, FloatArray] = field(default_factory=dict)
     rewiring: Rewiring | None = None
+    neuromodulation: Neuromodulation | None = None
 
     @property
     def size(self) -> int:
@@ -360,8 +365,7 @@ class Network:
                 _feed(state, projection.equations.data())
             if projection.initial_values:
                 _feed(state, dict(projection.initial_values))
-            if projection.rewiring is not None:
-                _feed(state, projection.rewiring.data())
+            _feed(state, *_changes_of(projection))
         _feed(state, dict(self.views), self.timestep_ms)
         return state.hexdigest()
 
@@ -376,11 +380,18 @@ class Network:
             if lowest < 0 or highest >= size:
                 raise NetworkError(f"{where}: {end} index outside population '{label}' of {size}")
         equations = self.populations[projection.post].equations
-        if equations is None and projection.receptor not in RECEPTORS:
+        valid = RECEPTORS
+        if projection.neuromodulation is not None:
+            equations, valid = None, MODULATORY
+        if equations is None and projection.receptor not in valid:
             raise NetworkError(
-                f"{where}: receptor '{projection.receptor}'{did_you_mean(projection.receptor, RECEPTORS)}"
+                f"{where}: receptor '{projection.receptor}'{did_you_mean(projection.receptor, valid)}"
             )
-        if equations is not None and projection.receptor not in equations.model.receptors:
+        if (
+            equations is not None
+            and valid is RECEPTORS
+            and projection.receptor not in equations.model.receptors
+        ):
             known = equations.model.receptors
             raise NetworkError(
                 f"{where}: the equations of '{projection.post}' have no receptor '{projection.receptor}'"
@@ -408,6 +419,12 @@ class Network:
             projection.equations.require_values(
                 where, describing(projection.ends), projection.synapse_parameters
             )
+
+
+def _changes_of(projection: Projection) -> list[dict[str, Any]]:
+    """Return what changes the synapses of a projection besides their law, as data."""
+    both = (projection.rewiring, projection.neuromodulation)
+    return [one.data() for one in both if one is not None]
 
 
 def _check_beginning(where: str, projection: Projection) -> None:

@@ -211,7 +211,7 @@ def _in_volts(owner: str, values: FloatArray) -> Iterator[str]:
 
 
 def _of_synapses(projection: Projection, post: Population) -> Iterator[str]:
-    if not projection.size:
+    if not projection.size or projection.neuromodulation is not None:
         return
     owner = f"the projection '{projection.label}'"
     yield from _outside(f"a delay of {owner}", _extremes(projection, "delay_ms"), _DELAY)

@@ -138,6 +138,7 @@ def _parts(projection: Projection, name: str, labels: Mapping[Population, str]) 
             equations=getattr(projection.synapse_type, "equations", None),
             initial_values={key: column[chosen] for key, column in projection.initial_state.items()},
             rewiring=getattr(projection.synapse_type, "rewiring", None),
+            neuromodulation=getattr(projection.synapse_type, "neuromodulation", None),
         )
 
 

@@ -70,23 +70,28 @@ class Projection(common.Projection):
         label = label or "→".join(str(getattr(cells, "label", cells)) for cells in ends)
         for (what, kinds, valid), part in zip(_PARTS, (*ends, connector, synapse_type, space), strict=True):
             require_kind(f"projection '{label}'", what, part, kinds, valid)
-        receptors = postsynaptic_population.receptor_types
+        usual = receptors = postsynaptic_population.receptor_types
         if not receptors:
             name = postsynaptic_population.label
             raise NetworkError(f"a projection ends on '{name}', whose cells only emit spikes")
-        if receptor_type not in (None, "default", *receptors):
+        own = getattr(synapse_type, "receptors", None)
+        receptors = own or receptors
+        if receptor_type not in receptors and (own or receptor_type not in (None, "default")):
             hint = did_you_mean(str(receptor_type), receptors)
+            to = f" for {type(synapse_type).__name__}" if own else ""
             raise InvalidSynapseError(
                 f"projection '{label}': the cells of '{postsynaptic_population.label}' have no receptor "
-                f"'{receptor_type}'{hint}"
+                f"'{receptor_type}'{to}{hint}"
             )
         if synapse_type is not None:  # PyNN looks at a weight to guess the receptor
             shape = (presynaptic_population.size, postsynaptic_population.size)
             require_shape(f"projection '{label}'", synapse_type.parameter_space, shape)
         super().__init__(
             presynaptic_population, postsynaptic_population, connector, synapse_type, source,
-            receptor_type, space or Space(), label,
+            usual[0] if own else receptor_type, space or Space(), label,
         )  # fmt: skip
+        if own:
+            self.receptor_type = str(receptor_type)
         for cells in (self.pre, self.post):
             require_existing(cells.label, cells, self._simulator.state)
         self._simulator.state.before_change()

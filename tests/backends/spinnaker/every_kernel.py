@@ -17,6 +17,7 @@ from nrp_brain_spinnaker import SpinnakerBackend, SpinnakerOptions
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain.network.neuromodulation import Neuromodulation
 from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.brain.network.synapses.static import STATIC
 from nrp_core.brain.network.synapses.stdp import STDP
@@ -87,6 +88,16 @@ def network() -> Network:
     projections.append(projection("IF_curr_exp", "IF_curr_alpha", -0.5, STATIC, {}))
     additive = "AdditiveWeightDependence"
     projections.append(projection("array", "IF_curr_alpha", 0.5, STDP, VOGELS, additive, "Vogels2011Rule"))
+    triplets = {"tau_x": 100.0, "tau_y": 120.0, "A3_plus": 0.02, "A3_minus": 0.03}
+    for post, timing in (
+        ("IF_curr_delta", "SpikeNearestPairRule"),
+        ("IZK_cond_exp", "PfisterSpikeTripletRule"),
+    ):
+        projections.append(projection("array", post, 0.5, STDP, RULE | triplets, additive, timing))
+    reward = projection("IF_curr_delta", "IF_curr_exp", 0.5, STATIC, {}, "reward")
+    projections.append(
+        replace(reward, receptor="reward", delay_ms=np.ones(reward.size), neuromodulation=Neuromodulation())
+    )
     for partner in ("RandomSelection", "LastNeuronSelection"):
         rewiring = Rewiring(partner, prob_elim_potentiated=0.5, initial_weight=0.002, p_form_forward=0.9)
         post = "IF_cond_exp" if partner == "RandomSelection" else "IF_cond_alpha"

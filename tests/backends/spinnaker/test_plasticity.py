@@ -7,47 +7,28 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from machine_rules import ADDITIVE, MS, MULTIPLICATIVE, OBEDIENT, PAIRS, fire, floor_mul, named
 
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Population, Projection
 from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
-from nrp_core.brain.spikes import SynapticEvents
 from nrp_core.errors import CapabilityError
 
-MS = 1_000_000
-ADDITIVE, MULTIPLICATIVE = "AdditiveWeightDependence", "MultiplicativeWeightDependence"
-RULE = {"tau_plus": 16.7, "tau_minus": 33.7, "A_plus": 0.05, "A_minus": 0.06, "w_min": 0.1, "w_max": 2.0}
 TRAINS = st.lists(st.integers(3, 150), unique=True, max_size=14).map(sorted)
 Maker = Callable[..., Population]
 Connect = Callable[..., Projection]
 Open = Callable[..., Brain]
 
 
-def named(weight: str, timing: str = "SpikePairRule") -> dict[str, str]:
-    return {"timing_dependence": timing, "weight_dependence": weight}
-
-
-OBEDIENT = {"tau_refrac": 0.0, "tau_syn_E": 0.1, "tau_m": 1.0, "v_thresh": -30.0}
-"""A cell that fires in each tick in which a strong input arrives, and only then."""
-
-
-def fire(brain: Brain, ticks: list[int]) -> None:
-    n, neuron = len(ticks), brain.network.size - 1
-    if n:
-        brain._do_inject(SynapticEvents(np.full(n, neuron), np.array(ticks, float), np.full(n, 2000.0)))
-
-
-def floor_mul(a: int, b: int) -> int:
-    return a * b // 2**15
-
-
 def reference(
     pre: list[int], post: list[int], delay: int, raw: int, shift: int, gains: tuple[int, int], weight: str
 ) -> int:
     """Apply the pair rule to whole trains (ticks), one pre-synaptic spike after another."""
-    plus, minus = ([int(2048 * exp(-i / RULE[tau])) for i in range(400)] for tau in ("tau_plus", "tau_minus"))
-    low, high = (round(RULE[name] * 2**15) for name in ("w_min", "w_max"))
+    plus, minus = (
+        [int(2048 * exp(-i / PAIRS[tau])) for i in range(400)] for tau in ("tau_plus", "tau_minus")
+    )
+    low, high = (round(PAIRS[name] * 2**15) for name in ("w_min", "w_max"))
     post_traces, last = {}, None
     for p in post:
         grown = 0 if last is None else post_traces[last] * minus[p - last] // 2**11
@@ -85,14 +66,14 @@ def test_weights_follow_the_pair_rule_in_every_bit(
 ) -> None:  # fmt: skip
     brain = open_brain(
         spike_source("pre", [float(t) for t in pre]), cells("cell", "IF_curr_exp", **OBEDIENT),
-        connect("pre", "cell", 1.0, float(delay), kind=STDP, plasticity=named(weight), **RULE),
+        connect("pre", "cell", 1.0, float(delay), kind=STDP, plasticity=named(weight), **PAIRS),
         semantics=semantics,
     )  # fmt: skip
     fire(brain, post)
     brain.run_until(170 * MS)
     plastic, shift = brain._engine.machine.stores.stdp, 2
-    scale = RULE["w_max"] if weight == ADDITIVE and semantics == "pynn" else 1.0
-    gains = tuple(round(RULE[name] * scale * 2**15) for name in ("A_plus", "A_minus"))
+    scale = PAIRS["w_max"] if weight == ADDITIVE and semantics == "pynn" else 1.0
+    gains = tuple(round(PAIRS[name] * scale * 2**15) for name in ("A_plus", "A_minus"))
     assert int(plastic.weight[0]) == reference(pre, post, delay, 2**15 >> shift, shift, gains, weight)
 
 
@@ -150,7 +131,7 @@ def test_only_the_last_fifteen_post_synaptic_spikes_are_remembered(
 ) -> None:
     brain = open_brain(
         spike_source("pre", [10.0]), cells("cell", "IF_curr_exp", **OBEDIENT),
-        connect("pre", "cell", 1.0, kind=STDP, plasticity=named(ADDITIVE), **RULE),
+        connect("pre", "cell", 1.0, kind=STDP, plasticity=named(ADDITIVE), **PAIRS),
     )  # fmt: skip
     post = list(range(20, 100, 4))
     fire(brain, post)
@@ -163,8 +144,8 @@ def test_only_the_last_fifteen_post_synaptic_spikes_are_remembered(
     [
         ({"plasticity": named("GutigWeightDependence")}, "SpikePairRule with .*, not GutigWeightDependence"),
         (
-            {"plasticity": named(ADDITIVE, "PfisterSpikeTripletRule")},
-            "not AdditiveWeightDependence, PfisterSpikeTripletRule",
+            {"plasticity": named(MULTIPLICATIVE, "PfisterSpikeTripletRule")},
+            "not MultiplicativeWeightDependence, PfisterSpikeTripletRule",
         ),
         ({"dendritic_delay_fraction": 0.5}, "dendritic_delay_fraction is 0 or 1, not 0.5"),
         ({"A_minus": -0.1}, "'s-n-excitatory': A_minus is -0.1; it must be 0 or more on the machine"),
@@ -173,7 +154,7 @@ def test_only_the_last_fifteen_post_synaptic_spikes_are_remembered(
 def test_a_rule_that_the_machine_lacks_is_refused(
     change: dict, message: str, cells: Maker, spike_source: Maker, connect: Connect, open_brain: Open
 ) -> None:
-    given = {"kind": STDP, "plasticity": named(ADDITIVE), **RULE} | change
+    given = {"kind": STDP, "plasticity": named(ADDITIVE), **PAIRS} | change
     with pytest.raises(CapabilityError, match=message):
         open_brain(spike_source("s", []), cells("n", "IF_curr_exp"), connect("s", "n", 1.0, **given))
 
@@ -181,7 +162,7 @@ def test_a_rule_that_the_machine_lacks_is_refused(
 def test_two_time_constants_on_one_population_are_refused(
     cells: Maker, spike_source: Maker, connect: Connect, open_brain: Open
 ) -> None:
-    rules = [{"kind": STDP, "plasticity": named(ADDITIVE), **RULE, "tau_minus": tau} for tau in (20.0, 30.0)]
+    rules = [{"kind": STDP, "plasticity": named(ADDITIVE), **PAIRS, "tau_minus": tau} for tau in (20.0, 30.0)]
     parts = [connect("s", "n", 1.0, label=f"p{k}", **rule) for k, rule in enumerate(rules)]
     with pytest.raises(CapabilityError, match="'p1': on the machine all STDP projections"):
         open_brain(spike_source("s", []), cells("n", "IF_curr_exp"), *parts)

@@ -168,7 +168,7 @@ def _replace(name: str, values: object) -> Callable[[h5py.File], None]:
     ("change", "message"),
     [
         (lambda file: file.attrs.__delitem__("format"), "is an HDF5 file, but not a network file"),
-        (lambda file: file.attrs.__setitem__("version", 6), "version 6; this nrp-core reads"),
+        (lambda file: file.attrs.__setitem__("version", 7), "version 7; this nrp-core reads"),
         (lambda file: file.attrs.__setitem__("version", "new"), "no attribute 'version' of kind int"),
         (lambda file: file.move("projections", "projection"),
          "has no group 'projections'; did you mean 'projection'?"),

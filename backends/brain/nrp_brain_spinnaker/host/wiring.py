@@ -112,7 +112,7 @@ class Wires:
 def wire(
     network: Network, labels: Sequence[str], cells: Cells, options: SpinnakerOptions
 ) -> tuple[list[Wires], Findings]:
-    """Convert all projections that have synapses and choose the shifts; also return warnings.
+    """Convert all projections that transmit spikes and choose the shifts; also return warnings.
 
     Args:
         network: the network.
@@ -123,7 +123,7 @@ def wire(
     Raises:
         NetworkError: a weight has the wrong sign or a delay is too long.
     """
-    projections = [one for one in network.projections if one.size or one.rewiring is not None]
+    projections = [one for one in sending(network) if one.neuromodulation is None]
     wires = [_wire(network, p, labels.index(p.post), cells, options) for p in projections]
     groups = defaultdict(list)
     for part in wires:
@@ -133,6 +133,11 @@ def wire(
         for part in fellows:
             part.shift = shift
     return wires, _lengthen(wires, options)
+
+
+def sending(network: Network) -> list[Projection]:
+    """Return the projections that have synapses, or may have."""
+    return [one for one in network.projections if one.size or one.rewiring is not None]
 
 
 def longest_ticks(wires: Sequence[Wires]) -> int:

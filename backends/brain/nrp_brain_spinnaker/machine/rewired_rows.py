@@ -8,7 +8,8 @@ import numpy.typing as npt
 
 from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.machine.ring import Ring, WeightArray
-from nrp_brain_spinnaker.machine.stdp import StdpRows, changing_rows, deliver_row, remember
+from nrp_brain_spinnaker.machine.stdp import deliver_row, remember
+from nrp_brain_spinnaker.machine.stdp_rows import StdpRows, changing_rows
 from nrp_core._support.arrays import IndexArray, IntArray
 from nrp_core._support.jit import jit
 

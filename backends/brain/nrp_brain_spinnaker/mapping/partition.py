@@ -18,7 +18,7 @@ from nrp_brain_spinnaker.hardware import (
 )
 from nrp_brain_spinnaker.hints import cells_per_core, hints_of, slices_of
 from nrp_brain_spinnaker.host.delays import bits_for, slots_available, stages
-from nrp_brain_spinnaker.host.wiring import Wires
+from nrp_brain_spinnaker.host.wiring import Wires, sending
 from nrp_brain_spinnaker.mapping.synapse_cores import synapse_cores
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_core.brain.network.data import Network
@@ -86,13 +86,16 @@ class Vertex:
 
 def vertices_of(network: Network, wires: Sequence[Wires], options: SpinnakerOptions) -> list[Vertex]:
     """Return the populations in definition order, then the delay extensions for long delays."""
-    senders = {part.projection.pre for part in wires}
+    senders = {one.pre for one in sending(network)}
+    rewarded = {one.post for one in network.projections if one.neuromodulation is not None}
     vertices = [
         Vertex(
             label, p.cell_type, p.size, cells_per_core(p, options),
             sends=label in senders,
             synapse_cores=synapse_cores(
-                [part for part in wires if part.projection.post == label], hints_of(p, options)
+                [part for part in wires if part.projection.post == label],
+                hints_of(p, options),
+                alone=label in rewarded,
             ),
         )
         for label, p in network.populations.items()

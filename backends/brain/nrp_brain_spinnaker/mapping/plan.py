@@ -11,7 +11,7 @@ from math import ceil, sqrt
 
 from nrp_brain_spinnaker import hardware
 from nrp_brain_spinnaker.host.delays import slots_available, slots_used
-from nrp_brain_spinnaker.host.wiring import Wires
+from nrp_brain_spinnaker.host.wiring import Wires, sending
 from nrp_brain_spinnaker.machine import kinds
 from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.mapping.activity import rate_hz, spikes_per_tick
@@ -35,7 +35,7 @@ def map_network(
         options: the options of the user.
     """
     vertices = vertices_of(network, wires, options)
-    senders = list(dict.fromkeys(part.projection.pre for part in wires))
+    senders = list(dict.fromkeys(one.pre for one in sending(network)))
     senders += [vertex.label for vertex in vertices if vertex.stages]
     placed = place(vertices, senders)
     shifts = cells.populations[:, [kinds.SHIFT_EXC, kinds.SHIFT_INH]].tolist()

@@ -21,22 +21,24 @@ _PLASTIC_EVENTS_PER_S: Final = 1.4e6
 """The software's limits for one core with a plastic projection."""
 
 
-def synapse_cores(onto: Sequence[Wires], hints: Hints) -> int:
+def synapse_cores(onto: Sequence[Wires], hints: Hints, *, alone: bool = False) -> int:
     """Return the number of synapse-only cores of each slice of a population.
 
     Args:
         onto: the projections onto the population.
         hints: the hints of the population.
+        alone: whether its synapses need such a core, as with rewards.
     """
     options = hints.options
     if hints.synapse_cores is not None:
         return hints.synapse_cores
     if any(part.projection.rewiring is not None for part in onto):
         return 1  # the software has them on one such core only
-    if options.step_us >= _SHARED_FROM_US:
+    if options.step_us >= _SHARED_FROM_US and not alone:
         return 0
     plastic = any(part.projection.synapse_type == STDP for part in onto)
     rows = sum(part.n_pre * longest_row(part, options.neurons_per_core) for part in onto)
-    return ceil(
+    needed = ceil(
         rows * options.spikes_per_second / (_PLASTIC_EVENTS_PER_S if plastic else _STATIC_EVENTS_PER_S)
     )
+    return max(needed, 1) if alone else needed

@@ -14,9 +14,12 @@ import numpy.typing as npt
 from nrp_brain_spinnaker.host.plastic_rows import load_plastic
 from nrp_brain_spinnaker.host.rows import collect
 from nrp_brain_spinnaker.host.wiring import Wires
+from nrp_brain_spinnaker.machine.neuromodulation import Rewards, deliver_rewards
 from nrp_brain_spinnaker.machine.ring import Ring, Rows, deliver
-from nrp_brain_spinnaker.machine.stdp import StdpRows, changing_rows, deliver_plastic, remember
+from nrp_brain_spinnaker.machine.stdp import deliver_plastic, remember
+from nrp_brain_spinnaker.machine.stdp_rows import StdpRows, changing_rows
 from nrp_brain_spinnaker.synapses.layout import Layout
+from nrp_brain_spinnaker.synapses.rewards import load_rewards, modulations_of
 from nrp_brain_spinnaker.synapses.tsodyks_markram import (
     TsodyksRows,
     deliver_dynamic,
@@ -33,12 +36,14 @@ from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 class Stores(NamedTuple):
     """The arrays of the synapses; a field has the name of its law. Spikes pass through them in this order.
 
-    Those that form and vanish are apart, because a spike copies all that it passes to a function.
+    Those that reward or punish act on those with STDP. Those that form and vanish are apart, because a spike
+    copies all that it passes to a function.
     """
 
     static: Rows
     tsodyks_markram: TsodyksRows
     stdp: StdpRows
+    rewards: Rewards
 
 
 @jit
@@ -47,6 +52,7 @@ def send(stores: Stores, ring: Ring, neuron: int, tick: int) -> None:
     deliver(stores.static, ring, neuron, tick)
     deliver_dynamic(stores.tsodyks_markram, ring, neuron, tick)
     deliver_plastic(stores.stdp, ring, neuron, tick)
+    deliver_rewards(stores.rewards, stores.stdp, neuron, tick)
 
 
 @jit
@@ -60,7 +66,10 @@ def _load_static(wires: Sequence[Wires], layout: Layout) -> Rows:
 
 
 def _load_stdp(wires: Sequence[Wires], layout: Layout) -> StdpRows:
-    return load_plastic(wires, layout.n_sources, layout.n, layout.grid.step_us, layout.options.semantics)
+    return load_plastic(
+        wires, layout.n_sources, layout.n, layout.grid.step_us, layout.options.semantics,
+        modulations_of(layout.network),
+    )  # fmt: skip
 
 
 _LOADERS: Final[Mapping[str, Callable[[Sequence[Wires], Layout], Any]]] = {
@@ -82,7 +91,8 @@ def load_stores(wires: Sequence[Wires], layout: Layout) -> Stores:
         **{
             law: load([part for part in lasting if part.projection.synapse_type == law], layout)
             for law, load in _LOADERS.items()
-        }
+        },
+        rewards=load_rewards(lasting, layout),
     )
 
 

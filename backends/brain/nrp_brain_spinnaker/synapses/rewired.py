@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nrp_brain_spinnaker.host.plastic_rows import rules_of
+from nrp_brain_spinnaker.host.plastic_rows import at_rest, rules_of
 from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.machine.rewired_rows import Rewired
 from nrp_brain_spinnaker.machine.rewiring import CHOICE_COLUMNS
-from nrp_brain_spinnaker.machine.stdp import StdpRows
+from nrp_brain_spinnaker.machine.stdp_rows import StdpRows
 from nrp_brain_spinnaker.synapses.layout import Layout
 from nrp_brain_spinnaker.synapses.rewiring_rules import Rules
 from nrp_brain_spinnaker.synapses.sites import Group, Site
@@ -40,10 +40,9 @@ def load_rewired(wires: Sequence[Wires], sites: Sequence[Site], layout: Layout) 
     rows = StdpRows(
         start=np.searchsorted(pre[order], np.arange(layout.n_sources + 1)).astype(np.int64),
         first=first.astype(np.int64), rule=rule[order],
-        last_tick=np.zeros(n_rows, np.int64), trace=np.zeros(n_rows, np.int64),
         line=np.zeros(n_synapses, np.int32), weight=np.zeros(n_synapses, np.uint16),
-        delay=np.zeros(n_synapses, np.uint16),
-        **rules_of(plastic, layout.n, layout.grid.step_us, layout.options.semantics),
+        delay=np.zeros(n_synapses, np.uint16), eligibility=np.zeros(0, np.uint16), **at_rest(n_rows),
+        **rules_of(plastic, layout.n, layout.grid.step_us, layout.options.semantics, {}),
     )  # fmt: skip
     rules = Rules(layout)
     for site in sites:

@@ -15,8 +15,9 @@ from nrp_core.brain.pynn.spynnaker.cells import REFUSED_CELLS, cell_types, refus
 from nrp_core.brain.pynn.spynnaker.connections import Hub, RatesConnection, SpikesConnection
 from nrp_core.brain.pynn.spynnaker.connectors import OneToOneOffsetConnector
 from nrp_core.brain.pynn.spynnaker.kernels import ConvolutionConnector, KernelConnector
+from nrp_core.brain.pynn.spynnaker.neuromodulation import neuromodulation
 from nrp_core.brain.pynn.spynnaker.populations import Population, Projection, convolution
-from nrp_core.brain.pynn.spynnaker.rules import vogels_rule
+from nrp_core.brain.pynn.spynnaker.rules import nearest_pair_rule, stdp_mechanism, triplet_rule, vogels_rule
 from nrp_core.brain.pynn.spynnaker.settings import Splitter, cells_per_core
 from nrp_core.brain.pynn.spynnaker.structural import RULES, structural_mechanisms
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
@@ -40,8 +41,7 @@ _SPLITTERS: Final = (
 _MESSAGES: Final = SimpleNamespace(KEY_16_BIT=0, KEY_PAYLOAD_16_BIT=1, KEY_32_BIT=2, KEY_PAYLOAD_32_BIT=3)
 """Kinds of packets of live output."""
 _RULE: Final = (
-    "the rules here are SpikePairRule with additive or multiplicative weights, and Vogels2011Rule with "
-    "additive ones"
+    "the rules here are SpikePairRule, SpikeNearestPairRule, Vogels2011Rule and PfisterSpikeTriplet"
 )
 _DEVICE: Final = "it is a device of its own, connected to a real machine; an experiment has robots"
 _REFUSED: Final = {
@@ -53,13 +53,11 @@ _REFUSED_EXTRA: Final = {
     **REFUSED_CELLS,
     **dict.fromkeys(
         (
-            "PfisterSpikeTriplet", "WeightDependenceAdditiveTriplet", "SpikeNearestPairRule", "RecurrentRule",
-            "TimingDependencePFPC", "WeightDependencePFPC", "TimingDependenceMFVN",
+            "RecurrentRule", "TimingDependencePFPC", "WeightDependencePFPC", "TimingDependenceMFVN",
             "WeightDependenceMFVN",
         ),
         _RULE,
     ),
-    "Neuromodulation": "weights change by pairs of spikes alone, without a reward",
 }  # fmt: skip
 
 
@@ -110,6 +108,7 @@ class Dialect:
         names = vars(self._pynn)
         own = {**names, **cell_types(names)}
         own |= {name: refused(name, reason) for name, reason in _REFUSED.items()}
+        own["STDPMechanism"] = stdp_mechanism(own["STDPMechanism"])
         own |= {"Population": simulator.bind(Population), "Projection": simulator.bind(Projection)}
         own |= structural_mechanisms(simulator) | {rule.__name__: rule for rule in RULES}
         own |= {
@@ -191,6 +190,11 @@ class Dialect:
     def _extra_models(self, names: Mapping[str, Any]) -> ModuleType:
         own = {name: names[name] for name in ("Izhikevich_cond", "IFCurDelta")}
         own["Vogels2011Rule"] = vogels_rule(names["Vogels2011Rule"])
+        own["SpikeNearestPairRule"] = nearest_pair_rule(names["SpikePairRule"])
+        own["PfisterSpikeTriplet"], own["WeightDependenceAdditiveTriplet"] = triplet_rule(
+            names["PfisterSpikeTripletRule"], names["AdditiveWeightDependence"]
+        )
+        own["Neuromodulation"] = neuromodulation(self._pynn.simulator)
         return _module(
             "extra_models", **own, **{name: refused(name, why) for name, why in _REFUSED_EXTRA.items()}
         )

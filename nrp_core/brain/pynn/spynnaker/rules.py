@@ -1,4 +1,4 @@
-"""Plasticity rules that sPyNNaker parametrises in its own way."""
+"""Plasticity rules that only sPyNNaker has, or parametrises in its own way."""
 
 # mypy: disable-error-code="misc"
 
@@ -35,3 +35,78 @@ def vogels_rule(pynn: Any) -> type:
         "Each pair of spikes strengthens by ``A_plus``, each spike of the source weakens by ``alpha A_plus``."
     )
     return type("Vogels2011Rule", (pynn,), {"__init__": begin, "__doc__": doc})
+
+
+def nearest_pair_rule(pairs: Any) -> type:
+    """Return the rule of the nearest pairs of spikes, with the parameters of that of all pairs.
+
+    Args:
+        pairs: the class of PyNN's ``SpikePairRule``.
+    """
+    return type(
+        "SpikeNearestPairRule", (pairs,), {"__doc__": "Weight changes by the nearest pairs of spikes."}
+    )
+
+
+def triplet_rule(timing: Any, additive: Any) -> tuple[type, type]:
+    """Return the rule of Pfister & Gerstner (2006, J Neurosci 26:9673), and its weight dependence.
+
+    Args:
+        timing: the class of PyNN's ``PfisterSpikeTripletRule``, which has all amplitudes.
+        additive: the class of ``AdditiveWeightDependence``.
+    """
+    times = ("tau_plus", "tau_minus", "tau_x", "tau_y", "A_plus", "A_minus")
+    weights = {"w_min": 0.0, "w_max": 1.0, "A3_plus": 0.01, "A3_minus": 0.01}
+
+    def begin(self: Any, *values: Any, **given: Any) -> None:
+        given |= zip(times, values, strict=False)
+        require_names("PfisterSpikeTriplet", given, times)
+        missing = [name for name in times if name not in given]
+        if missing:
+            raise InvalidValueError(f"PfisterSpikeTriplet has no default for {', '.join(missing)}")
+        timing.__init__(self, **given)
+
+    def begin_weights(self: Any, *values: Any, **given: Any) -> None:
+        given |= zip(weights, values, strict=False)
+        require_names("WeightDependenceAdditiveTriplet", given, weights)
+        own = {**weights, **given}
+        self.amplitudes = {name: own.pop(name) for name in ("A3_plus", "A3_minus")}
+        additive.__init__(self, **own)
+
+    return (
+        # a network has PyNN's names of the rules
+        type("PfisterSpikeTripletRule", (timing,), {"__init__": begin, "__doc__": timing.__doc__}),
+        type(
+            "AdditiveWeightDependence", (additive,), {"__init__": begin_weights, "__doc__": additive.__doc__}
+        ),
+    )
+
+
+def stdp_mechanism(pynn: Any) -> type:
+    """Return the type of synapses with STDP, with sPyNNaker's arguments.
+
+    Args:
+        pynn: the class of PyNN's ``STDPMechanism``.
+    """
+
+    def begin(self: Any, *arguments: Any, **given: Any) -> None:
+        if given.pop("neuromodulation", False):
+            raise InvalidValueError(
+                "STDPMechanism: neuromodulation=True does not say how rewards act; leave it out, and make a "
+                "projection of extra_models.Neuromodulation(tau_c=..., tau_d=...) with receptor_type='reward'"
+            )
+        given.pop("pad_to_length", None)  # room for synapses that are never made
+        if given.pop("backprop_delay", True) is False:
+            given["dendritic_delay_fraction"] = 0.0
+        pynn.__init__(self, *arguments, **given)
+        amplitudes = getattr(self.weight_dependence, "amplitudes", None)
+        if amplitudes is not None:
+            if type(self.timing_dependence).__name__ != "PfisterSpikeTripletRule":
+                raise InvalidValueError(
+                    "STDPMechanism: WeightDependenceAdditiveTriplet is that of PfisterSpikeTriplet; another "
+                    "rule takes AdditiveWeightDependence"
+                )
+            self.timing_dependence.parameter_space.update(**amplitudes)
+            self.parameter_space.update(**amplitudes)
+
+    return type("STDPMechanism", (pynn,), {"__init__": begin, "__doc__": pynn.__doc__})
