@@ -448,7 +448,7 @@ def _feed(state: hashlib.blake2b, *values: object) -> None:
         if isinstance(value, np.ndarray):
             constant = value.ndim == 1 and value.strides == (0,) and value.size > 1
             state.update(f"{value.dtype}{value.shape}{bool(constant)}".encode())
-            state.update(np.ascontiguousarray(value[:1] if constant else value).tobytes())
+            state.update(np.ascontiguousarray(value[:1] if constant else value).ravel().view(np.uint8).data)
         elif isinstance(value, dict):
             for key in sorted(value):
                 _feed(state, key, value[key])

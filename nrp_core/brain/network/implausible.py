@@ -18,6 +18,7 @@ from nrp_core.brain.network.data import RECEPTORS, Network, Population, Projecti
 from nrp_core.brain.network.drawing.drawn import extremes, kept
 from nrp_core.brain.network.equations.cell_doubts import doubts_about_cells, doubts_about_weights
 from nrp_core.brain.network.equations.synapse_doubts import doubts_about_synapses
+from nrp_core.brain.network.limits import distinct
 
 
 class Plausible(NamedTuple):
@@ -253,7 +254,7 @@ def _of_weights(owner: str, projection: Projection, post: Population) -> Iterato
     weights = _extremes(projection, "weight")
     if not weights.size:
         return
-    size = too_strong(float(np.abs(weights).max()), post)
+    size = too_strong(_largest(weights), post)
     if size:
         yield f"a weight of {owner} is {size}"
     highest = limits.get("w_max", _NOTHING)
@@ -307,7 +308,7 @@ def _of_all_together(projection: Projection, post: Population) -> Iterator[str]:
     distance_mv = float(distances_mv[distances_mv > 0].min(initial=np.inf))  # others are pacemakers
     if not np.isfinite(distance_mv):
         return
-    effect_mv = float(np.abs(_extremes(projection, "weight")).max()) * projection.size
+    effect_mv = _largest(_extremes(projection, "weight")) * projection.size
     suspect = "the weight"
     if post.cell_type not in _IN_MV:
         effect_mv *= float(cells[name].max()) * np.e / float(cells["cm"].min())
@@ -332,8 +333,13 @@ def _leak_us(cells: Population) -> float | None:
 
 
 def _extremes(projection: Projection, name: str) -> FloatArray:
-    """Return values of a projection, or the lowest and the highest of those that would be drawn again."""
-    return extremes(kept(projection, name))
+    """Return values of a projection; one if all share it, two if those between would be drawn again."""
+    return distinct(extremes(kept(projection, name)))
+
+
+def _largest(values: FloatArray) -> float:
+    """Return the largest size of values, without a copy of all of them."""
+    return max(-float(values.min()), float(values.max()))
 
 
 def _beyond_limits(owner: str, projection: Projection) -> Iterator[str]:

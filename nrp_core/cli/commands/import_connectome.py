@@ -35,7 +35,6 @@ def import_connectome(
     json: Json = False,
 ) -> None:
     """Make a network file from a connectome, with the cell model of the whole fly brain."""
-    from nrp_core.brain.files.connectome.doubts import doubts_about
     from nrp_core.brain.files.connectome.network import read_connectome
     from nrp_core.brain.files.network_file import SUFFIX, save_network
     from nrp_core.brain.network.implausible import implausible
@@ -48,7 +47,7 @@ def import_connectome(
     require_folder_of(target, "--output")
     made = read_connectome(edges, neurons, groups=tuple(group or ()), unit_mv=unit_mv, delay_ms=delay_ms)
     save_network(made.network, target)
-    suspicious = [*made.network.remarks, *doubts_about(made.network, unit_mv), *implausible(made.network)]
+    suspicious = [*made.network.remarks, *made.doubts, *implausible(made.network)]
     sizes = {projection.label: projection.size for projection in made.network.projections}
     if json:
         facts = {"neurons": made.network.size, "edges": sizes, "groups": len(made.network.views)}

@@ -7,7 +7,10 @@ from typing import Final
 
 import numpy as np
 
-from nrp_core.brain.network.data import Network, Projection
+from nrp_core._support.arrays import FloatArray
+from nrp_core.brain.files.connectome.repeats import Repeats
+from nrp_core.brain.files.connectome.sums import PART
+from nrp_core.brain.network.data import Network
 
 _ROUNDED: Final = 1e-3
 _LARGE: Final = 0.5
@@ -16,42 +19,36 @@ _REPEATED: Final = 0.1
 """The share of edges that are equal to another one; more than in a table with a row for each neuropil."""
 
 
-def doubts_about(network: Network, unit_mv: float) -> Iterator[str]:
+def doubts_about(network: Network, unit_mv: float, repeats: Repeats) -> Iterator[str]:
     """Yield a sentence for each property of a table of edges that no connectome has.
 
     Args:
         network: the network that was made of it.
         unit_mv: weight of one synapse in it.
+        repeats: the rows of the table that are there twice.
     """
-    counts = np.concatenate([np.empty(0), *(np.abs(one.weight) / unit_mv for one in network.projections)])
-    broken = np.abs(counts - np.round(counts)) > _ROUNDED * np.maximum(counts, 1.0)
-    if broken.any():
-        first = counts[np.argmax(broken)]
+    n_edges = sum(one.size for one in network.projections)
+    broken = [part for part in map(_broken, _counts(network, unit_mv)) if len(part)]
+    if broken:
         yield (
-            f"{int(broken.sum())} of {len(counts)} edges have no whole number of synapses, the first "
-            f"{first:.3g}: are they shares or weights? A synapse is a weight of --unit-mv"
+            f"{sum(map(len, broken))} of {n_edges} edges have no whole number of synapses, the first "
+            f"{broken[0][0]:.3g}: are they shares or weights? A synapse is a weight of --unit-mv"
         )
-    most = _REPEATED * len(counts)
-    is_likely = sum(map(_repeated_pairs, network.projections)) > most  # a third of the time for millions
-    repeated = sum(map(_repeats, network.projections)) if is_likely else 0
-    if repeated > most:
-        yield f"{repeated} of {len(counts)} edges repeat another one, with the same number of synapses"
-    selves = sum(
-        int((np.asarray(one.pre_index) == np.asarray(one.post_index)).sum()) for one in network.projections
-    )
-    if selves > _LARGE * len(counts):
-        yield f"{selves} of {len(counts)} edges join a neuron with itself"
+    repeated, rows = repeats.found()
+    if repeated > _REPEATED * rows:
+        many = f"{repeated} of {rows}" if repeats.are_exact else f"about {repeated / rows:.0%} of all"
+        yield f"{many} edges repeat another one, with the same number of synapses"
+    selves = sum(int((pre == post).sum()) for one in network.projections for pre, post in one.pairs())
+    if selves > _LARGE * n_edges:
+        yield f"{selves} of {n_edges} edges join a neuron with itself"
 
 
-def _repeated_pairs(edges: Projection) -> int:
-    """Return how many edges join the same neurons as another one."""
-    pairs = edges.pre_index * (np.int64(edges.post_index.max(initial=0)) + 1) + edges.post_index
-    pairs.sort()
-    return int(np.count_nonzero(pairs[1:] == pairs[:-1]))
+def _counts(network: Network, unit_mv: float) -> Iterator[FloatArray]:
+    """Yield the numbers of synapses of all edges in parts."""
+    for one in network.projections:
+        for first in range(0, one.size, PART):
+            yield np.abs(one.weight[first : first + PART]) / unit_mv
 
 
-def _repeats(edges: Projection) -> int:
-    """Return how many edges are equal to another one."""
-    order = np.lexsort((edges.weight, edges.post_index, edges.pre_index))
-    columns = (np.asarray(one)[order] for one in (edges.pre_index, edges.post_index, edges.weight))
-    return int(np.logical_and.reduce([one[1:] == one[:-1] for one in columns]).sum())
+def _broken(counts: FloatArray) -> FloatArray:
+    return counts[np.abs(counts - np.round(counts)) > _ROUNDED * np.maximum(counts, 1.0)]

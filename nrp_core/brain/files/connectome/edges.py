@@ -18,6 +18,8 @@ from nrp_core.errors import NetworkError
 PRE: Final = ("pre", "Presynaptic_ID", "pre_root_id", "pre_pt_root_id", "body_pre", "source", "Source")
 POST: Final = ("post", "Postsynaptic_ID", "post_root_id", "post_pt_root_id", "body_post", "target", "Target")
 WEIGHT: Final = ("Excitatory x Connectivity", "weight", "syn_count", "synapses", "Connectivity", "Weight")
+SINGLE: Final = ("cleft_score", "connection_score")
+"""Properties of a synapse; a table with one of these and without numbers of synapses has a row for each."""
 _UNSIGNED, _SIGN = "Connectivity", "Excitatory"
 """Columns of Shiu's tables whose product is the first of the weights."""
 TRANSMITTER: Final = ("nt_type", "nt", "neurotransmitter", "transmitter", "predicted_nt", "top_nt")
@@ -36,6 +38,7 @@ class EdgeChunk:
         weight: signed number of synapses, shape ``(n,)``.
         names: the names of cells by id, if the table has names.
         electrical: number of gap junctions, which are left out.
+        are_single: whether each is one synapse, so that a pair of cells has many.
     """
 
     pre: IntArray
@@ -43,6 +46,7 @@ class EdgeChunk:
     weight: FloatArray
     names: Mapping[int, str] = field(default_factory=dict)
     electrical: int = 0
+    are_single: bool = False
 
 
 def read_edges(path: Path) -> Iterator[EdgeChunk]:
@@ -54,22 +58,25 @@ def read_edges(path: Path) -> Iterator[EdgeChunk]:
     names = column_names(path)
     pre = chosen_column(path, "the source of an edge", PRE, names)
     post = chosen_column(path, "the target of an edge", POST, names)
-    weight = chosen_column(path, "the number of synapses", WEIGHT, names)
+    are_single = not any(name in names for name in WEIGHT) and any(name in names for name in SINGLE)
+    weight = None if are_single else chosen_column(path, "the number of synapses", WEIGHT, names)
     transmitter = next((name for name in TRANSMITTER if name in names), None)
     kind = next((name for name in KIND if name in names), None)
     sign = _SIGN if weight == _UNSIGNED and _SIGN in names else None
-    used = [pre, post, weight, *filter(None, (transmitter, kind, sign))]
+    used = [pre, post, *filter(None, (weight, transmitter, kind, sign))]
     for rows in read_rows(path, used):
-        values = _weights(path, weight, rows[weight])
+        values = _weights(path, weight, rows[weight]) if weight else np.ones(len(rows[pre]))
+        if weight and (sign or transmitter):
+            values = _unsigned(path, weight, values)
         if sign:
-            values = _unsigned(path, weight, values) * np.sign(_weights(path, sign, rows[sign]))
+            values = values * np.sign(_weights(path, sign, rows[sign]))
         if transmitter:
-            values = _unsigned(path, weight, values) * _signs(path, transmitter, rows[transmitter])
+            values = values * _signs(path, transmitter, rows[transmitter])
         chemical = _chemical(rows[kind]) if kind else np.ones(len(values), bool)
         (sources, ours), (targets, theirs) = (ids_of(path, end, rows[end]) for end in (pre, post))
         electrical = int((~chemical).sum())
         yield EdgeChunk(
-            sources[chemical], targets[chemical], values[chemical], {**ours, **theirs}, electrical
+            sources[chemical], targets[chemical], values[chemical], {**ours, **theirs}, electrical, are_single
         )
 
 

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from math import inf
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
-from nrp_core.brain.files.connectome.edges import EdgeChunk, read_edges
+from nrp_core._support.arrays import IntArray
+from nrp_core.brain.files.connectome.doubts import doubts_about
+from nrp_core.brain.files.connectome.edges import read_edges
 from nrp_core.brain.files.connectome.neurons import Neurons, read_neurons
+from nrp_core.brain.files.connectome.places import Places
 from nrp_core.brain.files.connectome.tables import checksum
+from nrp_core.brain.files.connectome.wiring import Wiring
 from nrp_core.brain.network.cells.types import CELLS
-from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain.network.data import Network, Population
 from nrp_core.errors import NetworkError, did_you_mean
 
 LABEL: Final = "brain"
@@ -43,6 +45,7 @@ class Connectome:
         left_out: edges whose ends are not both in the table of neurons.
         unsigned: edges that are excitatory because nothing tells their sign.
         electrical: gap junctions, which are left out.
+        doubts: a sentence for each property of the table of edges that no connectome has.
     """
 
     network: Network
@@ -50,6 +53,7 @@ class Connectome:
     left_out: int = 0
     unsigned: int = 0
     electrical: int = 0
+    doubts: tuple[str, ...] = ()
 
 
 def read_connectome(
@@ -72,44 +76,35 @@ def read_connectome(
         if not 0.0 < value < inf:
             raise NetworkError(f"{name} is {value:g}; it must be above 0")
     known = read_neurons(neurons) if neurons else _neurons_of(edges)
-    order = np.argsort(known.ids, kind="stable")
-    ends_and_weights: tuple[list[Any], ...] = ([], [], [])
-    left_out = unsigned = electrical = 0
-    for part in read_edges(edges):
-        pre, post, weight = _placed(part, known.ids, order)
-        left_out += len(part.pre) - len(pre)
-        electrical += part.electrical
-        kept = pre.astype(np.int32), post.astype(np.int32), (weight * unit_mv).astype(np.float32)
-        for column, values in zip(ends_and_weights, kept, strict=True):
-            column.append(values)
-    pre, post, weight = map(_joined, ends_and_weights)
-    if not len(pre):
-        raise NetworkError(f"no edge of {left_out} joins two of the {len(known.ids)} neurons", path=edges)
-    if not weight.any():
-        raise NetworkError(f"all {len(pre)} edges have 0 synapses", path=edges)
-    order = np.argsort(pre, kind="stable")
-    pre = pre[order]  # one after the other, so that only one column is held twice
-    post = post[order]
-    weight = weight[order]
-    del order
-    signs = known.signs
-    if "transmitter" in known.texts and not (weight < 0.0).any():  # the edges themselves have no signs
-        unsigned = int((signs[pre] == 0).sum())
-        weight[signs[pre] < 0] *= -1.0
+    wiring = Wiring(len(known.ids))
+    wiring.read(edges, known.ids)
+    if not wiring.rows:
+        raise NetworkError(
+            f"no edge of {wiring.left_out} joins two of the {len(known.ids)} neurons", path=edges
+        )
+    if not len(wiring.excitatory) + len(wiring.inhibitory):
+        raise NetworkError(f"all {wiring.rows} edges have 0 synapses", path=edges)
+    unsigned = wiring.take_signs(known.signs) if "transmitter" in known.texts else 0
     network = Network(
         {LABEL: _population(known)},
-        tuple(_projections(pre, post, weight, delay_ms)),
+        tuple(wiring.projections(LABEL, unit_mv, delay_ms)),
         _groups(known, groups, neurons or edges),
         remarks=known.doubts,
     )
-    return Connectome(network, _sources(edges, neurons), left_out, unsigned, electrical)
+    doubts = tuple(doubts_about(network, unit_mv, wiring.repeats))
+    return Connectome(network, _sources(edges, neurons), wiring.left_out, unsigned, wiring.electrical, doubts)
 
 
 def _neurons_of(path: Path) -> Neurons:
     """Return the neurons with edges, in the order of their names or ids."""
     ids, names = np.empty(0, np.int64), dict[int, str]()
+    places = Places(ids)
     for part in read_edges(path):
-        ids = np.unique(np.concatenate([ids, part.pre, part.post]))
+        for end in (part.pre, part.post):
+            _, is_known = places.of(end)
+            if not is_known.all():
+                ids = np.union1d(ids, end[~is_known])
+                places = Places(ids)
         names.update(part.names)
     if not names:
         return Neurons(ids, {})
@@ -117,42 +112,11 @@ def _neurons_of(path: Path) -> Neurons:
     return Neurons(np.array(order, np.int64), {"name": [names[number] for number in order]})
 
 
-def _placed(part: EdgeChunk, ids: IntArray, order: IntArray) -> tuple[IntArray, IntArray, FloatArray]:
-    """Return places of the source and target, and weight, of the edges between known neurons."""
-    ranked = ids[order]
-    places = []
-    inside = np.ones(len(part.pre), bool)
-    for end in (part.pre, part.post):
-        place = np.minimum(np.searchsorted(ranked, end), max(len(ids) - 1, 0))
-        inside &= ranked[place] == end if len(ids) else False
-        places.append(place)
-    return order[places[0][inside]], order[places[1][inside]], part.weight[inside]
-
-
 def _population(known: Neurons) -> Population:
     size, cell = len(known.ids), CELLS[CELL]
     values = {name: _PUBLISHED.get(name, parameter.default) for name, parameter in cell.parameters.items()}
     parameters = {name: np.full(size, value) for name, value in values.items()}
     return Population(LABEL, size, CELL, parameters, {"v": parameters["v_rest"]}, (), known.positions)
-
-
-def _joined(parts: list[Any]) -> Any:
-    """Return arrays as one, and release them."""
-    joined = np.concatenate(parts) if parts else np.empty(0, np.int32)
-    parts.clear()
-    return joined
-
-
-def _projections(
-    pre: IndexArray, post: IndexArray, weight: FloatArray, delay_ms: float
-) -> Iterator[Projection]:
-    """Yield the edges of each sign; they are sorted by source."""
-    for receptor, mine in (("excitatory", weight > 0), ("inhibitory", weight < 0)):
-        if mine.any():
-            yield Projection(
-                receptor, LABEL, LABEL, receptor, pre[mine], post[mine], weight[mine].astype(float),
-                np.broadcast_to(delay_ms, int(mine.sum())),
-            )  # fmt: skip
 
 
 def _groups(known: Neurons, patterns: tuple[str, ...], path: Path) -> dict[str, IntArray]:

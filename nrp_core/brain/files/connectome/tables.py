@@ -12,8 +12,8 @@ from nrp_core.errors import NetworkError
 
 INSTALL: Final = "pip install 'nrp-core[connectome]'"
 SUFFIXES: Final = (".csv", ".feather", ".parquet")
-_BLOCK: Final = 1 << 24
-"""Bytes of a CSV file, and bytes hashed, at a time."""
+_BLOCK: Final = 1 << 22
+"""Bytes of a CSV file, of which some forty parts are read ahead, and bytes hashed, at a time."""
 
 Columns = Mapping[str, Any]
 """Arrow arrays by the name of their column."""
@@ -35,7 +35,7 @@ def read_rows(path: Path, names: Sequence[str]) -> Iterator[Columns]:
     Raises:
         NetworkError: as for :func:`column_names`; or a value does not fit its column.
     """
-    with _opened(path) as (kind, source):
+    with _opened(path, names) as (kind, source):
         if kind == "parquet":
             parts = source.iter_batches(columns=list(names))
         elif kind == "feather":
@@ -74,7 +74,8 @@ def chosen_column(path: Path, wanted: str, candidates: Sequence[str], names: Seq
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[tuple[str, Any]]:
+def _opened(path: Path, names: Sequence[str] = ()) -> Iterator[tuple[str, Any]]:
+    """Open a table, to read only some columns if there are names."""
     try:
         import pyarrow as pa
         from pyarrow import csv, ipc, parquet
@@ -88,10 +89,15 @@ def _opened(path: Path) -> Iterator[tuple[str, Any]]:
             with parquet.ParquetFile(path) as file:
                 yield "parquet", file
         elif suffix == ".feather":
-            with pa.memory_map(str(path)) as source, ipc.open_file(source) as batches:
-                yield "feather", batches
+            with pa.OSFile(str(path)) as source:
+                schema = ipc.open_file(source).schema
+                options = ipc.IpcReadOptions(included_fields=[schema.get_field_index(name) for name in names])
+                yield "feather", ipc.open_file(source, options=options)
         else:
-            with csv.open_csv(path, read_options=csv.ReadOptions(block_size=_BLOCK)) as rows:
+            reading = csv.ReadOptions(block_size=_BLOCK)
+            with csv.open_csv(
+                path, reading, convert_options=csv.ConvertOptions(include_columns=names)
+            ) as rows:
                 yield "csv", rows
     except FileNotFoundError:
         raise NetworkError("there is no such file", path=path) from None
