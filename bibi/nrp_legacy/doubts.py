@@ -64,9 +64,10 @@ def _misspelt(root: Element, known: tuple[str, ...]) -> Iterator[Finding]:
     """Yield the elements whose names are nearly those of elements that are read; others may be anything."""
     for element in root.children:
         tag = local(element.tag)
-        near = get_close_matches(tag, known, n=1, cutoff=0.8)
+        spelt = {one.lower(): one for one in known}
+        near = get_close_matches(tag.lower(), spelt, n=1, cutoff=0.8)
         if tag not in known and near:
-            yield _doubt(element, f"<{tag}> is ignored; did you mean <{near[0]}>?")
+            yield _doubt(element, f"<{tag}> is ignored; did you mean <{spelt[near[0]]}>?")
 
 
 def _settings(exc: Experiment) -> Iterator[Finding]:

@@ -87,6 +87,21 @@ def feel(t, scan, eye):
     ranges = np.maximum(scan.value.ranges, scan.value.range_max)  # NRP320 is the minimum meant?
     eye.rate = len(names) + ranges.mean()
 """
+WRONG_ROWS = f"""{HEAD}
+
+@nrp.MapSpikeSink("left", nrp.brain.actors[0], nrp.population_rate)
+@nrp.MapSpikeSink("right", nrp.brain.actors[1], nrp.population_rate)
+@nrp.MapVariable("begun", initial_value=False)
+@nrp.MapVariable("before", initial_value=0.0)
+@nrp.Neuron2Robot(Topic("/husky/cmd_vel", Twist))
+def steer(t, left, right, begun, before):
+    turn, step = (right.rate - left.rate) * 180 / np.pi, t - before.value
+    if not begun:  # NRP320 'begun' is a variable, not a value; did you mean 'begun.value'?
+        return Twist(Vector3(step))
+    before = t  # NRP242 this replaces the parameter and sets nothing: the value of 'before' is never used
+    speed = 0.1 * (left.rate + right.rate) // 2  # NRP320 a whole number of m/s or rad/s; a quotient is
+    return Twist(Vector3(speed), Vector3(0, 0, turn))  # NRP249 is in degrees, and messages carry radians
+"""
 RIGHT = f"""{HEAD}
 DT = 0.02
 dt = 0.1
@@ -144,14 +159,22 @@ def drive(t, odom, left, last, pan, told):
 @nrp.MapVariable("last", initial_value=0.0)
 @nrp.MapVariable("way", initial_value=0.0)
 @nrp.MapRobotPublisher("told", Topic("/way", Float64))
+@nrp.MapSpikeSink("cells", nrp.map_neurons(2, lambda i: nrp.brain.actors[i]), nrp.population_rate)
 @nrp.Neuron2Robot()
-def rarely(t, odom, last, way, told):
+def rarely(t, odom, last, way, told, cells):
+    last.value, gear = last.value, 0.1 * (cells.rate[0] // 10)
+    first, *others = cells.rate
+    speed = Vector3(gear, sum(others) - first)
+    odom_then = odom.value
+    odom = odom_then
+    if odom and not last.value and cells:
+        way.value += speed.x
     for _ in range(int(0.02 / DELTA_T)):
         way.value += DELTA_T * (1 - way.value)
     if t - last.value < TIME_STEP:
         return
     last.value = t
-    way.value += TIME_STEP * odom.value.twist.twist.linear.x
+    way.value += TIME_STEP * odom.twist.twist.linear.x
     told.send_message(Float64(way.value))
 
 
@@ -209,7 +232,7 @@ def found_in(husky: Path, text: str) -> list[Finding]:
     return [one for one in found if one.level is not Level.NOTE]
 
 
-@pytest.mark.parametrize("code", [WRONG, WRONG_STEPS], ids=["all", "steps"])
+@pytest.mark.parametrize("code", [WRONG, WRONG_STEPS, WRONG_ROWS], ids=["all", "steps", "rows"])
 def test_each_slip_is_reported_once_at_its_line(husky: Path, code: str) -> None:
     found = found_in(husky, code)
     for line, text in enumerate(code.splitlines(), start=1):

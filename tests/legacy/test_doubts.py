@@ -47,6 +47,11 @@ def test_an_experiment_without_slips_is_not_doubted(tmp_path: Path) -> None:
         ('uz="0.7"', 'uz="90"', "0 0 90 0.7 (ux uy uz theta); none exceeds 1"),
         ('uz="0.7" theta="0.7"', 'jaw="1.5"', "a start pose has no 'jaw'; did you mean 'yaw'?"),
         ("<timeout>840</timeout>", "<timout>840</timout>", "<timout> is ignored; did you mean <timeout>?"),
+        (
+            "<timestep>20</timestep>",
+            "<TimeSetp>20</TimeSetp>",
+            "<TimeSetp> is ignored; did you mean <timestep>",
+        ),
         ("<timestep>20", "<timestep>0.02", "the <timestep> is 0.02 ms; is it meant in s?"),
         ('"Range"', '"Rnage"', "the population 'all' is of an unknown type 'Rnage'; did you mean 'Range'?"),
         ('step="1"', 'step="0"', "'step' of the population 'all' must be a whole number of 1 or more, not 0"),

@@ -213,15 +213,17 @@ def angles_stay_in_radians(function: Examined) -> Iterator[Finding]:
 
 
 def single_values(function: Examined) -> dict[str, ast.expr]:
-    """Return the names to which a body assigns one expression, and that expression."""
+    """Return the names to which a body assigns one expression, alone or in a row, and that expression."""
     nodes = list(own_nodes(function.declared.node.body))
     stores = Counter(one.id for one in nodes if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store))
-    assigned = (one for one in nodes if isinstance(one, ast.Assign) and len(one.targets) == 1)
-    return {
-        target.id: one.value
-        for one in assigned
-        if isinstance(target := one.targets[0], ast.Name) and stores[target.id] == 1
-    }
+    pairs: list[tuple[ast.expr, ast.expr]] = []
+    for node in nodes:
+        match node:
+            case ast.Assign([ast.Tuple(names)], ast.Tuple(values)) if len(names) == len(values):
+                pairs += zip(names, values, strict=True)
+            case ast.Assign([name], value):
+                pairs.append((name, value))
+    return {name.id: value for name, value in pairs if isinstance(name, ast.Name) and stores[name.id] == 1}
 
 
 def _is_bounded(value: ast.expr, made: Mapping[str, ast.expr]) -> bool:

@@ -6,6 +6,7 @@ import ast
 from collections.abc import Iterator
 from typing import Any, Final
 
+from nrp_core.analysis.checks.angles import single_values
 from nrp_core.analysis.declared import found_in
 from nrp_core.analysis.events import Call
 from nrp_core.analysis.registry import checks_experiment, checks_function
@@ -39,27 +40,37 @@ def commands_are_not_rounded(function: Examined) -> Iterator[Finding]:
     topics = [function.world.topics.get(one.name) for one in function.function.published]
     is_of_joints = {info.unit for info in topics if info is not None} == {"rad"}
     moves = is_of_joints or any(info is not None and info.type is Twist for info in topics)
+    made = single_values(function)
     for event in function.events:
         match event:
             case Call(node, Known(callee)) if moves and callee in (Vector3, *[Float64] * is_of_joints):
                 for given in (*node.args, *(one.value for one in node.keywords)):
-                    match given:
-                        case ast.Call(ast.Name("round" | "int" as work), [value], []) if _is_computed(
-                            value, work
-                        ):
-                            unit = "rad" if callee is Float64 else "m/s or rad/s"
-                            message = (
-                                f"'{ast.unparse(given):.60}' is a whole number of {unit}; round(..., 3) "
-                                "keeps three digits"
-                            )
-                            yield function.declared.finding(Code.NRP320, given, message, Level.WARNING)
+                    value = made.get(given.id, given) if isinstance(given, ast.Name) else given
+                    instead = _rounded(value)
+                    if instead:
+                        unit = "rad" if callee is Float64 else "m/s or rad/s"
+                        message = f"'{ast.unparse(value):.60}' is a whole number of {unit}; {instead}"
+                        yield function.declared.finding(Code.NRP320, value, message, Level.WARNING)
+
+
+def _rounded(value: ast.expr) -> str:
+    """Return what to write in place of a number that is rounded; empty if it is not."""
+    match value:
+        case ast.Call(ast.Name("round" | "int" as work), [inner], []) if _is_computed(inner, work):
+            return "round(..., 3) keeps three digits"
+        case ast.BinOp(divided, ast.FloorDiv()) if any(map(_is_level, ast.walk(divided))):
+            return "a quotient is written '/'"
+    return ""
+
+
+def _is_level(node: ast.AST) -> bool:
+    return isinstance(node, ast.Attribute) and node.attr in ("rate", "voltage")
 
 
 def _is_computed(value: ast.expr, work: str) -> bool:
     """Return whether a number may have a fraction: ``int`` may turn a condition into 0 or 1 as well."""
-    is_level = isinstance(value, ast.Attribute) and value.attr in ("rate", "voltage")
     is_named = work == "round" and isinstance(value, ast.Name | ast.Attribute)
-    return is_level or is_named or isinstance(value, ast.BinOp)
+    return _is_level(value) or is_named or isinstance(value, ast.BinOp)
 
 
 @checks_experiment(Code.NRP320)

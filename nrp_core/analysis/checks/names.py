@@ -60,13 +60,16 @@ def unused_value(name: str) -> str:
     return f"the value of '{name}' is never used"
 
 
+def replaced_parameter(name: str) -> str:
+    """Return the message about a value that replaces a parameter, and is never used."""
+    return f"this replaces the parameter and sets nothing: {unused_value(name)}"
+
+
 def _message(found: messages.Message, tree: ast.Module, known: set[str]) -> tuple[str, Instead | None]:
     """Return a message, and the name to replace one with that nothing defines."""
     if type(found) in _PLAIN:
         return _PLAIN[type(found)], None
     name = str(found.message_args[0])
-    if isinstance(found, messages.UnusedVariable):
-        return unused_value(name), None
     if isinstance(found, messages.UndefinedLocal):
         return f"'{name}' is used before it has a value", None
     near = next(
@@ -78,6 +81,8 @@ def _message(found: messages.Message, tree: ast.Module, known: set[str]) -> tupl
         None,
     )
     local = {one.arg for one in ast.walk(near) if isinstance(one, ast.arg)} if near else set()
+    if isinstance(found, messages.UnusedVariable):
+        return (replaced_parameter if name in local else unused_value)(name), None
     local |= {one.id for one in ast.walk(tree) if isinstance(one, ast.Name)} - {name}
     hint = did_you_mean(name, local | known)
     return f"nothing defines the name '{name}'{hint if hint.instead else ''}", hint.instead

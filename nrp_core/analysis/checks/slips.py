@@ -6,8 +6,11 @@ import ast
 from collections.abc import Callable, Iterator
 from typing import Final, TypeGuard
 
+from nrp_core.analysis.checks.names import replaced_parameter
+from nrp_core.analysis.checks.values import no_value
 from nrp_core.analysis.declared import found_in
 from nrp_core.analysis.events import Add
+from nrp_core.analysis.function_body import assigned
 from nrp_core.analysis.imported import full_names
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.scopes import own_nodes
@@ -172,6 +175,53 @@ def truth_values_are_negated_by_not(function: Examined) -> Iterator[Finding]:
             case ast.UnaryOp(ast.Invert(), ast.Compare() as test) if id(test) in compared:
                 message = f"'{ast.unparse(node):.60}' is -1 or -2, and both count as true: write 'not'"
                 yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP320)
+def conditions_are_of_values(function: Examined) -> Iterator[Finding]:
+    """Look for conditions that are a parameter itself, which is true whatever its value is."""
+    changed = assigned(function.declared.node.body)
+    for node in own_nodes(function.declared.node.body):
+        if not isinstance(node, ast.If | ast.While | ast.IfExp):
+            continue
+        tested = node.test.operand if isinstance(node.test, ast.UnaryOp) else node.test
+        adapter = function.adapters.get(tested.id) if isinstance(tested, ast.Name) else None
+        if adapter is None or ast.unparse(tested) in changed or _has_truth(adapter):
+            continue
+        wrong = no_value(function, Known(adapter))
+        if wrong:
+            message = f"this condition is the same for all values: {wrong}"
+            yield function.declared.finding(Code.NRP320, node.test, message, Level.WARNING)
+
+
+@checks_function(Code.NRP242)
+def parameters_are_not_lost(function: Examined) -> Iterator[Finding]:
+    """Look for values that replace a parameter after its last use, outside of loops."""
+    body = function.declared.node.body
+    nodes = list(own_nodes(body))
+    own = {id(one) for one in nodes}
+    inner = {
+        one.id
+        for statement in body
+        for one in ast.walk(statement)
+        if isinstance(one, ast.Name) and id(one) not in own
+    }
+    looped = {id(one) for loop in nodes if isinstance(loop, ast.For | ast.While) for one in ast.walk(loop)}
+    reads: dict[str, int] = {}
+    for one in nodes:
+        if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Load):
+            reads[one.id] = max(reads.get(one.id, 0), one.lineno)
+    for node in nodes:
+        match node:
+            case ast.Assign([ast.Name(name)]) if name in function.adapters.keys() - inner:
+                if id(node) not in looped and 0 < reads.get(name, 0) < node.lineno:
+                    yield function.declared.finding(
+                        Code.NRP242, node, replaced_parameter(name), Level.WARNING
+                    )
+
+
+def _has_truth(adapter: object) -> bool:
+    return any(hasattr(type(adapter), name) for name in ("__bool__", "__len__"))
 
 
 def _sure(statements: list[ast.stmt]) -> Iterator[ast.AST]:

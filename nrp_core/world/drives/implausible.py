@@ -179,6 +179,15 @@ def _of_track(owner: str, drive: _Wheeled, joints: dict[str, Joint]) -> Iterator
     aside = [left.pose.position[1] - right.pose.position[1] for left, right in pairs]
     if aside and all(offset < -apart / 2 for offset, apart in zip(aside, between, strict=True)):
         yield f"{owner} has its left wheels on the right, and its right ones on the left"
+    sides = [[joints[name] for name in side if name in joints] for side in (drive.left, drive.right)]
+    lowest = [min(side, key=_height) for side in sides if side]
+    if len(lowest) == 2 and abs(_height(lowest[0]) - _height(lowest[1])) > drive.wheel_diameter / 2:
+        heights = " and ".join(f"'{one.name}' at z {_height(one):.3g} m" for one in lowest)
+        yield f"{owner} cannot stand on both sides: its lowest wheels are {heights}"
+
+
+def _height(joint: Joint) -> float:
+    return joint.pose.position[2]
 
 
 def _axis(joint: Joint) -> np.ndarray[tuple[int], np.dtype[np.float64]]:

@@ -81,6 +81,11 @@ def test_wheels_that_a_controller_moves_as_well_are_reported(
         (_AXIS, "<axis><xyz>1 0 0</xyz></axis>", "'back_left_joint' turns about the x axis, in which"),
         ('back_left_joint" type="continuous"', 'back_left_joint" type="fixed"', "'back_left_joint' is fixed"),
         ("<backLeftJoint>back_left", "<backLeftJoint>back_right", "'back_right_joint' on both sides"),
+        (
+            "<pose>-0.256 0.285475 0.035 0 0 0<",
+            "<pose>-0.256 0.285475 -0.535475 0 0 0<",
+            "cannot stand on both sides: its lowest wheels are 'back_left_joint' at z -0.535 m and",
+        ),
         ("<commandTimeout>0.1<", "<commandTimeout>0.001<", "stops 0.001 s after a command"),
         (
             "wheelSeparation>0.5709</wheelSep",
