@@ -25,11 +25,13 @@ def draw(history: History, path: Path) -> None:
     check_target(path)
     with style():
         figure = Figure(_SIZE, layout="constrained")
-        objectives = history.values.shape[1]
-        if objectives == 1:
-            _course(figure.subplots(), history)
+        axes = figure.subplots()
+        if history.values.shape[1] == 1:
+            _course(axes, history)
         else:
-            _front(figure.subplots(), history)
+            _front(axes, history)
+        names = axes.get_legend_handles_labels()
+        figure.legend(*names, loc="outside lower center", ncols=3)  # where it covers nothing
         figure.suptitle(f"{history.name}: {len(history)} generations of {history.population} candidates")
         with writing(path):
             figure.savefig(path, dpi=150, metadata=UNDATED.get(path.suffix.lower()))
@@ -50,7 +52,6 @@ def _course(axes: Axes, history: History) -> None:
     )
     axes.set(xlabel="generation", ylabel="objective")
     axes.grid(axis="y")
-    axes.legend(loc="best")
 
 
 def _front(axes: Axes, history: History) -> None:
@@ -61,4 +62,3 @@ def _front(axes: Axes, history: History) -> None:
     axes.plot(x[front], y[front], "o-", color=colour(1), markersize=4, linewidth=1.2, label="best")
     axes.set(xlabel="objective 1", ylabel="objective 2")
     axes.grid()
-    axes.legend()
