@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 from nrp_core.analysis.choices import number_of
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import hints
 from nrp_core.dsl.parameters.messages import message_packages
@@ -64,9 +65,7 @@ def distant_places(tree: ast.Module, scene: Scene) -> Iterator[tuple[ast.expr, s
                 continue
             for number in map(number_of, (node.left, *node.comparators)):
                 if number is not None and abs(number) > wide_m:
-                    message = (
-                        f"'{ast.unparse(node):.60}': {number:g} m is outside the scene, {wide_m:.3g} m wide"
-                    )
+                    message = f"'{excerpt(node)}': {number:g} m is outside the scene, {wide_m:.3g} m wide"
                     yield node, message
 
 
@@ -118,7 +117,7 @@ def _decided(node: ast.Compare, parameter: str, clock_s: float | None) -> str:
     }.get(sign, (False, False))  # fmt: skip
     if not any(answer):
         return ""
-    return f"'{ast.unparse(node):.60}' is {'never' if answer[0] else 'always'} true: {why}"
+    return f"'{excerpt(node)}' is {'never' if answer[0] else 'always'} true: {why}"
 
 
 def _range(what: str, parameter: str, clock_s: float | None) -> tuple[float, float, str]:
@@ -155,7 +154,7 @@ def _of_other_kind(node: ast.Compare, callback: Callback, kind: type | None) -> 
         field = hints(field).get(name) if isinstance(field, type) else None
     match node.comparators[0]:
         case ast.Constant(str()) if field in (bool, int, float):
-            return f"'{ast.unparse(node):.60}' compares a {field.__name__} with a text: they are never equal"
+            return f"'{excerpt(node)}' compares a {field.__name__} with a text: they are never equal"
         case ast.Constant(int() | float()) if field is str:
-            return f"'{ast.unparse(node):.60}' compares a text with a number: they are never equal"
+            return f"'{excerpt(node)}' compares a text with a number: they are never equal"
     return ""

@@ -9,6 +9,7 @@ from typing import Final
 
 from nrp_core.analysis.choices import number_of, without_choice
 from nrp_core.analysis.imported import full_names
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.clock import from_seconds, seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.findings import Code, Finding, Level
@@ -96,7 +97,7 @@ def _clocks(tree: ast.Module) -> Iterator[Doubt]:
         root, dot, rest = written.partition(".")
         name = imported.get(root, root) + dot + rest
         if name == "time.sleep":
-            message = f"'{ast.unparse(node):.60}' waits in simulated time here, not by the clock on the wall"
+            message = f"'{excerpt(node)}' waits in simulated time here, not by the clock on the wall"
             yield Code.NRP255, node, message
         elif name in _CLOCKS and root in imported:
             message = (

@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from math import inf
 from typing import Final
 
+from nrp_core.analysis.quoting import excerpt
+
 _BELOW: Final = (ast.Lt, ast.LtE)
 _ABOVE: Final = (ast.Gt, ast.GtE)
 
@@ -22,7 +24,7 @@ def without_choice(tree: ast.AST) -> Iterator[tuple[ast.expr, str]]:
         else:
             continue
         if answer:
-            yield node, f"'{ast.unparse(node):.60}' is {answer}"
+            yield node, f"'{excerpt(node)}' is {answer}"
 
 
 def _answer(node: ast.BoolOp) -> str:

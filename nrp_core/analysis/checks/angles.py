@@ -14,6 +14,7 @@ from nrp_core.analysis.choices import number_of
 from nrp_core.analysis.declared import found_in
 from nrp_core.analysis.events import Call, Write
 from nrp_core.analysis.imported import full_names
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Instance, Known, Shape
@@ -97,7 +98,7 @@ def angles_are_converted_once(function: Examined) -> Iterator[Finding]:
                 callee is one for one in _OF_ANGLES
             ):
                 if _is_in_degrees(angle):
-                    message = f"'{ast.unparse(node):.60}' takes degrees as radians"
+                    message = f"'{excerpt(node)}' takes degrees as radians"
                     yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
 
 
@@ -122,7 +123,7 @@ def messages_carry_radians(function: Examined) -> Iterator[Finding]:
     for one in given:
         value = made.get(one.id, one) if isinstance(one, ast.Name) else one
         if any(_converts(part) for part in _terms(value)):
-            message = f"'{ast.unparse(value):.60}' is in degrees, and messages carry radians"
+            message = f"'{excerpt(value)}' is in degrees, and messages carry radians"
             yield function.declared.finding(Code.NRP249, one, message, Level.WARNING)
 
 
@@ -198,17 +199,17 @@ def angles_stay_in_radians(function: Examined) -> Iterator[Finding]:
                     number = number_of(limit)
                     if number is not None and abs(number) > tau and _is_bounded(angle, made):
                         message = (
-                            f"'{ast.unparse(node):.60}': the angle is in radians and never {number:g}; "
+                            f"'{excerpt(node)}': the angle is in radians and never {number:g}; "
                             f"{number:g} degrees are {radians(number):.4g}"
                         )
                         yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
             case ast.Call(func, [angle], []):
                 name = ast.unparse(func).rpartition(".")[2]
                 if name in _FROM_DEGREES and _is_angle(angle, made):
-                    message = f"'{ast.unparse(node):.60}' takes an angle in radians as degrees"
+                    message = f"'{excerpt(node)}' takes an angle in radians as degrees"
                     yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
                 elif name in _TURNING and _counts(angle, made):
-                    message = f"'{ast.unparse(node):.60}' takes 0, 1, 2, ... as radians; is np.deg2rad meant?"
+                    message = f"'{excerpt(node)}' takes 0, 1, 2, ... as radians; is np.deg2rad meant?"
                     yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
 
 
@@ -276,7 +277,7 @@ def quaternions_are_read_in_order(function: Examined) -> Iterator[Finding]:
         name = ast.unparse(node.func).rpartition(".")[2]
         match node.args:
             case [ast.Attribute(_, "w"), ast.Attribute(_, "x" | "y" | "z" as part)] if name in _ARCS:
-                message = f"'{ast.unparse(node):.60}': half the angle is {name}({part}, w), in this order"
+                message = f"'{excerpt(node)}': half the angle is {name}({part}, w), in this order"
                 yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
             case [ast.List(parts) | ast.Tuple(parts), *_] if (
                 name in _ORDERS.keys() - own and not node.keywords
@@ -284,7 +285,7 @@ def quaternions_are_read_in_order(function: Examined) -> Iterator[Finding]:
                 order = "".join(one.attr for one in parts if isinstance(one, ast.Attribute))
                 if sorted(order) == sorted(_ORDERS[name]) and order != _ORDERS[name]:
                     message = (
-                        f"'{ast.unparse(node):.60}' takes the parts as {', '.join(_ORDERS[name])}, and they "
+                        f"'{excerpt(node)}' takes the parts as {', '.join(_ORDERS[name])}, and they "
                         f"are given as {', '.join(order)}"
                     )
                     yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
@@ -292,6 +293,5 @@ def quaternions_are_read_in_order(function: Examined) -> Iterator[Finding]:
 
 def _more_than_a_turn(node: ast.Call, angle: float) -> str:
     return (
-        f"'{ast.unparse(node):.60}' takes {angle:g} as radians, more than a turn; "
-        f"degrees are math.radians({angle:g})"
+        f"'{excerpt(node)}' takes {angle:g} as radians, more than a turn; degrees are math.radians({angle:g})"
     )

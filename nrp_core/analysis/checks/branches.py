@@ -9,6 +9,7 @@ from typing import Final
 
 from nrp_core.analysis.declared import found_in
 from nrp_core.analysis.function_body import assigned
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.scopes import SCOPES, own_nodes
 from nrp_core.analysis.study import Study
@@ -47,7 +48,7 @@ def _decided(node: ast.AST) -> Found:
                 if isinstance(before, ast.Compare) and len(before.ops) == 1:
                     whole = ast.Compare(before.left, before.ops, [value])
                     meant = f"; did you mean '{ast.unparse(before)} or {ast.unparse(whole)}'?"
-                yield part, f"'{ast.unparse(part):.60}' is always true, because of {value.value!r}{meant}"
+                yield part, f"'{excerpt(part)}' is always true, because of {value.value!r}{meant}"
                 break
 
 
@@ -59,7 +60,7 @@ def _repeated(node: ast.AST) -> Found:
     while len(branch.orelse) == 1 and isinstance(branch.orelse[0], ast.If):
         branch = branch.orelse[0]
         if ast.dump(branch.test) == ast.dump(node.test):
-            text = f"{ast.unparse(branch.test):.60}"
+            text = excerpt(branch.test)
             yield branch.test, f"this branch is never taken: '{text}' is already tested in line {node.lineno}"
             return
 
@@ -94,7 +95,7 @@ def _alike(node: ast.AST) -> Found:
     else:
         return
     if one == other:
-        yield node, f"both branches of '{ast.unparse(node.test):.60}' do the same"
+        yield node, f"both branches of '{excerpt(node.test)}' do the same"
 
 
 def _late(node: ast.AST) -> Found:
@@ -153,7 +154,7 @@ def _slips(node: ast.AST) -> Found:
             if right and left and left // right == 0:
                 yield node, f"'{left} // {right}' is 0: '//' drops the fraction, and '/' keeps it"
         case ast.BinOp(ast.Constant(float() as left), ast.FloorDiv(), _) if 0 < left < 1:
-            text = f"{ast.unparse(node):.60}"
+            text = excerpt(node)
             yield (
                 node,
                 f"'{text}' is 0 for a divisor above {left:g}: '//' drops the fraction, and '/' keeps it",

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from nrp_core.analysis.events import Call, Write
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Instance, Known
@@ -39,9 +40,7 @@ def colours_have_an_opacity(function: Examined) -> Iterator[Finding]:
         match event:
             case Call(node, Known(callee), given, named, True) if callee is ColorRGBA:
                 if len(given) + len(named) > 0 and len(given) < len(_COLOUR) and "a" not in named:
-                    message = (
-                        f"'{ast.unparse(node):.60}' is invisible: the opacity 'a' is 0 unless it is given"
-                    )
+                    message = f"'{excerpt(node)}' is invisible: the opacity 'a' is 0 unless it is given"
                     yield function.declared.finding(Code.NRP298, node, message, Level.WARNING)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import get_origin
 
 from nrp_core.analysis.events import Add, Read
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Instance, Known, Number, hints
@@ -23,10 +24,10 @@ def arrays_are_not_truth_values(function: Examined) -> Iterator[Finding]:
             case ast.Compare(left, [_], [right]):
                 field = next((one for one in (left, right) if id(one) in arrays), None)
                 if field is not None and not isinstance(test.ops[0], ast.In | ast.NotIn | ast.Is | ast.IsNot):
-                    text = ast.unparse(test)
+                    text = excerpt(test)
                     message = (
-                        f"'{ast.unparse(field)}' is an array: '{text:.60}' has an answer for each item; "
-                        f"write ({text:.60}).all(), or .any()"
+                        f"'{ast.unparse(field)}' is an array: '{text}' has an answer for each item; "
+                        f"write ({text}).all(), or .any()"
                     )
                     yield function.declared.finding(Code.NRP247, test, message)
 
@@ -55,7 +56,7 @@ def measured_numbers_are_compared_with_a_margin(function: Examined) -> Iterator[
                 if first and first == second:
                     one, other = ast.unparse(node.left), ast.unparse(node.comparators[0])
                     message = (
-                        f"'{ast.unparse(node):.60}' compares two measured numbers, which are hardly ever "
+                        f"'{excerpt(node)}' compares two measured numbers, which are hardly ever "
                         f"exactly equal unless both are 0; write abs({one} - {other}) < ..."
                     )
                     yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)

@@ -9,6 +9,7 @@ from typing import Any, Final
 from nrp_core.analysis.checks.angles import single_values
 from nrp_core.analysis.declared import found_in
 from nrp_core.analysis.events import Call
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.shapes import Known
 from nrp_core.analysis.study import Examined, Study
@@ -29,7 +30,7 @@ def numbers_are_not_rounded_away(function: Examined) -> Iterator[Finding]:
                 callee is int or callee is round
             ):
                 if 0 < abs(value) < 1 and not callee(value):
-                    text = f"{ast.unparse(node):.60}"
+                    text = excerpt(node)
                     message = f"'{text}' is always 0: it rounds {value:g}"
                     yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
 
@@ -49,7 +50,7 @@ def commands_are_not_rounded(function: Examined) -> Iterator[Finding]:
                     instead = _rounded(value)
                     if instead:
                         unit = "rad" if callee is Float64 else "m/s or rad/s"
-                        message = f"'{ast.unparse(value):.60}' is a whole number of {unit}; {instead}"
+                        message = f"'{excerpt(value)}' is a whole number of {unit}; {instead}"
                         yield function.declared.finding(Code.NRP320, value, message, Level.WARNING)
 
 
@@ -86,7 +87,7 @@ def expressions_depend_on_something(study: Study) -> Iterator[Finding]:
 
 def _constant(node: ast.AST) -> str:
     """Return which value an expression always has; empty if it has several, or if this is unknown."""
-    text = f"{ast.unparse(node):.60}" if isinstance(node, ast.expr) else ""
+    text = excerpt(node) if isinstance(node, ast.expr) else ""
     match node:
         case ast.Compare(left, [ast.Lt() | ast.Gt() | ast.LtE() | ast.GtE() as sign], [right]):
             if _is_pure(left) and ast.dump(left) == ast.dump(right):  # `x == x` is a test for NaN
@@ -107,7 +108,7 @@ def _constant(node: ast.AST) -> str:
 
 def _ignored(node: ast.AST) -> str:
     """Return which argument of a call does not do what it is there for; empty if all do."""
-    text = f"{ast.unparse(node):.60}" if isinstance(node, ast.expr) else ""
+    text = excerpt(node) if isinstance(node, ast.expr) else ""
     match node:
         case ast.Call(func, [value, low, high], []) if ast.unparse(func) in _CLIPS:
             least, most = _number(low), _number(high)

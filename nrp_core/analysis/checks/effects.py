@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from nrp_core.analysis.checks.names import unused_value
 from nrp_core.analysis.declared import Function, found_in
 from nrp_core.analysis.events import Call
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.scopes import SCOPES, own_nodes
 from nrp_core.analysis.shapes import Known
@@ -62,7 +63,7 @@ def _lost(value: ast.expr, is_tried: bool) -> str:
         value: the expression.
         is_tried: whether its exceptions are caught: then it may be a test.
     """
-    text = f"{ast.unparse(value):.60}"
+    text = excerpt(value)
     if isinstance(value, ast.Compare) and all(isinstance(sign, ast.Eq) for sign in value.ops):
         return f"'{text}' compares and assigns nothing: '=' assigns"
     if is_tried:
@@ -114,7 +115,7 @@ def values_go_somewhere(function: Examined) -> Iterator[Finding]:
     }
     for node in own_nodes(function.declared.node.body):
         if isinstance(node, ast.Expr) and id(node.value) in messages:
-            message = f"the message '{ast.unparse(node.value):.60}' is made and not sent"
+            message = f"the message '{excerpt(node.value)}' is made and not sent"
             yield function.declared.finding(Code.NRP300, node, message, Level.WARNING)
     for target, made in _filled(function.declared.node, messages):
         what = f"the message '{target.id}' is filled and not sent" if made else unused_value(target.id)

@@ -6,6 +6,7 @@ import ast
 from collections.abc import Iterator
 
 from nrp_core.analysis.imported import full_names
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.analysis.used import local_names, used_functions
@@ -35,7 +36,7 @@ def files_are_left_to_recorders(function: Examined) -> Iterator[Finding]:
             continue
         for node in ast.walk(used):
             if isinstance(node, ast.Call) and _writes(node, own, imported):
-                name = f"{ast.unparse(node):.60}"
+                name = excerpt(node)
                 message = (
                     f"'{name}' writes a file, which reset, replay and confined runs do not handle: "
                     "record values with the CSV recorder (nrp.MapCSVRecorder)"

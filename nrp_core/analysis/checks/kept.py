@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.dsl.functions.mappings import MapVariable
@@ -24,7 +25,7 @@ def values_are_kept(function: Examined) -> Iterator[Finding]:
                 after = body[body.index(first) + 1 :]
                 if any(_adds_to(node, name) for one in after for node in ast.walk(one)):
                     message = (
-                        f"'{ast.unparse(first):.60}' resets the variable in every call, before it is added "
+                        f"'{excerpt(first)}' resets the variable in every call, before it is added "
                         "to: nothing of the last call is left"
                     )
                     yield function.declared.finding(Code.NRP330, first, message, Level.WARNING)

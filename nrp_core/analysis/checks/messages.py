@@ -11,6 +11,7 @@ from typing import Any, cast
 
 from nrp_core.analysis.checks.values import no_value
 from nrp_core.analysis.events import Call, Return, Write
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.shapes import Instance, Items, Known, Number, Row, Shape, hints
 from nrp_core.analysis.study import Examined
@@ -73,7 +74,7 @@ def numbers_of_messages_are_no_truth_values(function: Examined) -> Iterator[Find
                     is_known = isinstance(shape, Instance)  # another check knows that it is no number
                     if hints(cls).get(name) is float and isinstance(value, ast.Compare) and not is_known:
                         message = (
-                            f"{name} of {type_name(cls)} is a number, and '{ast.unparse(value):.60}' is "
+                            f"{name} of {type_name(cls)} is a number, and '{excerpt(value)}' is "
                             "true or false, so 1 or 0; write '1.0 if ... else 0.0' if that is meant"
                         )
                         yield function.declared.finding(Code.NRP227, value, message, Level.WARNING)

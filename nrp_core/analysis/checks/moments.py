@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from nrp_core.analysis.function_body import assigned
 from nrp_core.analysis.imported import full_names
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Known
@@ -88,7 +89,7 @@ def waves_are_slower_than_steps(function: Examined) -> Iterator[Finding]:
                 first, second, third = turns_rad
                 if abs(second - first) >= math.pi and math.isclose(third - second, second - first):
                     message = (
-                        f"'{ast.unparse(node):.60}' turns by {abs(second - first):.3g} rad in a step of "
+                        f"'{excerpt(node)}' turns by {abs(second - first):.3g} rad in a step of "
                         f"{step_s:g} s; degrees are math.radians(...), and 't' is in s"
                     )
                     yield declared.finding(Code.NRP249, node, message, Level.WARNING)

@@ -6,6 +6,7 @@ import ast
 from collections.abc import Iterator, Mapping
 
 from nrp_core.analysis.events import Add, Divide, Read
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.scopes import SCOPES, own_nodes
 from nrp_core.analysis.shapes import Instance, Known, Number, Shape
@@ -148,7 +149,7 @@ def numbers_are_not_compared_with_texts(function: Examined) -> Iterator[Finding]
             case Add(ast.Compare(_, [ast.Eq()], [_]) as node, Number(), Known(str())) | Add(
                 ast.Compare(_, [ast.Eq()], [_]) as node, Known(str()), Number()
             ):
-                message = f"'{ast.unparse(node):.60}' compares a number with a text: they are never equal"
+                message = f"'{excerpt(node)}' compares a number with a text: they are never equal"
                 yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
 
 
@@ -186,8 +187,7 @@ def voltages_are_compared_within_their_range(function: Examined) -> Iterator[Fin
             ):
                 if id(one) in resting and limit < 0:
                     message = (
-                        f"'{ast.unparse(node):.60}' is always true: an integrator rests at 0 mV, and spikes "
-                        "raise it"
+                        f"'{excerpt(node)}' is always true: an integrator rests at 0 mV, and spikes raise it"
                     )
                     yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from nrp_core.analysis.events import Add, Divide, Read, Write
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import UNITS, Known, Number, Shape, item_of
@@ -65,8 +66,8 @@ def times_of_recorders_are_in_ms(function: Examined) -> Iterator[Finding]:
                         read = read.value
                     is_plain = isinstance(with_, ast.Name)  # a product may hold the factor
                     if is_plain and shape == Number("s") and id(read) in times:
-                        text = ast.unparse(node)
-                        message = f"'{ast.unparse(read)}' is in ms, and '{text:.60}' combines it with s"
+                        text = excerpt(node)
+                        message = f"'{ast.unparse(read)}' is in ms, and '{text}' combines it with s"
                         yield function.declared.finding(Code.NRP233, node, message, Level.WARNING)
 
 
@@ -86,7 +87,7 @@ def times_in_loops_are_in_ms(function: Examined) -> Iterator[Finding]:
             match node:
                 case ast.Compare(ast.Name(spike), _, [other]) | ast.BinOp(other, ast.Sub(), ast.Name(spike)):
                     if spike in spikes and _is_time(other):
-                        message = f"'{text}' is in ms, and '{ast.unparse(node):.60}' combines it with s"
+                        message = f"'{text}' is in ms, and '{excerpt(node)}' combines it with s"
                         yield function.declared.finding(Code.NRP233, node, message, Level.WARNING)
 
 

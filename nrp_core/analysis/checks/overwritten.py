@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator
 from itertools import combinations
 
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import UNITS
@@ -71,7 +72,7 @@ def sides_have_their_own_values(function: Examined) -> Iterator[Finding]:
         names = [_SIDES.sub("", ast.unparse(each)) for each in (one, other)]
         if ast.dump(one) != ast.dump(other) and names[0] == names[1] and ast.dump(value) == ast.dump(same):
             message = (
-                f"'{ast.unparse(other)}' and '{ast.unparse(one)}' are both '{ast.unparse(value):.40}': "
+                f"'{ast.unparse(other)}' and '{ast.unparse(one)}' are both '{excerpt(value, 40)}': "
                 "is one of them of the other side?"
             )
             yield function.declared.finding(Code.NRP320, other, message, Level.WARNING)

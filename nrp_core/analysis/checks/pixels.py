@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator, Mapping
 
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.study import Examined
@@ -25,7 +26,7 @@ def images_have_rows_of_columns(function: Examined) -> Iterator[Finding]:
                 names = [one.attr for one in sizes if isinstance(one, ast.Attribute)]
                 if names[:2] == ["width", "height"]:
                     message = (
-                        f"'{ast.unparse(node):.60}' mixes up the pixels: an image is stored row by row, so "
+                        f"'{excerpt(node)}' mixes up the pixels: an image is stored row by row, so "
                         "its height comes first"
                     )
                     yield function.declared.finding(Code.NRP331, node, message, Level.WARNING)
@@ -47,7 +48,7 @@ def colours_keep_their_order(function: Examined) -> Iterator[Finding]:
                 given = _order(image, orders)
                 if is_ and {taken, given} == {"RGB", "BGR"}:
                     message = (
-                        f"'{ast.unparse(node):.60}' takes the pixels as {taken}, and they are {given}: red "
+                        f"'{excerpt(node)}' takes the pixels as {taken}, and they are {given}: red "
                         f"and blue are exchanged; write COLOR_{given}2..."
                     )
                     yield function.declared.finding(Code.NRP331, node, message, Level.WARNING)
@@ -86,7 +87,7 @@ def differences_of_bytes_do_not_wrap(function: Examined) -> Iterator[Finding]:
     for node in nodes:
         match node:
             case ast.BinOp(left, ast.Sub(), right) if {_root(left), _root(right)} <= images:
-                message = _DIFFERENCE.format(f"{ast.unparse(node):.60}")
+                message = _DIFFERENCE.format(excerpt(node))
                 yield function.declared.finding(Code.NRP331, node, message, Level.WARNING)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Final
 
 from nrp_core.analysis.declared import found_in
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.study import Examined, Study
@@ -44,14 +45,14 @@ def received_messages_stay(function: Examined) -> Iterator[Finding]:
                 whole = _message_of(target, received)
                 if whole and received[whole] not in passed:
                     message = (
-                        f"'{ast.unparse(target):.60}' is part of a received message: changing it moves "
+                        f"'{excerpt(target)}' is part of a received message: changing it moves "
                         "nothing; send a message on a topic of commands"
                     )
                     yield function.declared.finding(Code.NRP300, target, message, Level.WARNING)
             case ast.Expr(ast.Call(ast.Attribute(ast.Attribute() | ast.Subscript() as part, method))):
                 if method in _CHANGING and _message_of(part, received):
                     message = (
-                        f"'{ast.unparse(node):.60}' changes the received message, which other functions get "
+                        f"'{excerpt(node)}' changes the received message, which other functions get "
                         "as well: change a copy"
                     )
                     yield function.declared.finding(Code.NRP300, node, message, Level.WARNING)

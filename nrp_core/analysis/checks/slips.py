@@ -12,6 +12,7 @@ from nrp_core.analysis.declared import found_in
 from nrp_core.analysis.events import Add
 from nrp_core.analysis.function_body import assigned
 from nrp_core.analysis.imported import full_names
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Known, Number
@@ -63,7 +64,7 @@ def _many_limits(node: ast.AST) -> str:
             if 1 < len(numbers) < len(args):
                 limit = max(numbers) if name == "max" else min(numbers)
                 return (
-                    f"of the numbers in '{ast.unparse(node):.60}' only {limit:g} matters; "
+                    f"of the numbers in '{excerpt(node)}' only {limit:g} matters; "
                     f"a value between two limits is min(max(x, low), high)"
                 )
     return ""
@@ -73,7 +74,7 @@ def _power(node: ast.AST) -> str:
     """Return that ``x ^ 2`` is not a power."""
     match node:
         case ast.BinOp(_, ast.BitXor(), ast.Constant(int() as power)) if power in _POWERS:
-            return f"'{ast.unparse(node):.60}' flips bits: a power is written '**'"
+            return f"'{excerpt(node)}' flips bits: a power is written '**'"
     return ""
 
 
@@ -104,7 +105,7 @@ def _annotated(node: ast.AST) -> str:
     match node:
         case ast.AnnAssign(ast.Attribute() | ast.Subscript() as target, annotation, None):
             where = ast.unparse(target)
-            return f"'{where:.40}: {ast.unparse(annotation):.20}' sets nothing: a value is assigned with '='"
+            return f"'{where:.40}: {excerpt(annotation, 20)}' sets nothing: a value is assigned with '='"
     return ""
 
 
@@ -112,7 +113,7 @@ def _type_and_text(node: ast.AST) -> str:
     """Return that a type is never equal to a text: ``type(x) == "Image"``."""
     match node:
         case ast.Compare(ast.Call(ast.Name("type"), [_]), [ast.Eq() | ast.NotEq()], [ast.Constant(str())]):
-            return f"'{ast.unparse(node):.60}' compares a type with a text: they are never equal"
+            return f"'{excerpt(node)}' compares a type with a text: they are never equal"
     return ""
 
 
@@ -173,7 +174,7 @@ def truth_values_are_negated_by_not(function: Examined) -> Iterator[Finding]:
     for node in own_nodes(function.declared.node.body):
         match node:
             case ast.UnaryOp(ast.Invert(), ast.Compare() as test) if id(test) in compared:
-                message = f"'{ast.unparse(node):.60}' is -1 or -2, and both count as true: write 'not'"
+                message = f"'{excerpt(node)}' is -1 or -2, and both count as true: write 'not'"
                 yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
 
 

@@ -9,6 +9,7 @@ from math import tau
 from typing import Final
 
 from nrp_core.analysis.events import Multiply, Read, Write
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import UNITS, Instance, Known, Number, Shape
@@ -114,7 +115,7 @@ def sources_are_switched_off(function: Examined) -> Iterator[Finding]:
             ) if value and uses[source] == 1 and read & {id(one), id(other)}:  # fmt: skip
                 message = (
                     f"'{name}' stays at {value:g} {UNITS[name]} once it was set: nothing sets it to another "
-                    f"value; write {value:g} if {ast.unparse(test):.40} else 0"
+                    f"value; write {value:g} if {excerpt(test, 40)} else 0"
                 )
                 yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
 

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator
 
 from nrp_core.analysis.imported import full_names
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.study import Examined, Study
@@ -97,7 +98,7 @@ def brain_scripts_repeat(study: Study) -> Iterator[Finding]:
         if not isinstance(node, ast.Call):
             continue
         name = _full_name(node.func, set(), imported)
-        written = f"{ast.unparse(node):.60}"
+        written = excerpt(node)
         if name in _UNSEEDED and not node.args and not node.keywords:
             message, level = f"'{written}' has no seed: it is another one in each run", Level.WARNING
         elif name in _CHANCE:

@@ -312,7 +312,7 @@ def _of_all_together(projection: Projection, post: Population) -> Iterator[str]:
     suspect = "the weight"
     if post.cell_type not in _IN_MV:
         effect_mv *= float(cells[name].max()) * np.e / float(cells["cm"].min())
-        suspect += f" or cm ({float(cells['cm'].min()):g} nF),"
+        suspect += f", or cm ({float(cells['cm'].min()):g} nF),"
     if post.is_conductance_based:
         reversal = cells["e_rev_E" if projection.receptor == "excitatory" else "e_rev_I"]
         effect_mv *= float(np.abs(reversal - cells["v_rest"]).max())
