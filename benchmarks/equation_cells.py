@@ -4,7 +4,8 @@
     python benchmarks/equation_cells.py iaf_psc_exp_neuron.nestml    # also a neuron of NESTML's own files
 
 Both run in turn, in one process, as in ``equation_synapses.py``: cells that differ in their current, with
-Poisson input. The neuron of NESTML needs the distribution nrp-nestml.
+Poisson input. Beside the neuron of NESTML, which fires the same spikes, all cells have one current; it needs
+the distribution nrp-nestml.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from equation_synapses import print_place, print_ratios
 
 from nrp_core.pynn import new_simulator
 
-N_SOURCES, N_CELLS, RATE_HZ, RUN_MS = 200, 4000, 20.0, 500.0
+N_SOURCES, N_CELLS, RATE_HZ, RUN_MS = 200, 4000, 20.0, 2000.0
 _CURRENT: Final = """
 dv/dt = (v_rest - v)/tau_m + (isyn_exc + isyn_inh + i_offset)/cm : mV (unless refractory)
 disyn_exc/dt = -isyn_exc/tau_syn_E : nA
@@ -51,6 +52,11 @@ CELLS: Final[dict[str, dict[str, Any]]] = {
     },
 }  # fmt: skip
 """Equations of built-in cells."""
+_NESTML: Final = {
+    "C_m": 1000.0, "tau_m": 20.0, "tau_syn_exc": 5.0, "tau_syn_inh": 5.0, "refr_T": 0.1, "E_L": -65.0,
+    "V_reset": -65.0, "V_th": -50.0, "I_e": 800.0,
+}  # fmt: skip
+"""With these NESTML's iaf_psc_exp_neuron is the default IF_curr_exp with a current of 0.8 nA."""
 
 
 def equation_cell(sim: Any, name: str) -> Any:
@@ -70,10 +76,11 @@ def cost(name: str, *, own: bool, nestml: str = "") -> tuple[float, int]:
     sim = new_simulator()
     sim.setup(timestep=0.1, seed=3, options={"resolution": "0.1 ms"})
     noise = sim.Population(N_SOURCES, sim.SpikeSourcePoisson(rate=RATE_HZ))
-    currents = sim.RandomDistribution("uniform", (0.4, 0.8))
+    currents = 0.8 if nestml else sim.RandomDistribution("uniform", (0.4, 0.8))
     kind, weight = getattr(sim, name), 0.05 if "_curr_" in name else 0.001
     if own and nestml:  # in pA and pF
-        cells = sim.Population(N_CELLS, sim.nestml_cell(nestml)(C_m=1000.0, tau_m=20.0, I_e=600.0))
+        cells = sim.Population(N_CELLS, sim.nestml_cell(nestml)(**_NESTML))
+        cells.initialize(V_m=_NESTML["E_L"])  # else the resting potential of the file
         weight *= 1000.0
     else:
         cells = sim.Population(N_CELLS, (equation_cell(sim, name) if own else kind)(i_offset=currents))
