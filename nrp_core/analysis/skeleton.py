@@ -10,6 +10,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.analysis.silence import mute, silent_parts
 from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain.network.neuromodulation import Neuromodulation
 from nrp_core.brain.network.rewiring import Rewiring
 
 _NO_INDEX = np.empty(0, dtype=np.int32)
@@ -18,16 +19,25 @@ _NO_VALUE = np.empty(0)
 
 def described(network: Network) -> dict[str, Any]:
     """Return a network's skeleton as plain data, from which :func:`skeleton_of` makes a network."""
-    ordered = sorted(network.projections, key=lambda one: one.rewiring is None)
-    synapses: dict[str, tuple[str, ...]] = {}
-    for one in ordered:
-        synapses.setdefault(one.synapse_type, (one.label, one.pre, one.post, one.receptor))
+    kinds: dict[tuple[str, bool, bool], Projection] = {}
+    for one in network.projections:
+        kinds.setdefault((one.synapse_type, one.rewiring is None, one.neuromodulation is None), one)
     return {
         "populations": [
             [p.label, p.size, p.cell_type, _text(p.positions_um)] for p in network.populations.values()
         ],
-        "synapses": synapses,
-        "rewiring": {one.label: one.rewiring.data() for one in ordered if one.rewiring is not None},
+        "synapses": [
+            [
+                one.label,
+                one.pre,
+                one.post,
+                one.receptor,
+                one.synapse_type,
+                one.rewiring and one.rewiring.data(),
+                one.neuromodulation and one.neuromodulation.data(),
+            ]
+            for one in kinds.values()
+        ],
         "unconnected": unconnected(network),
         "silent": silent_parts(network),
         "mute": mute(network),
@@ -57,13 +67,13 @@ def skeleton_of(described: dict[str, Any]) -> Network:
         )
         for label, size, cell_type, positions in described["populations"]
     }
-    rewiring = {label: Rewiring.from_data(data) for label, data in described["rewiring"].items()}
     projections = [
         Projection(
             label, pre, post, receptor, _NO_INDEX, _NO_INDEX, _NO_VALUE, _NO_VALUE, synapse_type=kind,
-            rewiring=rewiring.get(label),
+            rewiring=rewiring and Rewiring.from_data(rewiring),
+            neuromodulation=neuromodulation and Neuromodulation.from_data(neuromodulation),
         )
-        for kind, (label, pre, post, receptor) in described["synapses"].items()
+        for label, pre, post, receptor, kind, rewiring, neuromodulation in described["synapses"]
     ]  # fmt: skip
     views = {name: _long(ids) for name, ids in described["views"].items()}
     return Network(populations, tuple(projections), views, timestep_ms=described["timestep_ms"])

@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,10 @@ from nrp_core.analysis.network import ChildBuilder
 from nrp_core.analysis.skeleton import described, skeleton_of
 from nrp_core.analysis.validate import validate_file
 from nrp_core.brain.files.script import load_network
+from nrp_core.brain.network.neuromodulation import Neuromodulation
+from nrp_core.brain.network.rewiring import Rewiring
+from nrp_core.conformance.brain import parts as network_parts
+from nrp_core.conformance.brain.samples import SAMPLES
 from nrp_core.findings import Level
 
 
@@ -34,6 +39,18 @@ def test_a_skeleton_has_the_neurons_of_its_network(husky: Path) -> None:
         one.synapse_type for one in network.projections
     }
     assert (skeleton.size, skeleton.timestep_ms) == (network.size, network.timestep_ms)
+
+
+def test_a_skeleton_has_a_projection_of_each_kind_that_a_backend_may_refuse() -> None:
+    parts = [network_parts.cells(SAMPLES["IF_curr_exp"], label) for label in ("a", "b")]
+    plain = network_parts.connect("a", "b", 0.1)
+    reward = replace(plain, label="good", receptor="reward", neuromodulation=Neuromodulation(tau_d=5.0))
+    grows = replace(plain, label="grows", rewiring=Rewiring(s_max=3))
+    network = network_parts.network(*parts, plain, reward, grows, replace(plain, label="again"))
+    found = skeleton_of(json.loads(json.dumps(described(network)))).projections
+    assert [one.label for one in found] == [plain.label, "good", "grows"]
+    assert [one.neuromodulation for one in found] == [None, reward.neuromodulation, None]
+    assert [one.rewiring for one in found] == [None, None, grows.rewiring]
 
 
 @pytest.fixture

@@ -152,6 +152,35 @@ def test_a_mistake_is_one_clear_error(brain: str, setting: str, message: str) ->
         pass
 
 
+FIXED = """
+import pyNN.spiNNaker as p
+
+p.setup(1.0)
+circuit = p.Population(6, p.IF_curr_exp(), label="circuit")
+teacher = p.Population(1, p.IF_curr_exp(), label="teacher")
+law = p.STDPMechanism(p.SpikePairRule(), p.AdditiveWeightDependence(), weight=0.5)
+p.Projection(circuit, circuit, p.OneToOneConnector(), law, label="learns")
+dopamine = p.extra_models.Neuromodulation(0.05)
+p.Projection(teacher, circuit, p.AllToAllConnector(), dopamine, receptor_type="reward", label="good")
+"""
+
+
+@pytest.mark.parametrize(
+    ("cells", "message"),
+    [
+        ("circuit", "'silence_circuit'.* projection 'learns' is plastic and would recover"),
+        ("teacher", "'silence_teacher'.* projection 'good' has the constant weights of a reward"),
+    ],
+)
+def test_a_cut_during_the_run_of_weights_that_cannot_be_set_is_a_mistake(
+    brain: str, cells: str, message: str
+) -> None:
+    Path(brain).write_text(FIXED)
+    later = f"brain.interventions=[{{silence: {cells}, at: 0.1 s}}]"
+    with pytest.raises(ExperimentError, match=message), opened(brain, later):
+        pass
+
+
 def warnings_of(brain: str, settings: Sequence[str]) -> list[str]:
     with opened(brain, *settings) as run:
         return [str(one) for one in run.result().problems]

@@ -101,6 +101,11 @@ class _Writer:
                     f"projection '{projection.label}': its synapses change ({change}), and "
                     "those of NIR do not"
                 )
+            if projection.neuromodulation is not None:
+                raise NetworkError(
+                    f"projection '{projection.label}': its spikes are a {projection.receptor}, and those of "
+                    "NIR are inputs"
+                )
             pairs.setdefault((projection.pre, projection.post), []).append(projection)
         back = returning(sorted(self._network.populations), pairs)  # readers get nodes in this order
         for (pre, post), projections in pairs.items():

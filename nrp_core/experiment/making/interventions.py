@@ -206,11 +206,18 @@ def _is_due(at_ns: int, now_ns: int, _times: Times) -> bool:
 
 
 def _require_lasting(network: Network, affected: Container[str], name: str) -> None:
-    for projection in network.projections:
-        if projection.is_plastic and projection.label in affected:
+    for projection in (one for one in network.projections if one.label in affected):
+        why = ""
+        if projection.rewiring is not None:
+            why = "has synapses that form and vanish"
+        elif projection.neuromodulation is not None:
+            why = f"has the constant weights of a {projection.receptor}"
+        elif projection.is_plastic:
+            why = "is plastic and would recover"
+        if why:
             raise NetworkError(
-                f"'{name}' changes weights during the run, but projection "
-                f"'{projection.label}' is plastic and would recover; leave out 'at'"
+                f"'{name}' changes weights during the run, but projection '{projection.label}' {why}; "
+                "leave out 'at'"
             )
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from nrp_core import Network, save_nir
+from nrp_core.brain.network.neuromodulation import Neuromodulation
 from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.brain.nir import save
 from nrp_core.errors import NetworkError
@@ -142,9 +143,9 @@ def refused(sim: Any, cell: Any, synapse: Any = None, at: float = 0.0, label: st
     return sim.network()
 
 
-def with_rewiring(network: Network) -> Network:
+def changed(network: Network, **parts: Any) -> Network:
     (way,) = network.projections
-    return replace(network, projections=(replace(way, rewiring=Rewiring()),))
+    return replace(network, projections=(replace(way, **parts),))
 
 
 FITS = {"v_rest": 0.0, "tau_refrac": 0.0}
@@ -174,8 +175,14 @@ WRONG: dict[str, tuple[Any, str]] = {
         r"projection 'way': its synapses change \(tsodyks_markram\), and those of NIR do not",
     ),
     "rewired": (
-        lambda sim: with_rewiring(refused(sim, sim.IF_curr_delta(**FITS))),
+        lambda sim: changed(refused(sim, sim.IF_curr_delta(**FITS)), rewiring=Rewiring()),
         r"projection 'way': its synapses change \(they form and vanish\), and those of NIR do not",
+    ),
+    "rewards": (
+        lambda sim: changed(
+            refused(sim, sim.IF_curr_delta(**FITS)), receptor="reward", neuromodulation=Neuromodulation()
+        ),
+        r"projection 'way': its spikes are a reward, and those of NIR are inputs",
     ),
     "delay": (
         lambda sim: refused(sim, sim.IF_curr_delta(**FITS), sim.StaticSynapse(weight=0.1, delay=1.5)),

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from nrp_core.brain.network.controls import CONTROLS
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.interventions import Intervention
+from nrp_core.brain.network.neuromodulation import Neuromodulation
 from nrp_core.conformance.brain import parts
 from nrp_core.conformance.brain.samples import SAMPLES
 from nrp_core.errors import NetworkError, NeuronSelectionError
@@ -94,6 +95,17 @@ def test_rewiring_keeps_all_degrees_and_adds_neither_loops_nor_double_synapses(s
 def test_shuffled_signs_move_whole_cells_and_keep_pairs_and_magnitudes(seed: int, cell: str) -> None:
     network = sparse(seed, cell)
     require_other_signs(network, CONTROLS[SIGNS](network, Seeds(seed)))
+
+
+def test_shuffled_signs_leave_rewards_as_they_are() -> None:
+    network = sparse(3)
+    wires = network.projections[0]
+    reward = replace(wires, label="reward", receptor="reward", neuromodulation=Neuromodulation())
+    with_reward = replace(network, projections=(reward, *network.projections))
+    found = CONTROLS[SIGNS](with_reward, Seeds(1))
+    assert found.projections[0] is reward
+    others = replace(network, projections=found.projections[1:])
+    assert others.digest == CONTROLS[SIGNS](network, Seeds(1)).digest
 
 
 def test_shuffled_weights_are_the_same_weights_elsewhere() -> None:
