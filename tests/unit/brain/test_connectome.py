@@ -202,6 +202,16 @@ def test_a_neuron_that_is_there_twice_and_a_file_that_is_none_are_errors(tmp_pat
         read_connectome(edges, write(tmp_path / "more.csv", id=[1, 2], type=["MN9", "MN9"]), groups=("MN8",))
 
 
+@pytest.mark.parametrize("suffix", WRITERS)
+def test_a_column_that_is_there_twice_is_refused_where_it_is_read(tmp_path: Path, suffix: str) -> None:
+    columns, path = [pa.array([1, 2]) for _ in range(5)], tmp_path / f"edges{suffix}"
+    WRITERS[suffix](pa.Table.from_arrays(columns, names=["pre", "post", "weight", "x", "weight"]), str(path))
+    with pytest.raises(NetworkError, match=r"edges.*: the column 'weight' is there twice"):
+        read_connectome(path)
+    WRITERS[suffix](pa.Table.from_arrays(columns, names=["pre", "post", "weight", "x", "x"]), str(path))
+    assert read_connectome(path).network.projections[0].size == 2
+
+
 def test_a_misspelt_side_is_a_remark_and_names_of_the_middle_are_one_side(tmp_path: Path) -> None:
     edges = write(tmp_path / "edges.csv", pre=[1], post=[2], weight=[1])
     sides = ["L", "rigth", "left", "", "centre", "Central", "centered", "M"]

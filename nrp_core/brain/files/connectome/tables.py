@@ -33,8 +33,12 @@ def read_rows(path: Path, names: Sequence[str]) -> Iterator[Columns]:
     """Yield these columns of a table, some rows at a time.
 
     Raises:
-        NetworkError: as for :func:`column_names`; or a value does not fit its column.
+        NetworkError: as for :func:`column_names`; or a column is there twice, or a value does not fit it.
     """
+    known = column_names(path)
+    for name in names:
+        if known.count(name) > 1:
+            raise NetworkError(f"the column '{name}' is there twice", path=path)
     with _opened(path, names) as (kind, source):
         if kind == "parquet":
             parts = source.iter_batches(columns=list(names))
