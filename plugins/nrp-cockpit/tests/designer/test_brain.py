@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,13 +14,17 @@ from hypothesis import strategies as st
 from nrp_bibi.model.metamodel import Value, concrete, features
 from nrp_cockpit.designer.brain.checking import brain_findings
 from nrp_cockpit.designer.brain.document import BrainDocument
+from nrp_cockpit.designer.brain.graph import network_graph
 from nrp_cockpit.designer.brain.model import CELL_CLASSES, SYNAPSE_CLASSES, CellModel, Connector, SynapseModel
 from nrp_cockpit.designer.brain.script import read_script, script_of
 from nrp_cockpit.designer.tree import walk
 from visitors import RefusedError, cockpit
 
 from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.neuromodulation import Neuromodulation
 from nrp_core.brain.network.synapses.laws import LAWS
+from nrp_core.conformance.brain import parts
+from nrp_core.conformance.brain.samples import SAMPLES
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.reading.find import find_file, load_experiment
 from nrp_core.experiment.running.run import Run
@@ -32,6 +37,22 @@ SOME = settings(
 @pytest.fixture
 def artist(tmp_path: Path) -> Artist:
     return Artist(tmp_path / "drawn.py")
+
+
+def test_a_network_that_was_not_drawn_shows_its_other_receptors_by_name() -> None:
+    cells = [parts.cells(SAMPLES["IF_curr_exp"], label) for label in ("a", "b")]
+    wires = [
+        replace(parts.connect("a", "b", weight), label=receptor, receptor=receptor, neuromodulation=reward)
+        for receptor, weight, reward in (
+            ("excitatory", 0.1, None), ("inhibitory", -0.1, None), ("reward", 0.1, Neuromodulation())
+        )
+    ]  # fmt: skip
+    _, shown = network_graph(parts.network(*cells, *wires))
+    assert [(one["kind"], one["label"]) for one in shown] == [
+        ("excites", "1 synapse"),
+        ("inhibits", "1 synapse"),
+        ("excites", "1 synapse (reward)"),
+    ]
 
 
 def test_the_drawn_brain_of_the_paper_drives_the_robot_as_the_written_one(artist: Artist) -> None:

@@ -9,7 +9,7 @@ from nrp_cockpit.designer.brain.edit import INTO
 from nrp_cockpit.designer.brain.model import Brain, Projection, Receptor, weight_unit
 from nrp_cockpit.designer.layout import Positions, key_of
 from nrp_core.brain.network.cells.types import CELLS
-from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.data import RECEPTORS, Network
 
 Box = dict[str, Any]
 Wire = dict[str, Any]
@@ -42,8 +42,10 @@ def network_graph(network: Network) -> tuple[list[Box], list[Wire]]:
     ]
     wires = []
     for at, one in enumerate(network.projections):
-        kind = "excites" if one.receptor == "excitatory" else "inhibits"
+        kind = "excites" if one.is_excitatory else "inhibits"
         label = f"{one.size} synapse{'' if one.size == 1 else 's'}"
+        if one.receptor not in RECEPTORS:
+            label += f" ({one.receptor})"
         wires.append(_wire(f"network:{at}", kind, f"network:{one.pre}", "", f"network:{one.post}", "", label))
     return boxes, wires
 
