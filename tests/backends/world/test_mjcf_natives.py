@@ -8,6 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from nrp_world_mujoco.mechanisms import touches_itself
 from scipy.spatial import ConvexHull
 
 from nrp_core import World, worlds
@@ -323,6 +324,22 @@ def test_pybullet_tells_of_parts_that_would_touch_each_other(tmp_path, hand, exc
         assert ["parts of 'mast' do not touch each other" in one.message for one in found] == [True] * len(
             told
         )
+
+
+@pytest.mark.parametrize(("base", "touches"), [("", True), ("<freejoint/>", False)])
+def test_an_arm_touches_its_base_only_if_the_base_is_fixed_as_in_mujoco(tmp_path, base, touches):
+    (tmp_path / "arm.xml").write_text(
+        f'<mujoco><worldbody><body name="base">{base}<geom type="box" size="0.1 0.1 0.1"/>'
+        '<body name="arm" pos="0 0 0.15"><joint axis="0 1 0"/>'
+        '<geom type="capsule" size="0.02 0.1" pos="0 0 0.1"/></body></body></worldbody></mujoco>'
+    )
+    own = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
+    data = mujoco.MjData(own)
+    data.qpos[-1] = 2.5  # the arm points into the base
+    mujoco.mj_forward(own, data)
+    assert bool(data.ncon) is touches
+    (model,) = read_scene(tmp_path / "arm.xml").models
+    assert touches_itself(model) is touches
 
 
 @pytest.mark.parametrize(("other", "told"), [("arm", []), ("rock", ["exclude"])])
