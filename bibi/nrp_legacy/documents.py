@@ -21,6 +21,9 @@ from nrp_legacy.elements import (
 ROBOT = "robot"
 """The name of a robot without a name."""
 
+FUNCTION = "transferFunction"
+"""How the names of elements with a transfer function begin."""
+
 _IGNORED = ("rosLaunch", "extRobotController", "events")
 
 
@@ -167,7 +170,7 @@ def read_bibi(path: Path) -> Bibi:
         file if file and file.name else None,
         {name: one for name, one in populations.items() if name},
         {name: body for name, body in bodies if body.name},
-        tuple(child for child in root.children if local(child.tag).startswith("transferFunction")),
+        tuple(child for child in root.children if local(child.tag).startswith(FUNCTION)),
         _ignored(root),
     )
 

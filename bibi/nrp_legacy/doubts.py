@@ -14,7 +14,7 @@ from nrp_core._support.xml import Element
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.rigid.pose import ROUNDED_TURN_RAD
-from nrp_legacy.documents import ROBOT, Bibi, Experiment
+from nrp_legacy.documents import FUNCTION, ROBOT, Bibi, Experiment
 from nrp_legacy.elements import attribute, children, local, number, text
 
 _ENGINES: Final = ("ode", "bullet", "simbody", "dart", "opensim")
@@ -23,7 +23,16 @@ _SELECTORS: Final = ("Range", "List", "Population", "Index")
 _ONCE_IN_EXC: Final = ("bibiConf", "environmentModel", "timeout", "rngSeed", "physicsEngine")
 _ONCE_IN_BIBI: Final = ("brainModel", "timestep", "mode")
 _OF_EXC: Final = (*_ONCE_IN_EXC, "experimentControl", "experimentEvaluation", "robotPose")
-_OF_BIBI: Final = (*_ONCE_IN_BIBI, "bodyModel", "transferFunction", "populations", "connectors")
+_OF_BIBI: Final = (*_ONCE_IN_BIBI, "bodyModel", FUNCTION, "populations", "connectors")
+_LEFT_OUT: Final = {
+    "environmentModel": Code.NRP257,
+    "experimentControl": Code.NRP273,
+    "experimentEvaluation": Code.NRP273,
+    "bodyModel": Code.NRP256,
+    "brainModel": Code.NRP269,
+    FUNCTION: Code.NRP272,
+}
+"""What a run lacks whose element is misspelt."""
 _OF_POSE: Final = ("x", "y", "z", "roll", "pitch", "yaw", "ux", "uy", "uz", "theta", "robotId")
 _LEAST_MS: Final = 0.1
 """A tenth of the smallest time step that the platform accepts."""
@@ -66,8 +75,11 @@ def _misspelt(root: Element, known: tuple[str, ...]) -> Iterator[Finding]:
         tag = local(element.tag)
         spelt = {one.lower(): one for one in known}
         near = get_close_matches(tag.lower(), spelt, n=1, cutoff=0.8)
-        if tag not in known and near:
-            yield _doubt(element, f"<{tag}> is ignored; did you mean <{spelt[near[0]]}>?")
+        if tag not in known and near and not tag.startswith(FUNCTION):
+            meant = spelt[near[0]]
+            code = _LEFT_OUT.get(meant, Code.NRP287)
+            message = f"<{tag}> is ignored; did you mean <{meant}>?"
+            yield Finding(code, message, Level.WARNING, element.path, element.line)
 
 
 def _settings(exc: Experiment) -> Iterator[Finding]:

@@ -8,7 +8,7 @@ import pytest
 from nrp_legacy.documents import read_bibi, read_experiment
 from nrp_legacy.doubts import doubts_about
 
-from nrp_core.findings import Code
+from nrp_core.findings import Code, Weight
 
 _EXC = """<ExD>
   <timeout>840</timeout><rngSeed>7</rngSeed><physicsEngine>ode</physicsEngine>
@@ -72,6 +72,32 @@ def test_an_experiment_without_slips_is_not_doubted(tmp_path: Path) -> None:
 def test_a_value_that_is_passed_over_is_reported(tmp_path: Path, old: str, new: str, words: str) -> None:
     (message,) = _doubts(tmp_path, old, new)
     assert words in message
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code"),
+    [
+        ("bodyModel", "bodymodle", Code.NRP256),
+        ("brainModel", "BrainModel", Code.NRP269),
+        ("environmentModel", "enviromentModel", Code.NRP257),
+        ("transferFunction", "trasferFunction", Code.NRP272),
+    ],
+)
+def test_a_part_whose_element_is_misspelt_is_missing_from_the_run(
+    tmp_path: Path, old: str, new: str, code: Code
+) -> None:
+    for name, text in (("old.exc", _EXC), ("old.bibi", _BIBI)):
+        (tmp_path / name).write_text(text.replace(f"<{old}", f"<{new}").replace(f"</{old}", f"</{new}"))
+    found = list(doubts_about(read_experiment(tmp_path / "old.exc"), read_bibi(tmp_path / "old.bibi")))
+    assert [(one.code, one.message) for one in found] == [
+        (code, f"<{new}> is ignored; did you mean <{old}>?")
+    ]
+    assert code.weight is Weight.INCOMPLETE
+
+
+@pytest.mark.parametrize("tag", ["transferFunctionImport", "transferFunctionInline"])
+def test_elements_that_are_read_as_functions_are_not_doubted(tmp_path: Path, tag: str) -> None:
+    assert _doubts(tmp_path, "</bibi>", f'<{tag} src="one.py"/></bibi>') == []
 
 
 def test_experiments_of_the_platform_are_doubted_only_where_they_are_wrong(corpus: Path) -> None:
