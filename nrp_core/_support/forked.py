@@ -17,6 +17,7 @@ from pathlib import Path
 from threading import Lock
 
 from nrp_core._support.forks import PATH_VARIABLE, Fork, ended, forked
+from nrp_core._support.patience import ends_within
 from nrp_core._support.worker_pool import Worker
 
 _READ_WHEN_LOADED = ("PYTHON", "LD_", "OMP_", "OPENBLAS_", "MKL_", "NUMBA_")
@@ -81,7 +82,7 @@ class Forker:
         connection.send((ended, pid))
         is_in_time = False
         try:
-            is_in_time = connection.poll(timeout_s)
+            is_in_time = ends_within(timeout_s, pid, connection.poll)
         finally:
             if not is_in_time:
                 os.killpg(pid, signal.SIGKILL)

@@ -20,6 +20,7 @@ from pathlib import Path
 from platformdirs import user_cache_path
 
 from nrp_core._support.forked import Forker
+from nrp_core._support.patience import ends_within
 
 LIBRARIES = Path("/etc/ld.so.cache")
 """Files that change when a system library is installed or removed."""
@@ -70,7 +71,8 @@ def run_probe(
         arguments: passed to it.
         depends_on: the dependencies of the result, such as versions; another text repeats the check.
             The interpreter, the module and the installed system libraries are always part of it.
-        timeout_s: after this time the child, and whatever it started, is ended.
+        timeout_s: after this time the child, and whatever it started, is ended; time in which it had no
+            processor does not count.
         refresh: ignore a cached result.
         keep_failures: whether to keep the result of a child that failed.
         is_forked: whether the module may be run as :mod:`nrp_core._support.forked` does.
@@ -96,12 +98,18 @@ def _run(command: list[str], timeout_s: float, is_forked: bool) -> ChildResult:
         command, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True, errors="replace",
         start_new_session=True,
     ) as child:  # fmt: skip
-        try:
-            output, errors = child.communicate(timeout=timeout_s)
-        except subprocess.TimeoutExpired:
+        ended: list[tuple[str, str]] = []
+
+        def wait(for_s: float) -> bool:
+            with suppress(subprocess.TimeoutExpired):
+                ended.append(child.communicate(timeout=for_s))
+            return bool(ended)
+
+        if not ends_within(timeout_s, child.pid, wait):
             os.killpg(child.pid, signal.SIGKILL)
             child.communicate()
             return ChildResult(None)
+        ((output, errors),) = ended
         return ChildResult(child.returncode, output, errors[-2000:])
 
 

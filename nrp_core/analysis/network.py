@@ -47,7 +47,8 @@ class ChildBuilder:
     Args:
         backend: reports the properties of the network that it would change; None: no reports.
         options: its options.
-        limit_s: wall time that a script may take, s, if that is less than :data:`TIME_LIMIT_S`.
+        limit_s: time that a script may take, s, if that is less than :data:`TIME_LIMIT_S`; time in which
+            other programs had the processors does not count.
 
     Attributes:
         warnings: the backend's warnings about the last network.
@@ -109,7 +110,7 @@ def build_confined(make: Callable[[], Network], limit_s: float | None) -> Networ
 
     Args:
         make: builds it.
-        limit_s: wall time that it may take, s; None: a day.
+        limit_s: time that it may take, s, without that in which others had the processors; None: a day.
 
     Raises:
         NrpError: the error of ``make``.

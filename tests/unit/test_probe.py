@@ -1,8 +1,10 @@
 """Questions that are asked in a child process."""
 
 import os
+import subprocess
 import sys
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -39,6 +41,24 @@ def test_a_child_that_does_not_end_is_ended_with_whatever_it_started(module: Pat
             return
         time.sleep(0.01)
     raise AssertionError("it runs on")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/schedstat").is_file(), reason="the system does not say it")
+def test_time_in_which_others_had_the_processor_does_not_count(module: Path) -> None:
+    """The child computes for 1 s, and shares its processor with four others."""
+    module.write_text("import time\nwhile time.process_time() < 1.0:\n    pass\nprint('done')")
+    ours = os.sched_getaffinity(0)
+    with ExitStack() as stack:
+        stack.callback(os.sched_setaffinity, 0, ours)
+        os.sched_setaffinity(0, {min(ours)})
+        for _ in range(4):
+            other = stack.enter_context(subprocess.Popen(
+                [sys.executable, "-c", "while True: pass"],
+                start_new_session=True,  # else the system may give all of them one share
+            ))  # fmt: skip
+            stack.callback(other.kill)
+        assert run_probe("asked", timeout_s=2.5) == ChildResult(0, "done\n")
 
 
 def alive(group: str) -> bool:
