@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from os import PathLike
 from pathlib import Path
 
 from nrp_core.analysis import checks as checks  # registers them
@@ -18,8 +19,23 @@ from nrp_core.experiment.reading.platforms import described_by
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 
 
-def validate(experiment: Experiment, progress: ProgressCallback = no_progress) -> list[Finding]:
-    """Return all findings about an experiment that could be read."""
+def validate(experiment: Experiment | str | Path, progress: ProgressCallback = no_progress) -> list[Finding]:
+    """Return all findings about an experiment.
+
+    Args:
+        experiment: one that could be read, or its name or path; errors of reading it are findings.
+        progress: called with the name of each task as it begins.
+
+    Raises:
+        ExperimentError: it is something else.
+    """
+    if isinstance(experiment, str | PathLike):
+        return validate_file(experiment, progress=progress)
+    if not isinstance(experiment, Experiment):
+        raise ExperimentError(
+            "validate takes an experiment, as load_experiment('...') returns it, or its name, not "
+            f"{experiment!r:.60}"
+        )
     return findings_of(Study(experiment, progress))
 
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.analysis.validate import validate_file
-from nrp_core.errors import BackendLoadError, UnknownBackendError
+from nrp_core.analysis.validate import validate, validate_file
+from nrp_core.errors import BackendLoadError, ExperimentError, UnknownBackendError
 from nrp_core.experiment.making.prepare import prepare
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.findings import Code, InvalidExperimentError, Level
@@ -33,6 +33,16 @@ def edit(drive_to_the_wall: Path) -> Edit:
 def errors_of(folder: Path) -> list[str]:
     errors = [finding for finding in validate_file(folder) if finding.level is Level.ERROR]
     return [str(error).replace(f"{folder}/", "") for error in errors]
+
+
+def test_validate_takes_an_experiment_or_its_name_or_path(edit: Edit) -> None:
+    folder = edit("seed: 7", "seed: 7\nsede: 4")
+    assert errors_of(folder)
+    assert validate(folder) == validate(str(folder)) == validate_file(folder)
+    shipped = validate("braitenberg_husky/no_red")
+    assert shipped == validate(load_experiment("braitenberg_husky/no_red"))
+    with pytest.raises(ExperimentError, match=r"load_experiment\('...'\) returns it, or its name, not 3"):
+        validate(3)  # type: ignore[arg-type]
 
 
 def test_a_working_experiment_has_no_errors_and_repairs_and_a_spare_device_are_warnings(
