@@ -398,7 +398,22 @@ class Examination:
         if declare_own(self._experiment, world, self.collector):
             Watch(self._experiment, world, self.collector)
             if self.network is not None:
+                before = len(self.collector.findings)
                 self._check_functions(self.network, world)
+                if not self.network.populations:
+                    self._name_cause(before)
+
+    def _name_cause(self, before: int) -> None:
+        """Replace the errors of devices on a brain without cells by one about its file."""
+        found = self.collector.findings[before:]
+        others = [one for one in found if (one.code, one.level) != (Code.NRP211, Level.ERROR)]
+        if len(others) < len(found):
+            self.collector.findings[before:] = others
+            model = self._experiment.brain.model
+            is_other = model in self._experiment.transfer_functions
+            doubt = "it is a file of transfer functions" if is_other else "is it the file of the brain?"
+            message = f"{model.name} makes no cells, and devices of transfer functions use some: {doubt}"
+            self.collector.add(Code.NRP211, message, "brain", "model")
 
     def _own_topics(self) -> Sequence[TopicInfo] | None:
         """Return the topics that belong to the world, not to its scene; None if an option is wrong."""

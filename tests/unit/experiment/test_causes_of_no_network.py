@@ -115,3 +115,24 @@ def test_a_parameter_in_a_function_is_told_to_move(folder: Path) -> None:
     (found,) = [one for one in validate_file(folder) if "top of its file" in one.message]
     assert found.code is Code.NRP352
     assert found.code.suggestion.startswith("Move the declaration to the top")
+
+
+@pytest.mark.parametrize(
+    ("file", "words"),
+    [("drive.py", "it is a file of transfer functions"), ("empty.py", "is it the file of the brain?")],
+)
+def test_a_brain_without_cells_is_one_error_where_the_experiment_names_it(
+    folder: Path, file: str, words: str
+) -> None:
+    (folder / "drive.py").write_text(f"import hbp_nrp_client.tf_framework as nrp\n{FUNCTIONS}")
+    (folder / "empty.py").write_text("import nrp_core.pynn as sim\n")
+    (folder / "experiment.yaml").write_text(FILE.replace("brain.py", file))
+    (found,) = errors(folder)
+    said = f"{file} makes no cells, and devices of transfer functions use some: {words}"
+    assert (found.path, found.line, found.message) == (folder / "experiment.yaml", 4, said)
+
+
+def test_an_experiment_whose_functions_use_no_cells_needs_none(folder: Path) -> None:
+    (folder / "drive.py").write_text("@nrp.Robot2Neuron()\ndef look(t):\n    print(t)\n")
+    (folder / "brain.py").write_text("import nrp_core.pynn as sim\n")
+    assert [one for one in validate_file(folder) if one.level is Level.ERROR] == []
