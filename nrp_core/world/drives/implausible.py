@@ -10,6 +10,7 @@ import numpy as np
 
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.scene.acting import MountedDrive
+from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Cylinder, Joint, Link, Model, Sphere
 
 _WHEEL_TIMES: Final = 1.5
@@ -127,7 +128,13 @@ def _of_shapes(owner: str, drive: _Wheeled, wheels: list[Joint], model: Model) -
 
 def _of_grip(owner: str, wheels: list[Joint], model: Model) -> Iterator[str]:
     """Yield that a wheel touches nothing although others do, or that it has no friction."""
-    bare = [joint.child for joint in wheels if not model.link(joint.child).collisions]
+    touching = {
+        link.name
+        for body in bodies_of(model)
+        if any(one.collisions for one in body.links)
+        for link in body.links
+    }
+    bare = [joint.child for joint in wheels if joint.child not in touching]
     if bare and len(bare) < len(wheels):
         yield f"{owner} has a wheel that touches nothing: '{bare[0]}' has no collision shape, and others have"
     others = [shape for link in model.links for shape in link.collisions]

@@ -14,6 +14,7 @@ from nrp_core.findings import Code
 from nrp_core.world.drives.implausible import implausible_drives
 from nrp_core.world.fitting import Fitting, JointControl, fitted
 from nrp_core.world.scene.implausible import implausible
+from nrp_core.world.scene.model import Joint
 
 _SHIPPED = Path(nrp_experiments.braitenberg_husky.__path__[0])
 _AXIS = "<axis><xyz>0 1 0</xyz></axis>"
@@ -165,3 +166,17 @@ def test_wheels_that_touch_nothing_are_reported_unless_the_body_slides(tmp_path:
     ]  # fmt: skip
     said = list(implausible_drives(replace(model, links=tuple(links)), 0.02))
     assert [words in sentence for sentence in said] == [True] * bool(words)
+
+
+def test_a_wheel_whose_shape_is_on_a_link_that_is_fixed_to_it_touches_the_ground(tmp_path: Path) -> None:
+    model = _husky(tmp_path)
+    tyres, joints = [], []
+    for link in model.links:
+        if link.name.endswith("_wheel"):
+            tyres.append(replace(link, name=f"{link.name}_tyre", sensors=()))
+            joints.append(Joint(f"{link.name}_mount", "fixed", link.name, tyres[-1].name, link.pose))
+    rims = [replace(one, collisions=()) if f"{one.name}_tyre" in {tyre.name for tyre in tyres} else one
+            for one in model.links]  # fmt: skip
+    made = replace(model, links=(*rims, *tyres), joints=(*model.joints, *joints))
+    assert len(tyres) == 4
+    assert list(implausible_drives(made, 0.02)) == []
