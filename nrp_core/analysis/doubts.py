@@ -46,7 +46,7 @@ def checked_run(
 
     def with_doubts(plan: Plan) -> Plan:
         progress("checking the experiment")
-        found = _doubts(read_again(), _Made(made.pop() if made else plan.network))
+        found = _doubts(read_again, _Made(made.pop() if made else plan.network))
         return replace(plan, warnings=(*plan.warnings, *_new(found, plan.warnings)))
 
     return Run(experiment, progress, revise=with_doubts, build=build)
@@ -63,10 +63,10 @@ class _Made(ChildBuilder):
         return self.described(self._network)
 
 
-def _doubts(experiment: Experiment, build: ChildBuilder) -> list[Finding]:
+def _doubts(read_again: Callable[[], Experiment], build: ChildBuilder) -> list[Finding]:
     """Return the findings of a check; one that fails is a finding itself, because the run can do without."""
     try:
-        return findings_of(Study(experiment, no_progress, build))
+        return findings_of(Study(read_again(), no_progress, build))
     except NrpError as error:
         message = f"the check of the experiment ended early: {error}"
     except Exception as error:  # noqa: BLE001  a flaw of a check must not keep a run from starting

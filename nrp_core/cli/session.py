@@ -15,7 +15,7 @@ from nrp_core.cli.options import usage_errors
 from nrp_core.cli.output import document
 from nrp_core.cli.progress import Display, display
 from nrp_core.cli.summary import summary
-from nrp_core.clock import milliseconds, seconds
+from nrp_core.clock import from_seconds, milliseconds, seconds
 from nrp_core.errors import NrpError
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.find import load_experiment
@@ -197,7 +197,10 @@ class Session:
         if self._control is not None:
             self._control.answer()  # the recording must begin first, because it notes every change
         try:
-            simulation.run(until_s)
+            if until_s is None:
+                simulation.run()
+            else:
+                simulation.run_until_ns(from_seconds(until_s))  # the user wrote its unit
         except KeyboardInterrupt:
             self._interrupted = True
         except NrpError as error:

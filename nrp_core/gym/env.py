@@ -9,7 +9,6 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.reading.find import load_experiment, require_once
 from nrp_core.experiment.running.run import Run
@@ -112,7 +111,7 @@ class NrpEnv(gymnasium.Env[Any, Any]):
             if values.shape != one.shape:
                 raise ExperimentError(f"the action '{name}' has the shape {one.shape}, not {values.shape}")
             one.apply(values.tolist())
-        run.run_until(seconds(run.loop.now_ns + self._period_ns))
+        run.run_until_ns(run.loop.now_ns + self._period_ns)
         observation = self._observation()
         reward, terminated, truncated = agent_run.judge(observation)
         self._is_over = terminated or truncated

@@ -223,7 +223,7 @@ class Run(Closing):
 
     def step(self) -> None:
         """Take one step."""
-        self.run_until(seconds(self.loop.now_ns + self.experiment.timestep))
+        self.run_until_ns(self.loop.now_ns + self.experiment.timestep)
 
     def run_until(self, t_s: float) -> None:
         """Run to a time.
@@ -232,7 +232,10 @@ class Run(Closing):
             TimestepError: it is not a whole number of steps away, or has passed.
             SimulationError: an engine or a transfer function failed.
         """
-        until_ns = end_ns(t_s, self.loop.now_ns, self.experiment.duration)
+        self.run_until_ns(end_ns(t_s, self.loop.now_ns, self.experiment.duration))
+
+    def run_until_ns(self, until_ns: int) -> None:
+        """Run to a time in ns; as :meth:`run_until`."""
         began = work.now_ns()
         if isinstance(self.error, KeyboardInterrupt):
             self.error = None  # the run continues

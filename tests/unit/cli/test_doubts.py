@@ -10,6 +10,10 @@ import pytest
 import nrp_core
 from nrp_core.analysis import doubts
 from nrp_core.analysis.study import Study
+from nrp_core.errors import ExperimentError
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.findings import Code
 
 Nrp = Callable[..., Any]
 
@@ -96,3 +100,21 @@ def test_a_check_that_fails_is_told_and_the_run_takes_place(
     done = nrp("run", experiment)
     assert done.code == 0
     assert "the check of the experiment failed: ZeroDivisionError: in a check [NRP239]" in done.out
+
+
+def test_a_run_takes_place_although_its_file_cannot_be_read_again(experiment: Path) -> None:
+    read = load_experiment(experiment)
+
+    def again() -> Experiment:
+        raise ExperimentError("there is no such file", path=experiment)
+
+    with doubts.checked_run(read, again) as run:
+        (told,) = [one.message for one in run.problems if one.code is Code.NRP239]
+    assert "the check of the experiment ended early" in told
+    assert "there is no such file" in told
+
+
+def test_a_long_run_that_was_asked_for_with_a_unit_is_said_once(nrp: Nrp, experiment: Path) -> None:
+    done = nrp("run", experiment, "-s", "duration=100ms", "-s", "criteria=null", "--until", "2s")
+    assert done.out.count("the duration of the experiment is 0.1 s [NRP353]") == 1
+    assert "duration" not in done.err

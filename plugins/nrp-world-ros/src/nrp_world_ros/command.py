@@ -95,7 +95,6 @@ def _body(experiment: Experiment, node: Node, until_ns: int | None, *, lockstep:
 
 def _whole(experiment: Experiment, node: Node, until_ns: int | None) -> None:
     from nrp_core import Run
-    from nrp_core.clock import seconds
 
     from nrp_world_ros.bridge import Bridge
 
@@ -112,7 +111,7 @@ def _whole(experiment: Experiment, node: Node, until_ns: int | None) -> None:
         run.loop.hooks.after_reset.append(lambda _loop: bridge.restart())
         _tell(bridge)
         try:
-            run.run(None if until_ns is None else seconds(until_ns))
+            run.run_until_ns(experiment.duration if until_ns is None else until_ns)
         finally:
             bridge.report()
             bridge.close()
