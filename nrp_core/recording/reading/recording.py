@@ -101,10 +101,10 @@ class Recording:
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Recorded]:
         """Return messages in the order of time, in which they were written.
 
+        A topic on which none was recorded is named in a warning of the log.
+
         Args:
             topics: only these; all by default.
-
-        A topic that the recording does not have gives no message, and is named in a warning of the log.
 
         Raises:
             ExperimentError: a message does not have its type, in a file from another program.
@@ -118,7 +118,8 @@ class Recording:
                 yield Recorded(topic.name, message.log_time, self.decoded(codec, topic, message.data))
         for name in sorted(set(topics or ()) - known):
             if not name.startswith(_OWN):  # not every recording has all of them
-                _logger.warning("%s: there is no topic '%s'%s", self.file, name, did_you_mean(name, known))
+                hint = did_you_mean(name, known)
+                _logger.warning("%s: no message was recorded on '%s'%s", self.file, name, hint)
 
     def frame(self, topic: str) -> Any:
         """Return the messages of a topic as a pandas DataFrame, a row for each.

@@ -51,7 +51,7 @@ def test_a_topic_that_is_not_in_a_recording_is_told(
     topic = next(iter(counts(folder)))
     read = list(Recording(folder).messages({topic + misspelt, SNAPSHOTS}))
     assert bool(read) is not bool(misspelt)
-    told = f"there is no topic '{topic}{misspelt}'; did you mean '{topic}'?"
+    told = f"no message was recorded on '{topic}{misspelt}'; did you mean '{topic}'?"
     assert [told in message for message in caplog.messages] == [True] * bool(misspelt)
 
 
