@@ -47,7 +47,8 @@ class Images:
 
     def __init__(self, model: Any) -> None:
         self._m = model
-        self._kept = cache(self._written)
+        self._kept, self._means = cache(self._written), cache(self._mean_of)
+        self._seals = cache(self._seal_of)
 
     def on(self, geom: int) -> Path | None:
         """Return a mesh with the shape of a geom and its image.
@@ -78,10 +79,15 @@ class Images:
     def mean(self, geom: int) -> FloatArray:
         """Return the mean red, green and blue of the image of a geom, 0..1; 1 for one without an image."""
         texture = self._texture(geom)
-        if texture is None:
-            return np.ones(3)
+        return np.ones(3) if texture is None else self._means(texture)
+
+    def _mean_of(self, texture: int) -> FloatArray:
         mean: FloatArray = self._pixels(texture).mean(axis=(0, 1)) / 255
         return mean
+
+    def _seal_of(self, texture: int) -> bytes:
+        pixels = self._pixels(texture)
+        return hashlib.blake2b(pixels.tobytes() + repr(pixels.shape).encode(), digest_size=16).digest()
 
     def _texture(self, geom: int) -> int | None:
         material = int(self._m.geom_matid[geom])
@@ -90,14 +96,13 @@ class Images:
 
     def _written(self, texture: int, triangles: bytes, places: bytes) -> Path | None:
         digest = hashlib.blake2b(digest_size=16)
-        pixels = self._pixels(texture)
-        for part in (triangles, places, pixels.tobytes(), repr(pixels.shape).encode()):
+        for part in (triangles, places, self._seals(texture)):
             digest.update(part)
 
         def fill(folder: Path) -> None:
             import cv2
 
-            cv2.imwrite(str(folder / _IMAGE), pixels[..., ::-1])
+            cv2.imwrite(str(folder / _IMAGE), self._pixels(texture)[..., ::-1])
             mapped = (
                 np.frombuffer(triangles).reshape(-1, 3, 3),
                 np.frombuffer(places, np.float32).reshape(-1, 3, 2),
