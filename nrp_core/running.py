@@ -56,7 +56,7 @@ def run(
     with ExitStack() as stack:
         files = None if folder is None else stack.enter_context(FilesRead())
         read = partial(load_experiment, experiment, overrides)
-        simulation = stack.enter_context(checked_run(read(), read))
+        simulation = stack.enter_context(checked_run(read(), read, until_s=until_s))
         if on_step is not None:
             simulation.on_step.append(on_step)
         if folder is None:

@@ -9,6 +9,7 @@ from nrp_core.analysis.network import ChildBuilder
 from nrp_core.analysis.study import Study, at_most
 from nrp_core.analysis.validate import findings_of
 from nrp_core.brain.network.data import Network
+from nrp_core.clock import from_seconds
 from nrp_core.errors import NrpError
 from nrp_core.experiment.making.prepare import (
     Plan,
@@ -23,7 +24,11 @@ from nrp_core.findings import Code, Finding, Level, Weight
 
 
 def checked_run(
-    experiment: Experiment, read_again: Callable[[], Experiment], progress: ProgressCallback = no_progress
+    experiment: Experiment,
+    read_again: Callable[[], Experiment],
+    progress: ProgressCallback = no_progress,
+    *,
+    until_s: float | None = None,
 ) -> Run:
     """Open a run whose problems include the warnings of :func:`~nrp_core.analysis.validate.validate`.
 
@@ -33,6 +38,7 @@ def checked_run(
         experiment: the experiment.
         read_again: returns it anew, for the check; the parts of an experiment may belong to its run.
         progress: called with the name of each task as it begins.
+        until_s: the end of the run, if it is not that of the experiment, s.
 
     Raises:
         BackendError, InvalidExperimentError: as of :class:`.Run`.
@@ -44,9 +50,15 @@ def checked_run(
         made[:] = [built_in_time(experiment, make)]
         return made[0]
 
+    def as_long() -> Experiment:
+        """Return an experiment that lasts as long as the run, if the run goes beyond its end."""
+        read = read_again()
+        lasts = read.duration if until_s is None else max(read.duration, from_seconds(until_s))
+        return read.model_copy(update={"duration": lasts})
+
     def with_doubts(plan: Plan) -> Plan:
         progress("checking the experiment")
-        found = _doubts(read_again, _Made(made.pop() if made else plan.network))
+        found = _doubts(as_long, _Made(made.pop() if made else plan.network))
         return replace(plan, warnings=(*plan.warnings, *_new(found, plan.warnings)))
 
     return Run(experiment, progress, revise=with_doubts, build=build)

@@ -145,7 +145,9 @@ class Session:
                 files = stack.enter_context(FilesRead())
             experiment = self._read()
             until_s = self._until_s(experiment)
-            simulation = stack.enter_context(checked_run(experiment, self._read, shown.begin_task))
+            simulation = stack.enter_context(
+                checked_run(experiment, self._read, shown.begin_task, until_s=until_s)
+            )
             _announce(simulation)
             shown.watch(simulation, seconds(experiment.duration) if until_s is None else until_s)
             if self._request.control is not None:

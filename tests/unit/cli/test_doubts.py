@@ -118,3 +118,17 @@ def test_a_long_run_that_was_asked_for_with_a_unit_is_said_once(nrp: Nrp, experi
     done = nrp("run", experiment, "-s", "duration=100ms", "-s", "criteria=null", "--until", "2s")
     assert done.out.count("the duration of the experiment is 0.1 s [NRP353]") == 1
     assert "duration" not in done.err
+
+
+@pytest.mark.parametrize(("until_ms", "doubts_told"), [(100, 1), (300, 0)])
+def test_an_event_is_not_doubted_if_the_run_goes_on_until_then(
+    nrp: Nrp, experiment: Path, until_ms: int, doubts_told: int
+) -> None:
+    late = "{at: 200 ms, publish: {topic: /husky/cmd_vel, value: {linear: {x: 1}}}}"
+    short = ["-s", "duration=100ms", "-s", "criteria=null", "-s", f"events.late={late}"]
+    told = "'late' is at 0.2 s, and the run ends at 0.1 s"
+    assert (
+        nrp("run", experiment, *short, "--until", f"{until_ms} ms", "--json").out.count(told) == doubts_told
+    )
+    result = nrp_core.run(experiment, short[1::2], until_s=until_ms / 1000)
+    assert sum(told in one.message for one in result.problems) == doubts_told
