@@ -83,13 +83,13 @@ class LiveNetwork:
         part, rewired = self._wires[label], self._rewired
         assert rewired is not None
         numbers = [g.number for site in self._sites for g in site.groups if g.part is part]
-        starts = rewired.groups[numbers, FIRST_ROW]
-        rows = np.concatenate([rewired.row_of[start : start + part.n_pre] for start in starts])
-        n = rewired.length[rows]
+        starts = rewired.sites.groups[numbers, FIRST_ROW]
+        rows = np.concatenate([rewired.sites.row_of[start : start + part.n_pre] for start in starts])
+        n = rewired.sites.length[rows]
         pre = np.repeat(np.tile(np.arange(part.n_pre, dtype=np.int32), len(starts)), n)
         ranks = np.arange(n.sum()) - np.repeat(np.cumsum(n) - n, n)
         place = np.repeat(rewired.rows.first[rows], n) + ranks
-        post = rewired.rows.line[place] % rewired.n_neurons - part.post_first
+        post = rewired.rows.line[place] % rewired.sites.n_neurons - part.post_first
         order = np.lexsort((post, pre))
         sign = -1.0 if part.receptor and not part.model.is_conductance_based else 1.0
         weight = sign * rewired.rows.weight[place] / part.scale

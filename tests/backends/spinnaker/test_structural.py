@@ -71,17 +71,16 @@ def network_of(case: dict[str, Any], cells: Maker, spike_source: Maker, stdp: bo
 
 def rows_of(brain: Brain, case: dict[str, Any]) -> list[list[list[list[int]]]]:
     """Return target, raw weight and delay of each synapse, row by row, at the site of a case."""
-    rewired, site = brain._engine.rewired, case["site"]
-    (number,) = np.flatnonzero(rewired.sites[:, 4] == site["first"])
-    first, last = rewired.sites[number, :2]
-    rows = rewired.rows
+    (rows, sites), site = brain._engine.rewired, case["site"]
+    (number,) = np.flatnonzero(sites.settings[:, 4] == site["first"])
+    first, last = sites.settings[number, :2]
     return [
         [
             [
-                [int(rows.line[k]) % rewired.n_neurons, int(rows.weight[k]), int(rows.delay[k])]
-                for k in range(rows.first[row], rows.first[row] + rewired.length[row])
+                [int(rows.line[k]) % sites.n_neurons, int(rows.weight[k]), int(rows.delay[k])]
+                for k in range(rows.first[row], rows.first[row] + sites.length[row])
             ]
-            for row in rewired.row_of[rewired.groups[group, 5] :][: rewired.groups[group, 0]].tolist()
+            for row in sites.row_of[sites.groups[group, 5] :][: sites.groups[group, 0]].tolist()
         ]
         for group in range(first, last)
     ]
@@ -93,9 +92,9 @@ def test_synapses_form_and_vanish_as_in_the_released_functions(
     case: dict[str, Any], stdp: bool, cells: Maker, spike_source: Maker, open_brain: Open
 ) -> None:
     brain = open_brain(*network_of(case, cells, spike_source, stdp), semantics="released")
-    rewired = brain._engine.rewired
-    (number,) = np.flatnonzero(rewired.sites[:, 4] == case["site"]["first"])
-    rewired.shared[number], rewired.local[number] = case["shared"], case["local"]
+    sites = brain._engine.rewired.sites
+    (number,) = np.flatnonzero(sites.settings[:, 4] == case["site"]["first"])
+    sites.shared[number], sites.local[number] = case["shared"], case["local"]
     brain.run_until(case["ticks"] * MS)
     assert rows_of(brain, case) == case["rows"]
 

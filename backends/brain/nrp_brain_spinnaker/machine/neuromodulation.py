@@ -56,8 +56,10 @@ class Rewards(NamedTuple):
 
 
 @jit
-def deliver_rewards(rewards: Rewards, rows: StdpRows, neuron: int, tick: int) -> None:
+def deliver_rewards(rewards: Rewards | None, rows: StdpRows, neuron: int, tick: int) -> None:
     """Send a spike of a neuron (global id) in ``tick`` through the synapses that reward or punish."""
+    if rewards is None:
+        return
     for k in range(rewards.start[neuron], rewards.start[neuron + 1]):
         i = rewards.target[k]
         rule, last = rows.rules[rows.rule_of[i]], rows.history_count[i]

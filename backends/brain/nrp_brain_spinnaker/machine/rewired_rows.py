@@ -14,17 +14,17 @@ from nrp_core._support.arrays import IndexArray, IntArray
 from nrp_core._support.jit import jit
 
 
-class Rewired(NamedTuple):
+class Sites(NamedTuple):
     """Synapses that form and vanish; :mod:`~nrp_brain_spinnaker.machine.rewiring` changes them.
 
     A *site* is a core with the synapses onto a slice of a population, a *group* a projection at a site.
 
     Args:
-        rows: their rows, each with room for all synapses that it may have.
         length: number of synapses of each row.
         row_of: the row of each source cell of each group, group after group.
         n_neurons: number of simulated neurons.
-        sites, groups: their settings, shape ``(n, SITE_COLUMNS)`` and ``(n, GROUP_COLUMNS)``.
+        settings: of each site, shape ``(n, SITE_COLUMNS)``.
+        groups: their settings, shape ``(n, GROUP_COLUMNS)``.
         part_first, part_size: first source cell and number of source cells on each source core.
         probability: the probabilities of forming by squared distance, of 65535.
         place_group, place_source: the synapse at each place of each target cell; source -1 for none.
@@ -38,11 +38,10 @@ class Rewired(NamedTuple):
         heard_group, heard_source: these spikes, shape ``(n_sites, 2, spikes)``.
     """
 
-    rows: StdpRows
     length: IntArray
     row_of: IntArray
     n_neurons: int
-    sites: IntArray
+    settings: IntArray
     groups: IntArray
     part_first: IntArray
     part_size: IntArray
@@ -67,36 +66,47 @@ class Rewired(NamedTuple):
     heard_source: IntArray
 
 
+class Rewired(NamedTuple):
+    """Synapses that form and vanish: their rows, each with room for all that it may have, and their sites.
+
+    The two are apart, because a function that is called takes long to compile for many arrays.
+    """
+
+    rows: StdpRows
+    sites: Sites
+
+
 def changing_rewired(rewired: Rewired) -> list[npt.NDArray[Any]]:
     """Return the arrays that running changes."""
+    rows, sites = rewired
     return [
-        *changing_rows(rewired.rows), rewired.rows.line, rewired.rows.delay, rewired.length,
-        rewired.place_group, rewired.place_source, rewired.waited, rewired.shared, rewired.local,
-        rewired.heard_at, rewired.n_heard, rewired.heard_group, rewired.heard_source,
+        *changing_rows(rows), rows.line, rows.delay, sites.length, sites.place_group, sites.place_source,
+        sites.waited, sites.shared, sites.local, sites.heard_at, sites.n_heard, sites.heard_group,
+        sites.heard_source,
     ]  # fmt: skip
 
 
 @jit
 def deliver_rewired(rewired: Rewired, ring: Ring, neuron: int, tick: int) -> None:
     """Send a spike of a neuron (global id) in ``tick`` through its synapses that form and vanish."""
-    rows = rewired.rows
+    rows, sites = rewired
     for row in range(rows.start[neuron], rows.start[neuron + 1]):
-        deliver_row(rows, ring, row, rows.first[row] + rewired.length[row], tick)
-    for k in range(rewired.heard_start[neuron], rewired.heard_start[neuron + 1]):
-        _hear(rewired, rewired.heard_site[k], rewired.heard_as[k], neuron, tick)
+        deliver_row(rows, None, ring, row, rows.first[row] + sites.length[row], tick)
+    for k in range(sites.heard_start[neuron], sites.heard_start[neuron + 1]):
+        _hear(sites, sites.heard_site[k], sites.heard_as[k], neuron, tick)
 
 
 @jit
-def _hear(rewired: Rewired, site: int, group: int, neuron: int, tick: int) -> None:
+def _hear(sites: Sites, site: int, group: int, neuron: int, tick: int) -> None:
     """Remember a spike at a site, where a new synapse may come from."""
     parity = tick & 1
-    if tick != rewired.heard_at[site]:
-        rewired.heard_at[site], rewired.n_heard[site, parity] = tick, 0
-    n = rewired.n_heard[site, parity]
-    if n < rewired.heard_group.shape[2]:
-        rewired.heard_group[site, parity, n] = group
-        rewired.heard_source[site, parity, n] = neuron - rewired.first_of[group] if group >= 0 else -1
-        rewired.n_heard[site, parity] = n + 1
+    if tick != sites.heard_at[site]:
+        sites.heard_at[site], sites.n_heard[site, parity] = tick, 0
+    n = sites.n_heard[site, parity]
+    if n < sites.heard_group.shape[2]:
+        sites.heard_group[site, parity, n] = group
+        sites.heard_source[site, parity, n] = neuron - sites.first_of[group] if group >= 0 else -1
+        sites.n_heard[site, parity] = n + 1
 
 
 @jit

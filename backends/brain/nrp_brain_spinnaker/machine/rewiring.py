@@ -14,7 +14,7 @@ from __future__ import annotations
 from typing import Final
 
 from nrp_brain_spinnaker.machine.generator import next_word
-from nrp_brain_spinnaker.machine.rewired_rows import Rewired
+from nrp_brain_spinnaker.machine.rewired_rows import Rewired, Sites
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.jit import jit
 
@@ -40,164 +40,166 @@ def below(limit: int, state: IntArray) -> int:
 @jit
 def rewire(rewired: Rewired, tick: int) -> None:
     """Make all attempts of a tick, before its spikes."""
-    for site in range(rewired.sites.shape[0]):
-        _attempt(rewired, site, tick, _attempts(rewired, site))
+    for site in range(rewired.sites.settings.shape[0]):
+        _attempt(rewired, site, tick, _attempts(rewired.sites, site))
 
 
 @jit
-def _attempts(rewired: Rewired, site: int) -> int:
+def _attempts(sites: Sites, site: int) -> int:
     """Return the number of attempts of a site in this tick."""
-    settings = rewired.sites[site]
+    settings = sites.settings[site]
     if settings[FAST]:
         return int(settings[PERIOD])
-    rewired.waited[site] += 1
-    if rewired.waited[site] < settings[PERIOD]:
+    sites.waited[site] += 1
+    if sites.waited[site] < settings[PERIOD]:
         return 0
-    rewired.waited[site] = 0
+    sites.waited[site] = 0
     return 1
 
 
 @jit
 def _attempt(rewired: Rewired, site: int, tick: int, n: int) -> None:
     """Make ``n`` attempts; each chooses before the one before it has changed its row."""
-    buffer, waits = 0, False
+    sites, turn, waits = rewired.sites, 0, False
     while n > 0 or waits:
-        follows = False
+        buffer, follows = turn & 1, False
         while n > 0 and not follows:
-            follows = _choose(rewired, site, tick, rewired.choice[1 - buffer])
+            follows = _choose(sites, site, tick, sites.choice[1 - buffer])
             n -= 1
         if follows:
             _copy_row(rewired, 1 - buffer)
-        if waits and _restructured(rewired, site, buffer):
+        if waits and _restructured(sites, site, buffer):
             _write_row(rewired, buffer)
-        buffer, waits = 1 - buffer, follows
+        turn, waits = turn + 1, follows
 
 
 @jit
-def _choose(rewired: Rewired, site: int, tick: int, choice: IntArray) -> bool:
+def _choose(sites: Sites, site: int, tick: int, choice: IntArray) -> bool:
     """Choose a target, a place and a source; False if the attempt ends here."""
-    settings = rewired.sites[site]
-    target = below(settings[TARGETS], rewired.shared[site])
+    settings = sites.settings[site]
+    target = below(settings[TARGETS], sites.shared[site])
     if target < settings[LOW] or target > settings[HIGH]:
         return False
     target -= settings[LOW]
-    own = rewired.local[site]
+    own = sites.local[site]
     place = settings[FIRST_PLACE] + target * settings[PLACES] + below(settings[PLACES], own)
-    group, source = rewired.place_group[place], rewired.place_source[place]
+    group, source = sites.place_group[place], sites.place_source[place]
     exists = source >= 0
     if not exists:
         if settings[LAST_SPIKES]:
-            group, source = _last_spike(rewired, site, tick)
+            group, source = _last_spike(sites, site, tick)
         else:
-            group, source = _any_source(rewired, site)
+            group, source = _any_source(sites, site)
         if group < 0:
             return False
     choice[TARGET], choice[PLACE], choice[GROUP] = target, place, group
     choice[SOURCE], choice[EXISTS] = source, exists
-    choice[ROW] = rewired.row_of[rewired.groups[group, FIRST_ROW] + source]
+    choice[ROW] = sites.row_of[sites.groups[group, FIRST_ROW] + source]
     return True
 
 
 @jit
-def _any_source(rewired: Rewired, site: int) -> tuple[int, int]:
+def _any_source(sites: Sites, site: int) -> tuple[int, int]:
     """Return a projection and a source cell: first its core by a first number, then the cell on that core."""
-    settings, own = rewired.sites[site], rewired.local[site]
+    settings, own = sites.settings[site], sites.local[site]
     group = settings[FIRST_GROUP] + below(settings[LAST_GROUP] - settings[FIRST_GROUP], own)
-    part, number = rewired.groups[group, FIRST_PART], below(rewired.groups[group, SOURCES], own)
-    total = rewired.part_size[part]
+    part, number = sites.groups[group, FIRST_PART], below(sites.groups[group, SOURCES], own)
+    total = sites.part_size[part]
     while total < number:
         part += 1
-        total += rewired.part_size[part]
-    return int(group), int(rewired.part_first[part] + below(rewired.part_size[part], own))
+        total += sites.part_size[part]
+    return int(group), int(sites.part_first[part] + below(sites.part_size[part], own))
 
 
 @jit
-def _last_spike(rewired: Rewired, site: int, tick: int) -> tuple[int, int]:
+def _last_spike(sites: Sites, site: int, tick: int) -> tuple[int, int]:
     """Return projection and source cell of a spike of the previous tick; -1 for none."""
     parity = (tick - 1) & 1
-    n = rewired.n_heard[site, parity]
+    n = sites.n_heard[site, parity]
     if n == 0:
         return -1, -1
-    chosen = below(n, rewired.local[site])
-    return int(rewired.heard_group[site, parity, chosen]), int(rewired.heard_source[site, parity, chosen])
+    chosen = below(n, sites.local[site])
+    return int(sites.heard_group[site, parity, chosen]), int(sites.heard_source[site, parity, chosen])
 
 
 @jit
 def _copy_row(rewired: Rewired, buffer: int) -> None:
-    row = rewired.choice[buffer, ROW]
-    first, n = rewired.rows.first[row], rewired.length[row]
-    rewired.copy_count[buffer] = n
+    rows, sites = rewired
+    row = sites.choice[buffer, ROW]
+    first, n = rows.first[row], sites.length[row]
+    sites.copy_count[buffer] = n
     for k in range(n):
-        rewired.copy_line[buffer, k] = rewired.rows.line[first + k]
-        rewired.copy_weight[buffer, k] = rewired.rows.weight[first + k]
-        rewired.copy_delay[buffer, k] = rewired.rows.delay[first + k]
+        sites.copy_line[buffer, k] = rows.line[first + k]
+        sites.copy_weight[buffer, k] = rows.weight[first + k]
+        sites.copy_delay[buffer, k] = rows.delay[first + k]
 
 
 @jit
 def _write_row(rewired: Rewired, buffer: int) -> None:
-    row = rewired.choice[buffer, ROW]
-    first, n = rewired.rows.first[row], rewired.copy_count[buffer]
-    rewired.length[row] = n
+    rows, sites = rewired
+    row = sites.choice[buffer, ROW]
+    first, n = rows.first[row], sites.copy_count[buffer]
+    sites.length[row] = n
     for k in range(n):
-        rewired.rows.line[first + k] = rewired.copy_line[buffer, k]
-        rewired.rows.weight[first + k] = rewired.copy_weight[buffer, k]
-        rewired.rows.delay[first + k] = rewired.copy_delay[buffer, k]
+        rows.line[first + k] = sites.copy_line[buffer, k]
+        rows.weight[first + k] = sites.copy_weight[buffer, k]
+        rows.delay[first + k] = sites.copy_delay[buffer, k]
 
 
 @jit
-def _restructured(rewired: Rewired, site: int, buffer: int) -> bool:
+def _restructured(sites: Sites, site: int, buffer: int) -> bool:
     """Change the copy of a row as the choice says; return whether it changed."""
-    choice, settings = rewired.choice[buffer], rewired.sites[site]
+    choice, settings = sites.choice[buffer], sites.settings[site]
     neuron = settings[FIRST_NEURON] + choice[TARGET]
-    found = _found(rewired, buffer, neuron)
+    found = _found(sites, buffer, neuron)
     if choice[EXISTS]:
-        return found >= 0 and _vanished(rewired, site, buffer, found)
-    if rewired.copy_count[buffer] >= settings[PLACES] or (found >= 0 and not settings[REPLACES]):
+        return found >= 0 and _vanished(sites, site, buffer, found)
+    if sites.copy_count[buffer] >= settings[PLACES] or (found >= 0 and not settings[REPLACES]):
         return False
-    return _formed(rewired, site, buffer, neuron)
+    return _formed(sites, site, buffer, neuron)
 
 
 @jit
-def _found(rewired: Rewired, buffer: int, neuron: int) -> int:
+def _found(sites: Sites, buffer: int, neuron: int) -> int:
     """Return the first synapse of a copied row onto a neuron, or -1."""
-    for k in range(rewired.copy_count[buffer]):
-        if rewired.copy_line[buffer, k] % rewired.n_neurons == neuron:
+    for k in range(sites.copy_count[buffer]):
+        if sites.copy_line[buffer, k] % sites.n_neurons == neuron:
             return k
     return -1
 
 
 @jit
-def _vanished(rewired: Rewired, site: int, buffer: int, k: int) -> bool:
-    choice = rewired.choice[buffer]
-    group, number = rewired.groups[choice[GROUP]], next_word(rewired.local[site])
-    depressed = rewired.copy_weight[buffer, k] < group[THRESHOLD]
+def _vanished(sites: Sites, site: int, buffer: int, k: int) -> bool:
+    choice = sites.choice[buffer]
+    group, number = sites.groups[choice[GROUP]], next_word(sites.local[site])
+    depressed = sites.copy_weight[buffer, k] < group[THRESHOLD]
     if number > group[VANISHES_BELOW if depressed else VANISHES]:
         return False
-    last = rewired.copy_count[buffer] - 1
-    rewired.copy_line[buffer, k] = rewired.copy_line[buffer, last]
-    rewired.copy_weight[buffer, k] = rewired.copy_weight[buffer, last]
-    rewired.copy_delay[buffer, k] = rewired.copy_delay[buffer, last]
-    rewired.copy_count[buffer] = last
-    rewired.place_source[choice[PLACE]] = -1
+    last = sites.copy_count[buffer] - 1
+    sites.copy_line[buffer, k] = sites.copy_line[buffer, last]
+    sites.copy_weight[buffer, k] = sites.copy_weight[buffer, last]
+    sites.copy_delay[buffer, k] = sites.copy_delay[buffer, last]
+    sites.copy_count[buffer] = last
+    sites.place_source[choice[PLACE]] = -1
     return True
 
 
 @jit
-def _formed(rewired: Rewired, site: int, buffer: int, neuron: int) -> bool:
-    choice, own = rewired.choice[buffer], rewired.local[site]
-    group = rewired.groups[choice[GROUP]]
-    distance = squared_distance(group, choice[SOURCE], rewired.sites[site, LOW] + choice[TARGET])
+def _formed(sites: Sites, site: int, buffer: int, neuron: int) -> bool:
+    choice, own = sites.choice[buffer], sites.local[site]
+    group = sites.groups[choice[GROUP]]
+    distance = squared_distance(group, choice[SOURCE], sites.settings[site, LOW] + choice[TARGET])
     if distance >= group[N_FORMS]:
         return False
-    if below(_MAX_SHORT, own) > rewired.probability[group[FORMS] + distance]:
+    if below(_MAX_SHORT, own) > sites.probability[group[FORMS] + distance]:
         return False
-    last = rewired.copy_count[buffer]
-    rewired.copy_line[buffer, last] = group[FIRST_LINE] + neuron
-    rewired.copy_weight[buffer, last] = group[WEIGHT]
-    rewired.copy_delay[buffer, last] = group[DELAY_LOW] + below(group[DELAY_HIGH] - group[DELAY_LOW], own)
-    rewired.copy_count[buffer] = last + 1
-    rewired.place_group[choice[PLACE]] = choice[GROUP]
-    rewired.place_source[choice[PLACE]] = choice[SOURCE]
+    last = sites.copy_count[buffer]
+    sites.copy_line[buffer, last] = group[FIRST_LINE] + neuron
+    sites.copy_weight[buffer, last] = group[WEIGHT]
+    sites.copy_delay[buffer, last] = group[DELAY_LOW] + below(group[DELAY_HIGH] - group[DELAY_LOW], own)
+    sites.copy_count[buffer] = last + 1
+    sites.place_group[choice[PLACE]] = choice[GROUP]
+    sites.place_source[choice[PLACE]] = choice[SOURCE]
     return True
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nrp_brain_spinnaker.machine.neuromodulation import dopamine_after, update_modulated
+from nrp_brain_spinnaker.machine.neuromodulation import Rewards, dopamine_after, update_modulated
 from nrp_brain_spinnaker.machine.ring import Ring, add_entry
 from nrp_brain_spinnaker.machine.stdp_rows import (
     BACK_PROPAGATES,
@@ -54,14 +54,14 @@ def remember(rows: StdpRows, i: int, tick: int) -> None:
 
 
 @jit
-def deliver_plastic(rows: StdpRows, ring: Ring, neuron: int, tick: int) -> None:
+def deliver_plastic(rows: StdpRows, rewards: Rewards | None, ring: Ring, neuron: int, tick: int) -> None:
     """Send a spike of a neuron (global id) in ``tick`` through its plastic synapses, updating them first."""
     for row in range(rows.start[neuron], rows.start[neuron + 1]):
-        deliver_row(rows, ring, row, rows.first[row + 1], tick)
+        deliver_row(rows, rewards, ring, row, rows.first[row + 1], tick)
 
 
 @jit
-def deliver_row(rows: StdpRows, ring: Ring, row: int, last: int, tick: int) -> None:
+def deliver_row(rows: StdpRows, rewards: Rewards | None, ring: Ring, row: int, last: int, tick: int) -> None:
     """Send a spike in ``tick`` through the synapses of a row, which end before ``last``."""
     mask = ring.slots.shape[0] - 1
     if rows.rule[row] < 0:
@@ -73,7 +73,9 @@ def deliver_row(rows: StdpRows, ring: Ring, row: int, last: int, tick: int) -> N
     if rule[TIMING] == TRIPLETS:  # the trace before this spike
         rows.slow[row] = slow_trace(rows.decays, rows.slow[row], rule[X], rule[X_LENGTH], before, tick)
     for k in range(rows.first[row], last):
-        if rule[MODULATED]:
+        if rewards is None:  # then the other is not compiled
+            weight = _updated(rows, rule, row, k, tick)
+        elif rule[MODULATED]:
             weight = update_modulated(rows, rule, row, k, tick)
         else:
             weight = _updated(rows, rule, row, k, tick)

@@ -43,7 +43,7 @@ class Stores(NamedTuple):
     static: Rows
     tsodyks_markram: TsodyksRows
     stdp: StdpRows
-    rewards: Rewards
+    rewards: Rewards | None
 
 
 @jit
@@ -51,7 +51,7 @@ def send(stores: Stores, ring: Ring, neuron: int, tick: int) -> None:
     """Send a spike of a neuron (global id) through all its synapses."""
     deliver(stores.static, ring, neuron, tick)
     deliver_dynamic(stores.tsodyks_markram, ring, neuron, tick)
-    deliver_plastic(stores.stdp, ring, neuron, tick)
+    deliver_plastic(stores.stdp, stores.rewards, ring, neuron, tick)
     deliver_rewards(stores.rewards, stores.stdp, neuron, tick)
 
 

@@ -57,8 +57,8 @@ def modulations_of(network: Network) -> dict[str, Neuromodulation]:
     return found
 
 
-def load_rewards(wires: Sequence[Wires], layout: Layout) -> Rewards:
-    """Return the synapses that reward or punish cells onto which some of the wires have STDP.
+def load_rewards(wires: Sequence[Wires], layout: Layout) -> Rewards | None:
+    """Return the synapses that reward or punish cells onto which wires have STDP, if there are any.
 
     Raises:
         NetworkError: a weight or a delay is not one of the machine.
@@ -72,6 +72,8 @@ def load_rewards(wires: Sequence[Wires], layout: Layout) -> Rewards:
             to.append(one.post_index.astype(np.int64) + target.post_first)
             dopamine.append(_dopamine(one, target.model, layout))
     every = np.concatenate(ids)
+    if not every.size:
+        return None
     order = np.argsort(every, kind="stable")
     start: IntArray = np.searchsorted(every[order], np.arange(layout.n_sources + 1)).astype(np.int64)
     return Rewards(start, np.concatenate(to)[order], np.concatenate(dopamine)[order])

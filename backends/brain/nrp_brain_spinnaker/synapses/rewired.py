@@ -8,7 +8,7 @@ import numpy as np
 
 from nrp_brain_spinnaker.host.plastic_rows import at_rest, rules_of
 from nrp_brain_spinnaker.host.wiring import Wires
-from nrp_brain_spinnaker.machine.rewired_rows import Rewired
+from nrp_brain_spinnaker.machine.rewired_rows import Rewired, Sites
 from nrp_brain_spinnaker.machine.rewiring import CHOICE_COLUMNS
 from nrp_brain_spinnaker.machine.stdp_rows import StdpRows
 from nrp_brain_spinnaker.synapses.layout import Layout
@@ -50,8 +50,8 @@ def load_rewired(wires: Sequence[Wires], sites: Sequence[Site], layout: Layout) 
     length = np.zeros(n_rows, np.int64)
     places = [_fill(rows, length, row_of, starts, site, layout.n) for site in sites]
     longest = int(room.max(initial=0))
-    return Rewired(
-        rows=rows, length=length, row_of=row_of, n_neurons=max(layout.n, 1),
+    own_sites = Sites(
+        length=length, row_of=row_of, n_neurons=max(layout.n, 1),
         **rules.arrays(),
         place_group=np.concatenate([np.empty(0, np.int64), *(group for group, _ in places)]),
         place_source=np.concatenate([np.empty(0, np.int64), *(source for _, source in places)]),
@@ -62,6 +62,7 @@ def load_rewired(wires: Sequence[Wires], sites: Sequence[Site], layout: Layout) 
         copy_delay=np.zeros((2, longest), np.uint16),
         **_hearing(sites, wires, layout),
     )  # fmt: skip
+    return Rewired(rows, own_sites)
 
 
 def _rows(groups: Sequence[Group]) -> tuple[IntArray, IntArray]:

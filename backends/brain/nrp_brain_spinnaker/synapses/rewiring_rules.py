@@ -78,7 +78,7 @@ class Rules:
         """Return the tables by their names on the machine."""
         parts = np.array(self._parts, np.int64).reshape(-1, 2)
         return {
-            "sites": np.array(self._sites, np.int64).reshape(-1, machine.SITE_COLUMNS),
+            "settings": np.array(self._sites, np.int64).reshape(-1, machine.SITE_COLUMNS),
             "groups": np.array(self._groups, np.int64).reshape(-1, machine.GROUP_COLUMNS),
             "part_first": parts[:, 0].copy(),
             "part_size": parts[:, 1] - parts[:, 0],

@@ -142,14 +142,14 @@ def seed_sites(rewired: Rewired, sites: Sequence[Site], drawn: Callable[[str], I
     streams: dict[str, tuple[IntArray, np.random.RandomState]] = {}
     for number, site in enumerate(sites):
         if site.rewiring.seed is None:
-            rewired.shared[number] = drawn(site.label)
-            rewired.local[number] = drawn(f"{site.label}/{site.first}")
+            rewired.sites.shared[number] = drawn(site.label)
+            rewired.sites.local[number] = drawn(f"{site.label}/{site.first}")
             continue
         if site.label not in streams:
             random = np.random.RandomState(site.rewiring.seed)
             streams[site.label] = _words(random), random
-        rewired.shared[number], random = streams[site.label]
-        rewired.local[number] = _words(random)
+        rewired.sites.shared[number], random = streams[site.label]
+        rewired.sites.local[number] = _words(random)
 
 
 def _words(random: np.random.RandomState) -> IntArray:
