@@ -1,7 +1,9 @@
 """Synapses of sPyNNaker's scripts: kernels over grids, rules of its own, synapses that form and vanish."""
 
+from dataclasses import replace
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from nrp_brain_event.backend import EventBackend
@@ -31,6 +33,7 @@ def test_the_rule_of_vogels_has_its_parameters(tmp_path: Path) -> None:
 
 
 GRIDS = """
+import h5py
 import numpy as np
 conn = p.ConvolutionConnector({arguments})
 width, height = conn.get_post_shape((7, 6))
@@ -197,6 +200,9 @@ def test_rewards_are_kept_in_files_and_refused_by_other_backends(tmp_path: Path)
     save_network(network, tmp_path / "net.nrpnet")
     found = read_network(tmp_path / "net.nrpnet")
     assert found.digest == network.digest
+    save_network(replace(network, projections=network.projections[:1]), tmp_path / "older.nrpnet")
+    with h5py.File(tmp_path / "net.nrpnet") as new, h5py.File(tmp_path / "older.nrpnet") as older:
+        assert (new.attrs["version"], older.attrs["version"]) == (6, 2)  # 2: shared trains
     reward = found.projections[1]
     assert reward.receptor == "punishment"
     assert reward.neuromodulation is not None
