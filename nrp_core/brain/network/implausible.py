@@ -55,7 +55,7 @@ _HIGHEST_MV: Final = 1_000.0
 _IN_MV: Final = frozenset(cell.name for cell in CELLS.values() if cell.weight_unit == "mV")
 """Cells with weights that are voltages, not currents."""
 _ROUNDING: Final = 1e-6
-_DELAY: Final = Plausible(0.01, 1_000.0, "ms", "s", "us")
+_DELAY: Final = Plausible(0.01, 500.0, "ms", "s", "us")
 _LEARNS: Final = Plausible(0.5, 10_000.0, "ms", "s", "us")
 _RECOVERS: Final = _LEARNS._replace(low=1.0)
 """Resources recover in about a second (Tsodyks and Markram 1997: 0.8 s)."""

@@ -123,6 +123,7 @@ def test_cells_of_other_models_in_another_unit_or_order_are_reported() -> None:
     ("law", "words"),
     [
         ({"delay": 0.001}, "a delay of the projection 'loop' is 0.001 ms; is it meant in s?"),
+        ({"delay": 1000.0}, "a delay of the projection 'loop' is 1000 ms; is it meant in us?"),
         ({"delay": 1.0, "U": 0.0}, "U of the projection 'loop' is 0: its synapses never transmit"),
         ({"delay": 1.0, "weight": 0.0}, "all weights of the projection 'loop' are 0: it has no effect"),
         ({"delay": 1.0, "tau_rec": 0.01}, "tau_rec of the projection 'loop' is 0.01 ms; is it meant in s?"),

@@ -75,7 +75,9 @@ def test_a_row_is_what_a_single_run_gives(sweep: Sweep) -> None:
     assert [int(row["run"]) for row in rows] == list(range(RUNS))
     for row in rows[::5]:
         given = [f"events.red.at={row['events.red.at']}", f"seed={row['seed']}"]
-        result = nrp_core.run("drive_to_the_wall", given)
+        with nrp_core.Run(nrp_core.load_experiment("drive_to_the_wall", given)) as run:
+            run.run()
+            result = run.result()
         assert row["trajectory_digest"] == result.trajectory_digest
         assert row["passed"] == ("" if result.passed is None else str(result.passed))
         assert row["complete"] == str(result.complete)
@@ -288,14 +290,11 @@ def test_emitted_jobs_are_collected_by_the_same_command(sweep: Sweep) -> None:
     assert "did you mean 'slurm'?" in err
 
 
-def test_resuming_ten_thousand_rows_takes_less_than_a_second(sweep: Sweep) -> None:
+def test_resuming_ten_thousand_rows_does_nothing_again(sweep: Sweep) -> None:
     Path("sweep.yaml").write_text(FILE.replace("to: 4", "to: 3333"))
     plan = Plan.of(*read_sweep(Path("sweep.yaml")))
     sweep("sweep.yaml", "--only", "0", "--workers", 1)
     lines = [Record(run.task.id, run.task.index, state="finished").to_line() for run in plan.runs]
     Path("sweep.sweep", JOURNAL).write_text("".join(lines))
-    began = time.process_time()
     code, _, err = sweep("sweep.yaml", "--workers", 1)
-    took_s = time.process_time() - began
     assert (code, "9999 runs, 0 to do" in err) == (0, True)
-    assert took_s < 2.5, "about 0.7 s on a quiet machine"
