@@ -145,6 +145,9 @@ class ShimmedMaker(Maker, Participant, ABC):
         aliases = self.aliases(world, functions)
         for name, served in aliases.items():
             world.add_alias(name, served)
+            if not served.endswith(name):
+                message = f"no topic '{name}': '{served}' is used, the only one like it"
+                world.warnings.add(Code.NRP255, message, subject=name)
         for name, kind in {**self._topics_of_machines(functions), **self.names.graph.wanted}.items():
             if name not in world.topics:
                 world.declare(name, kind)

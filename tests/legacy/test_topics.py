@@ -152,3 +152,21 @@ def test_messages_of_another_type_than_that_of_a_topic_are_reported_by_their_typ
     run.run()
     (message,) = [one.message for one in run.problems if "wheel_speeds" in one.message]
     assert message.endswith("wheel_speeds' takes gazebo_msgs/msg/WheelSpeeds, not std_msgs/msg/Float64")
+
+
+@pytest.mark.parametrize(("name", "is_said"), [("/p3dx/husky/cmd_vel", True), ("/husky/cmd_vel", False)])
+def test_a_topic_under_the_name_of_another_robot_is_said_to_be_used(
+    opened: Opened, corpus: Path, name: str, is_said: bool
+) -> None:
+    (corpus / "topics").mkdir()
+    function = (
+        f"@nrp.Neuron2Robot(Topic('{name}', geometry_msgs.msg.Twist))\n"
+        "def drive(t):\n    return geometry_msgs.msg.Twist()\n"
+    )
+    bibi = BIBI.replace('<transferFunction src="injects.py"/>', "")
+    for file, text in {"topics.py": function, "topics.bibi": bibi, "t.exc": EXC}.items():
+        (corpus / "topics" / file).write_text(text)
+    run = opened("topics/t.exc")
+    run.run()
+    said = f"no topic '{name}': '/robot/husky/cmd_vel' is used, the only one like it"
+    assert (said in [problem.message for problem in run.result().problems]) == is_said

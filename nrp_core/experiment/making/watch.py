@@ -60,13 +60,14 @@ def warn_of_missing_topics(
     collector: Collector, experiment: Experiment, world: World, functions: Sequence[TransferFunction]
 ) -> None:
     """Add the topics that functions expect to a world, with a warning for each that nothing publishes."""
-    served = dict(world.topics)
+    served, known = dict(world.topics), len(world.warnings)
     for topic in declare_missing_topics(experiment, world, functions):
         ending = f"/{topic.rpartition('/')[2]}"
         others = [info for name, info in served.items() if name.endswith(ending)]
         other = f"; '{others[0].name}' carries {type_name(others[0].type)}" if others else ""
         message = f"the world has no topic '{topic}': it is silent unless a function publishes on it{other}"
         collector.add(Code.NRP268, message, "transfer_functions", level=Level.WARNING, subject=topic)
+    collector.findings += world.warnings[known:]
 
 
 class Watch:
