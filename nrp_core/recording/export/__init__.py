@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -75,6 +76,9 @@ def _write(recording: Recording, kind: Format, target: Path) -> list[Path]:
 
         return write_csv(recording, target)
     if kind is Format.NWB:
+        os.environ.setdefault(
+            "PYNWB_NO_CACHE_DIR", "1"
+        )  # a cache cut short by a full disk breaks later imports
         from nrp_core.recording.export.nwb import write_nwb
 
         return write_nwb(recording, target)
