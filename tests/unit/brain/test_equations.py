@@ -103,6 +103,8 @@ def test_a_mistake_is_one_error_with_its_place(name: str) -> None:
 
 SLOW = "da/dt = -a/(20*second) : nA\n"
 SPIKE = "v = v_rest; a += 0.01*nA"
+HELD = MEMBRANE.replace("(ge", "(ge - a") + "da/dt = -a/(20*ms) : nA\n"
+SLOWED = HELD.replace(" (unless refractory)", "")
 FLAG = MEMBRANE + "dn/dt = 0/ms : 1\n"
 ADAPTING = MEMBRANE + "dtheta/dt = (v_thresh + 0.3*(v - v_rest) - theta)/(50*ms) : mV\n"
 CURVED = MEMBRANE.replace("R*", "2*mV*exp((v + 50*mV)/(2*mV)) + R*")
@@ -119,8 +121,11 @@ DOUBTS = {
     "threshold": ({"threshold": "v > 1*volt"}, "the threshold, 'v > 1.volt', is 1000 mV"),
     "at once": ({"initial": {"v": "-40 mV"}}, "meet the threshold, 'v > v_thresh', from the start"),
     "no reset": ({"reset": ""}, "the reset changes nothing"),
+    "held": ({"equations": HELD, "reset": "a += 1*nA"}, "the reset does not change v, which the refr"),
+    "held threshold": ({"equations": HELD, "threshold": "v > v_thresh + a*Mohm", "reset": "a += 5*nA"}, None),
+    "not held": ({"equations": SLOWED, "reset": "a += 1*nA"}, None),
     "no change": ({"reset": "v = v"}, "the reset changes nothing"),
-    "long": ({"refractory": "100 second"}, "the refractory period is 100 s"),
+    "long": ({"refractory": "2 second"}, "the refractory period is 2 s"),
     "always": ({"refractory": "v > -100*mV"}, "cells are refractory from the start"),
     "limits": ({"equations": MEMBRANE.replace("(ge +", "(clip(ge, 1*nA, 0*nA) +")}, "limits of clip are r"),
     "slow adaptation": ({"equations": MEMBRANE.replace("(ge", "(ge - a") + SLOW, "reset": SPIKE}, None),

@@ -34,7 +34,8 @@ from nrp_core.brain.network.equations.units import VOLT
 
 _MOST_CELLS: Final = 100
 """The cells whose equations are solved; they are mostly alike."""
-_LONGEST_S: Final = 10.0
+_LONGEST_S: Final = 1.0
+"""Of refractory periods."""
 _HIGHEST_V: Final = 1.0
 _LOWEST_V: Final = 5e-4
 """Of a threshold that is not 0."""
@@ -268,11 +269,15 @@ def _stands(model: Model, name: str, state: dict[str, Any]) -> bool:
 
 def _reset(model: Model) -> Iterator[str]:
     changes = [name for name, value in model.reset if not (isinstance(value, ast.Name) and value.id == name)]
-    if not changes and model.lasts and isinstance(model.threshold, ast.Compare):  # not "... and v < before"
-        yield (
-            "the reset changes nothing, so a cell above its threshold fires again after every refractory "
-            "period"
-        )
+    if not model.lasts or not isinstance(model.threshold, ast.Compare):  # such as "... and v < before"
+        return
+    tested = reached([model.threshold], {}, model.definitions) & model.variables.keys()
+    again = "a cell above its threshold fires again after every refractory period"
+    if not changes:
+        yield f"the reset changes nothing, so {again}"
+    elif tested.isdisjoint(changes) and tested and all(model.variables[name].held for name in tested):
+        names = ", ".join(sorted(tested))
+        yield f"the reset does not change {names}, which the refractory period holds, so {again}"
 
 
 def _beginning(

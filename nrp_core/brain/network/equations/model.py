@@ -51,11 +51,13 @@ class Effect:
         variable: the state variable.
         factor: an expression of parameters.
         unit: the unit of weights.
+        always: whether it is not lost while the cell is refractory and holds the variable.
     """
 
     variable: str
     factor: ast.expr
     unit: Unit
+    always: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,8 +36,21 @@ def propagators(
     Returns:
         Shape ``(n, n_variables, n_columns)``, or ``(1, ...)`` if all cells are equal.
     """
+    return exponentials(matrices(model, parameters, n, held=held) * step_s)[:, : len(model.variables)]
+
+
+def exponentials(matrix: FloatArray) -> FloatArray:
+    """Return the exponentials of square matrices, shape ``(n, m, m)``, or ``(1, m, m)`` if all are equal."""
     from scipy.linalg import expm
 
+    if (matrix == matrix[:1]).all():
+        matrix = matrix[:1]
+    found: FloatArray = expm(matrix)
+    return found
+
+
+def matrices(model: Model, parameters: Mapping[str, FloatArray], n: int, *, held: bool) -> FloatArray:
+    """Return the matrices of linear equations, per s, shape ``(n, n_columns, n_columns)``."""
     coefficients = rates(model)
     assert coefficients is not None
     columns = columns_of(model)
@@ -47,10 +60,7 @@ def propagators(
             continue
         for key, coefficient in coefficients[name].items():
             matrix[:, row, columns.index(key)] = value_of(coefficient, parameters, model.definitions)
-    if (matrix == matrix[:1]).all():
-        matrix = matrix[:1]
-    moved: FloatArray = expm(matrix * step_s)
-    return moved[:, : len(model.variables)]
+    return matrix
 
 
 def pattern(model: Model, *, held: bool) -> npt.NDArray[np.bool_]:

@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 from difflib import get_close_matches
+from typing import Final
 
 from nrp_core.brain.network.equations import linear
 from nrp_core.brain.network.equations.declarations import (
@@ -53,6 +54,9 @@ from nrp_core.brain.network.equations.units import (
     times,
 )
 from nrp_core.errors import did_you_mean
+
+_ALWAYS: Final = "(also refractory)"
+"""After the effect of a spike: it is not lost while the cell is refractory."""
 
 
 def read(texts: Texts) -> Model:
@@ -130,8 +134,9 @@ def _receptors(
         misspelt = receptor not in RECEPTORS and get_close_matches(receptor, RECEPTORS)
         if misspelt or not receptor.isidentifier():
             place.refuse(f"there is no receptor '{receptor}'{did_you_mean(receptor, RECEPTORS)}")
-        written = text if "=" in text else f"{text} += {WEIGHT}"
-        found[receptor] = _effect(written, place, variables, names)
+        effect = text.strip().removesuffix(_ALWAYS).rstrip()
+        written = effect if "=" in effect else f"{effect} += {WEIGHT}"
+        found[receptor] = replace(_effect(written, place, variables, names), always=effect != text.strip())
     return found
 
 

@@ -67,6 +67,8 @@ def crossing(model: Model, state: State) -> Crossing | None:
         match node:
             case ast.Compare(left=left, ops=[op], comparators=[right]) if isinstance(op, _RISING + _FALLING):
                 name = _set_back(model, [*names_in(left), *names_in(right)])
+                if not name:
+                    continue
                 above = ast.BinOp(left, ast.Sub(), right)
                 parts = coefficients_of(above, {name}, model.definitions)
                 if parts is None or name not in parts:

@@ -22,6 +22,7 @@ from nrp_core.brain.devices.state_recorder import StateRecorder
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network
 from nrp_core.errors import CapabilityError, DivergedError
+from nrp_core.pynn import new_simulator
 
 REFERENCES = json.loads((Path(__file__).parent / "equations_brian2.json").read_text())
 CURRENT = """
@@ -145,6 +146,25 @@ def test_constant_current_gives_the_closed_formula_for_each_cell() -> None:
         np.testing.assert_allclose(
             voltages[1 : 1 + len(times), k], [-65.0 + 20.0 * (1.0 - exp(-t / tau)) for t in times], rtol=1e-13
         )
+
+
+def test_a_spike_in_the_refractory_period_is_lost_or_kept() -> None:
+    sim = new_simulator()
+    sim.setup(timestep=0.1)
+    kind = sim.EquationCell(
+        "dv/dt = -v/tau : mV (unless refractory)", "v > 10*mV", "v = 0*mV", "5 ms",
+        parameters={"tau": "20 ms"}, receptors={"excitatory": "v", "inhibitory": "v (also refractory)"},
+    )  # fmt: skip
+    cells = sim.Population(2, kind())
+    source = sim.Population(1, sim.SpikeSourceArray(spike_times=[1.0, 3.0]))
+    for k, receptor in enumerate(("excitatory", "inhibitory")):
+        synapse = sim.StaticSynapse(weight=12.0, delay=1.0)
+        sim.Projection(source, cells[k : k + 1], sim.AllToAllConnector(), synapse, receptor_type=receptor)
+    cells.record(["spikes", "v"])
+    sim.run(7.0)
+    data = cells.get_data().segments[0]
+    assert [np.asarray(train).tolist() for train in data.spiketrains] == [[2.0], [2.0]]
+    assert np.asarray(data.filter(name="v")[0])[50].tolist() == [0.0, 12.0]
 
 
 @pytest.mark.parametrize("tau", [20.0, np.linspace(10.0, 35.0, 1500)], ids=["equal", "different"])

@@ -11,14 +11,19 @@ from nrp_brain_event.cells import NANO
 from nrp_brain_event.equations.compiled import compiled
 from nrp_brain_event.equations.expressions import DEFINITION, PARAMETER, STATE
 from nrp_brain_event.grid.equations.layout import (
+    CHANGE,
     STREAM,
     constants_of,
     courses_of,
+    factors_of,
     multiplied,
     propagated,
     values_of,
 )
+from nrp_brain_event.grid.equations.magnus_bound import bound
+from nrp_brain_event.grid.equations.magnus_source import MOST_CHANGE
 from nrp_brain_event.grid.equations.source import ARGUMENTS, kernel_source
+from nrp_brain_event.grid.equations.tolerance import scale_of
 from nrp_brain_event.grid.records import N_STATE, Block, Grid, X
 from nrp_brain_event.random_numbers import streams
 from nrp_brain_event.records import Array
@@ -26,6 +31,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.network.data import Network, Population
 from nrp_core.brain.network.equations.cell import CellEquations
+from nrp_core.brain.network.equations.driven import driven, fastest, integrals
 from nrp_core.brain.network.equations.expressions import TIME
 from nrp_core.brain.network.equations.model import INPUT, Model
 from nrp_core.brain.network.equations.propagators import propagators
@@ -174,7 +180,8 @@ def _with_code(blocks: Array, constants: FloatArray, network: Network) -> Array:
     for block, (population, cell) in zip(blocks, _owners(network), strict=True):
         known = _rows(constants, block, population.size, cell.model)
         differ = {name for name, row in known.items() if (row != row[:1]).any()}
-        source = kernel_source(cell.model, equal=differ <= {PARAMETER + INPUT})
+        is_driven = CHANGE in known and bool((known[CHANGE] <= MOST_CHANGE).all())
+        source = kernel_source(cell.model, equal=differ <= {PARAMETER + INPUT}, driven=is_driven)
         block["code"] = compiled(source, "advance", ARGUMENTS)
     return blocks
 
@@ -215,4 +222,19 @@ def _constants(model: Model, known: Mapping[str, FloatArray], n: int, step_ms: f
     for course in courses_of(model) if part.variables else ():
         moved = propagators(part, known, n, course.share * step_ms * _S_PER_MS, held=course.held)
         rows += list(moved[:, multiplied(part, held=course.held)].T)
+    if factors_of(model):
+        rows += _factors(model, known, n, step_ms * _S_PER_MS)
     return np.concatenate([np.empty(0), *(np.broadcast_to(row, (n,)) for row in rows)])
+
+
+def _factors(model: Model, known: Mapping[str, FloatArray], n: int, step_s: float) -> list[FloatArray]:
+    """Return the constants of variables that are driven, see :func:`factors_of`."""
+    change = fastest(model, known, n, step_s)
+    rows = [change]
+    for name, both in (driven(model) or {}).items():
+        a, b = (integrals(model, own, known, n, step_s) for own in both)
+        limits = bound(a.size, b.size, change, scale_of(model.variables[name]))
+        sums = (a.whole, a.moment, b.whole, b.moment)
+        rows += [row for own in sums for row in own.values()]
+        rows += [limits.least, limits.slope, limits.reach, *limits.size.values()]
+    return rows

@@ -28,6 +28,11 @@ def advanced(model: Model) -> Iterator[str]:
     yield from (f"{STATE}{name} = y_{name}" for name in model.variables)
 
 
+def changed(model: Model) -> list[str]:
+    """Return the names of what a step changes."""
+    return [*(STATE + name for name in model.variables), *(() if model.lasts else ("until",))]
+
+
 def regime(_model: Model) -> Iterator[str]:
     """Yield the lines that find what a cell is in at the end of a step."""
     yield "held = step <= until"

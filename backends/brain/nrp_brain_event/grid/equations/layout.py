@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from nrp_brain_event.equations.expressions import DEFINITION, PARAMETER, STATE
 from nrp_brain_event.runge_kutta import NODES
+from nrp_core.brain.network.equations.driven import columns, driven
 from nrp_core.brain.network.equations.linear import ONE, linear_part
 from nrp_core.brain.network.equations.model import EXACT, INPUT, Model
 from nrp_core.brain.network.equations.propagators import columns_of, pattern
@@ -29,6 +30,12 @@ DRIVE: Final = "drive"
 INPUTS: Final = "in_"
 GAIN: Final = "gain_"
 _ELEMENT: Final = "element_"
+_FEW: Final = 32
+"""Cells that are searched at once for one that needs more than the others."""
+CHANGE: Final = "change"
+"""The share by which coefficients of variables change in a step."""
+LIMITS: Final = ("(least)", "(slope)", "(reach)")
+"""What limits the sizes of coefficients, which are beside it; not the names of variables."""
 
 
 def hidden(model: Model) -> tuple[str, ...]:
@@ -49,11 +56,13 @@ def values_of(model: Model) -> list[str]:
 
 def constants_of(model: Model) -> list[str]:
     """Return the names of the rows of constants: parameters, gains of receptors, elements of propagators."""
-    elements = elements_of(model).values()
+    elements, driven_by = elements_of(model).values(), factors_of(model)
     return [
         *(PARAMETER + name for name in model.parameters),
         *(GAIN + receptor for receptor in model.receptors),
         *(name for rows in elements for row in rows.values() for name in row.values()),
+        *([CHANGE] if driven_by else []),
+        *(name for factors in driven_by.values() for row in factors for name in row.values()),
     ]
 
 
@@ -106,10 +115,47 @@ def multiplied(part: Model, *, held: bool) -> npt.NDArray[np.bool_]:
     return found
 
 
+class Factors(NamedTuple):
+    """The names of what a driven variable is advanced by.
+
+    Args:
+        whole_a, moment_a: factors of :class:`~nrp_core.brain.network.equations.driven.Integrals`, by column.
+        whole_b, moment_b: the same for the other coefficient.
+        bound: of :class:`~nrp_brain_event.grid.equations.magnus_bound.Bound`, by its fields and columns.
+    """
+
+    whole_a: Mapping[str, str]
+    moment_a: Mapping[str, str]
+    whole_b: Mapping[str, str]
+    moment_b: Mapping[str, str]
+    bound: Mapping[str, str]
+
+
+def factors_of(model: Model) -> dict[str, Factors]:
+    """Return the factors of all variables that are driven, if all others are linear."""
+    found = {}
+    for name, both in (driven(model) or {}).items() if model.method != EXACT else ():
+        (whole_a, moment_a), (whole_b, moment_b) = (columns(model, own) for own in both)
+        sized = [key for key in dict.fromkeys([*whole_a, *whole_b]) if key != ONE]
+        rows = (whole_a, moment_a, whole_b, moment_b, [*LIMITS, *sized])
+        found[name] = Factors(
+            *(
+                {key: f"{kind}_{name}_{k}" for k, key in enumerate(keys)}
+                for kind, keys in zip(Factors._fields, rows, strict=True)
+            )
+        )
+    return found
+
+
 def product(elements: Mapping[str, str]) -> str:
     """Return the source of a row of a propagator times the state, the current and 1."""
-    factors = {ONE: "", INPUT: f" * {PARAMETER}{INPUT}"}
-    return " + ".join(f"{name}{factors.get(key, f' * {STATE}{key}')}" for key, name in elements.items())
+    parts = (f"{name} * {factor(key)}" if factor(key) else name for key, name in elements.items())
+    return " + ".join(parts)
+
+
+def factor(column: str) -> str:
+    """Return the source of what an element of a column is multiplied by; nothing for 1."""
+    return {ONE: "", INPUT: PARAMETER + INPUT}.get(column, STATE + column)
 
 
 def loaded(model: Model, *, equal: bool) -> Iterator[str]:
@@ -133,6 +179,23 @@ def every(name: str) -> str:
 def indented(lines: Iterable[str]) -> Iterator[str]:
     """Yield lines of a block of source."""
     return (f"    {line}" for line in lines)
+
+
+def searched(test: Iterable[str], lines: Iterable[str]) -> Iterator[str]:
+    """Yield a loop over a few cells i at once, for ``lines`` that few cells need.
+
+    Args:
+        test: the lines that find whether a cell is ``due``, which become vector instructions.
+        lines: what the cells do that are together with one that is due.
+    """
+    yield f"for few in range(0, n, {_FEW}):"
+    yield "    due = False"
+    yield f"    for i in range(uint64(few), uint64(min(few + {_FEW}, n))):"  # not checked for a sign
+    yield from indented(indented(test))
+    yield "    if not due:"
+    yield "        continue"
+    yield f"    for i in range(few, min(few + {_FEW}, n)):"
+    yield from indented(indented(lines))
 
 
 def function(name: str, arguments: Sequence[str], lines: Iterable[str], compiled: str = "jit") -> str:

@@ -1,10 +1,10 @@
 """The part of a kernel that advances equations by the method of Dormand & Prince (1980), order 5(4).
 
 A step of the grid is divided so that the local error stays below the tolerance. A sub-step in which the
-threshold is met is halved until the crossing is located; the cell is reset there and spikes at the next grid
-point, at most once in a step of the grid, as the cells of :mod:`nrp_brain_event.grid.curved`. Most cells need
-one sub-step, as long as the step. So all attempt that first, and the step is divided only for those which
-fail.
+threshold is met is shortened until the crossing is located; the cell is reset there and spikes at the next
+grid point, at most once in a step of the grid, as the cells of :mod:`nrp_brain_event.grid.curved`. Most cells
+need one sub-step, as long as the step. So all attempt that first, and the step is divided only for those
+which fail.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from dataclasses import replace
 from typing import Final
 
 from nrp_brain_event.equations.expressions import PARAMETER, STATE, needed, source_of
+from nrp_brain_event.grid.equations import crossing_source, magnus_source
 from nrp_brain_event.grid.equations.exact_source import reset
 from nrp_brain_event.grid.equations.layout import (
     Course,
@@ -26,17 +27,13 @@ from nrp_brain_event.grid.equations.layout import (
     kept,
     product,
     propagated,
-    stored,
+    searched,
 )  # fmt: skip
+from nrp_brain_event.grid.equations.tolerance import TOLERANCE, scale_of
 from nrp_brain_event.runge_kutta import ERROR, NODES, STAGES, WEIGHTS
-from nrp_core.brain.network.equations.expressions import names_in
+from nrp_core.brain.network.equations.expressions import TIME, names_in
 from nrp_core.brain.network.equations.model import INPUT, Model, Variable
-from nrp_core.brain.network.equations.units import AMPERE, NONE, SECOND, SIEMENS, VOLT
 
-TOLERANCE: Final = 1e-7
-"""The largest local error of a sub-step, in units of a variable's scale and value together."""
-_SCALES: Final = {VOLT: 1e-3, AMPERE: 1e-9, SIEMENS: 1e-9, SECOND: 1e-3, NONE: 1e-2}
-"""Sizes of variables by dimension, in SI units: mV, nA, nS, ms and percent."""
 _NARROW: Final = 1e-7
 """Width, in steps of the grid, within which a crossing is located."""
 _SHORTEST: Final = 1e-12
@@ -100,9 +97,42 @@ def _integrated(model: Model) -> list[str]:
     return [name for name in model.variables if name not in known]
 
 
-def advancing(model: Model, load: Sequence[str]) -> dict[str, list[str]]:
-    """Return the functions that advance cells by a step of the grid, before spikes arrive."""
-    return {"attempt": [*_attempt(model, load)], "divide": [*_divide(model, load)]}
+def attempted(model: Model, *, driven: bool) -> Iterator[str]:
+    """Yield the lines by which a cell attempts a whole step, and finds whether it has ``done`` that."""
+    yield from _begun(model, driven=driven)
+    yield from (_driven if driven else _followed)(model)
+    if not model.is_random:  # else it is tested once in a step of the grid
+        held = "held or " if tested_again(model) else ""
+        yield from needed([model.threshold], model, "y_")
+        yield f"done = done and ({held}not ({source_of(model.threshold, model, 'y_')}))"
+    yield from (f"{STATE}{name} = y_{name} if done else {STATE}{name}" for name in model.variables)
+    yield f"later = 0.0 if rest - h < {_SHORTEST} * h else rest - h"
+    yield "rest = later if done else rest"
+    if not driven:
+        yield "wanted = h if done else wanted"
+    yield "mark = -1.0 if not done else " + ("0.0" if model.lasts else "2.0 if held else 0.0")
+    yield "held = " + ("rest > 0.0" if model.lasts else "mark >= 2.0")
+    yield "spiked = False"
+
+
+def changed(model: Model, *, driven: bool) -> list[str]:
+    """Return the names of what an attempt changes."""
+    return [name for name in kept(model) if not (driven and name == "wanted")]
+
+
+def tested_again(model: Model) -> bool:
+    """Return whether the threshold can be met after a step at whose end it was not.
+
+    It cannot if it depends only on what neither a spike that arrives changes nor a cell that is refractory.
+    """
+    waiting, met = [model.threshold], set[str]()
+    while waiting:
+        names = {*names_in(waiting.pop())} - met
+        met |= names
+        waiting += [model.definitions[name] for name in names & model.definitions.keys()]
+    effects = {effect.variable for effect in model.receptors.values()}
+    free = {name for name, variable in model.variables.items() if not variable.held or name in effects}
+    return model.is_random or not model.lasts or not met.isdisjoint({TIME, *free})
 
 
 def regime(model: Model) -> Iterator[str]:
@@ -123,24 +153,22 @@ def fire(model: Model) -> Iterator[str]:
         yield f"rest = max({source_of(model.refractory, model)}, left)"
 
 
-def _attempt(model: Model, load: Sequence[str]) -> Iterator[str]:
-    """Yield the lines by which all cells attempt a whole step; those that must divide it get the mark -1."""
-    yield "due = False"
-    yield "for i in range(n):"
-    yield from indented([*load, *_whole(model), *stored(kept(model)), "due |= not done"])
-    yield "return due"
-
-
-def _whole(model: Model) -> Iterator[str]:
-    """Yield a sub-step as long as the step, which a cell takes if it is right."""
+def _begun(model: Model, *, driven: bool) -> Iterator[str]:
+    """Yield the beginning of a sub-step as long as the step."""
     yield "t = step * h - h"
     if model.lasts:
         yield "held = rest > 0.0"
-        yield "done = (not held or rest >= h) and (wanted <= 0.0 or wanted >= h)"
+        yield "done = not held or rest >= h"
     else:
         yield from needed([model.refractory], model)
         yield f"held = {source_of(model.refractory, model)}"
-        yield "done = wanted <= 0.0 or wanted >= h"
+        yield "done = True"
+    if not driven:
+        yield "done = done and (wanted <= 0.0 or wanted >= h)"
+
+
+def _followed(model: Model) -> Iterator[str]:
+    """Yield the lines of Runge-Kutta."""
     integrated, elements = _integrated(model), elements_of(model)
     yield from _slopes_of(1, "t", STATE, model, integrated, _OF_ALL)
     for stage in range(1, STAGES):
@@ -150,33 +178,37 @@ def _whole(model: Model) -> Iterator[str]:
     for name in integrated:
         variable = model.variables[name]
         yield f"done = done and {_error(name, 'h')} <= {_FOLLOWED!r} * ({_allowed(variable)})"
-    if not model.is_random:  # else it is tested once in a step of the grid
-        yield from needed([model.threshold], model, "y_")
-        yield f"done = done and (held or not ({source_of(model.threshold, model, 'y_')}))"
-    yield from (f"{STATE}{name} = y_{name} if done else {STATE}{name}" for name in model.variables)
-    yield f"later = 0.0 if rest - h < {_SHORTEST} * h else rest - h"
-    yield "rest = later if done else rest"
-    yield "wanted = h if done else wanted"
-    yield "mark = -1.0 if not done else " + ("0.0" if model.lasts else "2.0 if held else 0.0")
 
 
-def _divide(model: Model, load: Sequence[str]) -> Iterator[str]:
-    """Yield the lines that divide the step of the cells that must."""
-    yield "for i in range(n):"
-    yield f"    if {every('mark')}[i] >= 0.0:"
-    yield "        continue"
-    yield from indented([*load, *_divided(model), *stored(kept(model))])
-    yield "return -1"
+def _driven(model: Model) -> Iterator[str]:
+    """Yield the lines of the Magnus expansion."""
+    yield from magnus_source.advanced(model)
+    yield from magnus_source.tested(model)
+
+
+def divide(model: Model, load: Sequence[str], ended: Sequence[str]) -> Iterator[str]:
+    """Yield the lines that divide the step of the cells that must.
+
+    Args:
+        model: the cell.
+        load: the lines that load it.
+        ended: the lines for the end of the step, at which spikes arrive.
+    """
+    mark = f"{every('mark')}[i]"
+    skipped = [f"if {mark} >= 0.0:", "    continue"]
+    lines = [*skipped, *load, *_divided(model), *regime(model), *ended]
+    yield from searched([f"due |= {mark} < 0.0"], lines)
+    yield "return n_fired"
 
 
 def _divided(model: Model) -> Iterator[str]:
     """Yield the lines that advance a cell by a step of the grid; they return a cell that cannot."""
-    yield "left, between, spiked = h, inf, False"
+    yield "left, between, above, spiked = h, inf, 0.0, False"
     yield "wanted = h if wanted <= 0.0 else wanted"
     yield "while left > 0.0:"
     yield from indented(_sub_step(model))
     yield "if left < 0.0:"
-    yield "    return i"
+    yield "    return -1 - i"
     yield "mark = (1.0 if spiked else 0.0)" + ("" if model.lasts else " + (2.0 if held else 0.0)")
 
 
@@ -189,10 +221,10 @@ def _sub_step(model: Model) -> Iterator[str]:
         yield from needed([model.refractory], model)
         yield f"held = spiked or ({source_of(model.refractory, model)})"
         yield "longest = left"
-    yield f"if between < {_NARROW} * h:"
-    yield "    length = min(min(wanted, longest), between)"
-    yield "else:"
-    yield "    length = min(min(wanted, longest), 0.5 * between)"
+    yield "length = min(wanted, longest)"
+    yield from crossing_source.begun(model)
+    yield "if between < inf:"
+    yield f"    length = min(length, between if between < {_NARROW} * h else share * between)"
     yield from _slopes_of(1, "t", STATE, model, model.variables, _OF_FEW)
     yield "while True:"
     yield from indented(_tried(model))
@@ -233,7 +265,8 @@ def _tried(model: Model) -> Iterator[str]:
         yield f"    crossed = {source_of(model.threshold, model, 'y_')}"
     yield f"if crossed and length > {_NARROW} * h:"
     yield "    between = length"
-    yield "    length *= 0.5"
+    yield from indented(crossing_source.crossed(model))
+    yield "    length *= share"
     yield "    continue"
     yield "break"
 
@@ -259,8 +292,7 @@ def _error(name: str, length: str) -> str:
 
 
 def _allowed(variable: Variable) -> str:
-    scale = min(variable.unit.scale, _SCALES.get(variable.unit.dimension, variable.unit.scale))
-    return f"{TOLERANCE!r} * ({scale!r} + abs(y_{variable.name}))"
+    return f"{TOLERANCE!r} * ({scale_of(variable)!r} + abs(y_{variable.name}))"
 
 
 def _sum(weights: Sequence[float], name: str) -> str:

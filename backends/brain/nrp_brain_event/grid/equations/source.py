@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from re import findall
 from typing import Final
 
 from nrp_brain_event.equations.expressions import DEFINITION, IMPORTS, STATE, needed, source_of
@@ -26,9 +27,12 @@ from nrp_brain_event.grid.equations.layout import (
     indented,
     kept,
     loaded,
+    searched,
     stored,
     values_of,
 )  # fmt: skip
+from nrp_brain_event.grid.equations.magnus_source import bounded
+from nrp_brain_event.grid.equations.runge_kutta_source import attempted, changed, tested_again
 from nrp_brain_event.grid.records import X
 from nrp_core.brain.network.equations.expressions import RANDOM, STEP
 from nrp_core.brain.network.equations.model import EXACT, Model
@@ -42,8 +46,6 @@ ARGUMENTS: Final = (
 """The arguments of a kernel, and their types for :func:`nrp_core._support.jit.c_function`."""
 _BLOCK: Final = 1024
 """Cells whose values stay in the cache of a core while they are computed."""
-_FEW: Final = 32
-"""Cells that are searched at once for one that fires."""
 _HEAD: Final = f'''"""Advances cells that a user gave as equations; written by nrp_brain_event."""
 {IMPORTS}
 from numpy import uint64
@@ -53,20 +55,27 @@ from nrp_core._support.jit import inlined
 '''
 
 
-def kernel_source(model: Model, *, equal: bool) -> str:
+def kernel_source(model: Model, *, equal: bool, driven: bool = False) -> str:
     """Return the module with the kernel, ``advance``, of a cell.
 
     Args:
         model: the cell.
         equal: whether all cells have the same constants.
+        driven: whether cells attempt a step by :mod:`nrp_brain_event.grid.equations.magnus_source`.
     """
     exact, load, arrays = model.method == EXACT, list(loaded(model, equal=equal)), _arrays(model, equal=equal)
-    functions = {} if exact else runge_kutta_source.advancing(model, load)
-    before = exact_source.advanced(model) if exact else runge_kutta_source.regime(model)
-    functions["arrive"] = [*_arriving(model, [*load, *before])]
-    functions["fire"] = [*_firing(model, load)]
+    functions = {"move": [*_moving(model, load, driven=driven)]}
+    if not exact:
+        ended = [*_arrived(model), *stored(kept(model))]
+        if not _searched(model, driven=driven):
+            ended += [*_tested(model), *_fired(model)]
+        functions["divide"] = [*runge_kutta_source.divide(model, load, ended)]
+    if _searched(model, driven=driven):
+        functions["fire"] = [*_firing(model, load)]
     if model.recorded:
         functions["note"] = [*_noting(model, load)]
+    known = set(findall(r"\w+", "\n".join(line for lines in functions.values() for line in lines)))
+    arrays = {name: array for name, array in arrays.items() if name in known}
     names = ["n", "step", "h", "first_row", "fired", "n_fired", *arrays]
     parts = [function(name, names, lines, "inlined") for name, lines in functions.items()]
     parts.append(function("advance", [name for name, _ in ARGUMENTS], _advance(functions, names, arrays)))
@@ -79,18 +88,21 @@ def _advance(functions: Iterable[str], names: Sequence[str], arrays: Mapping[str
     yield f"    n = min({_BLOCK}, b - first)"
     yield from (f"    {name} = {value}" for name, value in arrays.items())
     given = ", ".join(names).replace("first_row", "first_row + first")
-    if "attempt" in functions:
-        yield f"    if attempt({given}):"
-        yield f"        failed = divide({given})"
-        yield "        if failed >= 0:"
-        yield "            return -1 - first - failed"
-    yield f"    if arrive({given}):"
-    yield f"        n_fired = fire({given})"
-    yield "        if n_fired < 0:"
-    yield "            return n_fired - first"
+    yield f"    if move({given}):"
+    for name in ("divide", "fire"):
+        if name in functions:
+            yield f"        n_fired = {name}({given})"
+            yield "        if n_fired < 0:"
+            yield "            return n_fired - first"
     if "note" in functions:
         yield f"    note({given})"
     yield "return n_fired"
+
+
+def _searched(model: Model, *, driven: bool) -> bool:
+    """Return whether cells may fire, or be not finite, whose step is not divided."""
+    again = model.method == EXACT or tested_again(model)
+    return again or not (driven and bounded(model).issuperset(model.variables))
 
 
 def _arrays(model: Model, *, equal: bool) -> dict[str, str]:
@@ -111,27 +123,37 @@ def _arrays(model: Model, *, equal: bool) -> dict[str, str]:
     return found
 
 
-def _arriving(model: Model, before: Sequence[str]) -> Iterator[str]:
-    """Yield the lines for spikes that arrive at the grid point; those onto held variables are lost."""
+def _moving(model: Model, load: Sequence[str], *, driven: bool) -> Iterator[str]:
+    """Yield the lines that advance all cells that need no other loop, and let spikes arrive there."""
+    exact = model.method == EXACT
+    only = "" if exact else "done"
+    names = exact_source.changed(model) if exact else changed(model, driven=driven)
     yield "due = False"
     yield "for i in range(n):"
-    yield from indented(before)
-    for receptor, effect in model.receptors.items():
-        name, arrived = STATE + effect.variable, f"{every(INPUTS + receptor)}[i]"
-        condition = f"{arrived} != 0.0" + (" and not held" if model.variables[effect.variable].held else "")
-        yield f"    {name} += {GAIN}{receptor} * {arrived} if {condition} else 0.0"
-        yield f"    {arrived} = 0.0"
-    yield from indented(stored(_changed(model)))
-    yield from indented(_tested(model))
-    yield "    due |= met or spiked or not finite"
+    yield from indented(load)
+    yield from indented(exact_source.advanced(model) if exact else attempted(model, driven=driven))
+    yield from indented([*_arrived(model, only), *stored(names)])
+    again = exact or tested_again(model)
+    yield from indented(_tested(model) if again else _finite(model, driven=driven))
+    conditions = ["not finite", *(["met"] if again else []), *([] if exact else ["not done"])]
+    yield f"    due |= {' or '.join(conditions)}"
     yield "return due"
 
 
-def _changed(model: Model) -> list[str]:
-    """Return the names of what the loop over all cells changes."""
-    if model.method == EXACT:
-        return [*(STATE + name for name in model.variables), *(() if model.lasts else ("until",))]
-    return list(dict.fromkeys(STATE + effect.variable for effect in model.receptors.values()))
+def _arrived(model: Model, only: str = "") -> Iterator[str]:
+    """Yield the lines for spikes that arrive at the grid point; some onto held variables are lost.
+
+    Args:
+        model: the cell.
+        only: the name of a condition for arrivals.
+    """
+    for receptor, effect in model.receptors.items():
+        arrived = f"{every(INPUTS + receptor)}[i]"
+        is_lost = model.variables[effect.variable].held and not effect.always
+        condition = " and ".join([*(["not held"] if is_lost else []), *([only] if only else [])])
+        more = f"{GAIN}{receptor} * {arrived}" + (f" if {condition} else 0.0" if condition else "")
+        yield f"{STATE}{effect.variable} += {more}"
+        yield f"{arrived} = 0.0" + (f" if {only} else {arrived}" if only else "")
 
 
 def _tested(model: Model) -> Iterator[str]:
@@ -142,29 +164,34 @@ def _tested(model: Model) -> Iterator[str]:
         yield f"{STEP} = h"
     yield from needed([model.threshold], model)
     yield f"met = not held and not spiked and ({source_of(model.threshold, model)})"
-    yield "finite = " + " and ".join(f"abs({STATE}{name}) < inf" for name in model.variables)
+    yield from _finite(model, driven=False)
+
+
+def _finite(model: Model, *, driven: bool) -> Iterator[str]:
+    """Yield the line that finds whether the state is finite, as far as no other line does."""
+    known = bounded(model) if driven else ()
+    names = [STATE + name for name in model.variables if name not in known]
+    yield f"finite = abs({' + '.join(names)}) < inf" if names else "finite = True"
 
 
 def _firing(model: Model, load: Sequence[str]) -> Iterator[str]:
     """Yield the lines that find the cells that fire, and reset them."""
     method = exact_source if model.method == EXACT else runge_kutta_source
     test = [*load, *method.regime(model), *_tested(model)]
-    yield f"for few in range(0, n, {_FEW}):"
-    yield "    due = False"
-    yield f"    for i in range(uint64(few), uint64(min(few + {_FEW}, n))):"  # not checked for a sign
-    yield from indented(indented([*test, "due |= met or spiked or not finite"]))
-    yield "    if not due:"
-    yield "        continue"
-    yield f"    for i in range(few, min(few + {_FEW}, n)):"
-    yield from indented(indented(test))
-    yield "        if not finite:"
-    yield "            return -1 - i"
-    yield "        if met:"
-    yield from indented(indented(indented([*method.fire(model), *stored(kept(model))])))
-    yield "        if met or spiked:"
-    yield "            fired[n_fired] = first_row + i"
-    yield "            n_fired += 1"
+    yield from searched([*test, "due |= met or spiked or not finite"], [*test, *_fired(model)])
     yield "return n_fired"
+
+
+def _fired(model: Model) -> Iterator[str]:
+    """Yield the lines by which a cell fires that is tested; a cell that is not finite ends them."""
+    method = exact_source if model.method == EXACT else runge_kutta_source
+    yield "if not finite:"
+    yield "    return -1 - i"
+    yield "if met:"
+    yield from indented([*method.fire(model), *stored(kept(model))])
+    yield "if met or spiked:"
+    yield "    fired[n_fired] = first_row + i"
+    yield "    n_fired += 1"
 
 
 def _noting(model: Model, load: Sequence[str]) -> Iterator[str]:
