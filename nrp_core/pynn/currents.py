@@ -87,11 +87,27 @@ class Current:
         waveform: its waveform.
         cells: global ids.
         name: name of its device.
+        since_ms: the time at which it was injected.
     """
 
-    def __init__(self, source: Any, waveform: Waveform, cells: IntArray, name: str) -> None:
-        self.source, self.waveform = source, waveform
+    def __init__(
+        self, source: Any, waveform: Waveform, cells: IntArray, name: str, since_ms: float = 0.0
+    ) -> None:
+        self.source, self.waveform, self.since_ms = source, waveform, since_ms
         self._cells, self._name = cells, name
+        self._has_acted = False
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether it never drove its cells although it has an amplitude."""
+        return not self._has_acted and _largest_na(self.source) > 0.0
+
+    def described(self) -> str:
+        """Return its kind and times."""
+        source = self.source
+        if "times" in source.default_parameters:
+            return f"a {type(source).__name__} from {source.times[0]:g} ms"
+        return f"a {type(source).__name__} from {source.start:g} to {source.stop:g} ms"
 
     def start(self, brain: Brain) -> None:
         """Connect to the cells of a brain that was just opened."""
@@ -105,6 +121,8 @@ class Current:
     def update(self, now_ns: int) -> None:
         """Set the current for the time from now on."""
         amplitude = self.waveform.amplitude_na(now_ns)
+        since_ns, acting = self._changes[-1] if self._changes else (now_ns, 0.0)
+        self._has_acted |= bool(acting) and now_ns > since_ns
         if not self._changes or amplitude != self._changes[-1][1]:
             self._port.amplitude = amplitude
             self._changes.append((now_ns, amplitude))
@@ -125,8 +143,18 @@ def doubts_about(sources: Sequence[Any], step_ms: float) -> Iterator[str]:
                 f"dt of a {type(source).__name__} is {interval_ms:g} ms, shorter than the time step: its "
                 f"noise changes every {step_ms:g} ms, which drives cells more"
             )
-        for name in sorted(_SIZES & source.default_parameters.keys()):
-            values = getattr(source, name)
-            largest = np.abs(getattr(values, "value", values)).max(initial=0.0)
+        for name, largest in _sizes_na(source):
             if largest > _LARGEST_NA:
                 yield f"{name} of a {type(source).__name__} is {largest:g} nA; is it meant in pA?"
+
+
+def _sizes_na(source: Any) -> Iterator[tuple[str, float]]:
+    """Yield the largest magnitude of each current among a source's parameters."""
+    for name in sorted(_SIZES & source.default_parameters.keys()):
+        values = getattr(source, name)
+        yield name, float(np.abs(getattr(values, "value", values)).max(initial=0.0))
+
+
+def _largest_na(source: Any) -> float:
+    noise = float(source.stdev) if "stdev" in source.default_parameters else 0.0
+    return max(noise, *(largest for _, largest in _sizes_na(source)))

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -12,12 +13,14 @@ import numpy as np
 from pyNN import recording
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.changes import Rewirings
 from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort
 from nrp_core.brain.devices.state_recorder import StateRecorder, StateRecorderPort
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.pynn.own_names import own_name
 from nrp_core.clock import NS_PER_MS, from_milliseconds, milliseconds
-from nrp_core.errors import NetworkError
+from nrp_core.errors import NetworkError, NrpError
+from nrp_core.pynn.rewirings import REWIRING, events_of
 from nrp_core.pynn.trains import SpikeTrains
 
 if TYPE_CHECKING:
@@ -37,6 +40,7 @@ class Recorder(recording.Recorder):
         self._traces: list[StateRecorderPort] = []
         self._begin_ns = 0
         self._since_ms: dict[str, float] = {}
+        self._kept: list[Rewirings] = []
 
     # -- called by the running simulation
 
@@ -44,6 +48,12 @@ class Recorder(recording.Recorder):
         """Connect to a brain that was just opened."""
         self._ports, self._traces = [], []
         self._listen_to_all()
+
+    def keep(self) -> None:
+        """Keep what only the brain has, which is about to be closed."""
+        if REWIRING in self.recorded:
+            with suppress(NrpError):  # a brain that has failed has nothing to tell
+                self._kept = self._simulator.state.rewirings_onto(self.population)
 
     def restart(self) -> None:
         """Discard the recorded data: the simulation is back at time 0."""
@@ -110,7 +120,7 @@ class Recorder(recording.Recorder):
     def _listen(self, variable: Any, ids: Iterable[Any]) -> None:
         brain = self._simulator.state.brain
         chosen = np.array(sorted(ids), dtype=np.int64)
-        if brain is None or not len(chosen):
+        if brain is None or not len(chosen) or variable == REWIRING:
             return
         name = f"recorder/{self.population.label}/{len(self._ports) + len(self._traces)}"
         if variable == SPIKES:
@@ -125,11 +135,27 @@ class Recorder(recording.Recorder):
         neurons = np.concatenate([np.empty(0, np.int64), *(part.neurons for part in parts)])
         return neurons, np.concatenate([np.empty(0), *(part.times_ms for part in parts)])
 
-    def _get_current_segment(self, *arguments: Any, **options: Any) -> Any:
-        segment = super()._get_current_segment(*arguments, **options)
+    def _get_current_segment(
+        self, filter_ids: Any = None, variables: Any = "all", clear: bool = False
+    ) -> Any:
+        chosen = set(self.recorded) if variables == "all" else set(self.recorded) & set(variables)
+        segment = super()._get_current_segment(filter_ids, chosen - {REWIRING}, clear)
         if len(segment.spiketrains):
             segment.spiketrains = SpikeTrains(segment.spiketrains)
+        if not len(segment.analogsignals):
+            names = sorted(one.name for one in self.recorded if self.recorded[one])
+            segment.description += f"\nThere are no signals here; recorded: {', '.join(names) or 'nothing'}."
+        if REWIRING in chosen:
+            segment.events += self._rewirings(filter_ids)
         return segment
+
+    def _rewirings(self, filter_ids: Any) -> list[Any]:
+        owner = f"population '{self.population.label}'"
+        if filter_ids is not None and len(set(filter_ids)) < self.population.size:
+            raise NetworkError(f"{owner}: 'rewiring' is of all its cells; take get_data of the population")
+        state = self._simulator.state
+        changes = self._kept if state.brain is None else state.rewirings_onto(self.population)
+        return events_of(changes, milliseconds(self._begin_ns))
 
     def _get_spiketimes(self, ids: Iterable[Any], clear: bool = False) -> tuple[IntArray, FloatArray]:
         neurons, times = self._spikes()

@@ -12,11 +12,11 @@ from pydantic import ValidationError
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.backends import brains
-from nrp_core.brain.changes import Synapses
+from nrp_core.brain.changes import Rewirings, Synapses
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.implausible import implausible
 from nrp_core.brain.network.synapses.laws import PLASTIC
-from nrp_core.brain.pynn.export import network_of
+from nrp_core.brain.pynn.export import network_of, unique
 from nrp_core.brain.pynn.populations import SPIKE_TIMES
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.clock import from_milliseconds
@@ -74,6 +74,8 @@ class RunningState(State):
     def close(self) -> None:
         """Release the brain."""
         if self.brain is not None:
+            for recorder in self.recorders:
+                recorder.keep()
             self.brain.close()
         self.brain = None
 
@@ -90,6 +92,18 @@ class RunningState(State):
             self.tell(
                 [f"the longest run ended at {self._longest_ms:g} ms: times are in ms, is it meant in s?"]
             )
+        self.tell(self.remarks)
+        if self._longest_ms > 0.0:
+            self.tell(
+                f"{name} of '{label}' is set after the last run, so that it has no effect"
+                for label, name in self.settings.idle()
+            )
+            self.tell(
+                f"{current.described()} never had an effect: it is injected at {current.since_ms:g} ms, and "
+                f"the longest run ended at {self._longest_ms:g} ms"
+                for current in self._currents
+                if current.is_idle
+            )
         self.close()
 
     def before_change(self) -> None:
@@ -103,6 +117,7 @@ class RunningState(State):
         self.close()
 
     def before_parameters(self, population: Any, index: IntArray, values: Mapping[str, Any]) -> None:
+        super().before_parameters(population, index, values)
         if SPIKE_TIMES in values and self._longest_ms > 0.0:
             self._retimed.add(population.label)
         brain = self._changing()
@@ -116,6 +131,7 @@ class RunningState(State):
             brain.set_parameters(ids, values)
 
     def before_synapses(self, projection: Any, values: Mapping[str, FloatArray]) -> None:
+        super().before_synapses(projection, values)
         brain = self._changing()
         if brain is None:
             return
@@ -144,6 +160,14 @@ class RunningState(State):
         ((label, _),) = self._shares.of(projection)
         return self.brain.read_synapses(label)
 
+    def rewirings_onto(self, population: Any) -> list[Rewirings]:
+        """Return which synapses onto a population formed and vanished, for each projection of that kind."""
+        if self.brain is None:
+            return []
+        onto = [one for one in self.projections if one.post is population and one in self._shares]
+        rewired = [one for one in onto if getattr(one.synapse_type, "rewiring", None) is not None]
+        return [self.brain.read_rewirings(label) for one in rewired for label, _ in self._shares.of(one)]
+
     def _changing(self) -> Brain | None:
         """Return the brain in which something is about to change, or None if it will be opened again."""
         if self.t == 0:
@@ -155,7 +179,7 @@ class RunningState(State):
         name = f"current/{len(self._currents)}"
         waveforms = (current.waveform for current in self._currents if current.source is source)
         waveform = next(waveforms, None) or Waveform(source, self.stream(name), self.dt)
-        current = Current(source, waveform, cells, name)
+        current = Current(source, waveform, cells, name, self.t)
         self._currents.append(current)
         if self.brain is not None:
             current.start(self.brain)
@@ -185,6 +209,7 @@ class RunningState(State):
         self._require_network()
         brain = self.brain or self._open()
         until_ns = from_milliseconds(t_ms)
+        self.settings.run()
         self._update_currents(brain.now_ns)
         self.running = True
         for stop_ns in self._stops(brain.now_ns, until_ns).tolist():
@@ -192,6 +217,16 @@ class RunningState(State):
             self._update_currents(stop_ns)
         self.t = t_ms
         self._longest_ms = max(self._longest_ms, t_ms)
+
+    def _placed(self, error: NetworkError) -> NetworkError:
+        """Return the error of a backend at the line of the projection that it names, if it names one."""
+        names = unique(projection.label for projection in self.projections)
+        for name, projection in zip(names, self.projections, strict=True):
+            is_named = f"'{name}'" in error.message or f"'{name} (" in error.message  # of assemblies
+            if is_named and error.path is None and projection.made_at:
+                path, line = projection.made_at
+                return NetworkError(error.message, path=path, line=line)
+        return error
 
     def _require_network(self) -> None:
         if self.brain is None and self.t > 0:
@@ -210,7 +245,10 @@ class RunningState(State):
         except ValidationError as error:
             wrong = [_told(found, backend.options.model_fields) for found in error.errors()]
             raise ExperimentError(f"options of brain backend '{self._backend}': {'; '.join(wrong)}") from None
-        self.brain = backend.open(network, seed=self._seed, options=options)
+        try:
+            self.brain = backend.open(network, seed=self._seed, options=options)
+        except NetworkError as error:
+            raise self._placed(error) from None
         for warning in self.brain.warnings:
             if warning not in self._told:  # a reset may open the brain again
                 self._told.append(warning)

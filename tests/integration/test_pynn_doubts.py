@@ -256,3 +256,23 @@ def test_a_misspelt_option_of_the_backend_gets_the_nearest() -> None:
     sim.Population(1, sim.IF_curr_exp())
     with pytest.raises(NrpError, match="'tolerence' is not an option; did you mean 'tolerance'"):
         sim.run(1.0)
+
+
+@pytest.mark.filterwarnings("ignore:connect")
+@pytest.mark.parametrize("way", ["Projection", "connect"])
+def test_a_delay_that_the_backend_refuses_is_named_at_the_line_of_its_projection(way: str) -> None:
+    sim = new_simulator()
+    sim.setup(timestep=0.1)
+    one, other = sim.Population(2, sim.IF_curr_exp()), sim.Population(2, sim.IF_curr_exp(), label="other")
+    sim.Projection(one, other, sim.AllToAllConnector(), sim.StaticSynapse(delay=1.0))
+    if way == "connect":
+        sim.connect(one, other, weight=0.1, delay=0.0)
+    else:
+        sim.Projection(one, other, sim.AllToAllConnector(), sim.StaticSynapse(delay=0.0), label="at once")
+    lines = Path(__file__).read_text().splitlines()
+    with pytest.raises(NetworkError, match="has a delay of 0 ms") as caught:
+        sim.run(1.0)
+    assert caught.value.path == Path(__file__)
+    assert caught.value.line is not None
+    assert "delay=0.0" in lines[caught.value.line - 1]
+    assert way in lines[caught.value.line - 1]

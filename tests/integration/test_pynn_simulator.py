@@ -338,6 +338,14 @@ def test_data_that_were_asked_for_as_a_file_are_written_at_the_end(sim: ModuleTy
     assert segment.analogsignals[0].shape == (101, 1)
 
 
+def test_a_segment_without_signals_says_what_was_recorded(sim: ModuleType) -> None:
+    cells = driven(sim)
+    sim.run(1.0)
+    (segment,) = cells.get_data("spikes").segments
+    assert segment.description.endswith("There are no signals here; recorded: spikes, v.")
+    assert "no signals" not in cells.get_data().segments[0].description
+
+
 def test_the_module_itself_is_a_simulator_and_gives_its_network() -> None:
     sim = nrp_core.pynn
     sim.setup(timestep=0.1)

@@ -147,6 +147,48 @@ def test_synapses_form_and_vanish_while_a_script_runs(tmp_path: Path) -> None:
     assert np.nansum(script.sums) == 4.0 * len(script.found)
 
 
+def test_what_forms_and_vanishes_is_recorded_as_events(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        HEAD + STRUCTURAL + "full.record(['rewiring', 'spikes'])\ngone.record('rewiring')\np.run(500)\n"
+        "first = full.get_data('rewiring', clear=True).segments[0].events\np.run(500)\n"
+        "rest, lost = (part.get_data().segments[0].events for part in (full, gone))\n"
+        "found, n = forms.get('weight', 'list'), len(full.get_data('spikes').segments[0].events)\n",
+    )
+    names = ["rewiring_form", "rewiring_elim"]
+    assert [event.name for event in script.first] == [event.name for event in script.rest] == names
+    pairs = sorted(f"{pre:.0f}_{post:.0f}_formation" for pre, post, _ in script.found)
+    every = [str(label) for events in (script.first, script.rest) for label in events[0].labels]
+    assert sorted(every) == pairs
+    assert script.first[0].times.max() < 500.0 <= script.rest[0].times.min()
+    both = sorted(f"{pre}_{post}_elimination" for pre in range(9) for post in range(9))
+    assert sorted(script.lost[1].labels.tolist()) == both  # all to all; one synapse at a time
+    assert (np.diff(script.lost[1].times.magnitude) >= 1.0).all()
+    assert script.lost[0].size == script.n == 0
+    kept = script.gone.get_data().segments[0].events  # its brain is closed
+    assert kept[1].labels.tolist() == script.lost[1].labels.tolist()
+
+
+def test_changes_of_synapses_are_not_those_of_a_view_or_of_other_cells(tmp_path: Path) -> None:
+    lines = STRUCTURAL.strip() + "\nfull.record('rewiring'); p.run(5); full[:3].get_data('rewiring')"
+    assert "'rewiring' is of all its cells" in str(refused(tmp_path, f"exec({lines!r})"))
+    source = "p.Population(1, p.SpikeSourceArray()).record('rewiring')"
+    assert "has no 'rewiring' to record" in str(refused(tmp_path, source))
+
+
+def test_a_mechanism_of_two_populations_gives_them_one_stream_of_seeds(tmp_path: Path) -> None:
+    lines = STRUCTURAL.replace('"seed": 0', '"seed": 5') + (
+        "law = forms.synapse_type\nmore, last = (p.Population(9, p.IF_curr_exp(), label=x) for x in 'yz')\n"
+        "for target in (last, more):\n    p.Projection(stim, target, p.FromListConnector([]), law)\n"
+        "network = p.network()\n"
+    )
+    network = run(tmp_path, HEAD + lines).network
+    save_network(network, tmp_path / "kept.nrpnet")
+    for each in (network, read_network(tmp_path / "kept.nrpnet")):
+        streams = {one.post: one.rewiring.stream for one in each.projections if one.rewiring}
+        assert streams == {"full": "full", "gone": "", "y": "full", "z": "full"}
+
+
 def test_structural_plasticity_is_kept_in_files_and_refused_by_others(tmp_path: Path) -> None:
     script = run(tmp_path, f"{HEAD}{STRUCTURAL}network = p.network()\n")
     save_network(script.network, tmp_path / "kept.nrpnet")

@@ -27,7 +27,7 @@ from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_brain_spinnaker.readout import read
 from nrp_brain_spinnaker.synapses.sites import seed_sites
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.changes import ParameterChange, Synapses
+from nrp_core.brain.changes import ParameterChange, Rewirings, Synapses
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.spikes import Spikes, SynapticEvents
@@ -146,6 +146,9 @@ class SpinnakerBrain(Brain):
 
     def _do_read_synapses(self, projection: Projection) -> Synapses:
         return self._live.synapses(projection.label)
+
+    def _do_read_rewirings(self, projection: Projection) -> Rewirings:
+        return self._live.rewirings(projection.label, self._engine.changes)
 
     # -- changes while it runs
 

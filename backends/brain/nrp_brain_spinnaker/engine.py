@@ -61,6 +61,8 @@ class MachineEngine:
         """Ticks and global ids."""
         self.device_input = Waiting(3)
         """Ticks, lines and s16.15 values."""
+        self.changes: list[IntArray] = []
+        """What formed and vanished, as in :class:`Sites`."""
 
     def run(self, until: int) -> IntArray:
         """Run all ticks before ``until``; return ticks and global ids of the spikes, shape ``(2, n)``."""
@@ -72,7 +74,13 @@ class MachineEngine:
             self.source_spikes.drop(n_sources)
             self.device_input.drop(n_devices)
             parts.append(window.spikes[:, :n_spikes])
+            self._take_changes()
         return parts[0] if len(parts) == 1 else np.concatenate([np.empty((2, 0), np.int64), *parts], axis=1)
+
+    def _take_changes(self) -> None:
+        if self.rewired is not None and (n := int(self.rewired.sites.n_changes[0])):
+            self.changes.append(self.rewired.sites.changes[:, :n].copy())
+            self.rewired.sites.n_changes[0] = 0
 
     def _window(self) -> Window:
         room = max(_ROOM, 2 * self.machine.cells.fired.size)
@@ -84,15 +92,16 @@ class MachineEngine:
     def save(self) -> object:
         """Return the state between two ticks."""
         arrays = [array.copy() for array in self._changing()]
-        return self.tick, arrays, self.source_spikes.entries(), self.device_input.entries()
+        return self.tick, arrays, self.source_spikes.entries(), self.device_input.entries(), [*self.changes]
 
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`."""
-        self.tick, arrays, source_spikes, device_input = saved
+        self.tick, arrays, source_spikes, device_input, changes = saved
         for array, values in zip(self._changing(), arrays, strict=True):
             array[...] = values
         self.source_spikes.replace(source_spikes)
         self.device_input.replace(device_input)
+        self.changes = [*changes]
 
     def _changing(self) -> list[npt.NDArray[Any]]:
         """Return the arrays that change during a run."""

@@ -18,7 +18,7 @@ from nrp_brain_spinnaker.models import SYNAPSES
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_brain_spinnaker.synapses.laws import follow_targets
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.changes import ParameterChange, Synapses
+from nrp_core.brain.changes import ParameterChange, Rewirings, Synapses
 from nrp_core.brain.network.data import Network, Population
 from nrp_core.errors import CapabilityError
 
@@ -95,6 +95,15 @@ class LiveNetwork:
         weight = sign * rewired.rows.weight[place] / part.scale
         delay_ms = rewired.rows.delay[place] * (part.step_us / 1000)
         return Synapses(pre[order], post[order].astype(np.int32), weight[order], delay_ms[order])
+
+    def rewirings(self, label: str, changes: Sequence[IntArray]) -> Rewirings:
+        """Return which synapses of a projection formed and vanished, of the changes of all."""
+        part = self._wires[label]
+        numbers = [g.number for site in self._sites for g in site.groups if g.part is part]
+        every = np.concatenate([np.empty((5, 0), np.int64), *changes], axis=1)
+        tick, _, pre, post, formed = every[:, np.isin(every[1], numbers)]
+        pre, post = pre.astype(np.int32), post.astype(np.int32)
+        return Rewirings(tick * (part.step_us / 1000), pre, post, formed.astype(bool))
 
     def set_weights(self, label: str, weights: FloatArray) -> None:
         """Change the weights of a projection; the shift chosen at the start stays.

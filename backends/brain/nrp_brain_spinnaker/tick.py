@@ -12,7 +12,7 @@ from typing import NamedTuple
 from nrp_brain_spinnaker.machine import kinds
 from nrp_brain_spinnaker.machine.kinds import Cells
 from nrp_brain_spinnaker.machine.neuron_kernels import gather_currents, update_neurons
-from nrp_brain_spinnaker.machine.rewired_rows import Rewired, deliver_rewired, emit_rewired
+from nrp_brain_spinnaker.machine.rewired_rows import Rewired, deliver_rewired, emit_rewired, has_room
 from nrp_brain_spinnaker.machine.rewiring import rewire
 from nrp_brain_spinnaker.machine.ring import Ring, transfer
 from nrp_brain_spinnaker.machine.synaptic_inputs import add_arrived, decay_synapses, read_values
@@ -60,13 +60,13 @@ def finish_tick(cells: Cells) -> None:
 
 @jit
 def advance(machine: Machine, rewired: Rewired | None, window: Window, tick: int, until: int) -> int:
-    """Run ticks up to ``until``, or until there is too little room for spikes; return the tick reached."""
+    """Run ticks up to ``until``, or until there is too little room for output; return the tick reached."""
     lent = borrowed(machine)  # counting shares in the arrays takes most of a short tick
     cells, ring = lent.cells, lent.ring
     sources, devices = borrowed(window.source_spikes), borrowed(window.device_input)
     taken = borrowed(window.taken)
     room = window.spikes.shape[1] - cells.fired.size
-    while tick < until and taken[2] <= room:
+    while tick < until and taken[2] <= room and (rewired is None or has_room(rewired)):
         while taken[1] < devices.shape[1] and devices[0, taken[1]] <= tick:
             ring.device[devices[1, taken[1]]] += devices[2, taken[1]]
             taken[1] += 1

@@ -67,11 +67,13 @@ _AT_ONCE_MS: Final = 1e-6
 """The longest time constant that stands for none: a nanosecond, the resolution of time."""
 HIGHEST_HZ: Final = 1e5
 """Of one Poisson source, which often stands for thousands of neurons."""
-_EXPECTED: Final = 0.5
+FEWEST_SPIKES: Final = 0.5
 """Mean number of spikes of all sources together below which most runs have none."""
+_VOLLEY_MS: Final = 10.0
+"""The longest activity in which most sources do not fire once; a longer one is sparse, as in cortex."""
 _SHORTEST_MS: Final = 0.5
 """Of the intervals of one source; no neuron fires at 2 kHz."""
-_STEP: Final = Plausible(0.001, 100.0, "ms", "s", "us")
+_STEP: Final = Plausible(0.002, 100.0, "ms", "s", "us")  # 0.001 is a millisecond in s
 _STRONGEST: Final = 50.0
 """Conductance of one synapse in units of the leak; more takes a cell to the reversal potential."""
 _NOTICED: Final = 0.01
@@ -151,7 +153,8 @@ def _of_poisson(owner: str, sources: Population) -> Iterator[str]:
         yield f"rate of {owner} is {rates.max():g} Hz; is it meant in mHz?"
     fires = rates > 0.0
     expected = float((rates[fires] * durations_ms[fires] / 1000.0).sum())
-    if 0 < expected < _EXPECTED:
+    is_brief = durations_ms[fires].max(initial=0.0) <= _VOLLEY_MS
+    if 0 < expected < FEWEST_SPIKES * (int(fires.sum()) if is_brief else 1):
         yield (
             f"{owner} fires {expected:.2g} spikes in all: the duration is {durations_ms.max():g} ms; "
             "is it meant in s?"
@@ -308,7 +311,7 @@ def _of_all_together(projection: Projection, post: Population) -> Iterator[str]:
     distance_mv = float(distances_mv[distances_mv > 0].min(initial=np.inf))  # others are pacemakers
     if not np.isfinite(distance_mv):
         return
-    effect_mv = _largest(_extremes(projection, "weight")) * projection.size
+    effect_mv = _largest(_extremes(projection, "weight"))
     suspect = "the weight"
     if post.cell_type not in _IN_MV:
         effect_mv *= float(cells[name].max()) * np.e / float(cells["cm"].min())
@@ -316,12 +319,23 @@ def _of_all_together(projection: Projection, post: Population) -> Iterator[str]:
     if post.is_conductance_based:
         reversal = cells["e_rev_E" if projection.receptor == "excitatory" else "e_rev_I"]
         effect_mv *= float(np.abs(reversal - cells["v_rest"]).max())
+    if 0 < effect_mv < _NOTICED * distance_mv:  # of one synapse
+        effect_mv *= _most_onto_a_cell(projection)
     if 0 < effect_mv < _NOTICED * distance_mv:
         yield (
             f"all synapses of the projection '{projection.label}' together move a cell by {effect_mv:.2g} mV "
             f"at most, and its threshold is {distance_mv:g} mV above its resting potential: is {suspect} in "
             "another unit?"
         )
+
+
+def _most_onto_a_cell(projection: Projection) -> int:
+    counts = np.zeros(0, np.int64)
+    for _, post in projection.pairs():
+        more = np.bincount(post, minlength=len(counts))
+        more[: len(counts)] += counts
+        counts = more
+    return int(counts.max())
 
 
 def _leak_us(cells: Population) -> float | None:

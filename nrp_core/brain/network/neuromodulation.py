@@ -6,20 +6,19 @@ synapse instead of its weight; the weight follows the product of eligibility and
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from math import inf
-from numbers import Real
-from typing import Any, Final
+from typing import ClassVar, Final
 
-from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.brain.network.settings import SMALLEST, Settings
+from nrp_core.errors import NetworkError
 
 MODULATORY: Final = ("reward", "punishment")
 """The receptors of synapses that raise and lower the dopamine of their target."""
 
 
 @dataclass(frozen=True, slots=True)
-class Neuromodulation:
+class Neuromodulation(Settings):
     """How rewards and punishments act, by the names of sPyNNaker.
 
     The weight of a synapse that rewards or punishes is the change of dopamine by a spike; it has no unit.
@@ -33,6 +32,8 @@ class Neuromodulation:
         NetworkError: a value is impossible.
     """
 
+    KIND: ClassVar[str] = "neuromodulation"
+
     tau_c: float = 1000.0
     tau_d: float = 200.0
     w_min: float = 0.0
@@ -40,34 +41,10 @@ class Neuromodulation:
 
     def __post_init__(self) -> None:
         for name in ("tau_c", "tau_d"):
-            self._require(name, 5e-324, "more than 0, and finite")
+            self._require(name, SMALLEST, inf, "more than 0, and finite")
         for name in ("w_min", "w_max"):
-            self._require(name, 0.0, "0 or more, and finite")
+            self._require(name, 0.0, inf, "0 or more, and finite")
         if self.w_min > self.w_max:
             raise NetworkError(
                 f"neuromodulation: w_min is {self.w_min:g}; it must be at most w_max, {self.w_max:g}"
             )
-
-    def _require(self, name: str, low: float, rule: str) -> None:
-        """Check a number, and keep it as one of Python: those of NumPy are not written as JSON."""
-        value = getattr(self, name)
-        number = isinstance(value, Real) and not isinstance(value, bool)
-        if not (number and low <= value < inf):
-            raise NetworkError(f"neuromodulation: {name} is {value!r}; it must be {rule}")
-        object.__setattr__(self, name, float(value))
-
-    def data(self) -> dict[str, Any]:
-        """Return it as plain data."""
-        return asdict(self)
-
-    @classmethod
-    def from_data(cls, data: Mapping[str, Any]) -> Neuromodulation:
-        """Return it from :meth:`data`.
-
-        Raises:
-            NetworkError: a name or a value is impossible.
-        """
-        known = [one.name for one in fields(cls)]
-        for name in data.keys() - set(known):
-            raise NetworkError(f"neuromodulation has no '{name}'{did_you_mean(name, known)}")
-        return cls(**data)

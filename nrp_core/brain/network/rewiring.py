@@ -8,11 +8,11 @@ places at random. A synapse at the place may vanish; if there is none, one from 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import dataclass, field
 from math import inf
-from numbers import Real
-from typing import Any, Final, Literal, get_args
+from typing import Any, ClassVar, Final, Literal, get_args
 
+from nrp_core.brain.network.settings import SMALLEST, Settings
 from nrp_core.errors import NetworkError, did_you_mean
 
 Partner = Literal["RandomSelection", "LastNeuronSelection"]
@@ -26,7 +26,7 @@ _LARGEST_SEED: Final = 2**32 - 1
 
 
 @dataclass(frozen=True, slots=True)
-class Rewiring:
+class Rewiring(Settings):
     """How synapses form and vanish, by the names of sPyNNaker.
 
     Args:
@@ -46,11 +46,15 @@ class Rewiring:
         s_max: number of places of each target cell.
         with_replacement: whether a cell may have several synapses from the same source.
         seed: seed of the random numbers, or None for those of the run.
+        stream: label of the first population whose seeds are drawn from the same stream, or nothing if the
+            population has a stream of its own.
         parameters: parameters of the law of a new synapse, PyNN names and units.
 
     Raises:
         NetworkError: a value is impossible.
     """
+
+    KIND: ClassVar[str] = "rewiring"
 
     partner: str = "RandomSelection"
     spike_buffer_size: int = 64
@@ -70,6 +74,7 @@ class Rewiring:
     s_max: int = 32
     with_replacement: bool = True
     seed: int | None = None
+    stream: str = ""
     parameters: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -78,7 +83,7 @@ class Rewiring:
         for name in _PROBABILITIES:
             self._require(name, 0.0, 1.0, "a number from 0 to 1")
         for name in _POSITIVE:
-            self._require(name, 5e-324, inf, "more than 0, and finite")
+            self._require(name, SMALLEST, inf, "more than 0, and finite")
         for name in _NOT_NEGATIVE:
             self._require(name, 0.0, inf, "0 or more, and finite")
         for name in _COUNTS:
@@ -92,26 +97,7 @@ class Rewiring:
                 f"{self.initial_delay_high:g} ms; the first must be the smaller one"
             )
 
-    def _require(self, name: str, low: float, high: float, rule: str, *, whole: bool = False) -> None:
-        """Check a number, and keep it as one of Python: those of NumPy are not written as JSON."""
-        value = getattr(self, name)
-        number = isinstance(value, Real) and not isinstance(value, bool)
-        if not (number and low <= value <= high and value < inf and (not whole or value == int(value))):
-            raise NetworkError(f"rewiring: {name} is {value!r}; it must be {rule}")
-        object.__setattr__(self, name, int(value) if whole else float(value))
-
     def data(self) -> dict[str, Any]:
-        """Return it as plain data."""
-        return asdict(self)
-
-    @classmethod
-    def from_data(cls, data: Mapping[str, Any]) -> Rewiring:
-        """Return it from :meth:`data`.
-
-        Raises:
-            NetworkError: a name or a value is impossible.
-        """
-        known = [one.name for one in fields(cls)]
-        for name in data.keys() - set(known):
-            raise NetworkError(f"rewiring has no '{name}'{did_you_mean(name, known)}")
-        return cls(**data)
+        """Return it as plain data; without a stream as before there were any."""
+        found = Settings.data(self)  # super() does not know a class with slots
+        return found if self.stream else {name: value for name, value in found.items() if name != "stream"}

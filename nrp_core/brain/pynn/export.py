@@ -18,10 +18,12 @@ from nrp_core.brain.network.equations.doubts import known_value
 from nrp_core.brain.network.equations.model import INPUT
 from nrp_core.brain.network.equations.responses import beginning
 from nrp_core.brain.network.indices import indices_of
+from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.populations import SPIKE_TIMES, Population, ids_of, parts_of
 from nrp_core.brain.pynn.projections import Projection
 from nrp_core.brain.pynn.remarks import remarks_on
+from nrp_core.brain.pynn.seed_streams import rewirings_of
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.brain.pynn.synapse_columns import taken
 
@@ -42,7 +44,8 @@ def network_of(state: State, views: Mapping[str, IntArray] | None = None) -> Net
     currents = _injected(state)
     populations = {label: _population(p, label, currents[ids_of(p)]) for p, label in labels.items()}
     names = unique(projection.label for projection in state.projections)
-    parts = map(_parts, state.projections, names, repeat(labels))
+    rewirings = rewirings_of(state.projections, labels)
+    parts = map(_parts, state.projections, names, repeat(labels), repeat(rewirings))
     projections = tuple(part for several in parts for part in several)
     remarks = remarks_on(state, list(labels.values()), names)
     return Network(populations, projections, dict(views or {}), timestep_ms=state.dt, remarks=remarks)
@@ -113,7 +116,9 @@ def cell_type_of(population: Population) -> str:
     return str(getattr(population.celltype, "cell_type", type(population.celltype).__name__))
 
 
-def _parts(projection: Projection, name: str, labels: Mapping[Population, str]) -> Iterator[data.Projection]:
+def _parts(
+    projection: Projection, name: str, labels: Mapping[Population, str], rewirings: Mapping[int, Rewiring]
+) -> Iterator[data.Projection]:
     """Return a projection as one between each pair of populations that its two ends cover."""
     sources, targets = _members(projection.pre), _members(projection.post)
     several = len(sources) > 1 or len(targets) > 1
@@ -137,7 +142,7 @@ def _parts(projection: Projection, name: str, labels: Mapping[Population, str]) 
             origin=_origin(projection),
             equations=getattr(projection.synapse_type, "equations", None),
             initial_values={key: column[chosen] for key, column in projection.initial_state.items()},
-            rewiring=getattr(projection.synapse_type, "rewiring", None),
+            rewiring=rewirings.get(id(projection.synapse_type)),
             neuromodulation=getattr(projection.synapse_type, "neuromodulation", None),
         )
 

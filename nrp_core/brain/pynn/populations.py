@@ -7,6 +7,7 @@ from __future__ import annotations
 import difflib
 import reprlib
 from collections.abc import Iterable, Mapping
+from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -59,6 +60,12 @@ class ID(int, common.IDMixin):
         super().__setattr__(name, value)
 
 
+@cache
+def _meant(name: str, parameters: tuple[str, ...]) -> str | None:
+    """Return the parameter that an attribute is most alike, if any."""
+    return next(iter(difflib.get_close_matches(name, parameters, n=1, cutoff=0.8)), None)
+
+
 class _Cells(common.BasePopulation):
     """Base of populations and views: access to the arrays of a population."""
 
@@ -73,11 +80,10 @@ class _Cells(common.BasePopulation):
     def __setattr__(self, name: str, value: Any) -> None:
         """Set an attribute of one's own; parameters have :meth:`set`, and PyNN would ignore others."""
         kind = vars(self).get("celltype") or getattr(vars(self).get("parent"), "celltype", None)
-        known = [] if kind is None else list(kind.default_parameters)
-        meant = difflib.get_close_matches(name, known, n=1, cutoff=0.8)
-        if meant and not hasattr(type(self), name):
+        meant = None if kind is None else _meant(name, tuple(kind.default_parameters))
+        if meant is not None and not hasattr(type(self), name):
             raise UnknownParameterError(
-                f"'{self.label}' has no attribute '{name}'; a parameter is set by .set({meant[0]}=...)"
+                f"'{self.label}' has no attribute '{name}'; a parameter is set by .set({meant}=...)"
             )
         super().__setattr__(name, value)
 
@@ -116,6 +122,8 @@ class _Cells(common.BasePopulation):
     def _get_parameters(self, *names: str) -> ParameterSpace:
         arrays = self._owner().parameter_arrays
         self._require(names)
+        for name in names:
+            self._owner()._simulator.state.settings.read(self._owner(), name)
         values = {
             name: simplify(values_of(name, self._owner().celltype, arrays)[self._indices()]) for name in names
         }
@@ -209,6 +217,7 @@ class Population(_Cells, common.Population):
                 f"population '{label}': give its parameters to {name}(...), not as cellparams"
             )
         super().__init__(size, cellclass, cellparams, structure, dict(initial_values or {}), label)
+        self.made_of = dict(self.celltype.parameter_space.items())
         self._simulator.state.populations.append(self)
 
     @property

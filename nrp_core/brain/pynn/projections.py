@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -52,6 +53,7 @@ class Projection(common.Projection):
             projections may be drawn again for each read.
         initial_state: state variables at time 0 by the names of the law, shape ``(n_synapses,)``.
         has_own_label: whether the script gave it a label.
+        made_at: the file and line of the script, as far as known.
         given: the weight and delay from the script; None if it gave each synapse its own.
     """
 
@@ -66,7 +68,7 @@ class Projection(common.Projection):
         space: Space | None = None, label: str | None = None,
     ) -> None:  # fmt: skip
         ends = (presynaptic_population, postsynaptic_population)
-        self.has_own_label = bool(label)
+        self.has_own_label, self.made_at = bool(label), _line_of_the_script()
         label = label or "→".join(str(getattr(cells, "label", cells)) for cells in ends)
         for (what, kinds, valid), part in zip(_PARTS, (*ends, connector, synapse_type, space), strict=True):
             require_kind(f"projection '{label}'", what, part, kinds, valid)
@@ -239,6 +241,7 @@ class Projection(common.Projection):
 
     def column(self, name: str) -> Any:
         """Return an index or a parameter of all synapses, shape ``(n_synapses,)``."""
+        self._simulator.state.settings.read(self, name)
         if name == "presynaptic_index":
             return self.pre_index
         if name == "weight":
@@ -294,6 +297,16 @@ class Projection(common.Projection):
             return {}
         rule = f"from 0 ms to max_delay of setup, {self._simulator.state.max_delay:g} ms"
         return {"delay": Limit(rule, lambda delays_ms: (delays_ms >= 0) & (delays_ms <= longest_ms))}
+
+
+def _line_of_the_script() -> tuple[str, int] | None:
+    """Return the file and line whose call reached the platform."""
+    frame = sys._getframe(1)
+    while frame.f_globals.get("__name__", "").partition(".")[0] in ("nrp_core", "pyNN"):
+        if frame.f_back is None:
+            return None
+        frame = frame.f_back
+    return frame.f_code.co_filename, frame.f_lineno
 
 
 class Connection(common.Connection):

@@ -29,6 +29,7 @@ def remarks_on(state: State, populations: Sequence[str], projections: Sequence[s
         *_renamed(state.populations, populations),
         *_repeated(state.projections, projections),
         *_unused(state),
+        *_changed_later(state),
         *_unplaced(state),
         *_beyond(state, projections),
         *_unpaired(state, projections),
@@ -75,6 +76,18 @@ def _unused(state: State) -> Iterator[str]:
             )
         elif isinstance(source, DCSource) and not source.amplitude:
             yield f"a {type(source).__name__} has no effect: its amplitude is 0 nA"
+
+
+def _changed_later(state: State) -> Iterator[str]:
+    """Yield the cell types that were changed after the last population was made of them."""
+    for one in {id(one.celltype): one for one in state.populations}.values():
+        kind, made_of = one.celltype, one.made_of
+        changed = [name for name, value in kind.parameter_space.items() if value is not made_of.get(name)]
+        for name in sorted({*changed, *(vars(kind).keys() & kind.default_parameters.keys())}):
+            yield (
+                f"{name} of the cell type {type(kind).__name__} has no effect: it is changed after "
+                f"'{one.label}' was made; a population is changed by its set({name}=...)"
+            )
 
 
 def _unplaced(state: State) -> Iterator[str]:

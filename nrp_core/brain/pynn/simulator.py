@@ -13,8 +13,9 @@ from typing import Any, Protocol
 import numpy as np
 from pyNN.common.control import DEFAULT_TIMESTEP, BaseState
 
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
 from nrp_core.brain.changes import Synapses
+from nrp_core.brain.pynn.settings import Settings
 from nrp_core.errors import NetworkError
 from nrp_core.seeds import Seeds
 
@@ -66,6 +67,7 @@ class State(BaseState):  # type: ignore[misc]
         self.recorders: set[Any] = set()
         self.write_on_end: list[Any] = []
         self.remarks: list[str] = []
+        self.settings = Settings()
         self.hints_by_cell: dict[type, dict[str, float]] = {}
         self.segment_counter = -1
         self.reset()
@@ -93,9 +95,22 @@ class State(BaseState):  # type: ignore[misc]
 
     def before_parameters(self, population: Any, index: IntArray, values: Mapping[str, Any]) -> None:
         """Called before parameters of cells change."""
+        for name, given in values.items():
+            differs = _differ(population.parameter_arrays[name][index], given)
+            if self.settings.change(population, name, population.size, index, differs):
+                self._remark_overwritten(population, name)
 
     def before_synapses(self, projection: Any, values: Mapping[str, FloatArray]) -> None:
         """Called before parameters of synapses change."""
+        for name, given in values.items():
+            differs = np.ones(1, bool) if len(projection) == 0 else _differ(projection.values[name], given)
+            if self.settings.change(projection, name, 1, np.zeros(1, np.int64), differs.all(keepdims=True)):
+                self._remark_overwritten(projection, name)
+
+    def _remark_overwritten(self, owner: Any, name: str) -> None:
+        text = f"{name} of '{owner.label}' is set twice, and nothing runs in between: the first has no effect"
+        if text not in self.remarks:
+            self.remark(text)
 
     def weights_of(self, projection: Any) -> FloatArray:
         """Return the current weights of a projection."""
@@ -155,6 +170,15 @@ class State(BaseState):  # type: ignore[misc]
             name = f"unnamed/{self._unnamed_streams}"
             self._unnamed_streams += 1
         return np.random.RandomState(self._seeds.stream(name).bit_generator)
+
+
+def _differ(before: Any, after: Any) -> BoolArray:
+    """Return whether values differ; each may be a train of spike times."""
+    if before.dtype != object:
+        different: BoolArray = np.atleast_1d(before != after)
+        return different
+    pairs = zip(before, after, strict=True)
+    return np.array([not np.array_equal(one.value, other.value) for one, other in pairs], bool)
 
 
 @dataclass(eq=False)

@@ -81,6 +81,7 @@ class LiveState(RunningState):
         self._stop = Event()
         self._failure: BaseException | None = None
         self._first = True
+        self._fed = set[str]()
         super().__init__()
 
     def run_until(self, t_ms: float) -> None:
@@ -118,6 +119,18 @@ class LiveState(RunningState):
         failure, self._failure = self._failure, None
         if failure is not None:
             raise failure
+
+    def end(self) -> None:
+        """Release the brain, and tell of injectors into which nobody sends."""
+        has_programs = self._sockets is not None and self._sockets.has_programs
+        if self._longest_ms > 0.0 and not has_programs:
+            known = {*self.hub.inputs, *self._fed}
+            known.update(label for one in self.hub.connections for label in one.send_labels)
+            self.tell(
+                f"no spike was sent into '{label}': it has no port, and no connection has it in send_labels"
+                for label in sorted(self.hub.injectors.keys() - known)
+            )
+        super().end()
 
     def close(self) -> None:
         self.stop()
@@ -214,6 +227,7 @@ class LiveState(RunningState):
         while self.hub.sent:
             label, cells = self.hub.sent.popleft()
             population = self.hub.injectors[label]
+            self._fed.add(label)
             name = brain.network.label_of(int(population.first_id))[0]
             each, counts = np.unique(cells, return_counts=True)
             brain.set_spike_times(name, [[self.t] * int(n) for n in counts], each)

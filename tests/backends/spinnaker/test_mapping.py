@@ -178,7 +178,7 @@ def test_below_a_millisecond_a_step_synapses_have_cores_of_their_own(cells: Make
         senders, receivers = (seen := map_network(network, options)).vertices
         assert (senders.synapse_cores, receivers.synapse_cores) == (0, math.ceil(expected))
         assert [core.has_synapses_alone for core in receivers.cores] == (
-            2 * [False, *[True] * receivers.synapse_cores]
+            2 * [*[True] * receivers.synapse_cores, False]
         )
         assert len({(core.chip, core.core) for core in receivers.cores}) == len(receivers.cores)
         chips = [[core.chip for core in receivers.cores if core.first == first] for first in (0, 256)]

@@ -4,6 +4,7 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 import pytest
 from hypothesis import given, settings
@@ -161,6 +162,10 @@ def test_edges_of_unknown_transmitters_and_missing_positions_are_told(tmp_path: 
         (
             {"pre": [1.5], "post": [2], "weight": [1]},
             "the column 'pre' holds double values; ids are whole numbers",
+        ),
+        (
+            {"pre": np.array([1, 2**64 - 1], np.uint64), "post": [2, 3], "weight": [1, 1]},
+            "the column 'pre' holds the id 18446744073709551615; ids go up to",
         ),
         ({"pre": [1, -1], "post": [2, 3], "weight": [1, 1]}, "'pre' holds -1 for 1 ids, which stands for no"),
         ({"pre;post;weight": ["1;2;3"]}, "columns pre;post;weight; are they separated by ';'"),

@@ -62,7 +62,9 @@ def test_a_parameter_in_another_unit_is_reported_with_that_unit(
     assert implausible(sim.network()) == [sentence]
 
 
-@pytest.mark.parametrize(("step_ms", "words"), [(0.0001, "s"), (200.0, "us"), (0.001, ""), (20.0, "")])
+@pytest.mark.parametrize(
+    ("step_ms", "words"), [(0.0001, "s"), (200.0, "us"), (0.001, "s"), (0.002, ""), (20.0, "")]
+)
 def test_a_step_in_another_unit_is_reported(step_ms: float, words: str) -> None:
     sim = builder()
     sim.setup(timestep=step_ms)
@@ -95,10 +97,14 @@ def test_sources_in_another_unit_are_reported() -> None:
     sim.Population(1, sim.SpikeSourceArray(spike_times=[0.5, 0.7]), label="train")
     sim.Population(2, sim.SpikeSourcePoisson(rate=100.0, duration=0.5), label="burst")
     sim.Population(2, sim.SpikeSourcePoisson(rate=100.0, duration=50.0), label="long burst")
+    sim.Population(10, sim.SpikeSourcePoisson(rate=100.0, duration=2.0), label="short")
+    sim.Population(10, sim.SpikeSourcePoisson(rate=500.0, duration=2.0), label="volley")
+    sim.Population(10, sim.SpikeSourcePoisson(rate=1.0, duration=200.0), label="sparse")
     assert implausible(sim.network()) == [
         "rate of the population 'noise' is 1e+06 Hz; is it meant in mHz?",
         "spikes of the population 'train' follow each other after 0.2 ms; is it meant in s?",
         "the population 'burst' fires 0.1 spikes in all: the duration is 0.5 ms; is it meant in s?",
+        "the population 'short' fires 2 spikes in all: the duration is 2 ms; is it meant in s?",
     ]
 
 
@@ -227,12 +233,12 @@ def test_a_projection_that_no_cell_notices_is_reported(
     ] * is_reported
 
 
-@pytest.mark.parametrize(("weight", "is_reported"), [(0.03, False), (275e-6, True)])
+@pytest.mark.parametrize(("weight", "is_reported"), [(0.04, False), (275e-6, True)])
 def test_voltages_that_no_cell_notices_are_reported(weight: float, is_reported: bool) -> None:
     sim = builder()
     cells = sim.Population(2, sim.IF_curr_exp_frozen(v_rest=-52.0, v_thresh=-45.0, cm=0.02), label="cells")
     sim.Projection(cells, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=weight), label="loop")
-    words = "'loop' together move a cell by 0.0011 mV at most, and its threshold is 7 mV above"
+    words = "'loop' together move a cell by 0.00055 mV at most, and its threshold is 7 mV above"
     assert [words in one for one in implausible(sim.network())] == [True] * is_reported
 
 
@@ -343,3 +349,11 @@ def test_a_view_that_an_assembly_cannot_take_is_reported() -> None:
     sim.Assembly(cells[0:4], cells[2:6], label="both")
     (remark,) = [one for one in sim.network().remarks if "assembly" in one]
     assert "is not added to the assembly 'both', which has some of its cells already" in remark
+
+
+@pytest.mark.parametrize(("weight", "is_reported"), [(0.01, False), (1e-5, True)])
+def test_many_cells_do_not_hide_that_none_notices_a_projection(weight: float, is_reported: bool) -> None:
+    sim = builder()
+    cells = sim.Population(400, sim.IF_curr_exp(cm=0.25, tau_m=20.0), label="cells")
+    sim.Projection(cells, cells, sim.OneToOneConnector(), sim.StaticSynapse(weight=weight), label="loop")
+    assert any("together move a cell by" in one for one in implausible(sim.network())) is is_reported

@@ -24,7 +24,9 @@ def slots_available(neurons_on_core: int) -> int:
 
 
 def slots_used(neurons_on_core: int, longest: int) -> int:
-    """Return the number of slots for a longest delay in ticks."""
+    """Return the number of slots for a longest delay in ticks, 0 without any synapse."""
+    if not longest:
+        return 1
     return min(slots_available(neurons_on_core), 1 << bits_for(longest))
 
 

@@ -20,6 +20,7 @@ GENERATED_ON_MACHINE = frozenset(
     f"{name}Connector"
     for name in (
         "AllToAll", "OneToOne", "FixedProbability", "FixedNumberPre", "FixedNumberPost", "FixedTotalNumber",
+        "OneToOneOffset", "AllButMe",
     )
 )  # fmt: skip
 """The connectors that the released software expands on the cores and not on the host."""

@@ -36,6 +36,9 @@ class Sites(NamedTuple):
         first_of: the first global id of each group's source population.
         heard_at, n_heard: the last tick with a spike at each site; number of spikes in even and odd ticks.
         heard_group, heard_source: these spikes, shape ``(n_sites, 2, spikes)``.
+        attempts: the largest number of attempts in a tick.
+        changes: tick, group, source cell, target cell, and 1 for a new synapse or 0 for one that vanished.
+        n_changes: the number of those.
     """
 
     length: IntArray
@@ -64,6 +67,9 @@ class Sites(NamedTuple):
     n_heard: IntArray
     heard_group: IntArray
     heard_source: IntArray
+    attempts: int
+    changes: IntArray
+    n_changes: IntArray
 
 
 class Rewired(NamedTuple):
@@ -84,6 +90,13 @@ def changing_rewired(rewired: Rewired) -> list[npt.NDArray[Any]]:
         sites.waited, sites.shared, sites.local, sites.heard_at, sites.n_heard, sites.heard_group,
         sites.heard_source,
     ]  # fmt: skip
+
+
+@jit
+def has_room(rewired: Rewired) -> bool:
+    """Return whether all changes of another tick can be noted."""
+    sites = rewired.sites
+    return bool(sites.n_changes[0] + sites.attempts <= sites.changes.shape[1])
 
 
 @jit

@@ -70,6 +70,7 @@ def _attempt(rewired: Rewired, site: int, tick: int, n: int) -> None:
             _copy_row(rewired, 1 - buffer)
         if waits and _restructured(sites, site, buffer):
             _write_row(rewired, buffer)
+            _note(sites, site, buffer, tick)
         turn, waits = turn + 1, follows
 
 
@@ -144,6 +145,16 @@ def _write_row(rewired: Rewired, buffer: int) -> None:
         rows.line[first + k] = sites.copy_line[buffer, k]
         rows.weight[first + k] = sites.copy_weight[buffer, k]
         rows.delay[first + k] = sites.copy_delay[buffer, k]
+
+
+@jit
+def _note(sites: Sites, site: int, buffer: int, tick: int) -> None:
+    """Note a change that was made, as what the host records."""
+    choice, k = sites.choice[buffer], sites.n_changes[0]
+    sites.changes[0, k], sites.changes[1, k], sites.changes[2, k] = tick, choice[GROUP], choice[SOURCE]
+    sites.changes[3, k] = sites.settings[site, LOW] + choice[TARGET]
+    sites.changes[4, k] = 1 - choice[EXISTS]
+    sites.n_changes[0] = k + 1
 
 
 @jit

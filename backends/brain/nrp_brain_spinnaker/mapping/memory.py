@@ -68,7 +68,7 @@ def neuron_core_bytes(wires: Sequence[Wires], n: int, per_core: int) -> int:
 
 def dtcm_bytes(wires: Sequence[Wires], n: int, per_core: int) -> int:
     """Return the DTCM of a neuron core: ring buffer, state, and two rows in transfer."""
-    longest = max((int(part.ticks.max()) for part in wires), default=1)
+    longest = max((int(part.ticks.max()) for part in wires), default=0)
     slots = slots_used(n, min(longest, slots_available(n)))
     ring = slots * RECEPTORS * (1 << bits_for(n)) * 2
     rows = max((longest_row(part, per_core) for part in wires), default=0)

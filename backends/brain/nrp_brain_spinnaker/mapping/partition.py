@@ -7,7 +7,7 @@ population, stage of a delay extension, neuron, colour (the sender's tick modulo
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from nrp_brain_spinnaker.hardware import (
     COLOUR_BITS,
@@ -19,6 +19,7 @@ from nrp_brain_spinnaker.hardware import (
 from nrp_brain_spinnaker.hints import cells_per_core, hints_of, slices_of
 from nrp_brain_spinnaker.host.delays import bits_for, slots_available, stages
 from nrp_brain_spinnaker.host.wiring import Wires, sending
+from nrp_brain_spinnaker.mapping.direct_sources import has_room, n_poisson, possible_sources
 from nrp_brain_spinnaker.mapping.synapse_cores import synapse_cores
 from nrp_brain_spinnaker.options import SpinnakerOptions
 from nrp_core.brain.network.data import Network
@@ -33,7 +34,7 @@ class Core:
         core: number of the core on the chip.
         first, last: neurons within the population, ``last`` excluded.
         key, mask: of the packets it sends, None if it sends none.
-        has_synapses_alone: whether it is a synapse-only core for the previous core, which has the neurons.
+        has_synapses_alone: whether it is a synapse-only core for the next core with neurons.
     """
 
     chip: int
@@ -57,6 +58,7 @@ class Vertex:
         sends: whether its spikes have targets.
         stages: number of stages of a delay extension, else 0.
         synapse_cores: number of synapse-only cores for each core with neurons.
+        direct: labels of the Poisson sources with a core for each core with neurons, on the same chip.
     """
 
     label: str
@@ -66,6 +68,7 @@ class Vertex:
     sends: bool
     stages: int = 0
     synapse_cores: int = 0
+    direct: tuple[str, ...] = ()
 
     @property
     def slices(self) -> list[tuple[int, int]]:
@@ -75,7 +78,7 @@ class Vertex:
     @property
     def local_bits(self) -> int:
         """Bits of a key for the neurons of one core."""
-        stage_bits = bits_for(self.stages) if self.stages else 0
+        stage_bits = (self.stages - 1).bit_length() if self.stages else 0
         return bits_for(min(self.size, self.per_core)) + stage_bits + COLOUR_BITS
 
     @property
@@ -89,23 +92,44 @@ def vertices_of(network: Network, wires: Sequence[Wires], options: SpinnakerOpti
     senders = {one.pre for one in sending(network)}
     rewarded = {one.post for one in network.projections if one.neuromodulation is not None}
     vertices = [
-        Vertex(
-            label, p.cell_type, p.size, cells_per_core(p, options),
-            sends=label in senders,
-            synapse_cores=synapse_cores(
-                [part for part in wires if part.projection.post == label],
-                hints_of(p, options),
-                alone=label in rewarded,
-            ),
-        )
+        Vertex(label, p.cell_type, p.size, cells_per_core(p, options), sends=label in senders)
+        if p.is_source
+        else _with_synapses(network, label, wires, options, sends=label in senders, alone=label in rewarded)
         for label, p in network.populations.items()
-    ]  # fmt: skip
+    ]
+    per_core = {label: vertex.per_core for vertex in vertices for label in vertex.direct}
+    vertices = [
+        replace(vertex, per_core=per_core[vertex.label], sends=False) if vertex.label in per_core else vertex
+        for vertex in vertices
+    ]
     for label, n_stages in _extensions(network, wires, options).items():
         size = network.populations[label].size
         vertices.append(
             Vertex(f"{label}_delayed", "DelayExtension", size, NEURONS_PER_CORE, sends=True, stages=n_stages)
         )
     return vertices
+
+
+def _with_synapses(
+    network: Network,
+    label: str,
+    wires: Sequence[Wires],
+    options: SpinnakerOptions,
+    *,
+    sends: bool,
+    alone: bool,
+) -> Vertex:
+    """Return a population of neurons, with the cores beside each core of them."""
+    population = network.populations[label]
+    onto = [part for part in wires if part.projection.post == label]
+    possible = possible_sources(network, onto, options.step_us)
+    hints, n = hints_of(population, options), n_poisson(network, onto)
+    cores = synapse_cores(onto, hints, direct=possible, n_poisson=n, alone=alone)
+    direct = possible if cores and has_room(network, onto, cores) else []
+    return Vertex(
+        label, population.cell_type, population.size, cells_per_core(population, options), sends=sends,
+        synapse_cores=cores, direct=tuple(part.projection.pre for part in direct),
+    )  # fmt: skip
 
 
 def _extensions(network: Network, wires: Sequence[Wires], options: SpinnakerOptions) -> dict[str, int]:
@@ -129,20 +153,22 @@ def place(vertices: Sequence[Vertex], senders: Sequence[str]) -> dict[str, list[
         senders: labels in the order of their keys.
     """
     keys = _keys([vertex for label in senders for vertex in vertices if vertex.label == label])
-    placed: dict[str, list[Core]] = {}
+    placed: dict[str, list[Core]] = {vertex.label: [] for vertex in vertices}
+    beside = {label for vertex in vertices for label in vertex.direct}
     chip, core = 0, CORES_FOR_SYSTEM_ON_ETHERNET_CHIP
-    for vertex in vertices:
-        cores = []
+    for vertex in (each for each in vertices if each.label not in beside):
         for index, (first, last) in enumerate(vertex.slices):
-            if core + vertex.synapse_cores >= CORES_PER_CHIP:  # on the same chip
+            if core + vertex.synapse_cores + len(vertex.direct) >= CORES_PER_CHIP:  # on the same chip
                 chip, core = chip + 1, CORES_FOR_SYSTEM
-            key, mask = keys[vertex.label][index] if vertex.label in keys else (None, None)
-            cores.append(Core(chip, core, first, last, key, mask))
-            core += 1
             for _ in range(vertex.synapse_cores):
-                cores.append(Core(chip, core, first, last, has_synapses_alone=True))
+                placed[vertex.label].append(Core(chip, core, first, last, has_synapses_alone=True))
                 core += 1
-        placed[vertex.label] = cores
+            for label in vertex.direct:
+                placed[label].append(Core(chip, core, first, last))
+                core += 1
+            key, mask = keys[vertex.label][index] if vertex.label in keys else (None, None)
+            placed[vertex.label].append(Core(chip, core, first, last, key, mask))
+            core += 1
     return placed
 
 

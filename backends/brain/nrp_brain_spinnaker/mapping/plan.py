@@ -35,7 +35,8 @@ def map_network(
         options: the options of the user.
     """
     vertices = vertices_of(network, wires, options)
-    senders = list(dict.fromkeys(one.pre for one in sending(network)))
+    sends = {vertex.label for vertex in vertices if vertex.sends}
+    senders = list(dict.fromkeys(one.pre for one in sending(network) if one.pre in sends))
     senders += [vertex.label for vertex in vertices if vertex.stages]
     placed = place(vertices, senders)
     shifts = cells.populations[:, [kinds.SHIFT_EXC, kinds.SHIFT_INH]].tolist()
@@ -63,7 +64,7 @@ def _vertex_map(
         return VertexMap(vertex.label, vertex.cell_type, vertex.size, tuple(cores), used, packets)
     onto = [part for part in wires if part.projection.post == vertex.label]
     spikes = _spikes_per_step(onto, network, options)
-    longest = max((int(part.ticks.max()) for part in onto), default=1)
+    longest = max((int(part.ticks.max()) for part in onto), default=0)
     return VertexMap(
         vertex.label, vertex.cell_type, vertex.size, tuple(cores),
         sdram_bytes=neuron_core_bytes(onto, n, vertex.per_core) // (1 + vertex.synapse_cores),

@@ -9,7 +9,7 @@ import numpy as np
 from nrp_brain_spinnaker.host.plastic_rows import at_rest, rules_of
 from nrp_brain_spinnaker.host.wiring import Wires
 from nrp_brain_spinnaker.machine.rewired_rows import Rewired, Sites
-from nrp_brain_spinnaker.machine.rewiring import CHOICE_COLUMNS
+from nrp_brain_spinnaker.machine.rewiring import CHOICE_COLUMNS, FAST, PERIOD
 from nrp_brain_spinnaker.machine.stdp_rows import StdpRows
 from nrp_brain_spinnaker.synapses.layout import Layout
 from nrp_brain_spinnaker.synapses.rewiring_rules import Rules
@@ -17,6 +17,9 @@ from nrp_brain_spinnaker.synapses.sites import Group, Site
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.errors import NetworkError
+
+_CHANGES = 1024
+"""The number of changes that are noted before the host takes them."""
 
 
 def load_rewired(wires: Sequence[Wires], sites: Sequence[Site], layout: Layout) -> Rewired:
@@ -50,9 +53,12 @@ def load_rewired(wires: Sequence[Wires], sites: Sequence[Site], layout: Layout) 
     length = np.zeros(n_rows, np.int64)
     places = [_fill(rows, length, row_of, starts, site, layout.n) for site in sites]
     longest = int(room.max(initial=0))
+    settings = rules.arrays()
+    at_once = np.where(settings["settings"][:, FAST], settings["settings"][:, PERIOD], 1)
+    attempts = int(at_once.sum())
     own_sites = Sites(
         length=length, row_of=row_of, n_neurons=max(layout.n, 1),
-        **rules.arrays(),
+        **settings,
         place_group=np.concatenate([np.empty(0, np.int64), *(group for group, _ in places)]),
         place_source=np.concatenate([np.empty(0, np.int64), *(source for _, source in places)]),
         waited=np.zeros(len(sites), np.int64),
@@ -61,6 +67,8 @@ def load_rewired(wires: Sequence[Wires], sites: Sequence[Site], layout: Layout) 
         copy_line=np.zeros((2, longest), np.int32), copy_weight=np.zeros((2, longest), np.uint16),
         copy_delay=np.zeros((2, longest), np.uint16),
         **_hearing(sites, wires, layout),
+        attempts=attempts, changes=np.zeros((5, attempts + _CHANGES), np.int64),
+        n_changes=np.zeros(1, np.int64),
     )  # fmt: skip
     return Rewired(rows, own_sites)
 

@@ -74,12 +74,13 @@ def sites_of(wires: Sequence[Wires], layout: Layout) -> list[Site]:
     """
     own = [part for part in wires if part.projection.rewiring is not None]
     sites, numbers = [], count()
-    for label in dict.fromkeys(part.projection.post for part in own):
+    targets = {part.projection.post for part in own}
+    for label in (each for each in layout.network.populations if each in targets):
         parts = [part for part in own if part.projection.post == label]
         _check(parts, [part for part in wires if part.projection.post == label], layout)
         target = layout.network.populations[label]
         for first, last in slices_of(target.size, cells_per_core(target, layout.options)):
-            site = Site(label, first, last, _rewiring_of(parts[0]))
+            site = Site(label, first, last, _rewiring_of(parts[-1]))
             for part in parts:
                 post = part.projection.post_index
                 site.groups.append(Group(next(numbers), part, (post >= first) & (post < last)))
@@ -134,22 +135,27 @@ def _check(parts: Sequence[Wires], onto: Sequence[Wires], layout: Layout) -> Non
 def seed_sites(rewired: Rewired, sites: Sequence[Site], drawn: Callable[[str], IntArray]) -> None:
     """Set the random numbers of all sites to their beginning.
 
+    The host draws the words of a population and then those of each core; cores with the same cells of
+    populations with one stream have the same words.
+
     Args:
         rewired: the synapses.
         sites: their sites.
         drawn: returns the state of a generator by name, for populations without a seed.
     """
-    streams: dict[str, tuple[IntArray, np.random.RandomState]] = {}
+    streams: dict[str, np.random.RandomState] = {}
+    words: dict[tuple[str, str | tuple[int, int]], IntArray] = {}
     for number, site in enumerate(sites):
         if site.rewiring.seed is None:
             rewired.sites.shared[number] = drawn(site.label)
             rewired.sites.local[number] = drawn(f"{site.label}/{site.first}")
             continue
-        if site.label not in streams:
-            random = np.random.RandomState(site.rewiring.seed)
-            streams[site.label] = _words(random), random
-        rewired.sites.shared[number], random = streams[site.label]
-        rewired.sites.local[number] = _words(random)
+        stream = site.rewiring.stream or site.label
+        random = streams.setdefault(stream, np.random.RandomState(site.rewiring.seed))
+        shared, local = (stream, site.label), (stream, (site.first, site.last))
+        for key in (shared, local):
+            words[key] = words[key] if key in words else _words(random)
+        rewired.sites.shared[number], rewired.sites.local[number] = words[shared], words[local]
 
 
 def _words(random: np.random.RandomState) -> IntArray:

@@ -5,16 +5,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final, NoReturn
+from typing import Any, Final
 
 from pyNN.parameters import Sequence
 
 from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.pynn.invalid import WrongKindError
-from nrp_core.errors import CapabilityError
 
 _SYNAPTIC: Final = ("gsyn_exc", "gsyn_inh")
 """Its names of the synaptic input of all cells, conductances (uS) and currents (nA) alike."""
+_OF_ALL_CELLS: Final = ("rewiring",)
+"""What a population of cells with synapses can record besides state variables."""
 _OWN_NAMES: Final = {
     "Izhikevich": "IZK_curr_exp",
     "Izhikevich_cond": "IZK_cond_exp",
@@ -27,31 +28,6 @@ _IN_ORDER: Final = {
     "SpikeSourcePoisson": ("rate", "start", "duration"),
 }
 """The parameters of its sources that scripts also give without a name."""
-
-_CALCIUM, _STOCHASTIC = "a threshold that adapts with calcium", "a random threshold"
-REFUSED_CELLS: Final = {
-    "IFCurrExpCa2Adaptive": f"it has {_CALCIUM}; EIF_cond_exp_isfa_ista adapts too",
-    "IFCurrDeltaCa2Adaptive": f"it has {_CALCIUM}; EIF_cond_exp_isfa_ista adapts too",
-    "IFCondExpStoc": f"it has {_STOCHASTIC}",
-    "StocExp": f"it has {_STOCHASTIC}",
-    "StocExpStable": f"it has {_STOCHASTIC}",
-    "StocSigma": f"it has {_STOCHASTIC}",
-    "IFTruncDelta": "its voltage is cut off at rest",
-    "IF_curr_dual_exp": "it has a third receptor; the emulation has an excitatory and an inhibitory one",
-    "IF_curr_exp_sEMD": "its second receptor multiplies the first",
-    "IFCondExpCerebellum": "its reversal potentials are set by a cerebellum model of the iCub",
-    "SpikeSourcePoissonVariable": "its rates follow a table; change SpikeSourcePoisson.rate between two runs",
-    "IF_cond_exp_stoc": f"it has {_STOCHASTIC}",
-}
-
-
-def refused(name: str, reason: str) -> type:
-    """Return a stand-in for a class without an equivalent; its constructor raises."""
-
-    def refuse(*_: object, **__: object) -> NoReturn:
-        raise CapabilityError(f"{name} is not supported: {reason}")
-
-    return type(name, (), {"__init__": refuse, "__doc__": f"Not supported: {reason}."})
 
 
 def cell_types(pynn: Mapping[str, Any]) -> dict[str, type]:
@@ -81,7 +57,7 @@ def _own(cell: Any, name: str, cell_type: str) -> type:
         unit = "uS" if cell.conductance_based else "nA"
         synaptic = () if name == "IF_curr_delta" else _SYNAPTIC
         body["units"] = {**dict.fromkeys(_SYNAPTIC, unit), **cell.units}
-        body["recordable"] = list(dict.fromkeys([*cell.recordable, *synaptic]))
+        body["recordable"] = list(dict.fromkeys([*cell.recordable, *synaptic, *_OF_ALL_CELLS]))
     return type(name, (cell,), body)
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from nrp_core.brain.pynn.arguments import require_kind
 from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.populations import Population
+from nrp_core.brain.pynn.spynnaker.refused import CONNECTIONS, refuse_attribute
 from nrp_core.errors import NetworkError, did_you_mean
 
 _logger = logging.getLogger(__name__)
@@ -262,6 +263,9 @@ class Connection:
         """Call ``callback(label, n_neurons, run_time_ms, timestep_ms)`` before the network first runs."""
         self._add("init", label, init_callback)
 
+    def __getattr__(self, name: str) -> Any:
+        refuse_attribute(type(self).__name__, name, CONNECTIONS)
+
     def close(self) -> None:
         """Take the connection away."""
         if self in self._hub.connections:
@@ -309,6 +313,10 @@ class RatesConnection(Connection):
         local_port: int | None = None, control_label_extension: Any = None,
     ) -> None:  # fmt: skip
         super().__init__(hub, send_labels=poisson_labels, local_port=local_port)
+
+    def add_poisson_label(self, label: str) -> None:
+        """Control the rates of a further population."""
+        self.add_send_label(label)
 
     def set_rate(self, label: str, neuron_id: int, rate: float) -> None:
         """Set the rate of a source cell (Hz) from the next time step on."""

@@ -10,17 +10,22 @@ from typing import Any, Final
 
 from pyNN import common, space
 
-from nrp_core.brain.pynn.spynnaker import neo_compare, neo_convertor
-from nrp_core.brain.pynn.spynnaker.cells import REFUSED_CELLS, cell_types, refused, spike_injector
+from nrp_core.brain.pynn.spynnaker import neo_compare, neo_convertor, refused
+from nrp_core.brain.pynn.spynnaker.cells import cell_types, spike_injector
 from nrp_core.brain.pynn.spynnaker.connections import Hub, RatesConnection, SpikesConnection
-from nrp_core.brain.pynn.spynnaker.connectors import OneToOneOffsetConnector
+from nrp_core.brain.pynn.spynnaker.connectors import AllButMeConnector, OneToOneOffsetConnector
 from nrp_core.brain.pynn.spynnaker.kernels import ConvolutionConnector, KernelConnector
 from nrp_core.brain.pynn.spynnaker.neuromodulation import neuromodulation
-from nrp_core.brain.pynn.spynnaker.populations import Population, Projection, convolution
+from nrp_core.brain.pynn.spynnaker.populations import (
+    Population,
+    PopulationView,
+    Projection,
+    convolution,
+)
 from nrp_core.brain.pynn.spynnaker.rules import nearest_pair_rule, stdp_mechanism, triplet_rule, vogels_rule
 from nrp_core.brain.pynn.spynnaker.settings import Splitter, cells_per_core
 from nrp_core.brain.pynn.spynnaker.structural import RULES, structural_mechanisms
-from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
+from nrp_core.errors import NetworkError, did_you_mean
 
 PACKAGES: Final = ("spynnaker", "spynnaker8")
 _SIMULATORS: Final = ("pyNN.spiNNaker", "spynnaker.pyNN", "spynnaker8")
@@ -32,33 +37,15 @@ _MACHINE: Final = (
     "database_socket_addresses", "graph_label", "machine",
 )  # fmt: skip
 """Arguments of ``setup`` that concern the machine alone."""
-_CONNECTORS: Final = (OneToOneOffsetConnector, ConvolutionConnector, KernelConnector)
+_EXTRA: Final = (OneToOneOffsetConnector, AllButMeConnector)
+_CONNECTORS: Final = (*_EXTRA, ConvolutionConnector, KernelConnector)
 _SPLITTERS: Final = (
     "SplitterAbstractPopulationVertexNeuronsSynapses", "SplitterAbstractPopulationVertexFixed",
     "SplitterPopulationVertexNeuronsSynapses", "SplitterPopulationVertexFixed", "SplitterPoissonDelegate",
-    "SplitterAbstractPopulationVertexSlice", "SplitterDelayVertexSlice",
+    "SplitterAbstractPopulationVertexSlice", "SplitterDelayVertexSlice", "SplitterPopulationVertex",
 )  # fmt: skip
 _MESSAGES: Final = SimpleNamespace(KEY_16_BIT=0, KEY_PAYLOAD_16_BIT=1, KEY_32_BIT=2, KEY_PAYLOAD_32_BIT=3)
 """Kinds of packets of live output."""
-_RULE: Final = (
-    "the rules here are SpikePairRule, SpikeNearestPairRule, Vogels2011Rule and PfisterSpikeTriplet"
-)
-_DEVICE: Final = "it is a device of its own, connected to a real machine; an experiment has robots"
-_REFUSED: Final = {
-    **dict.fromkeys(("PoolDenseConnector", "PoolDense"), (
-        "how the machine numbers its weights is not known; FromListConnector takes synapses one by one"
-    )),
-}  # fmt: skip
-_REFUSED_EXTRA: Final = {
-    **REFUSED_CELLS,
-    **dict.fromkeys(
-        (
-            "RecurrentRule", "TimingDependencePFPC", "WeightDependencePFPC", "TimingDependenceMFVN",
-            "WeightDependenceMFVN",
-        ),
-        _RULE,
-    ),
-}  # fmt: skip
 
 
 class Dialect:
@@ -107,9 +94,10 @@ class Dialect:
         api = ModuleType("pyNN.spiNNaker", self._pynn.__doc__)
         names = vars(self._pynn)
         own = {**names, **cell_types(names)}
-        own |= {name: refused(name, reason) for name, reason in _REFUSED.items()}
+        own |= refused.stand_ins(refused.SIMULATOR)
         own["STDPMechanism"] = stdp_mechanism(own["STDPMechanism"])
-        own |= {"Population": simulator.bind(Population), "Projection": simulator.bind(Projection)}
+        own |= {each.__name__: simulator.bind(each) for each in (Population, PopulationView, Projection)}
+        own["SpiNNakerProjection"] = own["Projection"]
         own |= structural_mechanisms(simulator) | {rule.__name__: rule for rule in RULES}
         own |= {
             "create": common.build_create(own["Population"]),
@@ -135,8 +123,13 @@ class Dialect:
             utilities=_module("utilities", neo_convertor=neo_convertor, neo_compare=neo_compare),
             extra_algorithms=_module(
                 "extra_algorithms",
-                splitter_components=_module("splitter_components", **dict.fromkeys(_SPLITTERS, Splitter)),
+                splitter_components=_module(
+                    "splitter_components",
+                    **dict.fromkeys(_SPLITTERS, Splitter),
+                    **refused.stand_ins(refused.SPLITTERS),
+                ),
             ),
+            protocols=devices.protocols,
         )
         return api
 
@@ -188,28 +181,17 @@ class Dialect:
         }  # fmt: skip
 
     def _extra_models(self, names: Mapping[str, Any]) -> ModuleType:
-        own = {name: names[name] for name in ("Izhikevich_cond", "IFCurDelta")}
+        own = {name: names[name] for name in ("Izhikevich_cond", "IFCurDelta", *(c.__name__ for c in _EXTRA))}
         own["Vogels2011Rule"] = vogels_rule(names["Vogels2011Rule"])
         own["SpikeNearestPairRule"] = nearest_pair_rule(names["SpikePairRule"])
         own["PfisterSpikeTriplet"], own["WeightDependenceAdditiveTriplet"] = triplet_rule(
             names["PfisterSpikeTripletRule"], names["AdditiveWeightDependence"]
         )
         own["Neuromodulation"] = neuromodulation(self._pynn.simulator)
-        return _module(
-            "extra_models", **own, **{name: refused(name, why) for name, why in _REFUSED_EXTRA.items()}
-        )
+        return _module("extra_models", **own, **refused.stand_ins(refused.EXTRA_MODELS))
 
     def _external_devices(self, names: Mapping[str, Any]) -> ModuleType:
         module = ModuleType("external_devices", "Live input and output.")
-
-        def unknown(name: str) -> Any:
-            if name.startswith("__"):
-                raise AttributeError(name)
-            return refused(name, _DEVICE)
-
-        def activate_live_output_to(*_: object, **__: object) -> None:
-            """Refuse: there is no device."""
-            raise CapabilityError(f"activate_live_output_to is not supported: {_DEVICE}")
 
         own: dict[str, Any] = {
             "EIEIOType": _MESSAGES,
@@ -217,13 +199,14 @@ class Dialect:
             "SpynnakerLiveSpikesConnection": partial(SpikesConnection, self._hub),
             "SpynnakerPoissonControlConnection": partial(RatesConnection, self._hub),
             "activate_live_output_for": self._hub.activate_live_output_for,
-            "activate_live_output_to": activate_live_output_to,
             "add_poisson_live_rate_control": self._hub.add_poisson_live_rate_control,
             "add_database_socket_address": self._add_database_socket_address,
             "register_database_notification_request": self._notify,
             **self._devices,
+            **refused.stand_ins(refused.DEVICES),
         }
-        vars(module).update(own, __getattr__=unknown)
+        own["protocols"] = _module("protocols", **{name: own[name] for name in refused.PROTOCOLS})
+        vars(module).update(own)
         return module
 
     def _notify(self, hostname: str | None, notify_port: int | None, ack_port: int | None = None) -> None:

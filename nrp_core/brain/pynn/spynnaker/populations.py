@@ -15,6 +15,7 @@ from nrp_core.brain.network.data import RECEPTORS
 from nrp_core.brain.pynn import populations, projections
 from nrp_core.brain.pynn.spynnaker import neo_convertor
 from nrp_core.brain.pynn.spynnaker.kernels import ConvolutionConnector
+from nrp_core.brain.pynn.spynnaker.refused import POPULATIONS, refuse_attribute
 from nrp_core.brain.pynn.spynnaker.settings import cells_per_core, hints_of, remarks_on
 from nrp_core.errors import CapabilityError, NetworkError
 
@@ -89,6 +90,19 @@ class Population(populations.Population):
         rows = neo_convertor.convert_data(data, names[0], run=len(data.segments) - 1)
         return rows if view_indexes is None else rows[np.isin(rows[:, 0], list(view_indexes))]
 
+    @classmethod
+    def create(cls, cellclass: Any, cellparams: Mapping[str, Any] | None = None, n: int = 1) -> Population:
+        """Return a population of ``n`` cells."""
+        return cls(n, cellclass, cellparams)
+
+    def index_to_id(self, index: Any) -> Any:
+        """Return the ID of the cell at an index, or of those at several."""
+        cells = [self[int(each)] for each in np.atleast_1d(index)]
+        return cells if np.iterable(index) else cells[0]
+
+    def __getattr__(self, name: str) -> Any:
+        refuse_attribute(type(self).__name__, name, POPULATIONS)
+
     def set_initial_value(self, variable: str, value: Any, selector: Any = None) -> None:
         """Set the initial value of a state variable, of all cells or of those at an index."""
         (self if selector is None else self[selector]).initialize(**{variable: value})
@@ -97,6 +111,24 @@ class Population(populations.Population):
         """Return the initial values of a state variable."""
         values = self.initial_arrays[variable]
         return values if selector is None else values[selector]
+
+
+class PopulationView(populations.PopulationView):
+    """Some cells of a population, with the methods of sPyNNaker."""
+
+    @property
+    def initial_values(self) -> dict[str, FloatArray]:
+        """The initial values of these cells by state variable."""
+        chosen = self._indices()
+        return {name: values[chosen] for name, values in self._owner().initial_arrays.items()}
+
+    def spinnaker_get_data(self, variable: Any, as_matrix: bool = False) -> FloatArray:
+        """Return recorded data of these cells, see :meth:`Population.spinnaker_get_data`."""
+        found: FloatArray = self._owner().spinnaker_get_data(variable, as_matrix, self._indices())
+        return found
+
+    def __getattr__(self, name: str) -> Any:
+        refuse_attribute(type(self).__name__, name, POPULATIONS)
 
 
 def convolution(static: Any) -> type:
@@ -165,6 +197,9 @@ class Projection(projections.Projection):
     def __len__(self) -> int:
         found, more = self._current(), 0 if self.negative is None else len(self.negative)
         return super().__len__() + more if found is None else len(found.weight)
+
+    def set_download_synapses(self, download_synapses: bool) -> None:
+        """Have no effect: synapses are always at hand."""
 
     def _change(self, values: Mapping[str, FloatArray]) -> None:
         if self.negative is not None:
