@@ -79,6 +79,7 @@ MISTAKES = {
         "onReceive(spiks)",
         "line 38: .*no spike port 'spiks'; there are: others, sp",
     ),
+    "two ports": ("<- inhibitory", "<- excitatory", "line 26: it has more than one excitatory port"),
     "other port": ("unit_psc * spikes", "unit_psc * others", "line 38: .*does not depend on 'spikes'"),
     "no threshold": (" and V_m >= V_th", "", "line 40: a spike needs a condition besides 'refr_t <= 0 ms'"),
 }

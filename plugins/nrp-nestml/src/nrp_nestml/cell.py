@@ -121,16 +121,19 @@ class _Cell:
         return found
 
     def _receptors(self) -> dict[str, str]:
+        """Return what spikes do, by receptor; several ports of no sign have their own names."""
         receptors: dict[str, str] = {}
-        for port in (one for one in self._given.ports if one.is_spike()):
-            both = port.is_excitatory() and port.is_inhibitory()
+        ports = [one for one in self._given.ports if one.is_spike()]
+        for port in ports:
+            both, name = port.is_excitatory() and port.is_inhibitory(), plain(port.get_name())
             receptor = "inhibitory" if port.is_inhibitory() and not both else "excitatory"
+            receptor = name if both and len(ports) > 1 else receptor
             if receptor in receptors or port.has_size_parameter():
                 raise NestmlError(
                     f"{at(port)}: it has more than one {receptor} port; cells in equations have an "
-                    "excitatory and an inhibitory receptor"
+                    "excitatory and an inhibitory receptor, and one for each port of no sign"
                 )
-            effect = self._effect(plain(port.get_name()))
+            effect = self._effect(name)
             if effect:
                 receptors[receptor] = effect
         return receptors
@@ -149,7 +152,8 @@ class _Cell:
             return ""
         variable, added = self._does.effects[port]
         factor = re.sub(rf"\b{port}\b", _SPIKE, added)
-        return f"{variable} += ({self._final(factor)})*weight"
+        is_added = variable in self._does.held and port not in self._does.lost
+        return f"{variable} += ({self._final(factor)})*weight" + (" (also refractory)" if is_added else "")
 
     def _parameters(self, texts: dict[str, Any]) -> dict[str, str]:
         """Return the defaults; a limit that is infinite and has no effect is left out."""

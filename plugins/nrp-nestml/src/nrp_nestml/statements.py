@@ -24,6 +24,7 @@ class Behaviour:
     Args:
         held: variables that stay in the refractory period.
         effects: the variable and the text that a spike of a port adds, by port.
+        lost: ports whose spikes are lost in the refractory period.
         previous: variables that hold the value of another one before the step.
         rates: rates of variables that an update multiplies by ``exp(-step/tau)``.
         counter: the variable that counts the steps since the last spike.
@@ -40,6 +41,7 @@ class Behaviour:
 
     held: set[str] = field(default_factory=set)
     effects: dict[str, tuple[str, str]] = field(default_factory=dict)
+    lost: set[str] = field(default_factory=set)
     previous: dict[str, str] = field(default_factory=dict)
     rates: dict[str, str] = field(default_factory=dict)
     counter: str = ""
@@ -103,7 +105,7 @@ class Reader:
                 self._assigned(statement.small_stmt)
 
     def received(self, port: str, body: Any) -> None:
-        """Read what a spike does; that it does nothing in the refractory period is what held variables do."""
+        """Read what a spike does, which may be nothing in the refractory period."""
         if port not in self._ports:
             raise NestmlError(f"{at(body)}: there is no spike port '{port}'; there are: {self._named()}")
         statements = body.get_stmts()
@@ -114,6 +116,7 @@ class Reader:
                 chosen.has_elif_clauses() or chosen.has_else_clause()
             ):
                 body = chosen.get_if_clause().get_stmts_body()
+                self.found.lost.add(port)
         for one in small(body):
             self._effect(one, port)
 

@@ -1,0 +1,5 @@
+"""The kernels of cells run as Python here: the results are the same, and compiling them all takes minutes."""
+
+import os
+
+os.environ.setdefault("NUMBA_DISABLE_JIT", "1")
