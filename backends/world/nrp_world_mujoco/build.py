@@ -35,6 +35,7 @@ FIRMEST = [0.9999, 0.9999, 0.001, 0.5, 2.0]  # of joints that no load moves off 
 SMALLEST = 1e-12  # MuJoCo refuses an empty range
 FEW_GEOMS = 64  # with fewer, testing each pair is faster than bounding volumes
 SAME_CONTACTS = mujoco.mjtDisableBit.mjDSBL_MIDPHASE  # has no bounding volumes, and the same contacts
+FEW_FREEDOMS = 24  # up to here, solving all constraints at once is faster than finding which are connected
 TYPES = {"prismatic": mujoco.mjtJoint.mjJNT_SLIDE, "ball": mujoco.mjtJoint.mjJNT_BALL}
 AHEAD, ASIDE = [1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0]
 
@@ -145,6 +146,8 @@ class _Builder:
             self._spec.option.disableflags |= SAME_CONTACTS
         self._check_friction()
         model = compiled(self._spec)
+        if self._firm and model.nv <= FEW_FREEDOMS:  # firm joints are constrained in each step
+            _solve_at_once(model.opt)
         bodies = {name: [(body, part.id) for body, part in each] for name, each in self._bodies.items()}
         let_weigh_nothing(model, chain.from_iterable(bodies.values()))
         return Built(
@@ -337,6 +340,12 @@ def _freedoms(joints: Sequence[tuple[Joint, Any]], model: Any) -> Iterator[tuple
     for joint, element in joints:
         first = int(model.jnt_dofadr[element.id])
         yield from zip(joint.coordinates, count(first))
+
+
+def _solve_at_once(option: Any) -> None:
+    """Solve all constraints together; bodies that sleep need the islands of those that are connected."""
+    if not option.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP:
+        option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
 
 
 def _root_of(joint: Any) -> Any:

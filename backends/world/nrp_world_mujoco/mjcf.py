@@ -85,7 +85,7 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
     writer = _Writer(model, path.stem, "".join(cones[-1:]), files_of(spec, path))
     text = "\n".join(writer.lines())
     if writer.flat:
-        left_out.append(f"the images on {writer.flat} capsules and meshes without texture coordinates")
+        left_out.append(f"the images on capsules and meshes without texture coordinates: {writer.flat}")
     for part in left_out:
         warnings.add(Code.NRP260, f"left out of this MJCF file: {part}", path=path)
     return text, warnings

@@ -1,8 +1,10 @@
 """Images on the shapes of an MJCF file, where MuJoCo's renderer has them.
 
-A mesh has its own texture coordinates. On other shapes an image is projected along z, and the six images of a
-cube from the middle of the shape. Where a material is not ``texuniform``, a shape other than a mesh has the
-image as if it were of size 1 and then scaled; MuJoCo's manual says the opposite of cubes.
+A mesh has its own texture coordinates. An image goes once around a sphere and the side of a cylinder. It is
+projected through a box along each axis, and through a cylinder along z, so that every other side shows it
+mirrored. The six images of a cube are projected from the middle of the shape. Where a material is not
+``texuniform``, a shape other than a mesh has the image as if it were of size 1 and then scaled; MuJoCo's
+manual says the opposite of cubes.
 """
 
 from __future__ import annotations
@@ -172,9 +174,23 @@ class Images:
         mapped = mapped_triangles(self._solids(geom)[kind])
         if mapped is None:
             return None
-        scale = m.geom_size[geom] if kind == mujoco.mjtGeom.mjGEOM_ELLIPSOID else 1.0
-        triangles, places = mapped
-        return triangles * scale, places.astype(np.float64) * (1, -1) + (0, 1)
+        triangles, places = mapped[0], mapped[1].astype(np.float64) * (1, -1) + (0, 1)
+        if kind == mujoco.mjtGeom.mjGEOM_ELLIPSOID:
+            return triangles * m.geom_size[geom], places
+        if kind == mujoco.mjtGeom.mjGEOM_BOX:
+            return triangles, _through_a_box(triangles / m.geom_size[geom])
+        if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+            ends = (triangles[..., 2] == triangles[:, :1, 2]).all(axis=1)
+            places[ends] = (1 + triangles[ends][..., :2] / m.geom_size[geom][0]) / 2
+        return triangles, places
+
+
+def _through_a_box(triangles: Triangles) -> FloatArray:
+    """Return the places of the corners of a box of half extents 1, from the top."""
+    places = [(1 + triangles[..., right], 1 - triangles[..., up]) for right, up in ((1, 2), (0, 2), (0, 1))]
+    sides = np.ptp(triangles, axis=1).argmin(axis=1)  # the axes that they face
+    seen: FloatArray = np.moveaxis(np.array(places), 1, -1)[sides, np.arange(len(triangles))] / 2
+    return seen
 
 
 def _around(triangles: Triangles, size: FloatArray) -> tuple[Triangles, FloatArray]:

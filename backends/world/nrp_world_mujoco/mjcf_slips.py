@@ -15,6 +15,8 @@ from nrp_world_mujoco.library import mujoco
 
 _RIGHT_ANGLES_RAD: Final = (pi / 4, pi / 2, pi, 3 * pi / 2)
 _ROUNDED: Final = 2e-3
+_LEAST_SHARE: Final = 0.01
+"""The least range of a servo, in ranges of its joint, with which one sees that it moves."""
 _RANGES: Final = ("range", "forcerange", "ctrlrange", "actuatorfrcrange")
 _HINGED: Final = ("", "hinge")
 _TURNS_RAD: Final = 4 * pi
@@ -167,4 +169,12 @@ def _without_effect(model: Any) -> Iterator[tuple[Code, str, str]]:
                     name,
                     f"the ctrlrange of {owner} is {low:g} to {high:g}, far beyond the range of the joint; "
                     "it is in radians, also in a file in degrees",
+                )
+            elif is_hinge and widest_rad < _LEAST_SHARE * float(abs(model.jnt_range[joint]).max()):
+                low, high = (float(end) for end in actuator.ctrlrange)
+                yield (
+                    Code.NRP298,
+                    name,
+                    f"the ctrlrange of {owner} is {low:g} to {high:g} rad, and the joint turns by up to "
+                    f"{float(abs(model.jnt_range[joint]).max()):.3g} rad",
                 )

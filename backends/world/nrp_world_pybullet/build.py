@@ -34,7 +34,7 @@ from nrp_world_pybullet.shapes import (
 BASE = -1
 UNLIMITED_SPEED = 1e6
 UNLIMITED_FORCE = 1e6
-FIRM = 0.2  # the share of a position error that a coupling corrects in a step
+FIRM = 0.9  # the share of a position error that a coupling corrects in a step
 FAR_AWAY = 1e9
 MASSLESS = Inertial(0.0)
 

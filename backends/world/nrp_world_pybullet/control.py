@@ -21,7 +21,7 @@ from nrp_world_pybullet.build import BodyHandle, Built
 from nrp_world_pybullet.firm import BulletFirmJoints
 from nrp_world_pybullet.inertia import Inertia
 from nrp_world_pybullet.library import bullet
-from nrp_world_pybullet.motion import Moving
+from nrp_world_pybullet.motion import JointReader, Moving
 
 STRONG = 0.1
 """The share of a joint's velocity removed in a step above which a damper is strong."""
@@ -125,14 +125,17 @@ class Control:
     Args:
         built: the scene.
         scene: the same as data.
+        readers: the readers of the joints of each model.
         client: the physics client.
         step_s: the physics step.
     """
 
-    def __init__(self, built: Built, scene: Scene, client: int, step_s: float) -> None:
+    def __init__(
+        self, built: Built, scene: Scene, readers: Mapping[str, JointReader], client: int, step_s: float
+    ) -> None:
         self._built, self._client, self._step_s = built, client, step_s
         self._trees = [tree for model in scene.models for tree in self._trees_of(model)]
-        self._firm = [firm for model in scene.models for firm in self._firm_of(model)]
+        self._firm = [firm for model in scene.models for firm in self._firm_of(model, readers)]
         self._firm_by_path = {path: firm for firm in self._firm for path in firm.paths}
         self._numbers = {path: (tree, n) for tree in self._trees for n, path in enumerate(tree.paths)}
         self._efforts: dict[JointPath, float] = {}
@@ -164,14 +167,14 @@ class Control:
             if multibody in servoed or tree.strongly_damped or tree.sprung:
                 yield tree
 
-    def _firm_of(self, model: Model) -> Iterator[BulletFirmJoints]:
+    def _firm_of(self, model: Model, readers: Mapping[str, JointReader]) -> Iterator[BulletFirmJoints]:
         """Yield the firm joints of each multi-body of a model."""
         places = self._built.joints[model.name]
         found = firm_joints(model, [body for body, _ in self._built.bodies[model.name]])
         for multibody in sorted({places[name].multibody for name in found}):
             own = {name: firm for name, firm in found.items() if places[name].multibody == multibody}
             joints = {(model.name, name): (firm, places[name]) for name, firm in own.items()}
-            yield BulletFirmJoints(joints, self._client, self._step_s)
+            yield BulletFirmJoints(joints, readers[model.name], self._client, self._step_s)
 
     def add_efforts(self, model: str, states: JointStates) -> None:
         """Add the efforts of the last step to the states of a model's joints."""

@@ -69,7 +69,7 @@ class PybulletEngine(JointedEngine):
             name: JointReader(joints, {joint for joint in joints if (name, joint) in wheels}, client)
             for name, joints in self._built.joints.items()
         }
-        self._control = Control(self._built, scene, client, step_s)
+        self._control = Control(self._built, scene, self._joints, client, step_s)
         # without a moving base, the check of base poses cannot detect divergence
         self._anchored = [self._joints[model.name] for model in scene.models if _is_anchored(model)]
         self._efforts: dict[str, FloatArray] = {}
@@ -97,9 +97,14 @@ class PybulletEngine(JointedEngine):
             for push in pushes:
                 push()
             step(client)
+        self._forget_joints()
         for joints in self._anchored:
             if not joints.finite():
                 raise DivergedError("PyBullet diverged: a joint's position is not finite", t_ns=self.now_ns)
+
+    def _forget_joints(self) -> None:
+        for joints in self._joints.values():
+            joints.forget()
 
     def check_finite(self, t_ns: int) -> None:
         if not all(base.finite() for base in self._bases):  # faster than a check of each motion
@@ -163,6 +168,7 @@ class PybulletEngine(JointedEngine):
     def _moved(self, model: str) -> None:
         self._control.forget(model)
         self._efforts = {}
+        self._forget_joints()
         self._continue(model)
 
     def _do_save(self) -> object:
@@ -179,6 +185,7 @@ class PybulletEngine(JointedEngine):
             file = Path(folder) / "state.bullet"
             file.write_bytes(state)
             bullet.restoreState(fileName=str(file), physicsClientId=self._client)
+        self._forget_joints()
         self._control.restore(control)
         self._efforts = efforts  # PyBullet does not save them with a state
         self._continue()

@@ -19,6 +19,7 @@ from nrp_core.world.rigid.pose import multiply, rotation_by
 from nrp_core.world.scene.joint_inertia import STIFF_TIME_CONSTANT_S
 from nrp_world_pybullet.build import UNLIMITED_FORCE, BodyHandle
 from nrp_world_pybullet.library import bullet
+from nrp_world_pybullet.motion import JointReader
 
 LEARNT_S = 0.1
 """Time constant with which the remaining error is learnt, s."""
@@ -35,15 +36,21 @@ class BulletFirmJoints(FirmJoints):
 
     Args:
         joints: the joints with their handles, by path.
+        reader: reads the joints of their model.
         client: the physics client.
         step_s: the physics step.
     """
 
     def __init__(
-        self, joints: Mapping[JointPath, tuple[FirmJoint, BodyHandle]], client: int, step_s: float
+        self,
+        joints: Mapping[JointPath, tuple[FirmJoint, BodyHandle]],
+        reader: JointReader,
+        client: int,
+        step_s: float,
     ) -> None:
         super().__init__({path: firm for path, (firm, _) in joints.items()}, step_s)
-        self._step_s = step_s
+        self._step_s, self._reader = step_s, reader
+        self._own = [reader.names.index(name) for _, name in joints]
         self._client, self._multibody = client, next(place.multibody for _, place in joints.values())
         self._links = [place.link for _, place in joints.values()]
         self._axes: IntArray = np.array([firm.axis for firm, _ in joints.values()])
@@ -128,11 +135,7 @@ class BulletFirmJoints(FirmJoints):
         self._led = on, [self._links[number] for number in on], [self._limits[number] for number in on]
 
     def _do_efforts(self) -> FloatArray:
-        efforts = np.zeros(len(self.paths))
-        efforts[self._single] = [state[3] for state in self._states()]
-        for first in self._balls:
-            efforts[first : first + 3] = self._state_of_ball(first)[3]
-        return np.where(self.servos.kinds == FREE, 0.0, efforts)
+        return np.where(self.servos.kinds == FREE, 0.0, self._reader.efforts()[self._own])
 
     def _do_select(self, number: int) -> None:
         self._learnt[number] = 0.0

@@ -7,6 +7,7 @@ from math import isfinite
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray
 from nrp_core.world.rigid.motion import JointStates, ModelMotion
 from nrp_core.world.rigid.pose import Pose, Quaternion, Vector, rotation_vector
 from nrp_core.world.scene.merged_bodies import Body
@@ -94,29 +95,48 @@ class Moving:
 
 
 class JointReader:
-    """Reads the movable joints of one model.
+    """Reads the movable joints of one model, once until they move.
 
     Args:
         joints: handles of the coordinates by name, in the order of the file.
         driven: the coordinates with commanded motors; the motors of others act as friction.
         client: the physics client.
+
+    Attributes:
+        names: the coordinates.
     """
 
     def __init__(self, joints: Mapping[str, BodyHandle], driven: Collection[str], client: int) -> None:
-        self._names, self._places, self._client = tuple(joints), tuple(joints.values()), client
+        self.names, self._places, self._client = tuple(joints), tuple(joints.values()), client
         self._driven = np.array([float(name in driven) for name in joints])
         self._links = [place.link for place in self._places]
         trees = {place.multibody if place.axis is None else None for place in self._places}
         self._tree = trees.pop() if len(trees) == 1 else None  # the only one, without ball joints
+        self._last: FloatArray | None = None
+
+    def forget(self) -> None:
+        """Read them again, since they have moved."""
+        self._last = None
 
     def finite(self) -> bool:
         """Return whether all positions are finite numbers."""
-        return all(isfinite(position) for position, _, _ in self._rows())
+        return all(map(isfinite, self._now()[0].tolist()))
 
     def states(self) -> JointStates:
         """Return positions, velocities and efforts; the efforts are those of the last physics step."""
-        positions, velocities, efforts = np.array(list(self._rows())).reshape(-1, 3).T
-        return JointStates(self._names, positions, velocities, efforts * self._driven)
+        positions, velocities, efforts = self._now().copy()
+        return JointStates(self.names, positions, velocities, efforts * self._driven)
+
+    def efforts(self) -> FloatArray:
+        """Return the efforts of the motors in the last step, commanded or not, shape ``(n,)``."""
+        efforts: FloatArray = self._now()[2]
+        return efforts
+
+    def _now(self) -> FloatArray:
+        """Return positions, velocities and efforts of the motors, shape ``(3, n)``."""
+        if self._last is None:
+            self._last = np.array(list(self._rows())).reshape(-1, 3).T
+        return self._last
 
     def _rows(self) -> Iterator[tuple[float, float, float]]:
         """Yield position, velocity and effort of each coordinate."""

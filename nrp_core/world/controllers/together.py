@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from operator import le
 
 from nrp_core.world.controllers.joint import ControllerPart, Target
 from nrp_core.world.engine import Engine
@@ -61,10 +62,10 @@ class LedTogether:
 
     def _retarget(self, targets: JointTargets) -> bool:
         """Change the targets at once if the engine can, and if none is the first one beyond its limits."""
-        given = zip(targets.values, self._lowest, self._highest, strict=True)
-        kept = [low if value < low else high if value > high else value for value, low, high in given]
-        if kept != targets.values:
-            beyond = [number for number, value in enumerate(targets.values) if kept[number] != value]
+        values, lowest, highest = targets.values, self._lowest, self._highest
+        if not (all(map(le, lowest, values)) and all(map(le, values, highest))):
+            kept = [min(max(each), high) for *each, high in zip(values, lowest, highest, strict=True)]
+            beyond = [number for number, value in enumerate(values) if kept[number] != value]
             if targets.rates or not all(self._parts[number].has_reported(self._topic) for number in beyond):
                 return False
             targets = targets._replace(values=kept)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import radians, tan
 
@@ -15,11 +14,9 @@ from nrp_core.world.render.scene_mesh import SceneMesh, frames_of
 from nrp_core.world.render.shaded import ShadedView
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.merged_bodies import Body, bodies_of
-from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.posture import Posture
-from nrp_core.world.scene.starts import start_positions
+from nrp_core.world.scene.merged_bodies import bodies_of
+from nrp_core.world.scene.model import Scene
+from nrp_core.world.scene.starts import body_poses
 
 FIELD_OF_VIEW = radians(40)
 
@@ -62,18 +59,11 @@ def _subject(scene: Scene) -> _Subject:
     numbers = frames_of(bodies)
     mesh = SceneMesh(bodies, numbers)
     frames = np.tile(np.eye(3, 4), (1 + len(numbers), 1, 1))
-    poses = {model.name: _starts(model, bodies[model.name]) for model in scene.models}
+    poses = {model.name: body_poses(model, bodies[model.name]) for model in scene.models}
     for (name, index), number in numbers.items():
         frames[number] = matrix_of(poses[name][index])
     vertices = mesh.in_world(frames)
     return _Subject(mesh, vertices, mesh.framed(vertices))
-
-
-def _starts(model: Model, bodies: Sequence[Body]) -> list[Pose]:
-    """Return the poses of a model's bodies in the world, with its joints where they start."""
-    posture = Posture(model, start_positions(model))
-    moved = [posture.of(body.links[0].name if body.links else WORLD) for body in bodies]
-    return [model.pose @ motion @ body.in_model for motion, body in zip(moved, bodies, strict=True)]
 
 
 def _eye(subject: _Subject, optics: Optics, is_robot: bool) -> FloatArray:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from chains import GRAVITY, chain
 
 from nrp_core.errors import SceneError
 from nrp_core.world.messages.std_msgs import Float64
@@ -99,3 +100,21 @@ def test_a_snapshot_goes_on_bit_for_bit_with_followers_and_friction(open_world, 
 def test_the_leader_of_a_joint_must_be_there(open_world):
     with pytest.raises(SceneError, match="names the joint 'thum_joint', which does not exist; did you mean"):
         open_world(gripper(Mimic("thum_joint")))
+
+
+def test_limp_joints_in_series_keep_to_the_one_they_mimic(open_world, advance):
+    """Rods that fall together, like the links of a finger."""
+    arm = chain()
+    joints = [
+        replace(joint, mimic=Mimic(arm.joints[0].name, 1.0) if number else None)
+        for number, joint in enumerate(arm.joints)
+    ]
+    limp = replace(arm, joints=tuple(joints), controllers=(), trajectory_controllers=())
+    world = open_world(Scene((limp,), gravity=(0.0, 0.0, -GRAVITY)))
+    furthest, gap = 0.0, 0.0
+    for _ in range(30):
+        advance(world, 0.02)
+        first, *others = world.joint_states(arm.name).positions.tolist()
+        furthest, gap = max(furthest, abs(first)), max(gap, *(abs(each - first) for each in others))
+    assert furthest > 0.3
+    assert gap < 0.005

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cos, pi, sqrt
+from math import cos, pi, sin, sqrt
 
 import numpy as np
 import pytest
@@ -73,6 +73,45 @@ def test_a_parallelogram_swings_as_one_pendulum(open_world, advance, read, kind:
             for pose, way in zip(ends, ((0.0, 0.0, -LENGTH), (APART, 0.0, 0.0)), strict=True)
         )
         assert np.linalg.norm(here - there) < 1e-3
+
+
+def test_a_piston_slides_as_its_crank_turns(open_world, advance, read) -> None:
+    """The joint that slides stays, wherever the file has it; a joint that turns closes the loop."""
+    masses, low, starts = {"crank": 0.5, "rod": 0.5, "piston": 2.0}, -0.3, 0.6
+    long = low - LENGTH
+    slide = "<parent>world</parent><child>piston</child><axis><xyz>0 0 1</xyz></axis>"
+    model = read(
+        part("crank", "0 0 0", masses["crank"], f"0 0 {low / 2}", 0.004)
+        + part("rod", f"0 0 {low}", masses["rod"], f"0 0 {-LENGTH / 2}", 0.01)
+        + part("piston", f"0 0 {long}", masses["piston"], "0 0 0", 0.01)
+        + turns("a", "world", "crank", "0 0 0")
+        + turns("b", "crank", "rod", f"0 0 {low}")
+        + turns("c", "rod", "piston", f"0 0 {long}")
+        + f'<joint name="slide" type="prismatic">{slide}</joint>'
+    )
+    assert ([loop.name for loop in model.loops], model.joint("slide").kind) == (["c"], "prismatic")
+    model = replace(model, starts=(("a", starts),))
+    world = open_world(Scene((model,), gravity=(0.0, 0.0, -GRAVITY)))
+    heights, before = {"crank": low / 2, "rod": -LENGTH / 2, "piston": 0.0}, None
+    angles = []
+    for _ in range(5):
+        advance(world, 0.1)
+        joints = world.joint_states(model.name)
+        at = dict(zip(joints.names, joints.positions.tolist(), strict=True))
+        aside, down = -low * sin(at["a"]), -low * cos(at["a"])
+        assert long + at["slide"] == pytest.approx(-down - sqrt(LENGTH**2 - aside**2), abs=1e-3)
+        motions = {name: world.engine.link_motion(model.name, name) for name in masses}
+        centres = {name: motion.at(Pose((0.0, 0.0, heights[name]))) for name, motion in motions.items()}
+        assert centres["piston"].pose.position[:2] == pytest.approx((0.0, 0.0), abs=1e-3)
+        energy = sum(
+            mass * (GRAVITY * centres[name].pose.position[2] + np.dot(*[centres[name].linear] * 2) / 2)
+            + inertia * np.dot(*[centres[name].angular] * 2) / 2
+            for (name, mass), inertia in zip(masses.items(), (0.004, 0.01, 0.01), strict=True)
+        )
+        before = energy if before is None else before
+        assert energy == pytest.approx(before, abs=0.1)
+        angles.append(at["a"])
+    assert max(angles) - min(angles) > 0.5, "it moves"
 
 
 def test_a_loop_within_one_body_changes_nothing(open_world, advance, read) -> None:

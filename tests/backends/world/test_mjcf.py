@@ -240,6 +240,8 @@ _SERVO = """<mujoco model="arm">{more}<worldbody><body name="upper" pos="0 0 1">
         ('frictionloss="30"', 'forcerange="-29 29"', "", "30, and its controller exerts at most 29"),
         ("", "", '<keyframe><key qpos="1"/></keyframe>', "1 keyframes; 'joints' of the robot sets where"),
         ("", 'ctrlrange="-1.5 1.5"', "", ""),
+        ("", 'ctrlrange="-0.05 0.05"', "", ""),
+        ("", 'ctrlrange="-0.01 0.01"', "", "is -0.01 to 0.01 rad, and the joint turns by up to 1.57 rad"),
         ("", 'ctrlrange="-90 90"', "", "the ctrlrange of the actuator 'shoulder' of the joint 'shoulder'"),
         ("", 'ctrlrange="-90 90" gear="60"', "", ""),  # of the motor's shaft
         ("", 'gear="0"', "", "the gear of the actuator 'shoulder' of the joint 'shoulder' is 0"),

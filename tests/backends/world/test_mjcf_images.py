@@ -64,6 +64,26 @@ def test_six_images_are_around_a_shape(tmp_path: Path, eye: str, shape: str) -> 
     assert found == [(60 * quarter, 0, 40 * (face + 1)) for face, quarter in quarters]
 
 
+BOX, DRUM = 'type="box" size="0.4 0.5 0.3"', 'type="cylinder" size="0.4 0.4"'
+FLAT = [
+    (BOX, "+x", "RGBW"), (BOX, "-x", "GRWB"), (BOX, "+y", "GRWB"), (BOX, "-y", "RGBW"), (BOX, "+z", "RGBW"),
+    (BOX, "-z", "BWRG"), (DRUM, "+z", "BWRG"), (DRUM, "-z", "RGBW"), (DRUM, "+x", "GRWB"),
+    (DRUM, "-x", "RGBW"),
+]  # fmt: skip
+"""Shape, camera, and the quarters of one image that it sees above and below, left and right."""
+
+
+@pytest.mark.parametrize(("shape", "eye", "quarters"), FLAT)
+def test_one_image_is_on_each_side_of_a_shape(tmp_path: Path, shape: str, eye: str, quarters: str) -> None:
+    image = write(tmp_path / "quarters.png", [[R, G], [B, W]])
+    assets = f'<texture name="t" type="2d" file="{image}"/><material name="m" texture="t"/>'
+    place, axes, _ = EYES[eye]
+    found = seen(tmp_path, assets, f'<geom {shape} material="m"/>', f'pos="{place}" xyaxes="{axes}"')
+    middle, colors = SIDE_PX // 2, {"R": R, "G": G, "B": B, "W": W}
+    corners = [tuple(found[middle + down, middle + right]) for down in (-6, 6) for right in (-6, 6)]
+    assert corners == [colors[each] for each in quarters]
+
+
 MESH = (
     '<mesh name="k" vertex="-1 -.5 0 1 -.5 0 1 .5 0 -1 .5 0 0 0 .8" texcoord="0 0 1 0 1 1 0 1 .5 .5" '
     'face="0 1 4 1 2 4 2 3 4 3 0 4"/>'
@@ -116,4 +136,4 @@ def test_a_capsule_has_the_mean_colour_of_a_flat_image_with_a_warning(tmp_path: 
     (visual,) = scene.models[0].links[0].visuals
     assert visual.rgba == pytest.approx((100 / 255, 100 / 255, 0.0, 1.0), abs=2e-3)
     (warning,) = scene.warnings
-    assert "the images on 1 capsules and meshes without texture coordinates" in str(warning)
+    assert "the images on capsules and meshes without texture coordinates: 1" in str(warning)

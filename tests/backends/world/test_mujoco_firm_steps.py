@@ -167,9 +167,25 @@ def test_the_solver_begins_with_the_motion_that_is_wanted_and_ends_after_one_ite
     assert np.mean(iterations[5:]) <= 1.0
 
 
+def islands(world: World) -> int:
+    """Return into how many separate sets MuJoCo divided the constraints of the last step."""
+    return int(world.engine._data.nisland)  # type: ignore[attr-defined]
+
+
+def test_constraints_of_few_joints_are_solved_at_once_to_the_same_motion(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with opened() as world:
+        at_once, none = swing(world, range(1, 30)), islands(world)
+    monkeypatch.setattr(building, "FEW_FREEDOMS", LINKS - 1)
+    with opened() as world:
+        assert at_once == pytest.approx(np.array(swing(world, range(1, 30))), abs=1e-9)
+        assert (none, islands(world)) == (0, 1)
+
+
 def test_a_lack_of_memory_is_an_error_and_does_not_end_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
     def small(spec: Any) -> Any:
-        spec.memory = 1500
+        spec.memory = 1250
         return spec.compile()
 
     monkeypatch.setattr(building, "compiled", small)
@@ -212,3 +228,4 @@ def test_a_ball_joint_moves_after_a_rest_where_bodies_at_rest_sleep(tmp_path: Pa
         world.advertise("/robot/j/cmd_pos").publish(Quaternion(*rotation_by((0.0, 0.8, 0.0))))
         world.run_until(3_000_000_000)
         assert told(world)[0] == pytest.approx({"j_x": 0.0, "j_y": 0.8, "j_z": 0.0}, abs=1e-3)
+        assert islands(world) == 1, "bodies sleep by islands"

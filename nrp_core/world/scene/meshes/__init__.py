@@ -13,6 +13,7 @@ from contextlib import suppress
 from dataclasses import astuple, dataclass
 from functools import lru_cache, partial
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote
 
 from nrp_core._support.disk_cache import kept_folder
@@ -59,7 +60,7 @@ def mesh_pieces(path: Path, wanted: Wanted) -> list[Piece]:
         SceneError: it has another format, is too large, or cannot be used.
     """
     data, suffix = _contents(path), path.suffix.lower()
-    key = digest(data, suffix, *astuple(wanted), _VERSION)
+    key = _extended(_hashed(path, data), suffix, *astuple(wanted), _VERSION)
     try:
         while True:
             fill = partial(_fill, key, data, suffix, path.parent, wanted)
@@ -156,10 +157,33 @@ def _placed(home: Path, name: str) -> Path:
     return home / unquote(name.removeprefix("file://")).replace("\\", "/")
 
 
+def _hashed(path: Path, data: bytes) -> Any:
+    """Return the hash of the contents of a file, which is not to be changed."""
+    last = _last_of(path)
+    if last[:1] != [data]:
+        last[:] = data, _updated(hashlib.blake2b(digest_size=16), data)
+    return last[1]
+
+
+@lru_cache(maxsize=4)  # the legs of a robot use the same files in turn
+def _last_of(_path: Path) -> list[Any]:
+    """Return the last contents of a file, and their hash: to compare takes much less time than to hash."""
+    return []
+
+
 def digest(*parts: object) -> str:
     """Return a hash of the sources of a mesh, as the name of a file."""
-    total = hashlib.blake2b(digest_size=16)
+    return _extended(hashlib.blake2b(digest_size=16), *parts)
+
+
+def _extended(begun: Any, *parts: object) -> str:
+    """Return a hash with more parts, as the name of a file."""
+    return str(_updated(begun.copy(), *parts).hexdigest())
+
+
+def _updated(total: Any, *parts: object) -> Any:
     for part in parts:
         data = part if isinstance(part, bytes) else repr(part).encode()
-        total.update(len(data).to_bytes(8, "little") + data)
-    return total.hexdigest()
+        total.update(len(data).to_bytes(8, "little"))
+        total.update(data)
+    return total

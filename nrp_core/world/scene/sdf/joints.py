@@ -37,7 +37,8 @@ def tree_and_loops(
     """Return joints without those whose links are already connected by others, and these as loops.
 
     Joints are taken in the order of the file, except that those that move and whose child is held already
-    come last: others may connect their links, too.
+    come last: others may connect their links, too. Where a joint that slides would close a loop, the joint
+    that holds its child does, if that one turns.
 
     Raises:
         SceneError: two joints hold one link.
@@ -51,7 +52,13 @@ def tree_and_loops(
         joint = row[0]
         one, other = (connected.setdefault(end, {end}) for end in (joint.parent, joint.child))
         if one is other:
-            loops += _closing(row, _element(model, joint), reading)
+            freed = _freed_by(row, kept)
+            if freed is not None:
+                kept.remove(freed)
+                kept.append(row)
+                holders[joint.child] = joint.name
+            closing = freed or row
+            loops += _closing(closing, _element(model, closing[0]), reading)
         elif joint.child not in holders:
             one |= other
             connected.update(dict.fromkeys(other, one))
@@ -64,6 +71,19 @@ def tree_and_loops(
             message = f"two joints, {both}, hold the link '{joint.child}'; joints form a tree"
             raise _element(model, joint).error(message)
     return tuple(kept), tuple(loops)
+
+
+def _freed_by(row: Row, kept: Sequence[Row]) -> Row | None:
+    """Return the joint that can close a loop in the place of one that cannot; None if there is none."""
+    holding = {other[0].child: other for other in kept}
+    above = row[0].parent
+    while above in holding and above != row[0].child:
+        above = holding[above][0].parent
+    holder = holding.get(row[0].child)
+    if row[0].kind in LOOP_KINDS or len(row) > 1 or above == row[0].child or holder is None:
+        return None
+    turns = len(holder) == 1 and holder[0].kind in LOOP_KINDS and holder[0].kind != "fixed"
+    return holder if turns else None
 
 
 def _closing(row: Row, element: Element, reading: Reading) -> Iterator[Loop]:

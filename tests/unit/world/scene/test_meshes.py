@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -129,6 +130,27 @@ def test_a_changed_material_file_is_noticed(pieces: Pieces, tmp_path: Path) -> N
     assert pieces("a.obj", TWO_THINGS)[0].rgba == (1, 0, 0, 0.5)
     (tmp_path / "colors.mtl").write_text(COLORS.replace("1 0 0", "0 0 1"))
     assert pieces("a.obj", TWO_THINGS)[0].rgba == (0, 0, 1, 0.5)
+
+
+def test_a_file_is_hashed_again_only_if_it_has_changed(
+    pieces: Pieces, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hashed = []
+
+    def counted(total: Any, *parts: object) -> Any:
+        hashed.extend(part for part in parts if isinstance(part, bytes))
+        return updated(total, *parts)
+
+    updated = meshes._updated
+    monkeypatch.setattr(meshes, "_updated", counted)
+    turned = TWO_THINGS.replace("v 1 0 0", "v 2 0 0")
+    assert len(turned) == len(TWO_THINGS)
+    extents = [
+        [read_stl(piece.path).max() for piece in pieces("a.obj", text)]
+        for text in (TWO_THINGS, TWO_THINGS, turned)
+    ]
+    assert extents[0] == extents[1] != extents[2]
+    assert hashed == [TWO_THINGS.encode(), turned.encode()]
 
 
 def test_an_image_counts_as_its_mean_colour(pieces: Pieces, tmp_path: Path) -> None:
