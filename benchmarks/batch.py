@@ -20,6 +20,7 @@ from functools import cache
 
 import numpy as np
 from brain_step import braitenberg
+from conditions import print_conditions
 from world_step import STEP_NS, SUBSTEP_NS, SUBSTEPS, shipped_scene
 
 from nrp_core.brain.backends import brains as brain_backends
@@ -117,6 +118,7 @@ def main() -> None:
     parser.add_argument("--engine", choices=("mujoco", "pybullet"), action="append")
     parser.add_argument("--threads", type=int, default=0)
     arguments = parser.parse_args()
+    print_conditions()
     for engine in arguments.engine or ("mujoco", "pybullet"):
         if engine == "mujoco":
             raw_mujoco(arguments.copies, arguments.threads)

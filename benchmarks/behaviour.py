@@ -18,6 +18,8 @@ from collections import defaultdict
 from concurrent.futures import ProcessPoolExecutor
 from typing import NamedTuple
 
+from conditions import print_conditions
+
 VARIANTS = ("", "/right_first", "/nrp_gains", "/nrp_gains_right_first", "/no_red", "/nrp_gains_no_red")
 BRAINS, WORLDS = ("event", "spinnaker"), ("mujoco", "pybullet")
 
@@ -75,6 +77,7 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--twice", action="store_true", help="run every case twice and compare bit for bit")
     arguments = parser.parse_args()
+    print_conditions()
     cases = [
         Case(variant, brain, world, seed, arguments.image_scale, arguments.twice)
         for variant, brain, world, seed in itertools.product(

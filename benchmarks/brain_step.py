@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from conditions import print_conditions
 
 from nrp_core.brain.backends import brains
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha, SpikeRecorder
@@ -150,6 +151,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
+    print_conditions()
     rows = compare(arguments.brains, arguments.steps, arguments.rounds)
     if arguments.json:
         print(json.dumps(rows, indent=2))

@@ -20,6 +20,8 @@ from collections.abc import Callable
 from types import ModuleType
 from typing import Any
 
+from conditions import print_conditions
+
 N_EXCITATORY, N_INHIBITORY, SHARE = 10_000, 2_500, 0.1
 
 Connector = Callable[[ModuleType, int, int], Any]
@@ -92,6 +94,7 @@ def main() -> None:
     if asked.here:
         print(json.dumps(measured(asked.here)))
         return
+    print_conditions()
     found = {case: in_its_own_process(case) for case in asked.cases}
     if asked.json:
         print(json.dumps(found, indent=2))

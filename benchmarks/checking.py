@@ -11,8 +11,6 @@ below the limit. All rounds are printed in processor time, with the commit, the 
 from __future__ import annotations
 
 import hashlib
-import os
-import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -22,6 +20,7 @@ from tempfile import TemporaryDirectory
 from typing import TypeVar
 
 import numpy as np
+from conditions import conditions
 
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME
 from nrp_core.recording.reading.recording import Recording
@@ -54,10 +53,7 @@ def record(folder: Path, size: int) -> None:
 
 
 def main(megabytes: int, rounds: int) -> int:
-    commit = subprocess.run(
-        ["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False
-    )
-    print(f"commit {commit.stdout.strip()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
+    print(conditions())
     speeds, ratios = [], []
     with TemporaryDirectory() as name:
         folder = Path(name)

@@ -36,6 +36,7 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from conditions import print_conditions
 from nrp_cockpit.session.controls import services_of
 from nrp_cockpit.session.live import LiveSession
 from nrp_cockpit.session.session import Mode
@@ -322,6 +323,7 @@ def _rounded(rounds_ms: list[float]) -> str:
 
 
 def main(duration_s: float) -> int:
+    print_conditions()
     rounds, alone_us = measure(duration_s)
     print(f"a step takes {median(rounds[UNSERVED]):.0f} us of CPU time")
     pairs_us = {name: median(map(sub, rounds[name], rounds[UNSERVED])) for name in LIMITS_US}

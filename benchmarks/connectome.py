@@ -12,7 +12,6 @@ without one it is left out.
 from __future__ import annotations
 
 import argparse
-import os
 import resource
 import subprocess
 import tempfile
@@ -25,6 +24,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from conditions import conditions, load
 
 from nrp_core import Network, Population, Projection, brains, read_network, save_network
 from nrp_core.brain import SpikeRecorder
@@ -151,10 +151,7 @@ def main() -> None:
     parser.add_argument("--duration", type=float, default=1000.0, help="ms")
     parser.add_argument("--driven", type=int, nargs="+", default=[30, 120], help="numbers of driven cells")
     given = parser.parse_args()
-    commit = subprocess.run(
-        ["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=True
-    )
-    print(f"commit {commit.stdout.strip()}, load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
+    print(conditions())
     synapses = edges()
     for line in building(synapses):
         print(line, flush=True)
@@ -174,7 +171,7 @@ def main() -> None:
                 print(f"{n} driven, Brian2: {peer(given.brian2, arrays, given.duration)}", flush=True)
             elif number == 0:
                 print("Brian2 is left out: give an interpreter with --brian2")
-    print(f"peak memory with the tables of the graph {peak_mb():.0f} MB, load {os.getloadavg()[0]:.1f}")
+    print(f"peak memory with the tables of the graph {peak_mb():.0f} MB, {load()}")
 
 
 if __name__ == "__main__":

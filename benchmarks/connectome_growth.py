@@ -9,7 +9,6 @@ with all of them and more or fewer driven cells. Every row has a process of its 
 from __future__ import annotations
 
 import argparse
-import os
 import time
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -18,6 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from conditions import conditions, load
 from connectome import N_SYNAPSES, RATE_HZ, N, edges, hubs, kicks, network, peak_mb
 
 from nrp_core import brains
@@ -92,10 +92,7 @@ def main() -> None:
     )
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw a figure")
     given = parser.parse_args()
-    print(
-        f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores; {RATE_HZ:g} Hz each driven cell",
-        flush=True,
-    )
+    print(f"{conditions()}; {RATE_HZ:g} Hz each driven cell", flush=True)
     print("synapses (M)  driven  events/s (M)  to the first step (CPU s)  CPU s/s  peak memory (MB)")
     rows = []
     for case in [*((n, 60) for n in SYNAPSES[:-1]), *((N_SYNAPSES, n) for n in DRIVEN)]:
@@ -108,7 +105,7 @@ def main() -> None:
     if given.plot is not None:
         whole = [one for one in rows if one.synapses == N_SYNAPSES]
         draw([*rows[: len(SYNAPSES) - 1], *(one for one in whole if one.driven == 60)], whole, given.plot)
-    print(f"load {os.getloadavg()[0]:.1f}")
+    print(load())
 
 
 if __name__ == "__main__":

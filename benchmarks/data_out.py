@@ -8,6 +8,8 @@ from __future__ import annotations
 import time
 from typing import Any
 
+from conditions import print_conditions
+
 from nrp_core.pynn import new_simulator
 
 N_CELLS, RUN_MS = 1000, 1000.0
@@ -46,9 +48,11 @@ def many_spikes() -> tuple[Any, float]:
 
 def main() -> None:
     """Print all figures."""
+    print_conditions()
     run_cost([])  # compiles
     for name, variables in (("nothing", []), ("v", ["v"])):
-        print(f"run that records {name}: {min(run_cost(variables) for _ in range(3)):.3f} s")
+        rounds = [run_cost(variables) for _ in range(3)]
+        print(f"run that records {name}: {min(rounds):.3f} s of {', '.join(f'{one:.3f}' for one in rounds)}")
     trains, cost_s = many_spikes()
     print(f"get_data of {len(trains)} cells, {len(trains.multiplexed[0])} spikes: {cost_s:.2f} s")
     began = time.process_time()

@@ -15,7 +15,8 @@ import time
 from functools import partial
 from typing import Any, Final
 
-from equation_synapses import print_place, print_ratios
+from conditions import conditions
+from equation_synapses import print_ratios
 
 from nrp_core.pynn import new_simulator
 
@@ -101,7 +102,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Compare cells in equations with built-in ones.")
     parser.add_argument("nestml", nargs="?", help="iaf_psc_exp_neuron.nestml")
     nestml = parser.parse_args().nestml
-    print_place()
+    print(conditions())
     for name in CELLS:
         print_ratios(name, partial(cost, name))
     if nestml:

@@ -7,13 +7,13 @@ Both run in turn, in one process; each round is printed with the commit, the loa
 
 from __future__ import annotations
 
-import os
 import statistics
-import subprocess
 import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any, Final
+
+from conditions import conditions
 
 from nrp_core.pynn import new_simulator
 
@@ -78,19 +78,11 @@ def cost(law: Any, *, own: bool, on_grid: bool) -> tuple[float, int]:
 
 def main() -> None:
     """Print all rounds, and the ratio of each pair."""
-    print_place()
+    print(conditions())
     for law in (tsodyks_markram, pairs):
         for on_grid in (False, True):
             name = f"{law.__name__}, {'grid' if on_grid else 'exact'}"
             print_ratios(name, partial(cost, law, on_grid=on_grid))
-
-
-def print_place() -> None:
-    """Print the commit, the cores and the load."""
-    commit = subprocess.run(
-        ["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False
-    )
-    print(f"commit {commit.stdout.strip()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
 
 
 def print_ratios(name: str, measure: Callable[..., tuple[float, int]]) -> None:

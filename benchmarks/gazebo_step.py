@@ -20,6 +20,8 @@ from math import pi
 from pathlib import Path
 from typing import Any
 
+from conditions import conditions
+
 from nrp_core.world.backends import worlds
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.rigid.pose import Pose
@@ -90,7 +92,7 @@ def main() -> None:
     arguments = parser.parse_args()
     steps, images, rounds = arguments.steps, arguments.images, arguments.rounds
     backend = worlds().load("gazebo")
-    print(f"load {os.getloadavg()[0]:.1f}\n\n| what | Gazebo's own, ms | world, ms | more, ms | times |")
+    print(f"{conditions()}\n\n| what | Gazebo's own, ms | world, ms | more, ms | times |")
     print("| --- | --- | --- | --- | --- |")
     with backend.open(shipped_scene(), seed=1, options=backend.options()) as world:
         step_all(world, 50)

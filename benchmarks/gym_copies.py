@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import subprocess
 import time
 from contextlib import closing
 from importlib.resources import files
@@ -24,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from batch import raw_mujoco
+from conditions import conditions, load
 
 from nrp_core.gym import make_vec
 
@@ -64,10 +64,10 @@ def measured(what: str, copies: int, rounds: int, overrides: list[str], **settin
             envs.reset()
             reset_s = (cpu_time_s(envs) - cpu) / copies
             simulated = copies * STEPS * STEP_S
-            each_us, load = cpu_s / copies / STEPS * 1e6, os.getloadavg()[0]
+            each_us = cpu_s / copies / STEPS * 1e6
             print(
                 f"  {each_us:6.0f} us a step and copy, real time times {simulated / cpu_s:5.1f} a core and "
-                f"{simulated / wall_s:5.1f} in all; reset {reset_s * 1e3:.2f} ms a copy; load {load:.1f}"
+                f"{simulated / wall_s:5.1f} in all; reset {reset_s * 1e3:.2f} ms a copy; {load()}"
             )
 
 
@@ -77,11 +77,8 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--processes", type=int, default=1)
     given = parser.parse_args()
-    commit = subprocess.run(
-        ["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False
-    ).stdout.strip()
     copies, rounds = given.copies, given.rounds
-    print(f"commit {commit}, {os.cpu_count()} cores, {copies} copies")
+    print(f"{conditions()}, {copies} copies")
     raw_mujoco(copies, 1)
     shared = {"processes": given.processes}
     measured("without functions", copies, rounds, WITHOUT_FUNCTIONS, act=EYES | WHEELS, **shared)

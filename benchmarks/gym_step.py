@@ -13,12 +13,13 @@ too. CPU time, least and median.
 from __future__ import annotations
 
 import argparse
-import os
 import time
 from collections.abc import Callable
 from contextlib import closing
 from statistics import median
 from typing import Any
+
+from conditions import conditions, load
 
 from nrp_core.gym import make_env
 
@@ -75,7 +76,7 @@ def measure(name: str, steps: int, settings: dict[str, Any]) -> None:
         print(
             f"{name}: step {shown(whole)} us; of the run {shown(bare)} us, {more(whole, bare)}; "
             f"of the run with a command {shown(commanded)} us, {more(whole, commanded)}; "
-            f"reset {shown(resets)} us; load {os.getloadavg()[0]:.1f}"
+            f"reset {shown(resets)} us; {load()}"
         )
 
 
@@ -83,6 +84,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--steps", type=int, default=1000)
     given = parser.parse_args()
+    print(conditions())
     for name, settings in CASES.items():
         measure(name, given.steps, settings)
 

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import nrp_experiments.braitenberg_husky as experiment
 import numpy as np
+from conditions import print_conditions
 
 from nrp_core.cle import ClosedLoop
 from nrp_core.clock import NS_PER_MS, seconds
@@ -81,6 +82,7 @@ def body_ns(function: TransferFunction, steps: int) -> int:
 
 
 def main(steps: int) -> int:
+    print_conditions()
     runs = [measure(steps) for _ in range(REPEATS)]
     best = min(runs, key=lambda run: run["the loop's own"])
     for name, spent_us in best.items():

@@ -12,6 +12,7 @@ from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
+from conditions import print_conditions
 
 from nrp_core.world.backends import worlds
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
@@ -27,6 +28,7 @@ def main() -> None:
     parser.add_argument("--robots", type=int, default=50)
     parser.add_argument("--engine", default="mujoco")
     arguments = parser.parse_args()
+    print_conditions()
     folder = Path(str(files("nrp_experiments") / "braitenberg_husky"))
     scene = read_scene(folder / "room.sdf")
     for number in range(arguments.robots):

@@ -13,11 +13,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
+
+from conditions import conditions, load
 
 PEERS = Path(__file__).parent / "peers"
 COLUMNS = {
@@ -47,9 +48,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--nest", metavar="PYTHON")
     asked = parser.parse_args()
-    commit = ["git", "-C", str(PEERS), "rev-parse", "--short", "HEAD"]
-    done = subprocess.run(commit, capture_output=True, text=True, check=False)
-    print(f"commit {done.stdout.strip() or 'unknown'}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
+    print(conditions())
     scripts = {"nrp-core": (sys.executable, "microcircuit_pynn.py")}
     if asked.nest:
         scripts["NEST"] = (asked.nest, "microcircuit_nest.py")
@@ -58,8 +57,8 @@ def main() -> None:
         for name, (python, script) in scripts.items():
             table, found = measured(python, script, *given)
             costs = ", ".join(f"{text} {found[key]:.2f}" for key, text in COLUMNS.items())
-            print(f"\nround {number + 1}, {name}, {found['synapses']:,d} synapses: {costs}; load "
-                  f"{os.getloadavg()[0]:.1f}\n{table}", flush=True)  # fmt: skip
+            print(f"\nround {number + 1}, {name}, {found['synapses']:,d} synapses: {costs}; "
+                  f"{load()}\n{table}", flush=True)  # fmt: skip
 
 
 if __name__ == "__main__":

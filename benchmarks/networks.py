@@ -23,6 +23,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from conditions import print_conditions
+
 PEERS = Path(__file__).parent / "peers"
 SHORT = ("--duration", "100", "--chunks", "2", "--warm-up", "50")
 
@@ -100,6 +102,7 @@ def compare(case: Case, interpreters: dict[str, str], rounds: int) -> Iterable[d
             "peak_mb": round(min(run["peak_mb"] for run in runs)),
             "bytes_a_synapse": round(runs[0].get("bytes_per_synapse", 0.0), 2) or "-",
             "spikes_as_nest": runs[0]["digest"] == found["nest"][0]["digest"] if checked else "-",
+            "rounds": [round(cost, 4) for run in runs for cost in run["costs"]],
         }
 
 
@@ -127,6 +130,7 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
+    print_conditions()
     given = {"nest": arguments.nest, "brian2": arguments.brian2}
     interpreters = {name: python for name, python in given.items() if python}
     n, rounds = arguments.threads, arguments.rounds

@@ -26,6 +26,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import numpy.typing as npt
+from conditions import print_conditions
 
 from nrp_core import World, worlds
 from nrp_core.world.messages.std_msgs import Float64
@@ -160,6 +161,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=1.0)
     parser.add_argument("--scenes", nargs="+", choices=SCENES, default=[*SCENES])
     given = parser.parse_args()
+    print_conditions()
     for interpreter in given.flygym:
         for scene in given.scenes:
             with tempfile.TemporaryDirectory() as folder:

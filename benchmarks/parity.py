@@ -23,6 +23,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+from conditions import print_conditions
 
 from nrp_core.dsl.tf_lib import detect_red
 from nrp_core.world.backends import worlds
@@ -441,6 +442,7 @@ def main() -> None:
     parser.add_argument("--engines", nargs="+", default=ENGINES, help="world backends, mujoco first")
     parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS)
     arguments = parser.parse_args()
+    print_conditions()
     measures: tuple[Callable[[Sequence[str]], object], ...] = (
         partial(drives, arguments.seeds), partial(plugins, arguments.seeds), loads, physics, cameras,
     )  # fmt: skip

@@ -13,6 +13,7 @@ import sys
 import time
 
 import numpy as np
+from conditions import print_conditions
 from nrp_brain_event import EventBackend
 
 from nrp_core.brain.interface import Brain
@@ -43,6 +44,7 @@ def main() -> None:
     parser.add_argument("--events", nargs="+", type=int, default=[0, 80, 4000, 100_000])
     parser.add_argument("--steps", type=int, default=400)
     arguments = parser.parse_args()
+    print_conditions()
     sim = builder(1)
     sim.setup(timestep=0.1)
     sim.Population(CELLS, sim.IF_curr_exp(), label="cells")

@@ -18,6 +18,8 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
+from conditions import print_conditions
+
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
@@ -77,6 +79,7 @@ def added(rounds: Rounds, kept: Images, clock: int) -> float:
 
 
 def main(duration_s: float, overrides: list[str]) -> int:
+    print_conditions()
     rounds = measure(duration_s, overrides)
     step_us = median(one.cpu_s for one in rounds[UNRECORDED]) / (ROUND_S / PERIOD_S) * 1e6
     print(f"a step takes {step_us:.0f} us of CPU time")

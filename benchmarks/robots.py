@@ -24,6 +24,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
+from conditions import print_conditions
 
 from nrp_core._support.arrays import BoolArray, FloatArray
 from nrp_core.errors import NrpError
@@ -49,6 +50,7 @@ Ends = dict[str, float]
 
 
 def main() -> None:
+    print_conditions()
     print("| robot | joints | load, s | mass, kg (file) | mujoco | pybullet | apart to a stop | apart |")
     print("|---|---|---|---|---|---|---|---|")
     done = 0

@@ -19,6 +19,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from conditions import print_conditions
 
 KINDS = ("stl", "obj", "dae")
 PLACE = 0.1  # share of the models that are written in place
@@ -152,6 +153,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
+    print_conditions()
     result = measure(arguments.models, arguments.rounds)
     if arguments.json:
         print(json.dumps({"models": arguments.models, "cpu_ms": result}, indent=2))

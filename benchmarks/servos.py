@@ -7,15 +7,15 @@ Give it URDF files; without any it takes a quadruped and an arm of ``pybullet_da
 Each robot is held by its base. Four loops take turns on the same bodies: without any servo (the joints
 hang); with the engine's own servo (actuators in MuJoCo, motors in PyBullet); with the servo of the world,
 without the world; and the world. In each of them every joint gets a new target in each step, in the world by
-one message for all (``--each``: by a message for each), and the states of all joints are read once. CPU time
-of each step, best of the rounds; all rounds are printed with ``--raw``.
+one message for all (``--each``: by a message for each), and the states of all joints are read once. Two more
+loops tell the least that a servo of PyBullet takes: motors that hold their first targets, without any call
+but those of steps; and the calls of a servo by efforts in each physics step, without its law. It prints CPU
+time of each step, best of the rounds; all rounds are printed with ``--raw``.
 """
 
 from __future__ import annotations
 
 import argparse
-import os
-import subprocess
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
@@ -25,6 +25,7 @@ from pathlib import Path
 from statistics import fmean
 
 import numpy as np
+from conditions import conditions
 from world_step import STEP_NS, SUBSTEP_NS, SUBSTEPS, Step, best, measure
 
 from nrp_core.world.backends import worlds
@@ -134,6 +135,7 @@ def raw_pybullet(model: Model, servo: str) -> Iterator[Step]:
     from nrp_world_pybullet.build import build
     from nrp_world_pybullet.firm import BulletFirmJoints
     from nrp_world_pybullet.library import bullet
+    from nrp_world_pybullet.motion import JointReader
 
     client = bullet.connect(bullet.DIRECT)
     goals = targets(model)
@@ -148,11 +150,18 @@ def raw_pybullet(model: Model, servo: str) -> Iterator[Step]:
     found = firm_joints(model, bodies)
     own = {(model.name, each.name): place for each, place in zip(commandable(model), places, strict=True)}
     firm = BulletFirmJoints(
-        {path: (found[path[1]], place) for path, place in own.items()}, client, SUBSTEP_NS / 1e9
+        {path: (found[path[1]], place) for path, place in own.items()},
+        JointReader(built.joints[model.name], (), client),
+        client,
+        SUBSTEP_NS / 1e9,
     )
     names = led(firm, model, goals(0)) if servo == "same" else ()
     for link in links if servo == "same" else ():  # firm joints have no dampers
         bullet.changeDynamics(body, link, jointDamping=0.0, physicsClientId=client)
+
+    rest = [0.0] * len(links)
+    if servo == "held":
+        bullet.setJointMotorControlArray(body, links, mode, targetPositions=goals(0), physicsClientId=client)
 
     def step(k: int) -> None:
         if servo == "own":
@@ -164,6 +173,11 @@ def raw_pybullet(model: Model, servo: str) -> Iterator[Step]:
         for _ in range(SUBSTEPS):
             if servo == "same":
                 firm.step()
+            if servo == "efforts":
+                bullet.getJointStates(body, links, client)
+                bullet.setJointMotorControlArray(
+                    body, links, bullet.TORQUE_CONTROL, forces=rest, physicsClientId=client
+                )
             bullet.stepSimulation(client)
         bullet.getJointStates(body, links, client)
 
@@ -172,12 +186,14 @@ def raw_pybullet(model: Model, servo: str) -> Iterator[Step]:
 
 
 RAW = {"mujoco": raw_mujoco, "pybullet": raw_pybullet}
+SERVOS = ("none", "own", "same")
+LEAST = {"mujoco": (), "pybullet": ("held", "efforts")}
 
 
 def measured(model: Model, engine: str, steps: int, rounds: int, each: bool) -> list[list[list[float]]]:
-    """Return CPU microseconds by loop (no servo, the engine's, the same, world), round and step."""
+    """Return CPU microseconds by loop (raw ones, then the world), round and step."""
     with ExitStack() as stack:
-        loops = [stack.enter_context(RAW[engine](model, servo)) for servo in ("none", "own", "same")]
+        loops = [stack.enter_context(RAW[engine](model, servo)) for servo in (*SERVOS, *LEAST[engine])]
         loops.append(stack.enter_context(world_loop(model, engine, each)))
         found = [[measure(loop, number * steps, steps) for loop in loops] for number in range(rounds + 1)]
     return [list(each) for each in zip(*found[1:], strict=True)]  # the first round warms up
@@ -193,23 +209,25 @@ def main() -> None:
     arguments = parser.parse_args()
     spec = find_spec("pybullet_data")
     shipped = [Path(spec.origin).parent / name for name in SHIPPED] if spec and spec.origin else []
-    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout
-    print(f"commit {commit.strip()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
-    print("| robot | joints | engine | no servo, us | its own | same | world | of the same | of none |")
-    print("|---|---|---|---|---|---|---|---|---|")
+    print(conditions())
+    print(
+        "| robot | joints | engine | no servo, us | its own | same | world | of the same | of none "
+        "| motors that hold | efforts |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|---|---|")
     for path in arguments.files or shipped:
         model = held(path)
         for engine in RAW:
             rounds = measured(model, engine, arguments.steps, arguments.rounds, arguments.each)
-            none, own, same, world = (best(loop) for loop in rounds)
+            none, own, same, *least, world = (best(loop) for loop in rounds)
             print(
                 f"| {path.stem if path.stem != 'model' else path.parent.name} | {len(commandable(model))} "
                 f"| {engine} | {none:.0f} | {own:.0f} | {same:.0f} | {world:.0f} | {world / same:.2f} "
-                f"| {world / none:.2f} |",
+                f"| {world / none:.2f} | {' | '.join(f'{each:.0f}' for each in least) or '|'} |",
                 flush=True,
             )
             if arguments.raw:
-                for name, loop in zip(("none", "own", "same", "world"), rounds, strict=True):
+                for name, loop in zip((*SERVOS, *LEAST[engine], "world"), rounds, strict=True):
                     print(f"{name}:", *(f"{fmean(each):.0f}" for each in loop))
 
 

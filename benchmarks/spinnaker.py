@@ -14,6 +14,7 @@ from pathlib import Path
 
 import nrp_experiments.braitenberg_husky as experiment
 import numpy as np
+from conditions import print_conditions
 from nrp_brain_spinnaker import SpinnakerBackend, SpinnakerOptions
 
 from nrp_core.brain.devices.sinks import LeakyIntegratorAlpha
@@ -108,6 +109,7 @@ def braitenberg_step_us(timestep: str, steps: int = 300) -> float:
 
 
 def main() -> int:
+    print_conditions()
     updates = {cell_type: updates_per_second(cell_type) for cell_type in _CELLS}
     for cell_type, rate in updates.items():
         print(f"{cell_type:24s} {rate / 1e6:7.1f} M neuron updates/s on a 1 ms grid")

@@ -9,6 +9,8 @@ import resource
 import subprocess
 import sys
 
+from conditions import print_conditions
+
 LIMIT_MS = 30.0
 STARTS = {
     "import nrp_core": LIMIT_MS,
@@ -30,6 +32,7 @@ def best_ms(code: str, repeats: int) -> float:
 
 
 def main() -> None:
+    print_conditions()
     repeats = int(sys.argv[1]) if len(sys.argv) > 1 else 10
     bare_ms = best_ms("pass", repeats)
     print(f"a bare interpreter: {bare_ms:.1f} ms; over it:")

@@ -8,13 +8,13 @@ runs alone, in one process after the engines were compiled; times of the clock m
 
 from __future__ import annotations
 
-import os
 import resource
-import subprocess
 import sys
 import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
+
+from conditions import conditions, load
 
 from nrp_core.experiment.model.tree import tree_of
 from nrp_core.experiment.reading.find import load_experiment
@@ -78,10 +78,7 @@ def resumed_s(folder: Path) -> float:
 
 def main() -> None:
     runs = int(sys.argv[1]) if len(sys.argv) > 1 else 20
-    commit = subprocess.run(
-        ["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False
-    ).stdout.strip()
-    print(f"commit {commit}, {os.cpu_count()} cores; CPU times of {ROUNDS} rounds of {runs} runs")
+    print(f"{conditions()}; CPU times of {ROUNDS} rounds of {runs} runs")
     with TemporaryDirectory() as folder:
         alone_s(1)  # compiles, and the next line imports
         swept_s(1, Path(folder) / "first")
@@ -94,7 +91,7 @@ def main() -> None:
             print(
                 f"{loop / runs:.3f} s a run in a loop, {each:.3f} s in a sweep: overhead "
                 f"{each * runs / loop - 1:+.1%} of at most {LIMIT:.0%}, and {fixed:.2f} s for each sweep; "
-                f"{ROWS} rows resumed in {resumed:.2f} s of at most 1 s; load {os.getloadavg()[0]:.1f}"
+                f"{ROWS} rows resumed in {resumed:.2f} s of at most 1 s; {load()}"
             )
 
 

@@ -15,6 +15,8 @@ from importlib.resources import files
 from math import cos, degrees, hypot, sin
 from pathlib import Path
 
+from conditions import print_conditions
+
 from nrp_core.world.backends import worlds
 from nrp_core.world.drives.wheels import WheelDrive
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
@@ -75,6 +77,7 @@ def errors(engine: str, mode: str, robot: Model) -> tuple[list[str], float]:
 
 
 def main() -> None:
+    print_conditions()
     print(f"{'robot':22}{'engine':10}{'drive':10}", *(f"{name:>20}" for name in COMMANDS), f"{'us':>8}")
     for name, robot in robots():
         for engine in ("mujoco", "pybullet"):

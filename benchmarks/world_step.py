@@ -24,6 +24,8 @@ from pathlib import Path
 from statistics import fmean
 from typing import Any, NamedTuple
 
+from conditions import print_conditions
+
 from nrp_core.clock import SampleSchedule
 from nrp_core.world.backends import worlds
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
@@ -262,6 +264,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
+    print_conditions()
     scene = shipped_scene()
     rows = [compare(case, scene, arguments.steps, arguments.rounds) for case in CASES if works(case)]
     bare = {row["engine"]: row["added_us"] for row in rows if row["camera"] == "no camera"}
