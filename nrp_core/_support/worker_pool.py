@@ -11,6 +11,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from typing import Any, Generic, TypeVar
@@ -21,7 +22,16 @@ _STANDARD_ERROR = 2
 
 
 class WorkerDiedError(Exception):
-    """A process ended while it was at a task: it was killed, or an engine crashed in it."""
+    """A process ended while it was at a task: it was killed, or an engine crashed in it.
+
+    Args:
+        cause: how it ended.
+        has_begun: whether it had started and imported the function before, so that the task may be the cause.
+    """
+
+    def __init__(self, cause: str, has_begun: bool) -> None:
+        super().__init__(cause)
+        self.has_begun = has_begun
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +60,7 @@ class WorkerPool:
         self._size = size
         self._idle: list[Worker] = []
         self._busy: dict[Worker, Any] = {}
+        self._starting: set[Worker] = set()
 
     def perform(self, function: Callable[[T], R], tasks: Iterable[T]) -> Iterator[TaskOutcome[T, R]]:
         """Perform tasks and yield what came of each, in the order in which they end.
@@ -66,23 +77,48 @@ class WorkerPool:
                 return
             for connection in wait([worker.connection for worker in self._busy]):
                 worker = next(one for one in self._busy if one.connection is connection)
-                yield self._outcome(worker, self._busy.pop(worker))
+                if not self._begins(worker):
+                    yield self._outcome(worker, self._busy.pop(worker))
 
     def _give(self, function: Any, task: Any) -> None:
-        worker = self._idle.pop() if self._idle else Worker()
-        try:
-            worker.connection.send((function, task))
-        except OSError:  # it died while it was idle
-            worker.end()
-            worker = Worker()
+        while self._idle:
+            worker = self._idle.pop()
+            try:
+                worker.connection.send((function, task))
+            except OSError:  # it died while it was idle
+                worker.end()
+            else:
+                self._busy[worker] = task
+                return
+        self._start(function, task)
+
+    def _start(self, function: Any, task: Any) -> None:
+        """Start a process; its first answer, before that to the task, says that it imported the function."""
+        worker = Worker()
+        with suppress(OSError):  # it died at once, which is noticed when it does not answer
+            worker.connection.send((callable, function))
             worker.connection.send((function, task))
         self._busy[worker] = task
+        self._starting.add(worker)
+
+    def _begins(self, worker: Worker) -> bool:
+        """Take the first answer of a new process; return False if it is one to the task, or none."""
+        if worker not in self._starting:
+            return False
+        try:
+            worker.connection.recv()
+        except (EOFError, OSError):
+            return False
+        self._starting.remove(worker)
+        return True
 
     def _outcome(self, worker: Worker, task: Any) -> TaskOutcome[Any, Any]:
         try:
             value, error = worker.connection.recv()
         except (EOFError, OSError):
-            return TaskOutcome(task, None, WorkerDiedError(worker.end()))
+            has_begun = worker not in self._starting
+            self._starting.discard(worker)
+            return TaskOutcome(task, None, WorkerDiedError(worker.end(), has_begun))
         self._idle.append(worker)
         return TaskOutcome(task, value, error)
 
@@ -98,6 +134,7 @@ class WorkerPool:
             worker.end()
         self._idle.clear()
         self._busy.clear()
+        self._starting.clear()
 
 
 class Worker:
@@ -118,7 +155,8 @@ class Worker:
                 command, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, stdout=_STANDARD_ERROR
             )
         self.connection: Connection[Any, Any] = Connection(ours.detach())
-        self.connection.send(sys.path if has_our_path else None)
+        with suppress(OSError):  # it died at once, which is noticed when it does not answer
+            self.connection.send(sys.path if has_our_path else None)
 
     def end(self) -> str:
         """End the process, and return how it had ended."""

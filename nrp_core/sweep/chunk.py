@@ -10,7 +10,7 @@ A job that was killed resumes where it stopped.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from nrp_core.sweep.journal import Journal, records_in
 from nrp_core.sweep.measuring import perform
 from nrp_core.sweep.record import Task
 
-JOBS, ERROR = "jobs", "error: "
+JOBS, ERROR, BEGUN = "jobs", "error: ", ".begun"
 
 
 def write_chunks(folder: Path, tasks: Sequence[Task], chunks: int) -> list[tuple[Path, Path]]:
@@ -47,13 +47,22 @@ def read_tasks(path: Path) -> list[Task]:
     return list(map(Task.from_line, path.read_text("utf-8").splitlines()))
 
 
-def perform_all(tasks: Iterable[Task], journal: Path) -> None:
-    """Perform the tasks of a chunk that are not yet in its journal."""
+def perform_all(file: Path, journal: Path) -> None:
+    """Perform the tasks of a chunk that are not yet in its journal, and keep the id of the last begun."""
     done = {record.id for record in records_in(journal)} if journal.exists() else set()
+    begun = file.with_suffix(BEGUN)
     with Journal(journal) as written:
-        for task in tasks:
+        for task in read_tasks(file):
             if task.id not in done:
+                with writing(begun):
+                    begun.write_text(task.id, "utf-8")
                 written.add(perform(task))
+
+
+def last_begun(file: Path) -> str | None:
+    """Return the id of the run of a chunk that was begun last; None: none was."""
+    begun = file.with_suffix(BEGUN)
+    return begun.read_text("utf-8") if begun.exists() else None
 
 
 def _cut(tasks: Sequence[Task], chunks: int) -> list[Sequence[Task]]:
@@ -65,6 +74,6 @@ def _cut(tasks: Sequence[Task], chunks: int) -> list[Sequence[Task]]:
 
 if __name__ == "__main__":
     try:
-        perform_all(read_tasks(Path(sys.argv[1])), Path(sys.argv[2]))
+        perform_all(Path(sys.argv[1]), Path(sys.argv[2]))
     except NrpError as failure:
         sys.exit(f"{ERROR}{failure}")

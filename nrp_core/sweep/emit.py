@@ -13,13 +13,14 @@ from nrp_core.sweep.executors.slurm import script_of
 from nrp_core.sweep.record import Task
 
 KINDS = ("slurm", "snakemake")
-_SNAKEFILE = """rule all:
-    input: expand("journal.{{job}}.jsonl", job=range({first}, {last} + 1))
+_SNAKEFILE = """# A journal is no output: Snakemake deletes those of a job that failed, with all runs in it.
+rule all:
+    input: expand("jobs/{{job}}.done", job=range({first}, {last} + 1))
 
 rule runs:
     input: "jobs/{{job}}.jsonl"
-    output: "journal.{{job}}.jsonl"
-    shell: "{python} -m nrp_core.sweep.chunk {{input}} {{output}}"
+    output: touch("jobs/{{job}}.done")
+    shell: "{python} -m nrp_core.sweep.chunk {{input}} journal.{{wildcards.job}}.jsonl"
 """
 
 

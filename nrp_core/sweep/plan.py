@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
+from nrp_core.analysis.doubts import announcement, doubts_of
 from nrp_core.clock import milliseconds, seconds
 from nrp_core.comparison.grid import digest_of_files, require_there
 from nrp_core.errors import ExperimentError, did_you_mean
@@ -137,6 +138,14 @@ class Plan:
 
     def __len__(self) -> int:
         return number_of_runs(self.sweep)
+
+    def tell_doubts(self, say: Callable[[str], None]) -> None:
+        """Tell what a check doubts about the experiment without what varies, unless it was told before."""
+        settings = [written(key, _absolute(value)) for key, value in self.sweep.settings.items()]
+        until_s = None if self.sweep.until is None else seconds(self.sweep.until)
+        found = doubts_of(partial(load_experiment, self.experiment, settings), until_s)
+        if text := announcement(self.name, found):
+            say(text)
 
     @cached_property
     def runs(self) -> list[PlannedRun]:

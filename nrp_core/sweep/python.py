@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -33,6 +35,8 @@ def sweep(
     tell: Tell = lambda _: None,
 ) -> pd.DataFrame:
     """Make the runs of a sweep and return their table, one row per run.
+
+    What ``nrp validate`` says about the experiment is a Python warning before the first run.
 
     Example::
 
@@ -65,6 +69,8 @@ def sweep(
     with TemporaryDirectory(prefix="nrp-sweep-") as temporary:
         folder = Path(temporary) if out is None else Path(out)
         made = SweepRun(plan, folder, Choice(tuple(only), retry_failed, record))
+        if made.pending:
+            plan.tell_doubts(partial(warnings.warn, stacklevel=3))
         with executor(on, folder, workers) as where:
             made.run(where, tell)
         return data_frame(made.rows)

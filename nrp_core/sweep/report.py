@@ -84,10 +84,10 @@ def remarks(table: SweepTable) -> list[str]:
 
 
 def without_effect(table: SweepTable) -> Iterator[str]:
-    """Yield a line for each setting of which all values gave the same results, wherever they are compared."""
+    """Yield a line for each setting, and for the seed, of which all values gave the same results."""
     ended = [row for row in table.rows if row["error"] is None]
-    for key in table.keys:
-        others = [*(one for one in table.keys if one != key), SEED]
+    for key in (*table.keys, SEED):
+        others = [one for one in (*table.keys, SEED) if one != key]
         found: dict[tuple[str, ...], dict[str, tuple[str, ...]]] = {}
         for row in ended:
             alike = found.setdefault(tuple(str(row[one]) for one in others), {})

@@ -5,9 +5,11 @@ import random
 import shutil
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from threading import Event, Thread
 from typing import Any
@@ -15,6 +17,7 @@ from typing import Any
 import pytest
 
 import nrp_core
+from nrp_core.sweep.chunk import JOBS
 from nrp_core.sweep.emit import emit
 from nrp_core.sweep.executors.interface import executor
 from nrp_core.sweep.executors.local import LocalExecutor
@@ -41,6 +44,25 @@ def drive(t, noise, cells):
     steps += 1
     return geometry_msgs.msg.Twist(geometry_msgs.msg.Vector3(0.02 * cells.rate + 0.05 * steps))
 """
+TEXTS = """
+import os
+
+class Fatal(str):
+    def __reduce__(self):
+        return read, (str(self),)
+
+def read(text):
+    if os.getpid() == {pid}:
+        return Fatal(text)
+    times, _, text = text.partition(" ")
+    if len(os.listdir("{marks}")) >= int(times):
+        return text
+    open("{marks}/%d" % os.getpid(), "x")
+    os._exit(1)
+"""
+DEADLY = """steps += 1
+    if t > 0.41:
+        __import__("os").kill(__import__("os").getpid(), 9)"""
 EXPERIMENT = """
 extends: slalom_pioneer
 name: noisy
@@ -157,7 +179,7 @@ def killed(plan: Plan, folder: Path, times: int, on: str = "local") -> tuple[lis
     def kill() -> None:
         nonlocal kills
         draw, journal, size = random.Random(5), folder / "journal.jsonl", 0
-        while kills < times and not stop.wait(draw.uniform(0.2, 1.0)):
+        while kills < times and not stop.wait(draw.uniform(0.05, 0.5)):
             grown = journal.stat().st_size if journal.exists() else 0
             if grown > size and (found := pids()):  # workers that only start end no run, however often
                 os.kill(draw.choice(found), signal.SIGKILL)
@@ -173,9 +195,10 @@ def killed(plan: Plan, folder: Path, times: int, on: str = "local") -> tuple[lis
 
 
 def test_nothing_is_lost_when_workers_are_killed(plan: Plan, tmp_path: Path) -> None:
-    rows, kills = killed(plan, tmp_path / "killed", 2)
+    more = planned(tmp_path, seeds=15)
+    rows, kills = killed(more, tmp_path / "killed", 2)
     assert kills
-    assert rows == swept(plan, tmp_path / "whole", "local", 1)
+    assert rows == swept(more, tmp_path / "whole", "local", 1)
 
 
 @pytest.mark.heavy
@@ -192,6 +215,37 @@ def test_a_thousand_runs_survive_twenty_kills(plan: Plan, tmp_path: Path, on: st
     assert rows == swept(thousand, tmp_path / "whole", "local", 1)
 
 
+@pytest.fixture
+def snakemake(tmp_path: Path) -> Path:
+    """Snakemake, in an environment of its own."""
+    scripts = Path(__file__).parents[2] / "scripts"
+    subprocess.run([sys.executable, "-m", "venv", tmp_path / "tools"], check=True)
+    tools = tmp_path / "tools" / "bin"
+    subprocess.run([scripts / "pip", tools / "python", "-m", "pip", "install", "snakemake"], check=True)
+    return tools / "snakemake"
+
+
+@pytest.mark.heavy
+def test_snakemake_goes_on_where_a_job_was_killed(tmp_path: Path, plan: Plan, snakemake: Path) -> None:
+    many, folder = planned(tmp_path, seeds=40), tmp_path / "swept"
+    SweepRun(many, folder)
+    file, _ = emit("snakemake", folder, [run.task for run in many.runs], 1)
+    command = [str(one) for one in (snakemake, "--cores", 1, "--snakefile", file, "--directory", folder)]
+    journal = folder / "journal.0.jsonl"
+    with subprocess.Popen(command) as jobs:
+        while not journal.exists() or journal.stat().st_size == 0:
+            assert jobs.poll() is None
+            time.sleep(0.1)
+        subprocess.run(["pkill", "-KILL", "-f", f"nrp_core.sweep.chunk {JOBS}/0"], check=True)
+    assert jobs.returncode == 1
+    kept = journal.read_text()
+    assert 0 < len(kept.splitlines()) < len(many.runs)
+    subprocess.run(command, check=True)
+    assert journal.read_text().startswith(kept)
+    assert len(journal.read_text().splitlines()) == len(many.runs)
+    assert swept(many, folder, "local", 1) == swept(many, tmp_path / "whole", "local", 1)
+
+
 def test_workers_of_another_version_and_a_scheduler_that_is_not_there_are_refused(
     plan: Plan, tmp_path: Path
 ) -> None:
@@ -202,32 +256,55 @@ def test_workers_of_another_version_and_a_scheduler_that_is_not_there_are_refuse
         swept(plan, tmp_path / "none", "tcp://127.0.0.1:9")
 
 
-def fatal(text: str, mark: Path) -> str:
-    """Return a text that kills the first process of a worker that reads it."""
-    gone = f"open({str(mark)!r}, 'x') and __import__('os')._exit(1)"
-    read = f"{text!r} if __import__('os').path.exists({str(mark)!r}) else {gone}"
-
-    class Fatal(str):
-        __slots__ = ()
-
-        def __reduce__(self) -> tuple[Callable[..., Any], tuple[str]]:
-            return eval, (read,)
-
-    return Fatal(text)
+@pytest.fixture
+def fatal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str, int], str]]:
+    """Return a function that returns a text which ends the first workers that read it; each leaves a mark."""
+    (tmp_path / "marks").mkdir()
+    (tmp_path / "texts.py").write_text(TEXTS.format(pid=os.getpid(), marks=tmp_path / "marks"))
+    monkeypatch.syspath_prepend(tmp_path)
+    texts = import_module("texts")
+    yield lambda text, times: texts.Fatal(f"{times} {text}")
+    del sys.modules["texts"]
 
 
 @pytest.mark.heavy
 def test_a_worker_of_dask_may_die_before_the_first_run_but_not_have_other_code(
-    plan: Plan, tmp_path: Path
+    plan: Plan, tmp_path: Path, fatal: Callable[[str, int], str]
 ) -> None:
-    mark = tmp_path / "died"
-    deadly = {name: fatal(value, mark) for name, value in plan.code.items()}
+    deadly = {name: fatal(value, 1) for name, value in plan.code.items()}
     rows = swept(replace(plan, code=deadly), tmp_path / "died-once", "dask", 2)
-    assert mark.exists()
+    assert [*(tmp_path / "marks").iterdir()]
     assert rows == swept(plan, tmp_path / "here", "local", 1)
     other = replace(plan, code={**plan.code, "nrp_core": "0123456789abcdef"})
     with pytest.raises(nrp_core.NrpError, match="has a different version of 'nrp_core'"):
         swept(other, tmp_path / "other", "dask", 2)
+
+
+@pytest.mark.heavy
+def test_a_run_is_not_to_blame_for_workers_of_dask_that_die_before_it_begins(
+    plan: Plan, tmp_path: Path, fatal: Callable[[str, int], str]
+) -> None:
+    tasks = [replace(run.task, experiment=fatal(run.task.experiment, 7)) for run in plan.runs[:1]]
+    with executor("dask", tmp_path, 1) as where:
+        (record,) = where.perform(tasks)
+    assert len([*(tmp_path / "marks").iterdir()]) == 7
+    assert (record.error, record.attempts) == (None, 1)
+    assert [record.trajectory_digest] == made_alone(plan, 1)
+
+
+@pytest.mark.parametrize("on", ["local", pytest.param("dask", marks=pytest.mark.heavy)])
+def test_only_the_run_that_ends_its_workers_fails(plan: Plan, tmp_path: Path, on: str) -> None:
+    """Runs that wait behind it die with it, but had not begun."""
+    (tmp_path / "drive.py").write_text(DRIVE.replace("steps += 1", DEADLY))
+    deadly = planned(tmp_path, seeds=2).runs
+    tasks = [run.task for run in deadly]
+    tasks[1] = replace(tasks[1], overrides=(*tasks[1].overrides, "duration=500 ms"))
+    with executor(on, tmp_path, 2) as where:
+        records = {record.index: record for record in where.perform(tasks)}
+    assert [index for index, record in records.items() if record.failed] == [1]
+    assert records[1].error is not None
+    assert "its worker died in each of 5 attempts" in records[1].error
+    assert sorted(records) == [0, 1, 2, 3]
 
 
 # -- SLURM

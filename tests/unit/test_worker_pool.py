@@ -4,8 +4,11 @@ import os
 import signal
 import subprocess
 import sys
+from importlib import import_module
 from operator import truediv
 from pathlib import Path
+
+import pytest
 
 from nrp_core._support.worker_pool import WorkerDiedError, WorkerPool
 
@@ -18,6 +21,17 @@ pool = WorkerPool(2)
 outcomes = pool.perform(eval, ["__import__('os').getpid()", "__import__('signal').pause()"])
 print(next(outcomes).value, flush=True)
 os.kill(os.getpid(), signal.SIGKILL)
+"""
+ONCE = """
+import os
+from pathlib import Path
+
+if os.getpid() != {pid} and not Path("{mark}").exists():
+    Path("{mark}").touch()
+    os._exit(1)
+
+def end(task):
+    os._exit(2)
 """
 
 
@@ -54,3 +68,16 @@ def test_what_a_task_raises_is_returned_with_it() -> None:
     with WorkerPool(1) as pool:
         (outcome,) = pool.perform(half_of, ["a text"])  # type: ignore[list-item]
     assert isinstance(outcome.error, TypeError)
+
+
+def test_a_process_that_dies_as_it_starts_is_told_from_one_that_dies_in_its_task(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mark = tmp_path / "died"
+    (tmp_path / "once.py").write_text(ONCE.format(pid=os.getpid(), mark=str(mark)))
+    monkeypatch.syspath_prepend(tmp_path)
+    end = import_module("once").end
+    with WorkerPool(1) as pool:
+        errors = [one.error for one in pool.perform(end, ["first", "second", "third"])]
+    assert [isinstance(error, WorkerDiedError) and error.has_begun for error in errors] == [False, True, True]
+    assert mark.exists()

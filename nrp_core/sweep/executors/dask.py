@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import islice
+from contextlib import nullcontext, suppress
+from dataclasses import replace
+from itertools import count, islice
 from typing import Any
 
 from nrp_core._support.extras import require_extra
 from nrp_core._support.machine import cores
 from nrp_core.errors import BackendLoadError
-from nrp_core.sweep.executors.interface import ATTEMPTS, Executor
+from nrp_core.sweep.executors.deaths import ATTEMPTS, Deaths
+from nrp_core.sweep.executors.interface import Executor
 from nrp_core.sweep.measuring import perform, require_code
 from nrp_core.sweep.record import Record, Task
 
 _AHEAD = 4
 """Runs per worker that the scheduler holds at once, so that it need not hold a million."""
 _PATIENCE_S = 10
+_LONG_S = 100_000_000
+_STARTS = 20
+"""Number of times in a row that each worker may take runs and die before one begins."""
 
 
 class DaskExecutor(Executor):
@@ -24,14 +31,18 @@ class DaskExecutor(Executor):
     def __init__(self) -> None:
         self._client: Any = None
         self._cluster: Any = None
+        self._settings: Any = nullcontext()
+        self._begun = Counter[str]()
+        self._numbers = count()
 
     def __enter__(self) -> DaskExecutor:
         require_extra("distributed", "sweep", "the executor dask")
         from distributed import Client, LocalCluster
 
         if not self.address:
+            self._settings = _keeping_workers()
             self._cluster = LocalCluster(
-                n_workers=self.workers or cores(), threads_per_worker=1, dashboard_address=None
+                n_workers=self.workers or cores(), threads_per_worker=1, dashboard_address="127.0.0.1:0"
             )
         try:
             self._client = Client(self._cluster or self.address, timeout=_PATIENCE_S)
@@ -53,22 +64,29 @@ class DaskExecutor(Executor):
         from distributed import CancelledError, KilledWorker, as_completed
 
         self._require_code(tasks[0].code if tasks else {})
+        self._client.subscribe_topic(self._topic, self._note_begun)
         waiting, size = iter(tasks), self.size
+        deaths = Deaths(_STARTS * size)
         ahead = size if self.workers else size * _AHEAD
         given = {self._submit(task): task for task in islice(waiting, ahead)}
         done = as_completed(given)
         for future in done:
             task = given.pop(future)
+            times = self._begun.pop(task.id, 0)
             try:
-                yield future.result()
+                following = replace(future.result(), attempts=task.attempt + max(times, 1) - 1)
+                deaths.workers_live()
             except KilledWorker as error:
-                yield Record.died(task, str(error))
+                following = _after_deaths(deaths, task, times, str(error))
             except (CancelledError, OSError) as error:
                 cause = str(error) or type(error).__name__
                 message = f"the connection to the Dask scheduler was lost ({cause}); finished runs are kept"
                 raise BackendLoadError(message) from error
             future.release()
-            if (following := next(waiting, None)) is not None:
+            if isinstance(following, Record):
+                yield following
+                following = next(waiting, None)
+            if following is not None:
                 given[another := self._submit(following)] = following
                 done.add(another)
 
@@ -77,9 +95,19 @@ class DaskExecutor(Executor):
             if one is not None:
                 one.close()
         self._client = self._cluster = None
+        self._settings.__exit__(None, None, None)
+        self._settings = nullcontext()
 
     def _submit(self, task: Task) -> Any:
-        return self._client.submit(perform, task, key=f"{task.id}-{task.index}", pure=False)
+        key = f"{task.id}-{next(self._numbers)}"  # of its own each time, because Dask counts deaths by it
+        return self._client.submit(_announced, task, self._topic, key=key, pure=False)
+
+    @property
+    def _topic(self) -> str:
+        return f"nrp-runs-of-{self._client.id}"  # events of the scheduler itself have the name of the client
+
+    def _note_begun(self, event: tuple[float, str]) -> None:
+        self._begun[event[1]] += 1
 
     def _threads(self) -> int:
         return sum(self._client.nthreads().values())
@@ -93,6 +121,38 @@ class DaskExecutor(Executor):
             if isinstance(answer, BaseException) and not isinstance(answer, OSError):
                 raise answer
         self._client.run_on_scheduler(_allow_attempts)
+
+
+def _keeping_workers() -> Any:
+    """Return a context, already entered, in which a cluster of this machine does not give up workers.
+
+    Otherwise it removes a worker that is just starting 15 s after an earlier death, and never replaces it.
+    """
+    from dask import config
+
+    return config.set({"distributed.deploy.lost-worker-timeout": _LONG_S})
+
+
+def _after_deaths(deaths: Deaths, task: Task, times: int, cause: str) -> Task | Record:
+    """Return the next attempt of a run, or its record.
+
+    Dask gives a run up when several workers that held it have died, even if they never began it.
+    """
+    if times:
+        return deaths.in_run(task, cause, times)
+    deaths.in_vain(cause)
+    return task
+
+
+def _announced(task: Task, topic: str) -> Record:
+    """Perform a run once the scheduler knows that it begins, and so the client, whatever happens then."""
+    from distributed import get_worker
+    from distributed.utils import sync
+
+    worker = get_worker()
+    with suppress(OSError):  # no reason not to perform it
+        sync(worker.loop, worker.scheduler.log_event, topic=topic, msg=task.id)  # it waits
+    return perform(task)
 
 
 def _allow_attempts(dask_scheduler: Any) -> None:

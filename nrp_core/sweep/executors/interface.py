@@ -11,8 +11,6 @@ from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.registry import Registry
 from nrp_core.sweep.record import Record, Task
 
-ATTEMPTS = 5
-"""Number of attempts of a run whose worker dies; after that the run itself is the likely cause."""
 _ADDRESSES = {"tcp": "dask", "tls": "dask"}
 """Executors by the kind of address that they take."""
 
@@ -39,10 +37,12 @@ class Executor(AbstractContextManager["Executor"], ABC):
     def perform(self, tasks: Sequence[Task]) -> Iterator[Record]:
         """Perform runs and yield their records in the order in which they end.
 
-        A worker that dies is replaced and its run repeated, up to :data:`ATTEMPTS` times.
+        A worker that dies is replaced. Its run is repeated, and has failed when it had begun on
+        :data:`~nrp_core.sweep.executors.deaths.ATTEMPTS` workers that died.
 
         Raises:
-            BackendError: a worker has another version of the code, or the scheduler was lost.
+            BackendError: a worker has another version of the code, no worker lives until a run begins, or the
+                scheduler was lost.
         """
 
     def __exit__(self, *_: object) -> None:

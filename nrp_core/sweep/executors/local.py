@@ -7,10 +7,14 @@ from collections.abc import Iterator, Sequence
 
 from nrp_core._support.machine import cores
 from nrp_core._support.worker_pool import WorkerDiedError, WorkerPool
-from nrp_core.sweep.executors.interface import ATTEMPTS, Executor
+from nrp_core.sweep.executors.deaths import Deaths
+from nrp_core.sweep.executors.interface import Executor
 from nrp_core.sweep.kept import KEPT
 from nrp_core.sweep.measuring import perform
 from nrp_core.sweep.record import Record, Task
+
+_STARTS = 20
+"""Number of times in a row that each process may die as it starts."""
 
 
 class LocalExecutor(Executor):
@@ -29,17 +33,24 @@ class LocalExecutor(Executor):
             return
         if self._pool is None:
             self._pool = WorkerPool(self.size)
-        queue = _Queue(tasks)
+        queue, deaths = _Queue(tasks), Deaths(_STARTS * self.size)
         for outcome in self._pool.perform(perform, queue):
-            if not isinstance(outcome.error, WorkerDiedError):
-                if outcome.error is not None:
-                    raise outcome.error
-                assert outcome.value is not None
-                yield outcome.value
-            elif outcome.task.attempt < ATTEMPTS:
-                queue.append(outcome.task.again())
+            task, error = outcome.task, outcome.error
+            if isinstance(error, WorkerDiedError) and not error.has_begun:
+                deaths.in_vain(str(error))
+                queue.append(task)
+            elif isinstance(error, WorkerDiedError):
+                following = deaths.in_run(task, str(error))
+                if isinstance(following, Record):
+                    yield following
+                else:
+                    queue.append(following)
+            elif error is not None:
+                raise error
             else:
-                yield Record.died(outcome.task, str(outcome.error))
+                assert outcome.value is not None
+                deaths.workers_live()
+                yield outcome.value
 
     def pids(self) -> list[int]:
         """Return the operating system's numbers of the processes."""

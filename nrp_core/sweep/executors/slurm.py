@@ -11,8 +11,9 @@ from time import sleep
 
 from nrp_core._support.writing import writing
 from nrp_core.errors import BackendLoadError
-from nrp_core.sweep.chunk import ERROR, JOBS, write_chunks
-from nrp_core.sweep.executors.interface import ATTEMPTS, Executor
+from nrp_core.sweep.chunk import ERROR, JOBS, last_begun, write_chunks
+from nrp_core.sweep.executors.deaths import Deaths
+from nrp_core.sweep.executors.interface import Executor
 from nrp_core.sweep.journal import records_in
 from nrp_core.sweep.record import Record, Task
 
@@ -28,6 +29,8 @@ exec {python} -m nrp_core.sweep.chunk {folder}/jobs/$SLURM_ARRAY_TASK_ID.jsonl \
 _CHUNKS = 4
 """Jobs per worker, so that workers that finish early get more work."""
 _WORKERS = 16
+_ARRAYS = 5
+"""Number of arrays of jobs in a row that may end before a run begins."""
 _LOOK_S = 0.5
 
 
@@ -45,20 +48,26 @@ class SlurmExecutor(Executor):
         return self.workers or _WORKERS
 
     def perform(self, tasks: Sequence[Task]) -> Iterator[Record]:
-        waiting = {task.id: task for task in tasks}
+        waiting, deaths = {task.id: task for task in tasks}, Deaths(_ARRAYS)
+        cause = f"see {self.folder / JOBS}/*.log"
         while waiting:
-            for record in self._array(list(waiting.values())):
+            chunks = write_chunks(self.folder, list(waiting.values()), self.size * _CHUNKS)
+            for record in self._array(chunks):
                 if waiting.pop(record.id, None) is not None:
                     yield record
-            for task in list(waiting.values()):  # the job of the run was killed, or did not begin
-                if task.attempt < ATTEMPTS:
-                    waiting[task.id] = task.again()
+            begun = {last_begun(file) for file, _ in chunks} - {None}
+            if waiting and not begun:
+                deaths.in_vain(cause)
+            for task in [task for task in waiting.values() if task.id in begun]:  # its job was killed in it
+                following = deaths.in_run(task, cause)
+                if isinstance(following, Record):
+                    del waiting[task.id]
+                    yield following
                 else:
-                    yield Record.died(waiting.pop(task.id), f"see {self.folder / JOBS}/*.log")
+                    waiting[task.id] = following
 
-    def _array(self, tasks: list[Task]) -> Iterator[Record]:
-        """Submit jobs for tasks, and yield their records until all the jobs have ended."""
-        chunks = write_chunks(self.folder, tasks, self.size * _CHUNKS)
+    def _array(self, chunks: Sequence[tuple[Path, Path]]) -> Iterator[Record]:
+        """Submit jobs, and yield their records until all of them have ended."""
         first = int(chunks[0][0].stem)
         script = script_of(self.folder, first, len(chunks), self.size)
         job = _command("sbatch", "--parsable", str(script)).strip().partition(";")[0]

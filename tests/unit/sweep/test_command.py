@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -271,6 +272,26 @@ def test_a_setting_that_changed_nothing_is_told(digests: str, measured: str, tol
     assert list(without_effect(alone)) == []
 
 
+@pytest.mark.parametrize(
+    ("digests", "told"),
+    [
+        ("aab", []),
+        ("aaa", ["'seed' changed nothing: all its values gave the same trajectories and measures"]),
+    ],
+)
+def test_seeds_that_changed_nothing_are_told(digests: str, told: list[str]) -> None:
+    rows = tuple(
+        {"seed": seed, "trajectory_digest": path, "error": None} for seed, path in enumerate(digests)
+    )
+    assert list(without_effect(SweepTable("name", (), (), rows))) == told
+
+
+def test_a_plan_is_not_asked_for_with_jobs_that_are_only_written(sweep: Sweep) -> None:
+    code, _, err = sweep("sweep.yaml", "--plan", "--emit", "slurm")
+    assert code == 2
+    assert "it has no effect with --emit, which makes no run" in " ".join(err.split())
+
+
 def test_emitted_jobs_are_collected_by_the_same_command(sweep: Sweep) -> None:
     code, out, _ = sweep("sweep.yaml", "--emit", "snakemake", "--workers", 2)
     assert code == 0
@@ -279,7 +300,7 @@ def test_emitted_jobs_are_collected_by_the_same_command(sweep: Sweep) -> None:
     rules = Path("sweep.sweep/Snakefile").read_text()
     shell = rules.split('shell: "')[1].split('"')[0]
     for job in range(2):
-        command = shell.format(input=f"jobs/{job}.jsonl", output=f"journal.{job}.jsonl")
+        command = shell.format(input=f"jobs/{job}.jsonl", wildcards=SimpleNamespace(job=job))
         done = subprocess.run(command, shell=True, cwd="sweep.sweep", check=False, capture_output=True)
         assert done.returncode == 0, done.stderr
     code, _, err = sweep("sweep.yaml", "--workers", 1)

@@ -25,12 +25,14 @@ def sweep(
     fakes: None, drive_to_the_wall: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> Sweep:  # fmt: skip
-    """Return a function that makes the only run of a sweep on SLURM, given the texts of its commands."""
+    """Return a function that makes the runs of a sweep on SLURM, given the texts of its commands."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(app, "reserve_stdout", lambda: None)
-    Path("sweep.yaml").write_text(f"experiment: {drive_to_the_wall}\nvary: {{seed: [1]}}\n")
 
-    def run(**commands: str) -> tuple[int, str]:
+    def run(settings: str = "", **commands: str) -> tuple[int, str]:
+        Path("sweep.yaml").write_text(
+            f"experiment: {drive_to_the_wall}\nvary: {{seed: [1]}}\nsettings: {{{settings}}}\n"
+        )
         for name in ("sh", "sed", "dirname"):
             _command(tmp_path / "bin" / name, f'exec {shutil.which(name, path=os.defpath)} "$@"')
         for name, text in commands.items():
@@ -76,3 +78,17 @@ def test_jobs_of_another_version_end_it_at_the_first_attempt(
     assert code == (4 if is_other else 0)
     assert ("has a different version of 'experiment_fakes' from the process that began" in err) is is_other
     assert len([*Path("sweep.sweep", "jobs").glob("*.log")]) == 1
+
+
+def test_jobs_that_never_begin_end_the_sweep_but_no_run_fails(sweep: Sweep) -> None:
+    code, err = sweep(sbatch="echo 7", squeue="true")
+    assert (code, err.count("error: ")) == (4, 1)
+    assert "workers die before a run begins (see " in err
+    assert not Path("sweep.sweep", "journal.jsonl").read_text()
+
+
+def test_a_run_that_ends_its_job_each_time_is_given_up(sweep: Sweep, raising: Callable[[str], str]) -> None:
+    override = raising("__import__('os').kill(__import__('os').getpid(), 9)")
+    code, _ = sweep(settings=override.replace("=", ": "), sbatch=AT_ONCE, squeue="true")
+    assert code == 1
+    assert "its worker died in each of 5 attempts" in Path("sweep.sweep", "journal.jsonl").read_text()
