@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from nrp_core.findings import Weight as Weight
     from nrp_core.recording.layout import Images as Images
     from nrp_core.recording.reading.recording import Recording as Recording
+    from nrp_core.running import open_run as open_run
     from nrp_core.running import run as run
     from nrp_core.world.backends import worlds as worlds
     from nrp_core.world.messages import builtin_interfaces as builtin_interfaces
@@ -87,7 +88,7 @@ else:
             "nrp_core.findings": "Code Finding InvalidExperimentError Level Weight",
             "nrp_core.recording.layout": "Images",
             "nrp_core.recording.reading.recording": "Recording",
-            "nrp_core.running": "run",
+            "nrp_core.running": "open_run run",
             "nrp_core.world.backends": "worlds",
             "nrp_core.world.interface": "World",
             "nrp_core.world.messages": (

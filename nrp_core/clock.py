@@ -14,7 +14,8 @@ NS_PER_S = 1_000_000_000
 NS_PER_MS = 1_000_000
 MS_PER_S = 1000.0
 _NANOSECOND_EXACT_S = 2.0**21
-"""Floats below it are less than half a nanosecond apart."""
+_NANOSECOND_EXACT_MS = 2.0**31
+"""Floats below these are less than half a nanosecond apart."""
 
 
 def seconds(t_ns: int) -> float:
@@ -39,6 +40,10 @@ def from_seconds(t_s: float | Fraction) -> int:
 
 def from_milliseconds(t_ms: float) -> int:
     """Convert milliseconds to the nearest nanosecond, reading a float by its shortest decimal form."""
+    if -_NANOSECOND_EXACT_MS < t_ms < _NANOSECOND_EXACT_MS:  # as in from_seconds
+        t_ns = round(t_ms * NS_PER_MS)
+        if t_ns / NS_PER_MS == t_ms:
+            return t_ns
     return from_seconds(Fraction(repr(float(t_ms))) / 1000)
 
 

@@ -12,6 +12,7 @@ Each is also the matching builtin, so ``except ValueError`` works where a caller
     │   ├── TimestepError                             time steps that do not divide
     │   ├── TopicError                (LookupError)   unknown topic, or wrong type or direction
     │   ├── NeuronSelectionError      (LookupError)   population unknown or index out of range
+    │   ├── UnknownNameError          (KeyError)      a result has no value of this name
     │   ├── TransferFunctionError                     a transfer function is declared wrongly
     │   │   └── TriggerError                          its trigger is not a subscribed topic
     │   ├── NetworkError                              a network contradicts itself
@@ -148,6 +149,10 @@ class TopicError(ExperimentError, LookupError):
 
 class NeuronSelectionError(ExperimentError, LookupError):
     """A population that does not exist or an index outside it."""
+
+
+class UnknownNameError(ExperimentError, KeyError):
+    """A name in a result that does not exist."""
 
 
 class TransferFunctionError(ExperimentError):

@@ -1,15 +1,16 @@
-"""Run an experiment in one call, recorded or not."""
+"""Open or run an experiment in one call, with what a check of it doubts."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
 from nrp_core.analysis.doubts import checked_run
 from nrp_core.clock import from_seconds
-from nrp_core.experiment.reading.find import load_experiment, require_once
+from nrp_core.experiment.making.prepare import ProgressCallback, no_progress
+from nrp_core.experiment.reading.find import load_experiment, once_each
 from nrp_core.experiment.running.result import Result
 from nrp_core.experiment.running.run import Run
 from nrp_core.recording.folder.recording_folder import RecordingFolder
@@ -17,9 +18,35 @@ from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import Images, check_folder
 
 
+def open_run(
+    experiment: str | Path,
+    overrides: Iterable[str] = (),
+    *,
+    until_s: float | None = None,
+    progress: ProgressCallback = no_progress,
+) -> Run:
+    """Open a run whose problems include what ``nrp validate`` doubts.
+
+    The check takes about a tenth of a second, uses the network of the run, and executes nothing again. A
+    :class:`~nrp_core.Run` of an experiment that was loaded is opened without it.
+
+    Args:
+        experiment: as for :func:`run`.
+        overrides: as for :func:`run`.
+        until_s: the end of the run, if it is not that of the experiment, s.
+        progress: called with the name of each task as it begins.
+
+    Raises:
+        ExperimentError: there is no such experiment, or it is wrong.
+        BackendError: a backend is missing, broken or does not open.
+    """
+    read = partial(load_experiment, experiment, once_each(overrides))
+    return checked_run(read(), read, progress, until_s=until_s)
+
+
 def run(
     experiment: str | Path,
-    overrides: Sequence[str] = (),
+    overrides: Iterable[str] = (),
     *,
     until_s: float | None = None,
     record: str | Path | None = None,
@@ -49,14 +76,12 @@ def run(
         BackendError: a backend is missing, broken or does not open.
         SimulationError: an engine, a transfer function or the disk failed; the recording up to there is kept.
     """
-    require_once(overrides)
     folder = None if record is None else Path(record)
     if folder is not None:
         check_folder(folder)
     with ExitStack() as stack:
         files = None if folder is None else stack.enter_context(FilesRead())
-        read = partial(load_experiment, experiment, overrides)
-        simulation = stack.enter_context(checked_run(read(), read, until_s=until_s))
+        simulation = stack.enter_context(open_run(experiment, overrides, until_s=until_s))
         if on_step is not None:
             simulation.on_step.append(on_step)
         if folder is None:

@@ -75,9 +75,9 @@ class BrainEdits(Functions):
             log.warning("another brain: the simulation begins again at time 0")
         self._runner.stop(silently=True)
         try:
-            self._open(with_brain(self._read(), model, populations), machines)
+            self._open(model, populations, machines)
         except Exception:
-            self._open(with_brain(self._read(), self._model, self._populations), machines)
+            self._open(self._model, self._populations, machines)
             raise
         self._model, self._populations = model, populations
         if self._runner.call(lambda run: run.brain.network.digest) == before:
@@ -85,11 +85,18 @@ class BrainEdits(Functions):
         if was_running:
             self.start()
 
-    def _open(self, experiment: Experiment, machines: list[Path]) -> None:
-        """Go on with a changed experiment, with the functions and machines that there are."""
-        if isinstance(experiment.maker, ShimmedMaker):
-            experiment.maker.machines[:] = machines
-        self._runner = Runner(experiment, self._tell, self._finish)
+    def _open(
+        self, model: Path | None, populations: Mapping[str, Selection] | None, machines: list[Path]
+    ) -> None:
+        """Go on with another brain, with the functions and machines that there are."""
+
+        def read() -> Experiment:
+            experiment = with_brain(self._read(), model, populations)
+            if isinstance(experiment.maker, ShimmedMaker):
+                experiment.maker.machines[:] = machines
+            return experiment
+
+        self._runner = Runner(read, self._tell, self._finish)
         left_out = [one for one in self._runner.call(lambda run: run.found) if one.code in _NO_BRAIN]
         if left_out:
             self._runner.stop(silently=True)

@@ -30,7 +30,7 @@ class Live:
         self._stored, self._read = stored, read
         self._callbacks: list[Callable[[dict[str, Any]], object]] = []
         self._drafts = TemporaryDirectory(prefix="virtual_coach_")
-        self._runner = Runner(read(), self._tell, self._finish)
+        self._runner = Runner(read, self._tell, self._finish)
         self._records = stored.new_run()
 
     def start(self) -> None:

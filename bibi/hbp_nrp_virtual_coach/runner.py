@@ -10,6 +10,7 @@ from contextlib import suppress
 from typing import Any, TypeVar
 
 from hbp_nrp_virtual_coach.once import log
+from nrp_core.analysis.doubts import announcement, checked_run
 from nrp_core.clock import NS_PER_S, seconds
 from nrp_core.errors import LifecycleError
 from nrp_core.experiment.model.experiment import Experiment
@@ -26,7 +27,7 @@ class Runner:
     """Runs an experiment in the background; returns when it is open and paused.
 
     Args:
-        experiment: what to run.
+        read: reads the experiment.
         on_status: called with the status at every whole second of simulated time, when the state has changed,
             and at least every second; in the thread of the run, between two steps.
         on_end: called with the run at its end, before it is closed.
@@ -41,11 +42,11 @@ class Runner:
 
     def __init__(
         self,
-        experiment: Experiment,
+        read: Callable[[], Experiment],
         on_status: Callable[[dict[str, Any]], None],
         on_end: Callable[[Run], None],
     ) -> None:
-        self._experiment, self._on_status, self._on_end = experiment, on_status, on_end
+        self._read, self._on_status, self._on_end = read, on_status, on_end
         self.state, self.error = PAUSED, None
         self._is_due, self._is_closed, self._is_silent, self._wall_s = False, False, False, 0.0
         self._failed = 0
@@ -140,11 +141,11 @@ class Runner:
 
     def _main(self) -> None:
         try:
-            with Run(self._experiment) as run:
+            with checked_run(self._read(), self._read) as run:
                 run.on_step.append(self._look_at_clock)
                 with run.loop.attended():
                     self._run, self._reported_at = run, time.monotonic()
-                    self._log_missing(run)
+                    _log_problems(run)
                     self._opened.set_result(run)
                     self._attend(run)
                     self._on_end(run)
@@ -189,11 +190,6 @@ class Runner:
         if run.loop.now_ns >= run.experiment.duration:
             self._set(run, STOPPED)
 
-    def _log_missing(self, run: Run) -> None:
-        for problem in run.problems:
-            if problem.weight is Weight.INCOMPLETE:
-                log.warning("the simulation is not complete: %s", problem)
-
     def _log_failures(self, run: Run) -> None:
         """Log the functions that have failed since the last call; a reset forgets them."""
         failures = run.loop.failures
@@ -218,3 +214,12 @@ class Runner:
             "state": self.state,
             "timeout": seconds(run.experiment.duration) - run.now_s,
         })  # fmt: skip
+
+
+def _log_problems(run: Run) -> None:
+    """Log what is missing from a run at its beginning, and once what a check doubts."""
+    missing = [problem for problem in run.problems if problem.weight is Weight.INCOMPLETE]
+    for problem in missing:
+        log.warning("the simulation is not complete: %s", problem)
+    if text := announcement(run.experiment.name, [one for one in run.problems if one not in missing]):
+        log.warning("%s", text)

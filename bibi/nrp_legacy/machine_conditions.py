@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator
 from typing import Any, Final
 
+from nrp_core._support.dotted import last_name
 from nrp_core.analysis.choices import number_of
 from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.scopes import own_nodes
@@ -135,9 +136,9 @@ def _range(what: str, parameter: str, clock_s: float | None) -> tuple[float, flo
 def _message_of(call: ast.Call) -> type | None:
     """Return the type of the messages of a ``MonitorState``, if only one package has a type of that name."""
     given = call.args[1:2] or [one.value for one in call.keywords if one.arg == "msg_type"]
-    if not given or ast.unparse(call.func).rpartition(".")[2] != "MonitorState":
+    if not given or last_name(call.func) != "MonitorState":
         return None
-    name = ast.unparse(given[0]).rpartition(".")[2]
+    name = last_name(given[0])
     found = [
         kind for one in message_packages().values() if isinstance(kind := getattr(one.msg, name, None), type)
     ]

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
+from nrp_core._support.dotted import last_name
 from nrp_core.analysis.choices import number_of, without_choice
 from nrp_core.analysis.imported import full_names
 from nrp_core.analysis.quoting import excerpt
@@ -67,7 +68,7 @@ def _waits(tree: ast.Module, duration_ns: int) -> Iterator[Doubt]:
     for node in ast.walk(tree):
         if not isinstance(node, ast.Call):
             continue
-        kind = _last(node.func)
+        kind = last_name(node.func)
         given = [*node.args[:1], *(one.value for one in node.keywords if one.arg == _WAITS.get(kind))]
         match given:
             case [ast.Constant(str() as text), *_] if kind in _WAITS:
@@ -119,7 +120,7 @@ def _uncalled(tree: ast.Module) -> Iterator[Doubt]:
             case ast.FunctionDef(name) if name not in used and _is_callback(node):
                 message = f"the callback '{name}' is given to no state: it is never called"
                 yield Code.NRP327, node, message
-            case ast.ClassDef(name, [*_, base]) if name not in used and _last(base).endswith("State"):
+            case ast.ClassDef(name, [*_, base]) if name not in used and last_name(base).endswith("State"):
                 yield Code.NRP327, node, f"the state '{name}' is in no machine: it is never executed"
 
 
@@ -140,7 +141,3 @@ def _subscribers(tree: ast.Module) -> Iterator[Doubt]:
                         f"the subscriber of {ast.unparse(topic)} does not have a callback: nothing reads it"
                     )
                     yield Code.NRP300, node, message
-
-
-def _last(node: ast.expr) -> str:
-    return ast.unparse(node).rpartition(".")[2]

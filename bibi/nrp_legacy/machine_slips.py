@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
+from nrp_core._support.dotted import last_name
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.findings import Code, Finding, Level
 from nrp_legacy.code import Source
@@ -88,7 +89,7 @@ def _outcomes(tree: ast.Module) -> set[str] | None:
     """Return the outcomes of all machines of a file; None if some are computed."""
     found: set[str] = set()
     for node in ast.walk(tree):
-        if isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] in _MACHINES:
+        if isinstance(node, ast.Call) and last_name(node.func) in _MACHINES:
             given = [*node.args[:1], *(one.value for one in node.keywords if "outcome" in str(one.arg))]
             for value in given:
                 items = getattr(value, "elts", [value])

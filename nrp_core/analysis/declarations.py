@@ -179,7 +179,7 @@ class Declarations(Statements):
             self.findings.append(found_in(self._source, Code.NRP221, first, message))
             self.is_complete = False
             return None
-        declared = Declared(stub_of(node, self.path), node, self._source, self.local, {})
+        declared = Declared(stub_of(node, self.path), node, self._source, self.local, {}, self._imports.of)
         declared.is_read = self._is_read and len(made) == len(decorators)
         for one, value in reversed(made):
             if not self._apply(declared, one, value):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from nrp_core.analysis.imported import ImportsOf
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Shape
 from nrp_core.dsl.functions.decorators import Robot2Neuron
@@ -46,6 +47,7 @@ class Declared:
         source: the file.
         names: the shapes of the names that its body sees, parameters aside.
         nodes: the decorator of each mapping, and the function's own under an empty name.
+        imports: returns the names that an import in its body binds.
         is_read: whether all of its decorators are understood.
         adapters: the adapters of its parameters, after binding.
     """
@@ -55,6 +57,7 @@ class Declared:
     source: PythonSource
     names: dict[str, Shape]
     nodes: dict[str, ast.expr]
+    imports: ImportsOf
     is_read: bool = True
     adapters: dict[str, Adapter] = field(default_factory=dict)
 

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 from nrp_core.analysis.events import Add, Compute, Event, Index, Rename, Return, Write
 from nrp_core.analysis.expressions import Expressions, with_hidden
+from nrp_core.analysis.imported import Imported
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import UNKNOWN, Instance, Known, Number, Shape, attribute, item_of, joined
 
@@ -24,14 +25,21 @@ class FunctionBody(Expressions):
     Args:
         names: the shapes of the names that it sees.
         statements: its body.
+        imports: returns the names that an import in it binds.
 
     Attributes:
         events: its operations, in source order. Code in a ``try`` or after a test such as ``hasattr`` is left
             out, because it is meant to fail.
     """
 
-    def __init__(self, names: Mapping[str, Shape], statements: Sequence[ast.stmt]) -> None:
+    def __init__(
+        self,
+        names: Mapping[str, Shape],
+        statements: Sequence[ast.stmt],
+        imports: Callable[[ast.Import | ast.ImportFrom], Iterable[Imported]],
+    ) -> None:
         super().__init__(names)
+        self._imports = imports
         self.events: list[Event] = []
         self._guards = 0
         self._inner = 0
@@ -171,8 +179,7 @@ class FunctionBody(Expressions):
     _do_asyncfunctiondef = _do_functiondef
 
     def _do_import(self, node: ast.Import | ast.ImportFrom) -> None:
-        for alias in node.names:
-            self.names[alias.asname or alias.name.partition(".")[0]] = UNKNOWN
+        self.names.update({imported.name: imported.shape for imported in self._imports(node)})
 
     _do_importfrom = _do_import
 

@@ -27,7 +27,7 @@ from nrp_core._support.environment import have_changed
 from nrp_core._support.machine import cores
 from nrp_core._support.probe import ChildResult, run_module, run_probe
 from nrp_core.analysis.silence import Silence, mute, silent_parts
-from nrp_core.analysis.skeleton import skeleton_of, unconnected
+from nrp_core.analysis.skeleton import Ends, ends_of, joined, linked, skeleton_of
 from nrp_core.brain.files import read_network
 from nrp_core.brain.interface import BrainBackend, BrainOptions
 from nrp_core.brain.network.data import Network
@@ -52,7 +52,8 @@ class ChildBuilder:
 
     Attributes:
         warnings: the backend's warnings about the last network.
-        unconnected: labels of the populations of the last network that have no synapse.
+        joined: the pairs of populations of the last network that have synapses, source first.
+        linked: which cells of each population have synapses onto them, and which have some onto others.
         silent: its parts without spikes, see :mod:`nrp_core.analysis.silence`.
         mute: labels of its populations that cannot fire unless a device drives them.
         refusal: the reason why it cannot simulate it.
@@ -64,7 +65,8 @@ class ChildBuilder:
         self._backend, self._options = backend, options
         self._limit_s = min(TIME_LIMIT_S, limit_s or TIME_LIMIT_S)
         self.warnings: list[Finding] = []
-        self.unconnected: list[str] = []
+        self.joined: list[tuple[str, str]] = []
+        self.linked: dict[str, Ends] = {}
         self.silent: list[Silence] = []
         self.mute: list[str] = []
         self.refusal: NrpError | None = None
@@ -80,16 +82,18 @@ class ChildBuilder:
             return self.described(build_here(make))
         data = self._asked(question, _contents(make, self._backend))
         self.warnings = [Finding.from_dict(one) for one in data["warnings"]]
-        self.unconnected = data["network"]["unconnected"]
+        self.joined = [(pre, post) for pre, post in data["network"]["joined"]]
         self.silent = [(part, first_ms) for part, first_ms in data["network"]["silent"]]
         self.mute = data["network"]["mute"]
         self.refusal = _error_of(data["refusal"]) if data["refusal"] else None
-        return skeleton_of(data["network"])
+        network = skeleton_of(data["network"])
+        self.linked = ends_of(data["network"]["linked"], network)
+        return network
 
     def described(self, network: Network) -> Network:
         """Return a complete network, whose parts are described from now on."""
-        self.unconnected, self.silent = unconnected(network), silent_parts(network)
-        self.mute = mute(network)
+        self.joined, self.silent = joined(network), silent_parts(network)
+        self.mute, self.linked = mute(network), linked(network)
         return network
 
     def _asked(self, question: str, depends_on: str) -> dict[str, Any]:

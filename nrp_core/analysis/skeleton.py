@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
 from nrp_core.analysis.silence import mute, silent_parts
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.neuromodulation import Neuromodulation
@@ -38,7 +38,8 @@ def described(network: Network) -> dict[str, Any]:
             ]
             for one in kinds.values()
         ],
-        "unconnected": unconnected(network),
+        "joined": joined(network),
+        "linked": {label: _packed(ends) for label, ends in linked(network).items()},
         "silent": silent_parts(network),
         "mute": mute(network),
         "leaks": {p.label: leak for p in network.populations.values() if (leak := _least_leak(p))},
@@ -47,11 +48,49 @@ def described(network: Network) -> dict[str, Any]:
     }
 
 
-def unconnected(network: Network) -> list[str]:
-    """Return the labels of the populations that have no synapse."""
-    joined = [one for one in network.projections if one.size or one.rewiring is not None]
-    connected = {end for one in joined for end in (one.pre, one.post)}
-    return [label for label in network.populations if label not in connected]
+def joined(network: Network) -> list[tuple[str, str]]:
+    """Return the pairs of populations, source first, that have synapses or may grow some."""
+    pairs = ((one.pre, one.post) for one in network.projections if one.size or one.rewiring is not None)
+    return list(dict.fromkeys(pairs))
+
+
+Ends = tuple[BoolArray, BoolArray]
+"""Whether each cell of a population has synapses onto it, and whether it has some onto others."""
+
+
+def linked(network: Network) -> dict[str, Ends]:
+    """Return which cells of each population have synapses, or may grow some."""
+    found = {
+        one.label: (np.zeros(one.size, bool), np.zeros(one.size, bool))
+        for one in network.populations.values()
+    }
+    for one in network.projections:
+        (onto, _), (_, out) = found[one.post], found[one.pre]
+        if one.rewiring is not None:
+            onto[:], out[:] = True, True
+        for pre, post in one.pairs():
+            out[pre], onto[post] = True, True
+    return found
+
+
+def ends_of(packed: dict[str, list[str]], network: Network) -> dict[str, Ends]:
+    """Return which cells have synapses, as a child has written it."""
+    return {
+        label: (
+            _unpacked(onto, network.populations[label].size),
+            _unpacked(out, network.populations[label].size),
+        )
+        for label, (onto, out) in packed.items()
+    }
+
+
+def _packed(ends: Ends) -> list[str]:
+    return [base64.b64encode(np.packbits(one).tobytes()).decode() for one in ends]
+
+
+def _unpacked(text: str, size: int) -> BoolArray:
+    bits = np.frombuffer(base64.b64decode(text), np.uint8)
+    return np.unpackbits(bits, count=size).astype(bool)
 
 
 def skeleton_of(described: dict[str, Any]) -> Network:

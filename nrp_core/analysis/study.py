@@ -17,6 +17,7 @@ from nrp_core.analysis.function_body import FunctionBody
 from nrp_core.analysis.network import ChildBuilder
 from nrp_core.analysis.shapes import UNKNOWN, Known, Number, Shape
 from nrp_core.analysis.silence import Silence
+from nrp_core.analysis.skeleton import Ends
 from nrp_core.brain.backends import brains
 from nrp_core.brain.devices.ports import SourcePort
 from nrp_core.brain.devices.sinks import SinkPort
@@ -181,9 +182,14 @@ class Study(Examination):
         return self._reading.read
 
     @property
-    def unconnected(self) -> list[str]:
-        """The populations of its brain that have no synapse."""
-        return self._build.unconnected
+    def joined(self) -> list[tuple[str, str]]:
+        """The pairs of populations of its brain that have synapses, source first."""
+        return self._build.joined
+
+    @property
+    def linked(self) -> dict[str, Ends]:
+        """Which cells of each population have synapses onto them, and which have some onto others."""
+        return self._build.linked
 
     @property
     def mute(self) -> list[str]:
@@ -309,7 +315,8 @@ def _events(declared: Declared, adapters: dict[str, Adapter]) -> list[Event]:
         for name, adapter in adapters.items()
         if type(adapter) is not Adapter and not _is_changed(declared.function.mappings[name].reads)
     }
-    return FunctionBody(names, declared.node.body).events
+    path = declared.source.path
+    return FunctionBody(names, declared.node.body, lambda node: declared.imports(node, path)).events
 
 
 def _is_changed(topic: Topic | None) -> bool:

@@ -51,6 +51,12 @@ class Ladder:
         """The number of runs that are still to be made."""
         return sum(len(made.pending) for made in self._made.values())
 
+    def tell_doubts(self, say: Callable[[str], None]) -> None:
+        """Tell what a check doubts about the experiments that are still to be run."""
+        for made in self._made.values():
+            if made.pending:
+                made.plan.tell_doubts(say)
+
     def run(self, executor: Executor, tell: Tell = lambda _task, _progress: None) -> None:
         """Make the pending runs.
 

@@ -49,6 +49,22 @@ class Synapses:
     delay_ms: FloatArray
 
 
+@dataclass(frozen=True, slots=True)
+class Rewirings:
+    """The synapses of a projection that formed and vanished, in this order.
+
+    Args:
+        time_ms: shape ``(n_changes,)``.
+        pre_index, post_index: cells within their populations, shape ``(n_changes,)``.
+        formed: whether it is a new synapse, shape ``(n_changes,)``.
+    """
+
+    time_ms: FloatArray
+    pre_index: IndexArray
+    post_index: IndexArray
+    formed: npt.NDArray[np.bool_]
+
+
 def lasting(projection: Projection) -> Projection:
     """Return a projection whose synapses stay the same ones.
 
@@ -59,6 +75,20 @@ def lasting(projection: Projection) -> Projection:
         raise CapabilityError(
             f"projection '{projection.label}': its synapses form and vanish while the network runs, so a "
             "list of weights has no meaning; read_synapses returns those that there are"
+        )
+    return projection
+
+
+def rewired(projection: Projection) -> Projection:
+    """Return a projection whose synapses form and vanish.
+
+    Raises:
+        NetworkError: they stay the same ones.
+    """
+    if projection.rewiring is None:
+        raise NetworkError(
+            f"projection '{projection.label}': its synapses stay the same ones; those with structural "
+            "plasticity form and vanish"
         )
     return projection
 

@@ -20,7 +20,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.brain import changes
 from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
-from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange, Synapses
+from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange, Rewirings, Synapses
 from nrp_core.brain.devices.attached import AttachedDevices
 from nrp_core.brain.devices.sinks import SinkPort, SinkSpec
 from nrp_core.brain.devices.source_cells import PopulationTrains
@@ -29,10 +29,11 @@ from nrp_core.brain.devices.state_recorder import StateRecorderPort, Trace, divi
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.report import Report
+from nrp_core.brain.selection import drivable, selected, source_among
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.brain.watched_weights import WatchedWeights
 from nrp_core.clock import NS_PER_MS, milliseconds
-from nrp_core.errors import DivergedError, NeuronSelectionError
+from nrp_core.errors import DivergedError
 from nrp_core.findings import Finding, Findings
 from nrp_core.findings.refusals import SNAPSHOTS, no_change, no_variable, not_shown, refusal
 from nrp_core.seeds import Seeds
@@ -99,7 +100,7 @@ class Brain(Simulation):
             NeuronSelectionError: a neuron does not exist, or is a source itself.
         """
         self.require_ready()
-        port = spec.open(self._targets(neurons, name), self._seeds.child("device"), name)
+        port = spec.open(drivable(self.network, neurons, name), self._seeds.child("device"), name)
         port.start(milliseconds(self.now_ns), self.network)
         self._attached.add(port)
         return port
@@ -113,7 +114,7 @@ class Brain(Simulation):
             CapabilityError: the sink records a state variable that the backend cannot read.
         """
         self.require_ready()
-        port = spec.open(self._selected(neurons), self.network.size, name)
+        port = spec.open(selected(self.network, neurons), self.network.size, name)
         port.receive(Spikes(), milliseconds(self.now_ns))
         if isinstance(port, StateRecorderPort):
             self._sample(port, self.read_state(port.variable, port.neurons))
@@ -138,8 +139,8 @@ class Brain(Simulation):
         self.require_ready()
         if variable not in self.capabilities.state_variables:
             raise not_shown(self, variable, self.capabilities.state_variables)
-        ids = self._selected(neurons)
-        if (label := self._source_among(ids)) is not None:
+        ids = selected(self.network, neurons)
+        if (label := source_among(self.network, ids)) is not None:
             raise no_variable(label, variable, source=True)
         with guarded(self, "read state"):
             return self._do_read_state(variable, ids)
@@ -176,7 +177,7 @@ class Brain(Simulation):
             NetworkError: a population has no such parameter, or a value is impossible.
         """
         self.require_ready()
-        changed = changes.parameter_changes(self.network, self._selected(neurons), values)
+        changed = changes.parameter_changes(self.network, selected(self.network, neurons), values)
         trains = {train.label: train for train in self._attached.trains}
         if any(change.label not in trains for change in changed):
             self._require_change(PARAMETERS)
@@ -243,6 +244,18 @@ class Brain(Simulation):
         self.require_ready()
         with guarded(self, "read synapses"):
             return self._do_read_synapses(chosen)
+
+    @final
+    def read_rewirings(self, projection: str) -> Rewirings:
+        """Return which synapses of a projection (by label) formed and vanished since time 0.
+
+        Raises:
+            NetworkError: there is no such projection, or its synapses stay the same ones.
+        """
+        chosen = changes.rewired(changes.projection_of(self.network, projection))
+        self.require_ready()
+        with guarded(self, "read rewirings"):
+            return self._do_read_rewirings(chosen)
 
     @final
     def set_weights(self, projection: str, weights: npt.ArrayLike) -> None:
@@ -360,28 +373,6 @@ class Brain(Simulation):
         self._began_ns = began[0] if began else 0
         self._do_restore(state)
 
-    def _targets(self, neurons: npt.ArrayLike, name: str) -> IntArray:
-        ids = self._selected(neurons)
-        if (label := self._source_among(ids)) is not None:
-            raise NeuronSelectionError(
-                f"'{name}' cannot drive neurons of population '{label}', which only emit spikes"
-            )
-        return ids
-
-    def _source_among(self, ids: IntArray) -> str | None:
-        """Return the first population of source cells that some of these neurons belong to."""
-        for label, population in self.network.populations.items():
-            first = self.network.offsets[label]
-            if population.is_source and ((ids >= first) & (ids < first + population.size)).any():
-                return label
-        return None
-
-    def _selected(self, neurons: npt.ArrayLike) -> IntArray:
-        ids = np.atleast_1d(np.asarray(neurons, dtype=np.int64))
-        if ids.size and not (ids.min() >= 0 and ids.max() < self.network.size):
-            raise NeuronSelectionError(f"neuron ids lie in 0..{self.network.size - 1}, not {ids.tolist()}")
-        return ids
-
     def _require_change(self, what: str) -> None:
         if what not in self.capabilities.changes:
             raise no_change(self, what, self.capabilities.changes)
@@ -438,6 +429,10 @@ class Brain(Simulation):
 
     def _do_read_synapses(self, projection: Projection) -> Synapses:
         """Return the current synapses of a projection whose synapses form and vanish."""
+        raise NotImplementedError(projection.label)
+
+    def _do_read_rewirings(self, projection: Projection) -> Rewirings:
+        """Return which synapses of a projection formed and vanished since time 0, in this order."""
         raise NotImplementedError(projection.label)
 
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:

@@ -219,6 +219,11 @@ class ClosedLoop(Closing):
         check_message(publication.topic, message)
         self._published.append((publication, message))
 
+    @property
+    def waiting(self) -> list[str]:
+        """The topics of the messages from outside that wait for the next step."""
+        return [publication.topic.name for publication, _ in self._published]
+
     def _deliver_published(self) -> None:
         while self._published:
             publication, message = self._published.popleft()

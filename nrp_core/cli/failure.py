@@ -33,7 +33,7 @@ def report(error: Exception, *, as_json: bool, debug: bool = False) -> int:
             complain(line)
         for finding in getattr(error, "findings", ()):
             if finding.level == "warning":
-                complain(str(finding), label="warning", color="yellow")
+                warn(str(finding))
     return exit_code(error)
 
 
@@ -86,3 +86,8 @@ def complain(message: str, *, label: str = "error", color: str = "red") -> None:
     """Write a labelled line to standard error."""
     typer.secho(f"{label}: ", fg=color, bold=True, err=True, nl=False)
     typer.echo(message, err=True)
+
+
+def warn(message: str) -> None:
+    """Write a warning to standard error."""
+    complain(message, label="warning", color="yellow")

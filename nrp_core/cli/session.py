@@ -24,6 +24,7 @@ from nrp_core.experiment.running.control import ControlServer
 from nrp_core.experiment.running.result import Result
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Weight
+from nrp_core.findings.problems import is_doubt
 from nrp_core.quantities import time_ns
 from nrp_core.recording.layout import Images, check_folder
 
@@ -245,7 +246,8 @@ def _announce(simulation: Run) -> None:
     """Warn before the first step of what is left out or doubted; the summary at the end lists it."""
     counts = dict.fromkeys(Weight, 0)
     for problem in simulation.problems:
-        counts[problem.weight] += problem.count
+        if is_doubt(problem):
+            counts[problem.weight] += problem.count
     missing, doubts = counts.pop(Weight.INCOMPLETE), sum(counts.values())
     if missing:
         parts = "a part of the experiment is" if missing == 1 else f"{missing} parts of the experiment are"

@@ -55,6 +55,11 @@ class Evolution:
         self.files: list[Path] = []
 
     @property
+    def plan(self) -> Plan:
+        """All runs so far."""
+        return self._made.plan
+
+    @property
     def runs(self) -> int:
         """The largest number of runs."""
         return self.file.generations * self.file.population * self.file.seeds
@@ -79,7 +84,7 @@ class Evolution:
         shares: list[list[float]] = []
         for _ in range(self.file.generations):
             shares += self._optimiser.ask().tolist()
-            self._made.extend(self._made.plan.with_points(shares))
+            self._made.extend(self.plan.with_points(shares))
             self._run_generation(executor, tell)
             history = self._history()
             latest = history.values[-self.file.population :]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -63,6 +65,8 @@ def evolve(
 ) -> Evolved:
     """Search for the best settings of an experiment.
 
+    What ``nrp validate`` says about it is a Python warning before the first run.
+
     Args:
         description: the file of the search, or its contents.
         out: the folder of the results; a search that it holds is continued.
@@ -80,6 +84,7 @@ def evolve(
     else:
         file, source = read_evolve(Path(description))
     made = Evolution(file, source, Path(out))
+    made.plan.tell_doubts(partial(warnings.warn, stacklevel=3))
     with executor(on, made.folder, workers) as where:
         history = made.run(where, tell, tell_generation)
     return Evolved(history, tuple(made.files), made.ended)

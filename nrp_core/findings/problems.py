@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from nrp_core.findings.codes import Code, Weight
-from nrp_core.findings.finding import Finding, headline
+from nrp_core.findings.finding import Finding, Level, headline
 from nrp_core.findings.findings import merged
 
 MARKS = {Weight.INCOMPLETE: "✗", Weight.ALTERED: "!", Weight.REMARK: "·"}
@@ -49,6 +49,11 @@ def ordered(findings: Iterable[Finding]) -> tuple[Finding, ...]:
 def is_complete(findings: Iterable[Finding]) -> bool:
     """Return whether nothing that was requested is missing from a run with these findings."""
     return all(finding.weight is not Weight.INCOMPLETE for finding in findings)
+
+
+def is_doubt(finding: Finding) -> bool:
+    """Return whether a finding is a doubt about an experiment, not a note or a part that was converted."""
+    return finding.level is not Level.NOTE and finding.code is not Code.NRP255
 
 
 def grouped(problems: Sequence[Finding]) -> Iterator[ProblemGroup]:

@@ -12,11 +12,12 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
+from nrp_core.analysis.doubts import announcement
 from nrp_core.clock import seconds
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.run import Run
-from nrp_core.gym.acting import act_on
+from nrp_core.gym.acting import SOURCE, act_on
 from nrp_core.gym.observing import Observed, observe
 
 Reward: TypeAlias = Callable[[Run, dict[str, Any]], float]
@@ -68,6 +69,19 @@ def bounds_by_name(act: Sequence[str] | Mapping[str, Any]) -> Mapping[str, Any]:
     if isinstance(act, str):
         raise ExperimentError(f"actions are a list, or {{topic or 'source:GROUP': bounds}}, not {act!r:.60}")
     return act if isinstance(act, Mapping) else dict.fromkeys(act)
+
+
+def warn_of_doubts(run: Run, act: Mapping[str, Any]) -> None:
+    """Warn of what is missing from the experiment of a run or doubted, once in a process.
+
+    Args:
+        run: the run, at time 0.
+        act: the actions by name; that nothing else publishes or drives what they do is as it should be.
+    """
+    acted = [f"'{name.removeprefix(SOURCE)}'" for name in act]
+    doubted = [one for one in run.problems if not any(name in one.message for name in acted)]
+    if text := announcement(run.experiment.name, doubted):
+        gymnasium.logger.warn(text.replace("%", "%%"))
 
 
 class AgentRun:
@@ -129,8 +143,12 @@ class AgentRun:
         self.decided = dict.fromkeys(self.run.experiment.criteria)
         self._episodes += 1
 
-    def judge(self, seen: dict[str, Any]) -> tuple[float, bool, bool]:
+    def judge(self, seen: dict[str, Any], now_ns: int) -> tuple[float, bool, bool]:
         """Return the reward of the last step, and whether the episode is terminated and truncated.
+
+        Args:
+            seen: the observation after it, for functions of the caller.
+            now_ns: the time after it, ns.
 
         Raises:
             ExperimentError: the reward is not a finite number, or the end neither true nor false.
@@ -154,9 +172,9 @@ class AgentRun:
                 hint = "; see .any() and .all()" if np.size(ends) > 1 else ""
                 raise ExperimentError(f"terminate returned {ends!r:.60}, not true or false{hint}")
             terminated = bool(ends)
-            if terminated and run.loop.now_ns == run.experiment.timestep:
+            if terminated and now_ns == run.experiment.timestep:
                 self._ended_at_once()
-        return reward, terminated, run.loop.now_ns >= run.experiment.duration
+        return reward, terminated, now_ns >= run.experiment.duration
 
     def _ended_at_once(self) -> None:
         """Warn of episodes in a row that ended after one step of the loop, too soon for any action."""

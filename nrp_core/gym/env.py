@@ -9,11 +9,12 @@ from typing import Any
 import gymnasium
 import numpy as np
 
+from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
-from nrp_core.experiment.reading.find import load_experiment, require_once
 from nrp_core.experiment.running.run import Run
-from nrp_core.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name
+from nrp_core.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_doubts
 from nrp_core.gym.observing import values_of
+from nrp_core.running import open_run
 
 
 class NrpEnv(gymnasium.Env[Any, Any]):
@@ -68,9 +69,9 @@ class NrpEnv(gymnasium.Env[Any, Any]):
         acted = bounds_by_name(act)
         agent = Agent(observe, acted, reward, terminate, steps, same_noise)
         self.render_mode = render_mode
-        require_once(overrides)
-        self.run = Run(load_experiment(experiment, overrides))
+        self.run = open_run(experiment, overrides)
         try:
+            warn_of_doubts(self.run, acted)
             self._camera = _open_camera(self.run) if render_mode else None
             self._agent_run = AgentRun(self.run, agent)
         except BaseException:
@@ -78,6 +79,7 @@ class NrpEnv(gymnasium.Env[Any, Any]):
             raise
         self.observation_space = self._agent_run.observation_space
         self.action_space = self._agent_run.action_space
+        self._reads = [(name, one.read) for name, one in self._agent_run.observed.items()]
         self._has_begun = self._is_over = False
         self._warned: set[str] = set()
         self._period_ns = steps * self.run.experiment.timestep
@@ -112,10 +114,10 @@ class NrpEnv(gymnasium.Env[Any, Any]):
                 raise ExperimentError(f"the action '{name}' has the shape {one.shape}, not {values.shape}")
             one.apply(values.tolist())
         run.run_until_ns(run.loop.now_ns + self._period_ns)
-        observation = self._observation()
-        reward, terminated, truncated = agent_run.judge(observation)
+        observation, now_ns = self._observation(), run.loop.now_ns
+        reward, terminated, truncated = agent_run.judge(observation, now_ns)
         self._is_over = terminated or truncated
-        info = {"t_s": run.now_s, "criteria": dict(agent_run.decided)}
+        info = {"t_s": seconds(now_ns), "criteria": dict(agent_run.decided)}
         return observation, reward, terminated, truncated, info
 
     def render(self) -> Any:
@@ -135,7 +137,10 @@ class NrpEnv(gymnasium.Env[Any, Any]):
             gymnasium.logger.warn(text)
 
     def _observation(self) -> dict[str, Any]:
-        return {name: one.read() for name, one in self._agent_run.observed.items()}
+        seen = {}
+        for name, read in self._reads:  # in each step: no comprehension, which is one more call
+            seen[name] = read()
+        return seen
 
 
 def _open_camera(run: Run) -> Any:
@@ -152,7 +157,7 @@ def make_env(experiment: str | Path, overrides: Sequence[str] = (), **settings: 
 
         env = make_env(
             "slalom_pioneer",
-            ["transfer_functions=[]"],
+            ["transfer_functions=[]", "criteria=null"],
             observe=["/pioneer/scan"],
             act={"/pioneer/cmd_vel": {"linear.x": (0, 1), "angular.z": (-2, 2)}},
             reward=lambda run, seen: float(seen["/pioneer/scan"].min() > 0.2),

@@ -16,11 +16,11 @@ from gymnasium.vector.utils import batch_space
 from nrp_core._support.arrays import BoolArray, FloatArray
 from nrp_core.cle.side_by_side import SideBySide
 from nrp_core.errors import ExperimentError, SimulationError
-from nrp_core.experiment.reading.find import load_experiment, require_once
 from nrp_core.experiment.running.run import Run
-from nrp_core.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name
+from nrp_core.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_doubts
 from nrp_core.gym.vector_arguments import masked, mode_of, require_going, require_number, rows_of, seeds_of
 from nrp_core.gym.vector_infos import final_infos, infos_of, times_of
+from nrp_core.running import open_run
 from nrp_core.world.batch import threads_for
 
 
@@ -82,8 +82,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
         self.autoreset_mode = mode_of(autoreset_mode)
         self._opened = ExitStack()
         try:
-            require_once(overrides)
-            self._open(load_experiment(experiment, overrides), agent, num_envs, threads)
+            self._open(open_run(experiment, overrides), agent, num_envs, threads)
         except BaseException:
             self._opened.close()
             raise
@@ -100,9 +99,12 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
         self._rewards = np.zeros(num_envs)
         self._terminated, self._truncated = np.zeros(num_envs, np.bool_), np.zeros(num_envs, np.bool_)
 
-    def _open(self, experiment: Any, agent: Agent, num_envs: int, threads: int) -> None:
-        first = self._opened.enter_context(Run(experiment))
-        others = [self._opened.enter_context(Run(experiment, beside=first)) for _ in range(num_envs - 1)]
+    def _open(self, first: Run, agent: Agent, num_envs: int, threads: int) -> None:
+        self._opened.enter_context(first)
+        warn_of_doubts(first, agent.act)
+        others = [
+            self._opened.enter_context(Run(first.experiment, beside=first)) for _ in range(num_envs - 1)
+        ]
         self.runs = (first, *others)
         like = AgentRun(first, agent)
         self._copies = (like, *(AgentRun(run, agent, like) for run in others))
@@ -209,7 +211,8 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
         for number in stepped:
             if self._judges:
                 own = {name: rows[number] for name, rows in seen.items()}
-            reward, terminated, truncated = self._copies[number].judge(own)
+            now_ns = self.runs[number].loop.now_ns
+            reward, terminated, truncated = self._copies[number].judge(own, now_ns)
             self._rewards[number], self._terminated[number], self._truncated[number] = (
                 reward, terminated, truncated,
             )  # fmt: skip

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from functools import partial
 from itertools import pairwise
@@ -63,7 +64,9 @@ class NrpProcessesEnv(VectorEnv[Any, Any, Any]):
                 (CloudpickleWrapper(partial(make, num_envs=size)), share.start)
                 for size, share in zip(self._sizes, self._shares, strict=True)
             ]
-            seen, acted, self.metadata = self._all(_open, tasks)[0]
+            found = self._all(_open, tasks)
+            seen, acted, self.metadata, _ = found[0]
+            _warn(text for *_, texts in found for text in texts)
             self._opened = opened.pop_all()
         self.single_observation_space, self.single_action_space = seen, acted
         self.observation_space: Any = batch_space(seen, num_envs)
@@ -146,6 +149,18 @@ def make_vec(
     return NrpProcessesEnv(experiment, overrides, processes=processes, **settings)
 
 
+_WARNED: set[str] = set()
+"""The warnings of processes that were repeated in this one."""
+
+
+def _warn(texts: Iterable[str]) -> None:
+    """Repeat what the processes have warned of, each text once."""
+    for text in dict.fromkeys(texts):
+        if text not in _WARNED:
+            _WARNED.add(text)
+            warnings.warn(text, stacklevel=4)
+
+
 def _rows(parts: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
@@ -156,12 +171,15 @@ _COPIES: list[NrpVectorEnv] = []
 """The copies of this process."""
 
 
-def _open(task: tuple[Any, int]) -> tuple[Any, Any, dict[str, Any]]:
+def _open(task: tuple[Any, int]) -> tuple[Any, Any, dict[str, Any], list[str]]:
     make, first_number = task
-    copies: NrpVectorEnv = make()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        copies: NrpVectorEnv = make()
     copies.first_number = first_number
     _COPIES[:] = [copies]
-    return copies.single_observation_space, copies.single_action_space, copies.metadata
+    told = [str(one.message) for one in caught]
+    return copies.single_observation_space, copies.single_action_space, copies.metadata, told
 
 
 def _reset(task: tuple[list[int | None], BoolArray]) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from nrp_core._support.dotted import last_name
 from nrp_core.errors import ExperimentError, ParameterError
 from nrp_core.parameters.parameter import Parameter
 
@@ -85,8 +86,8 @@ class Declared:
         kept_nowhere = {
             (path, statement.lineno)
             for path, tree in self.trees.items()
-            for statement in tree.body
-            if _is_kept_nowhere(statement, read)
+            for i, statement in enumerate(tree.body)
+            if _is_kept_nowhere(statement, read) or _is_replaced(tree.body, i)
         }
         return [one for one in self.parameters.values() if (one.path, one.line) in kept_nowhere]
 
@@ -179,7 +180,7 @@ def _calls(nodes: Collection[ast.AST], dialect: Dialect) -> Iterator[ast.Call]:
             case ast.ImportFrom(module=str(module), names=names) if module.split(".")[0] in dialect.packages:
                 functions |= {one.asname or one.name for one in names if one.name == CALL}
                 objects |= {one.asname or one.name for one in names if one.name != CALL}
-            case ast.Assign(targets=[target], value=ast.Call(func=func)) if _last(func) in dialect.makers:
+            case ast.Assign(targets=[target], value=ast.Call(func=func)) if last_name(func) in dialect.makers:
                 first = target.elts[0] if isinstance(target, ast.Tuple) else target
                 objects.add(ast.unparse(first))
     for node in nodes:
@@ -194,14 +195,25 @@ def _is_kept_nowhere(node: ast.stmt, read: Collection[str]) -> bool:
     """Return whether a statement drops a parameter's value, or assigns it to a name that nothing reads."""
     match node:
         case ast.Expr(ast.Call(func)):
-            return _last(func) == CALL
+            return last_name(func) == CALL
         case ast.Assign([ast.Name(name)], ast.Call(func)) | ast.AnnAssign(ast.Name(name), _, ast.Call(func)):
-            return _last(func) == CALL and name not in read
+            return last_name(func) == CALL and name not in read
     return False
 
 
-def _last(node: ast.expr) -> str:
-    return ast.unparse(node).rpartition(".")[2]
+def _is_replaced(statements: Sequence[ast.stmt], i: int) -> bool:
+    """Return whether a statement keeps a parameter under a name that gets another value before it is read."""
+    match statements[i]:
+        case ast.Assign([ast.Name(name)], ast.Call(func)) if last_name(func) == CALL:
+            mentions = [
+                (j, [one.ctx for one in ast.walk(statement) if isinstance(one, ast.Name) and one.id == name])
+                for j, statement in enumerate(statements)
+                if j != i
+            ]
+            first, contexts = next(((j, contexts) for j, contexts in mentions if contexts), (0, []))
+            is_set = len(contexts) == 1 and isinstance(contexts[0], ast.Store)
+            return first > i and is_set and isinstance(statements[first], ast.Assign)
+    return False
 
 
 def _neighbours(nodes: Collection[ast.AST], folder: Path) -> Iterator[Path]:

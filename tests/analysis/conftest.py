@@ -6,13 +6,17 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import nrp_experiments.bodies
 import nrp_experiments.braitenberg_husky
+import nrp_experiments.slalom_pioneer
 import pytest
 
 from nrp_core.analysis.validate import validate_file
 from nrp_core.findings import Finding, Level
 
 SHIPPED = Path(nrp_experiments.braitenberg_husky.__path__[0])
+SLALOM = Path(nrp_experiments.slalom_pioneer.__path__[0])
+BODIES = Path(nrp_experiments.bodies.__path__[0])
 
 Broken = Callable[..., list[Finding]]
 
@@ -84,5 +88,22 @@ def broken(husky: Path) -> Broken:
         path.write_text(text, "utf-8")
         found = validate_file(husky / experiment)
         return [finding for finding in found if finding.level is not Level.NOTE]
+
+    return changed
+
+
+@pytest.fixture
+def slalom(tmp_path: Path) -> Broken:
+    """Return a function that replaces a text in a file of a scanner's experiment and returns the findings."""
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(SLALOM, tmp_path / "slalom_pioneer", ignore=ignored)
+    shutil.copytree(BODIES, tmp_path / "bodies", ignore=ignored)
+
+    def changed(file: str, old: str, new: str) -> list[Finding]:
+        path = tmp_path / file
+        text = path.read_text()
+        assert old in text
+        path.write_text(text.replace(old, new))
+        return validate_file(tmp_path / "slalom_pioneer/experiment.yaml")
 
     return changed

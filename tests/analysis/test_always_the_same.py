@@ -79,6 +79,9 @@ def see(t, camera, eye, spikes, n, speed, rows):
         eye.rate = 1.0
     eye.rate = LATE if found.left else LATE  # NRP320 both branches of 'found.left' do the same
     eye.rate = round(LATE) * found.left  # NRP320 'round(LATE)' is always 0: it rounds 0.05
+    from math import tan as slope
+
+    eye.rate += slope(45)  # NRP249 'slope(45)' takes 45 as radians
     eye.rate = 3 * (found.left and found.right)  # NRP320 'found.left and found.right' in a computation is one
     eye.rate = math.cos(np.degrees(found.left))  # NRP249 takes degrees as radians
     nrp.tf_lib.find_centroid_hsv(camera.value, (9, 99, 9), (9, 9, 9))  # NRP320 lower saturation, 99, is above
@@ -102,7 +105,7 @@ def send(t, speeds, late, rate):
 
 
 @nrp.MapSpikeSource("seldom", nrp.brain.sensors[2], nrp.fixed_frequency)
-@nrp.MapSpikeSource("each", nrp.map_neurons(2, lambda i: nrp.brain.sensors[3]), nrp.poisson)  # NRP320 use 'i'
+@nrp.MapSpikeSource("each", nrp.map_neurons(2, lambda i: nrp.brain.sensors[3]), nrp.poisson)  # NRP320 same
 @nrp.MapSpikeSink("v", nrp.brain.actors, nrp.voltage_recorder, dt=0.0001)  # NRP297 dt of 'v' is 0.0001 ms
 @nrp.MapRobotPublisher("is_late", Topic("/late", Float64))
 @nrp.Robot2Neuron()
@@ -123,7 +126,7 @@ def drive(t, rows, sped):
     if t > 2:
         return Twist(angular=Vector3(z=math.degrees(t)))  # NRP249 is in degrees, and messages carry radians
     return command
-    command.linear.x = 0.0  # NRP320 this is never reached: line 112 returns
+    command.linear.x = 0.0  # NRP320 this is never reached: line 115 returns
 """
 RIGHT = """\
 import math

@@ -74,3 +74,13 @@ def test_a_check_confines_the_script(
             assert f"brain.py:2: {error}" in capsys.readouterr().err
     assert (husky / "room.sdf").is_file()
     assert not {"written", "made", "touched"} & {path.name for path in husky.iterdir()}
+
+
+@pytest.mark.parametrize("command", ["validate", "map"])
+def test_the_help_says_that_a_check_executes_the_brain_script(
+    command: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert run_app([command, "--help"]) == 0
+    told = " ".join(capfd.readouterr().out.replace("│", " ").split()).lower()
+    assert "brain script" in told
+    assert "in a process without network that can write only temporary files" in told

@@ -197,4 +197,4 @@ def test_any_python_can_be_walked_through() -> None:
     ]
     assert len(functions) > 100
     for node in functions:
-        FunctionBody({}, node.body)
+        FunctionBody({}, node.body, lambda _: ())

@@ -90,6 +90,12 @@ def test_syntax_warnings_are_findings(husky: Path) -> None:
     assert (finding.code.name, finding.line, finding.level) == ("NRP300", 3, Level.WARNING)
 
 
+def test_a_parameter_that_a_function_has_twice_is_a_finding_at_its_line(husky: Path) -> None:
+    (finding,) = found_in(husky, "@nrp.Robot2Neuron()\ndef f(t, t):\n    pass\n")
+    assert (finding.code.name, finding.line, finding.level) == ("NRP210", 2, Level.ERROR)
+    assert "this is not Python: duplicate argument 't' in function definition" in finding.message
+
+
 VARIABLE = "@nrp.MapVariable('n')\n@nrp.Robot2Neuron()\ndef f(t, n):\n"
 
 

@@ -77,6 +77,23 @@ def test_a_robot_without_ground_is_reported_before_it_falls_and_when_it_has(
     assert result.complete
 
 
+@pytest.mark.parametrize(("floor", "expected"), [("", [Code.NRP292]), ("<static>true</static>", [])])
+def test_a_floor_that_falls_is_reported(experiment: Path, floor: str, expected: list[Code]) -> None:
+    path = experiment.parent / "room.sdf"
+    path.write_text(path.read_text().replace("<static>true</static>", floor))
+    assert codes(experiment) == expected
+
+
+def test_a_loose_thing_on_the_floor_is_not_reported(experiment: Path) -> None:
+    ball = """<model name="ball"><pose>3 0 1 0 0 0</pose><link name="ball"><collision name="ball">
+    <geometry><sphere><radius>0.1</radius></sphere></geometry></collision></link></model>"""
+    path = experiment.parent / "room.sdf"
+    path.write_text(path.read_text().replace("</world>", f"{ball}</world>"))
+    assert codes(experiment) == []
+    path.write_text(path.read_text().replace("<pose>3 0 1", "<pose>30 0 1"))  # beside the slab
+    assert codes(experiment) == [Code.NRP292]
+
+
 @pytest.mark.parametrize(
     ("z", "expected"),
     [(0.2, []), (0.1, []), (0.0, [Code.NRP291]), (-0.1, [Code.NRP291]), (-3.0, [Code.NRP292])],

@@ -18,6 +18,7 @@ from nrp_core.world.rigid.pose import Pose
 assert nrp_core.gym, "importing it registers the shipped experiments"
 COPIES = 2
 LIVELY_HZ = 140
+pytestmark = pytest.mark.filterwarnings(r"ignore:[\s\S]*NRP301")  # its counter, on purpose
 FUNCTION = """
 steps = 0
 

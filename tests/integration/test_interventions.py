@@ -247,10 +247,13 @@ def test_a_variant_that_changes_nothing_is_a_warning(brain: str, setting: str, w
         (10, -100, "is 100 nA"),
         (1e6, 8, "the rate of 'activate_last' is 1e+06 Hz; is it meant in mHz?"),
         (1e5, 40, ""),
+        (0.1, "8, duration: 200 ms", "spikes in all: is its rate or"),
+        (100, "8, duration: 200 ms", ""),
+        (0.1, 8, ""),
     ],
 )
 def test_an_activation_in_another_unit_is_a_warning(
-    brain: str, rate_hz: float, weight: float, words: str
+    brain: str, rate_hz: float, weight: float | str, words: str
 ) -> None:
     section = f"{{activate: {{cells: last, rate: {rate_hz} Hz, weight: {weight}}}}}"
     plan = prepare(experiment_of(brain, f"brain.interventions=[{section}]", "brain.backend=event"))

@@ -379,3 +379,13 @@ run 0: spikes.csv
     assert capsys.readouterr().out == expected
     with pytest.raises(ExperimentError, match="does not have a run 3; runs: 0 to 0"):
         coach.get_experiment_run_file("p3dx_2018", "csv", 3, "spikes.csv")
+
+
+def test_what_a_check_doubts_is_logged_once(
+    launched: Launched, corpus: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with (corpus / "p3dx_2018" / "drive.py").open("a") as file:
+        file.write("\n\n" + AHEAD.replace("def drive(", "def drive_too("))
+    for _ in range(2):
+        launched(settings=f"duration=600s name={corpus.parent.name}").stop()
+    assert caplog.text.count("[NRP229]") == 1  # two functions command one drive

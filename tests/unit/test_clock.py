@@ -30,6 +30,8 @@ def test_a_float_is_read_by_its_printed_form() -> None:
 )
 def test_every_float_is_read_by_its_printed_form(t_s: float) -> None:
     assert from_seconds(t_s) == round(Fraction(repr(t_s)) * NS_PER_S)
+    t_ms = t_s * 22.0
+    assert from_milliseconds(t_ms) == round(Fraction(repr(t_ms)) * MS)
 
 
 @pytest.mark.parametrize(("brain", "world"), [(None, None), (MS, 2 * MS), (20 * MS, None), (None, 20 * MS)])

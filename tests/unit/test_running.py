@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
+import pickle
 from pathlib import Path
 
 import pytest
 
 import nrp_core
-from nrp_core.errors import ExperimentError, TimestepError
+from nrp_core.errors import ExperimentError, TimestepError, UnknownNameError
 
 SMALL = ["world.options.image_scale=0.25"]
 
@@ -52,3 +54,21 @@ def test_a_run_that_its_observer_interrupts_is_recorded_as_interrupted(tmp_path:
         nrp_core.run("braitenberg_husky", SMALL, until_s=1.0, record=tmp_path / "out", on_step=stop)
     recording = nrp_core.Recording(tmp_path / "out")
     assert recording.run["state"] == "interrupted"
+
+
+def test_a_misspelt_name_in_a_result_is_explained(fakes: None, drive_to_the_wall: Path) -> None:
+    result = nrp_core.run(drive_to_the_wall, until_s=0.1)
+    for names, wrong, words in (
+        (result.spikes, "actor", "no population or view 'actor'; did you mean 'actors'?"),
+        (result.final_pose, "huskyy", "no robot 'huskyy'; did you mean 'husky'?"),
+        (result.criteria, "arrive", "no criterion 'arrive'; did you mean 'arrives'?"),
+        (result.events, "none", r"no event 'none'.*there are: 'go', 'red', 'arrived'"),
+    ):
+        with pytest.raises(UnknownNameError, match=words) as caught:
+            names[wrong]
+        assert isinstance(caught.value, KeyError)
+        assert names.get(wrong) is None
+        assert wrong not in names
+    copied = pickle.loads(pickle.dumps(result))
+    assert copied == result
+    assert json.loads(json.dumps(copied.to_dict()["spikes"])) == dict(result.spikes)

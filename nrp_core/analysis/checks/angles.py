@@ -10,6 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from nrp_core._support.dotted import last_name
 from nrp_core.analysis.choices import number_of
 from nrp_core.analysis.declared import found_in
 from nrp_core.analysis.events import Call, Write
@@ -204,7 +205,7 @@ def angles_stay_in_radians(function: Examined) -> Iterator[Finding]:
                         )
                         yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
             case ast.Call(func, [angle], []):
-                name = ast.unparse(func).rpartition(".")[2]
+                name = last_name(func)
                 if name in _FROM_DEGREES and _is_angle(angle, made):
                     message = f"'{excerpt(node)}' takes an angle in radians as degrees"
                     yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
@@ -242,10 +243,10 @@ def _is_angle(value: ast.expr, made: Mapping[str, ast.expr]) -> bool:
             return _is_angle(made[name], {key: one for key, one in made.items() if key != name})
         case ast.Attribute(_, name):
             return name in _ANGLES
-        case ast.Call(func, [inner]) if ast.unparse(func).rpartition(".")[2] in ("abs", "fabs"):
+        case ast.Call(func, [inner]) if last_name(func) in ("abs", "fabs"):
             return _is_angle(inner, made)
         case ast.Call(func):
-            return ast.unparse(func).rpartition(".")[2] in _INVERSE
+            return last_name(func) in _INVERSE
         case ast.UnaryOp(ast.USub(), inner) | ast.BinOp(ast.Constant(2 | 2.0), ast.Mult(), inner):
             return _is_angle(inner, made)
         case ast.BinOp(one, ast.Add() | ast.Sub(), other):
@@ -274,7 +275,7 @@ def quaternions_are_read_in_order(function: Examined) -> Iterator[Finding]:
     for node in own_nodes(function.declared.node.body):
         if not isinstance(node, ast.Call):
             continue
-        name = ast.unparse(node.func).rpartition(".")[2]
+        name = last_name(node.func)
         match node.args:
             case [ast.Attribute(_, "w"), ast.Attribute(_, "x" | "y" | "z" as part)] if name in _ARCS:
                 message = f"'{excerpt(node)}': half the angle is {name}({part}, w), in this order"
@@ -289,6 +290,35 @@ def quaternions_are_read_in_order(function: Examined) -> Iterator[Finding]:
                         f"are given as {', '.join(order)}"
                     )
                     yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP249)
+def angles_of_vectors_take_y_first(function: Examined) -> Iterator[Finding]:
+    """Look for ``atan2(x, y)`` of one vector; ``pi/2 - atan2(x, y)`` and ``atan2(-x, y)`` are right."""
+    from_north = {
+        id(node.right) for node in own_nodes(function.declared.node.body)
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Sub)
+    }  # fmt: skip
+    for node in own_nodes(function.declared.node.body):
+        match node:
+            case ast.Call(func, [one, other], []) if last_name(func) in _ARCS and id(node) not in from_north:
+                x, y = _axis(one), _axis(other)
+                if x and y and x[-1:] == "x" and y == x[:-1] + "y":
+                    name = last_name(func)
+                    message = f"'{excerpt(node)}' has x first; an angle from the x axis is {name}(y, x)"
+                    yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
+
+
+def _axis(value: ast.expr) -> str:
+    """Return the name of a coordinate, or of the one in a difference; empty for other expressions."""
+    match value:
+        case ast.Name(name) if name in ("x", "y", "dx", "dy"):
+            return name
+        case ast.Attribute(_, "x" | "y"):
+            return ast.unparse(value)
+        case ast.BinOp(one, ast.Sub(), other):
+            return _axis(one) or _axis(other)
+    return ""
 
 
 def _more_than_a_turn(node: ast.Call, angle: float) -> str:

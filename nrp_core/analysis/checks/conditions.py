@@ -253,3 +253,9 @@ def asked(experiment: Experiment, when: str, criterion: str) -> Iterator[tuple[t
     for name, each in experiment.criteria.items():
         if (condition := getattr(each, criterion)) is not None:
             yield ("criteria", name, criterion), condition
+
+
+def read_topics(study: Study) -> set[str]:
+    """Return the names, or aliases, of the topics that functions, events and criteria read."""
+    names = {topic.name for one in study.declared for topic in one.function.subscribed}
+    return names | {wanted.name for _, wanted in asked(study.experiment, "topic", "topic_stays")}

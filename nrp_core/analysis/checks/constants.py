@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from nrp_core.analysis.checks.angles import single_values
@@ -47,17 +47,17 @@ def commands_are_not_rounded(function: Examined) -> Iterator[Finding]:
             case Call(node, Known(callee)) if moves and callee in (Vector3, *[Float64] * is_of_joints):
                 for given in (*node.args, *(one.value for one in node.keywords)):
                     value = made.get(given.id, given) if isinstance(given, ast.Name) else given
-                    instead = _rounded(value)
+                    instead = _rounded(value, made)
                     if instead:
                         unit = "rad" if callee is Float64 else "m/s or rad/s"
                         message = f"'{excerpt(value)}' is a whole number of {unit}; {instead}"
                         yield function.declared.finding(Code.NRP320, value, message, Level.WARNING)
 
 
-def _rounded(value: ast.expr) -> str:
+def _rounded(value: ast.expr, made: Mapping[str, ast.expr]) -> str:
     """Return what to write in place of a number that is rounded; empty if it is not."""
     match value:
-        case ast.Call(ast.Name("round" | "int" as work), [inner], []) if _is_computed(inner, work):
+        case ast.Call(ast.Name("round" | "int" as work), [inner], []) if _is_computed(inner, work, made):
             return "round(..., 3) keeps three digits"
         case ast.BinOp(divided, ast.FloorDiv()) if any(map(_is_level, ast.walk(divided))):
             return "a quotient is written '/'"
@@ -68,8 +68,9 @@ def _is_level(node: ast.AST) -> bool:
     return isinstance(node, ast.Attribute) and node.attr in ("rate", "voltage")
 
 
-def _is_computed(value: ast.expr, work: str) -> bool:
+def _is_computed(value: ast.expr, work: str, made: Mapping[str, ast.expr]) -> bool:
     """Return whether a number may have a fraction: ``int`` may turn a condition into 0 or 1 as well."""
+    value = made.get(value.id, value) if isinstance(value, ast.Name) else value
     is_named = work == "round" and isinstance(value, ast.Name | ast.Attribute)
     return _is_level(value) or is_named or isinstance(value, ast.BinOp)
 
@@ -125,10 +126,6 @@ def _ignored(node: ast.AST) -> str:
         case ast.Call(func, [ast.Attribute(one, "ranges"), ast.Attribute(other, "range_max")], []):
             if ast.unparse(func) in _LARGER and ast.dump(one) == ast.dump(other):
                 return f"'{text}' is never below the largest range: is the minimum meant?"
-        case ast.Call(func, [_, ast.Lambda(ast.arguments(args=[number]), body)], []) if ast.unparse(
-            func
-        ).endswith("map_neurons") and not _mentions(body, number.arg):
-            return f"all devices of '{text}' have the same neurons: the function does not use '{number.arg}'"
     return ""
 
 
@@ -168,10 +165,6 @@ def _is_empty(args: list[ast.expr]) -> bool:
         return False
     begin, end, step = (0, *numbers, 1) if len(numbers) == 1 else (*numbers, 1)[:3]
     return not range(begin, end, step)
-
-
-def _mentions(node: ast.expr, name: str) -> bool:
-    return any(isinstance(one, ast.Name) and one.id == name for one in ast.walk(node))
 
 
 def _is_pure(node: ast.expr) -> bool:

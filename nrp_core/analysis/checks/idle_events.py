@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 from typing import Final
 
-from nrp_core.analysis.checks.conditions import asked
+from nrp_core.analysis.checks.conditions import asked, read_topics
 from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
 from nrp_core.errors import NrpError
@@ -35,20 +35,39 @@ def measured_values_are_compared_with_bounds(study: Study) -> Iterator[Finding]:
             yield study.experiment.place(*keys, "equals").finding(Code.NRP248, message, Level.WARNING)
 
 
-@checks_experiment(Code.NRP324)
+@checks_experiment(Code.NRP279, Code.NRP324)
 def own_topics_are_used(study: Study) -> Iterator[Finding]:
-    """Look for topics of the experiment that nothing uses, and whose names are nearly those of others."""
-    experiment = study.experiment
-    functions = [declared.function for declared in study.declared]
-    used = {topic.name for function in functions for topic in (*function.published, *function.subscribed)}
-    used |= {one.topic for event in experiment.events.values() for one in event.publish}
-    used |= {wanted.name for _, wanted in asked(experiment, "topic", "topic_stays")}
-    used |= {experiment.aliases.get(name, name) for name in used} | set(experiment.aliases.values())
-    for name in experiment.topics:
-        meant = get_close_matches(name, used, n=1, cutoff=0.8)
-        if study.is_complete and name not in used and meant:
-            message = f"nothing uses the topic '{name}'; did you mean '{meant[0]}'?"
-            yield experiment.place("topics", name).finding(Code.NRP324, message, Level.WARNING)
+    """Look for topics of the experiment that nothing uses or that only events publish on.
+
+    Such a topic may be for people and recordings; it is doubted if its name is nearly that of another one.
+    """
+    if not study.is_complete:
+        return
+    experiment, functions = study.experiment, [declared.function for declared in study.declared]
+    aliases = experiment.aliases
+
+    def named(topics: Iterable[str]) -> set[str]:
+        return {name for topic in topics for name in (topic, aliases.get(topic, topic))}
+
+    read = named(read_topics(study))
+    spoken = named(topic.name for function in functions for topic in function.published)
+    events = {
+        topic: name
+        for name, event in experiment.events.items()
+        for topic in named(one.topic for one in event.publish)
+    }
+    for topic in sorted(experiment.topics.keys() - read - spoken):
+        event = events.get(topic)
+        others = read if event else read | spoken | events.keys()
+        meant = next(iter(get_close_matches(topic, others, n=1, cutoff=0.8)), None)
+        place = experiment.place("topics", topic)
+        if meant:
+            message = f"nothing {'reads' if event else 'uses'} the topic '{topic}'; did you mean '{meant}'?"
+            yield place.finding(Code.NRP324, message, Level.WARNING)
+        else:
+            said = f"only '{event}' publishes on" if event else "nothing publishes on"
+            message = f"{said} the topic '{topic}' and nothing reads it"
+            yield place.finding(Code.NRP279, message, Level.NOTE)
 
 
 @checks_experiment(Code.NRP320)

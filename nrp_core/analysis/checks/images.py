@@ -7,6 +7,7 @@ import operator
 from collections.abc import Iterator
 from typing import Any, Final
 
+from nrp_core._support.dotted import last_name
 from nrp_core.analysis.events import Call
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.scopes import own_nodes
@@ -60,7 +61,7 @@ def _value(function: Examined, node: ast.expr) -> Any:
             return _value(function, given)
         case ast.Tuple(items) | ast.List(items):
             return [_value(function, one) for one in items]
-        case ast.Call(func, [items, *_]) if ast.unparse(func).rpartition(".")[2] in _COPIES:
+        case ast.Call(func, [items, *_]) if last_name(func) in _COPIES:
             return _value(function, items)
         case ast.UnaryOp(ast.USub(), operand):
             return -_value(function, operand)

@@ -23,7 +23,7 @@ _TRIED = 5000
 """How many steps a period is compared with."""
 _LOWERING = {"v_rest", "weight", "receptor_type", "i_offset", None}
 """Settings of integrators by which a voltage may be negative."""
-_PARTS = {RedShares: "a share from 0 to 1", Quaternion: "a part of a quaternion, from -1 to 1"}
+PARTS = {RedShares: "a share from 0 to 1", Quaternion: "a part of a quaternion, from -1 to 1"}
 """Messages and results whose numbers are at most 1."""
 _LEAVES = (ast.Return, ast.Raise, ast.Yield, ast.YieldFrom, ast.Await)
 
@@ -157,9 +157,9 @@ def numbers_are_not_compared_with_texts(function: Examined) -> Iterator[Finding]
 def parts_are_compared_with_parts(function: Examined) -> Iterator[Finding]:
     """Look for comparisons of a share of an image, or of a part of a quaternion, with a number beyond 1."""
     parts = {
-        id(event.node): _PARTS[event.owner.cls]
+        id(event.node): PARTS[event.owner.cls]
         for event in function.events
-        if isinstance(event, Read) and isinstance(event.owner, Instance) and event.owner.cls in _PARTS
+        if isinstance(event, Read) and isinstance(event.owner, Instance) and event.owner.cls in PARTS
     }
     for event in function.events:
         match event:

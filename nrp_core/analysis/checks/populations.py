@@ -4,14 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import combinations
+from typing import Final
 
-from nrp_core.analysis.registry import checks_experiment
-from nrp_core.analysis.study import Study
+import numpy as np
+
+from nrp_core.analysis.registry import checks_experiment, checks_function
+from nrp_core.analysis.study import Examined, Study
 from nrp_core.brain.devices.ports import SourcePort
 from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.devices.state_recorder import StateRecorderPort
 from nrp_core.clock import milliseconds
+from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.findings import Code, Finding, Level
+
+_MANY: Final = 8
+"""Cells of a population in which one without synapses is probably forgotten."""
 
 
 @checks_experiment(Code.NRP290)
@@ -20,30 +27,104 @@ def populations_take_part(study: Study) -> Iterator[Finding]:
 
     Look also for those whose spikes a function reads although nothing can make them fire.
     """
-    if study.network is None or not study.is_complete:
+    if study.network is None or not _knows_devices(study):
         return
-    if any(finding.code is Code.NRP239 for finding in study.collector.findings):
-        return  # a device whose neurons are known only in the run
     experiment = study.experiment
+    connected = {end for pair in study.joined for end in pair}
     place = experiment.place("brain", "model")
     # functions of the platform change cells by the brain's variables, and interventions drive them
     mute = [] if experiment.compatibility or experiment.brain.interventions else study.mute
     for label, population in study.network.populations.items():
-        first = study.network.offsets[label]
-        after = first + population.size
-        devices = [one for one in study.devices if ((one.neurons >= first) & (one.neurons < after)).any()]
-        if label in study.unconnected and not devices:
+        devices = _devices(study, label)
+        if label not in connected and not devices:
             message = f"the population '{label}' ({population.size} cells) has no synapse and no device"
             yield place.finding(Code.NRP290, message, Level.NOTE)
         reads_spikes = any(
             isinstance(one, SinkPort) and not isinstance(one, StateRecorderPort) for one in devices
         )
-        if label in mute and reads_spikes and not any(isinstance(one, SourcePort) for one in devices):
+        leads_on = bool(study.devices) and any(pre == label for pre, _ in study.joined)
+        is_mute = label in mute and not any(isinstance(one, SourcePort) for one in devices)
+        if is_mute and (reads_spikes or leads_on):
+            then = "a function reads its spikes" if reads_spikes else "its synapses transmit none"
             message = (
-                f"no cell of the population '{label}' can fire, and a function reads its spikes: no synapse "
-                "and no device excites it, and its own current does not take it to its threshold"
+                f"no cell of the population '{label}' can fire, and {then}: no synapse and no device excites "
+                "it, and its own current does not take it to its threshold"
             )
             yield place.finding(Code.NRP290, message, Level.WARNING)
+        for cell in _forgotten(study, label):
+            message = (
+                f"cell {cell} of the population '{label}' has a device and no synapse, and all other cells "
+                "have some"
+            )
+            yield place.finding(Code.NRP290, message, Level.WARNING)
+
+
+def _forgotten(study: Study, label: str) -> list[int]:
+    """Return the only cell without synapses of a population, if a device has it with others.
+
+    Where synapses are drawn at random, a cell may have none by chance; one among many is so at most if cells
+    have few. A device of its own may take a cell as something else.
+    """
+    assert study.network is not None
+    onto, out = study.linked[label]
+    alone = np.flatnonzero(~(onto | out))
+    if len(alone) != 1 or len(onto) < _MANY:
+        return []
+    first = study.network.offsets[label]
+    has = [one for one in study.devices if (one.neurons == first + alone[0]).any()]
+    return alone.tolist() if any(len(one.neurons) > 1 for one in has) else []
+
+
+@checks_experiment(Code.NRP290)
+def driven_cells_lead_to_those_that_are_read(study: Study) -> Iterator[Finding]:
+    """Look for networks in which no synapses lead from what functions drive to what they read."""
+    if study.network is None or not _knows_devices(study) or study.experiment.compatibility:
+        return
+    devices = {label: _devices(study, label) for label in study.network.populations}
+    driven, read = (
+        {label for label, some in devices.items() if any(isinstance(one, kind) for one in some)}
+        for kind in (SourcePort, SinkPort)
+    )
+    reached = set(driven)
+    while more := {post for pre, post in study.joined if pre in reached} - reached:
+        reached |= more
+    if driven and read and not reached & read:
+        message = (
+            "nothing that functions drive reaches anything that they read: no synapses lead from "
+            f"{_listed(driven)} to {_listed(read)}"
+        )
+        place = study.experiment.place("brain", "model")
+        yield place.finding(Code.NRP290, message, Level.WARNING)
+
+
+def _knows_devices(study: Study) -> bool:
+    """Return whether all devices and their neurons are known before the run."""
+    return study.is_complete and all(one.code is not Code.NRP239 for one in study.collector.findings)
+
+
+def _devices(study: Study, label: str) -> list[SourcePort | SinkPort]:
+    """Return the devices on cells of a population."""
+    assert study.network is not None
+    first = study.network.offsets[label]
+    after = first + study.network.populations[label].size
+    return [one for one in study.devices if ((one.neurons >= first) & (one.neurons < after)).any()]
+
+
+def _listed(labels: set[str]) -> str:
+    return ", ".join(map(repr, sorted(labels)))
+
+
+@checks_function(Code.NRP320)
+def devices_of_a_group_differ(function: Examined) -> Iterator[Finding]:
+    """Look for groups whose devices all have the same neurons, so that a number of them is lost."""
+    for name, adapter in function.adapters.items():
+        if not isinstance(adapter, DeviceGroup) or len(adapter) < 2:
+            continue
+        first, *others = (device.selection.ids.tolist() for device in adapter)
+        if all(one == first for one in others):
+            message = f"all {len(adapter)} devices of '{name}' have the same neurons"
+            node = function.declared.nodes.get(name)
+            yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP248)

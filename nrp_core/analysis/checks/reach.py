@@ -13,7 +13,7 @@ from nrp_core.dsl.functions.function import TIME
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.messages.std_msgs import ColorRGBA
-from nrp_core.world.raycast.extent import outside_m
+from nrp_core.world.raycast.extent import inside_m, outside_m
 
 
 @checks_experiment(Code.NRP248)
@@ -26,6 +26,24 @@ def places_are_in_the_scene(study: Study) -> Iterator[Finding]:
         if away_m > near.within:
             message = (
                 f"'point' is {away_m:.3g} m outside the scene: no model comes within {near.within:g} m of it"
+            )
+            yield study.experiment.place(*keys, "point").finding(Code.NRP248, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP248)
+def places_are_free(study: Study) -> Iterator[Finding]:
+    """Look for points that are deeper inside a part of the room than a model may be away from them."""
+    if study.scene is None:
+        return
+    heights_m = {model.name: model.pose.position[2] for model in study.scene.models}
+    for keys, near in asked(study.experiment, "near", "near"):
+        if near.point is None or near.model not in heights_m:
+            continue
+        inside = inside_m(study.scene, near.point, heights_m[near.model])
+        if inside is not None and inside[1] > near.within:
+            message = (
+                f"'point' is {inside[1]:.2g} m inside '{inside[0]}': '{near.model}' does not come within "
+                f"{near.within:g} m of it"
             )
             yield study.experiment.place(*keys, "point").finding(Code.NRP248, message, Level.WARNING)
 
@@ -111,24 +129,6 @@ def given_colours_are_seen(study: Study) -> Iterator[Finding]:
             if "a" not in said.value and any(said.value.values()):
                 message = f"'{name}' makes '{said.topic}' invisible: the opacity 'a' is 0 unless it is given"
                 yield experiment.place("events", name, "publish").finding(Code.NRP298, message, Level.WARNING)
-
-
-@checks_experiment(Code.NRP279)
-def own_topics_are_used(study: Study) -> Iterator[Finding]:
-    """Look for topics of the experiment that nothing publishes on and nothing reads."""
-    experiment = study.experiment
-    if not study.is_complete:
-        return
-    functions = [declared.function for declared in study.declared]
-    used = {topic.name for function in functions for topic in (*function.published, *function.subscribed)}
-    used |= {said.topic for event in experiment.events.values() for said in event.publish}
-    used |= {event.when.topic.name for event in experiment.events.values() if event.when and event.when.topic}
-    used |= {one.topic_stays.name for one in experiment.criteria.values() if one.topic_stays}
-    used = {_target(experiment, name) for name in used}
-    for topic in experiment.topics:
-        if topic not in used:
-            message = f"nothing publishes on the topic '{topic}' and nothing reads it"
-            yield experiment.place("topics", topic).finding(Code.NRP279, message, Level.NOTE)
 
 
 def _target(experiment: Experiment, topic: str) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from math import isclose
 from typing import Final
 
+from nrp_core._support.dotted import last_name
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Known
@@ -73,7 +74,7 @@ def _is_own_step(node: ast.AST) -> bool:
         case ast.Compare():
             return True
         case ast.Call(func):
-            return ast.unparse(func).rpartition(".")[2] in _COUNTING
+            return last_name(func) in _COUNTING
     return False
 
 

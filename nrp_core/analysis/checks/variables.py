@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections import Counter
 from collections.abc import Iterator
 
 from nrp_core.analysis.events import Compute, Read, Write
@@ -62,6 +63,12 @@ def shared_variables_are_set_and_read(study: Study) -> Iterator[Finding]:
                     return
                 (read if isinstance(event, Read) else written).add(mapping.global_key)
                 readers.setdefault(mapping.global_key, (function, name))
+    mapped = Counter(
+        mapping.global_key
+        for function in study.examined
+        for mapping in function.function.mappings.values()
+        if isinstance(mapping, MapVariable) and type(mapping.initial_value) in (int, float, str, bool)
+    )
     begun = {
         mapping.global_key
         for function in study.examined
@@ -71,6 +78,12 @@ def shared_variables_are_set_and_read(study: Study) -> Iterator[Finding]:
     for key in sorted(read - written - begun if study.is_complete and written and not written - read else ()):
         function, name = readers[key]
         message = f"nothing sets the shared variable '{key}', and it has no initial_value: it is always None"
+        node = function.declared.nodes.get(name)
+        yield function.declared.finding(Code.NRP210, node, message, Level.WARNING)
+    alone = {key for key in read - written if mapped[key] == 1}
+    for key in sorted(alone if study.is_complete and not written - read else ()):
+        function, name = readers[key]
+        message = f"nothing sets the shared variable '{key}', and no other function has it: it never changes"
         node = function.declared.nodes.get(name)
         yield function.declared.finding(Code.NRP210, node, message, Level.WARNING)
     for key in sorted(read - written if study.is_complete and written - read else ()):

@@ -51,6 +51,8 @@ class PopulationTrains:
         """Return ids and times of the spikes with ``since_ms < t <= until_ms``; t = 0 counts as after 0."""
         first = int(self._times_ms.searchsorted(since_ms, "left" if since_ms == 0.0 else "right"))
         last = int(self._times_ms.searchsorted(until_ms, "right"))
+        if first == last and not self._ports:
+            return self._ids[:0], self._times_ms[:0]
         parts = [port.events(since_ms, until_ms) for port in self._ports]
         ids = np.concatenate([self._ids[first:last], *(part.neurons for part in parts)])
         times = np.concatenate([self._times_ms[first:last], *(part.times_ms for part in parts)])

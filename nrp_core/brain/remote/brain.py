@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, Self
 from pydantic import Field
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.changes import ParameterChange, Synapses
+from nrp_core.brain.changes import ParameterChange, Rewirings, Synapses
 from nrp_core.brain.interface import Brain, BrainBackend, BrainOptions
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.remote.idle import borrow, give_back
@@ -125,6 +125,10 @@ class RemoteBrain(Brain):
     def _do_read_synapses(self, projection: Projection) -> Synapses:
         synapses: Synapses = self._process.call("read_synapses", projection.label)
         return synapses
+
+    def _do_read_rewirings(self, projection: Projection) -> Rewirings:
+        rewirings: Rewirings = self._process.call("read_rewirings", projection.label)
+        return rewirings
 
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
         self._process.call("set_weights", projection.label, weights)

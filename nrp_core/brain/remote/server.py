@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import Any, Final, NamedTuple
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.changes import ParameterChange, Synapses, projection_of
+from nrp_core.brain.changes import ParameterChange, Rewirings, Synapses, projection_of
 from nrp_core.brain.interface import Brain, BrainBackend, BrainOptions
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.remote.columns import SharedColumns
@@ -77,6 +77,10 @@ class BrainServer:
         """Return the synapses of a projection whose synapses form and vanish."""
         return self._brain._do_read_synapses(projection_of(self._brain.network, label))
 
+    def read_rewirings(self, label: str) -> Rewirings:
+        """Return which synapses of a projection formed and vanished."""
+        return self._brain._do_read_rewirings(projection_of(self._brain.network, label))
+
     def set_weights(self, label: str, weights: FloatArray) -> None:
         """Change the weights of a projection."""
         self._brain._do_set_weights(projection_of(self._brain.network, label), weights)
@@ -105,6 +109,7 @@ REQUESTS: Final[Mapping[str, Callable[..., object]]] = {
         "set_parameters",
         "read_weights",
         "read_synapses",
+        "read_rewirings",
         "set_weights",
         "save",
         "restore",

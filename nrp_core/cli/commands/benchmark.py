@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from nrp_core.cli.failure import NO, complain
+from nrp_core.cli.failure import NO, complain, warn
 from nrp_core.cli.options import Json, On, Workers, beginning_with
 from nrp_core.cli.output import document
 
@@ -69,6 +69,7 @@ def benchmark(
     )
     left = "" if ladder.pending == ladder.runs else f", {ladder.pending} to do"
     typer.echo(f"{len(chosen)} tasks, {ladder.runs} runs{left}; results in {out}", err=True)
+    ladder.tell_doubts(warn)
     _make(ladder, on, workers)
     found = ladder.standings()
     table = write_csv(found, out)

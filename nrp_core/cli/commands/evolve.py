@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from nrp_core.cli.failure import complain
+from nrp_core.cli.failure import complain, warn
 from nrp_core.cli.options import (
     FileOrShow,
     Json,
@@ -66,6 +66,7 @@ def _search(file: Path, folder: Path, on: str, workers: int | None) -> tuple[His
     _say(f"{made.name}: {method}; {size}{seeds}; results in {folder}")
     for remark in made.remarks:
         complain(remark, label="note")
+    made.plan.tell_doubts(warn)
     with executor(on, folder, workers) as where, display() as shown:
         last = ""
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from nrp_core.recording.figures.options import PlotOptions
 
 FIGURES = ("run", "raster", "trajectory", "devices", "camera")
+_DPI = 150
 PANELS = ("map", "timeline", "spikes", "devices", "commands", "camera")
 
 
@@ -45,7 +46,7 @@ def plot(
     ] = None,
     dpi: Annotated[
         int, typer.Option(min=10, max=2400, envvar="NRP_DPI", help="Dots per inch of a PNG file.")
-    ] = 150,
+    ] = _DPI,
     begin: Annotated[
         str, typer.Option("--from", metavar="TIME", help="Show the run from this time on, e.g. 2s.")
     ] = "0s",
@@ -88,6 +89,10 @@ def plot(
             label="warning",
             color="yellow",
         )
+    if panels is not None and kind != figure.What.RUN:
+        complain(f"--panels has no effect on '{kind}', which is one part", label="note")
+    if dpi != _DPI and target.suffix.lower() != ".png":
+        complain("--dpi has no effect on a figure that is not a PNG file", label="note")
     options = _options(size, dpi, begin, until, panels, style)
     if options.crowded and kind == figure.What.RUN:
         advice = "at least 150x100mm, choose --panels, or draw one part, such as 'raster'"

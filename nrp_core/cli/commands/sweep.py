@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nrp_core.cli.failure import NO, complain
+from nrp_core.cli.failure import NO, complain, warn
 from nrp_core.cli.options import (
     FileOrShow,
     Json,
@@ -74,6 +74,8 @@ def sweep(
         _show(shown, measure, plot, kind, as_json=json)
         return
     require_folder_of(plot, "--plot")
+    if emit is not None and plan:
+        raise typer.BadParameter("it has no effect with --emit, which makes no run", param_hint="--plan")
     if plot is None and (measure is not None or kind is not None):
         complain("--measure and --kind have no effect without --plot", label="note")
     made = _opened(Path(target), out, only or [], retry_failed=retry_failed, record=record, confirmed=yes)
@@ -102,6 +104,8 @@ def _opened(
     _say(_headline(plan, made))
     for remark in plan.remarks:
         complain(remark, label="note")
+    if made.pending:
+        plan.tell_doubts(warn)
     return made
 
 

@@ -14,9 +14,9 @@ from nrp_core.brain.changes import WEIGHTS
 from nrp_core.brain.devices.sources import PoissonSource
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.implausible import HIGHEST_HZ, too_strong
+from nrp_core.brain.network.implausible import FEWEST_SPIKES, HIGHEST_HZ, too_strong
 from nrp_core.brain.network.interventions import Intervention, Synapses
-from nrp_core.clock import milliseconds
+from nrp_core.clock import milliseconds, seconds
 from nrp_core.errors import CapabilityError, NetworkError, NeuronSelectionError
 from nrp_core.experiment.events.conditions import Times
 from nrp_core.experiment.events.events import Action, Events
@@ -116,6 +116,10 @@ def _implausible(network: Network, section: ActivateSection, name: str) -> Itera
     ]
     if any(sizes):
         yield f"the weight of '{name}' is {next(filter(None, sizes))}"
+    if section.rate and section.duration is not None:
+        expected = section.rate * seconds(section.duration) * network.neurons(section.cells).size
+        if expected < FEWEST_SPIKES:
+            yield f"'{name}' sends {expected:.2g} spikes in all: is its rate or its duration in another unit?"
 
 
 def _driven(network: Network, section: ActivateSection) -> list[str]:

@@ -24,7 +24,7 @@ from nrp_core.experiment.making.doubtful_mappings import doubtful_mappings
 from nrp_core.experiment.making.interventions import check_capabilities, with_variants
 from nrp_core.experiment.making.maker import maker_of
 from nrp_core.experiment.making.parameters import Parameters, with_parameters
-from nrp_core.experiment.making.start_poses import things_fall, wrong_starts, wrong_units
+from nrp_core.experiment.making.start_poses import falling, things_fall, wrong_starts, wrong_units
 from nrp_core.experiment.making.watch import Watch, declare_own, warn_of_missing_topics
 from nrp_core.experiment.model.collector import Collector, Omission
 from nrp_core.experiment.model.event_schema import END, START
@@ -297,13 +297,13 @@ class Examination:
         written, doubt = self._step_written(), ""
         with self.collector.during(Code.NRP207, *written):
             StepPlan(self._experiment.timestep, brain_step_ns, world_step_ns)
-        is_physics = self.world is not None and self.world.capabilities.dynamics and written[0] == "world"
+        falls = self.world is not None and things_fall(self.world.capabilities)
         if world_step_ns and self._experiment.timestep > _MOST_STEPS * world_step_ns:
             doubt = (
                 f"the world takes {self._experiment.timestep // world_step_ns} steps of "
                 f"{milliseconds(world_step_ns):g} ms in each step of the loop; is the unit of its step wrong?"
             )
-        elif world_step_ns and is_physics and world_step_ns > _LONGEST_NS:
+        elif world_step_ns and falls and written[0] == "world" and world_step_ns > _LONGEST_NS:
             doubt = (
                 f"the physics step is {milliseconds(world_step_ns):g} ms, and 1 to 5 ms are usual: contacts "
                 "and controllers act late, so that robots move otherwise; is the step of the loop meant?"
@@ -335,6 +335,8 @@ class Examination:
         for model, ground in below_ground(self.scene, self._experiment.world.robots):
             message = f"the model '{model}' lies below '{ground}', which the robots stand on"
             self.collector.add(Code.NRP316, message, "world", "scene", level=Level.WARNING)
+        for message in falling(self.scene, self._experiment.world.robots):
+            self.collector.add(Code.NRP292, message, "world", "scene", level=Level.WARNING)
         for name, code, message in wrong_starts(self.scene, self._experiment.world.robots):
             self.collector.add(code, message, "world", "robots", name, level=Level.WARNING)
 

@@ -51,6 +51,30 @@ def wrong_starts(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str, Cod
             yield from _wrong_heights(model, scene)
 
 
+def falling(scene: Scene, robots: Iterable[str]) -> Iterator[str]:
+    """Yield a sentence for each model of a room that nothing holds, and with nothing below it.
+
+    Args:
+        scene: the scene at its start.
+        robots: names of the robots, which :func:`wrong_starts` examines.
+    """
+    names = set(robots)
+    for model in scene.models:
+        is_held = not all(link.gravity for link in model.links) or any(
+            isinstance(drive, Flight) for drive in model.drives
+        )
+        if (
+            model.name not in names
+            and not is_held
+            and can_fall(model, scene)
+            and not has_ground(model, scene)
+        ):
+            yield (
+                f"nothing is below the model '{model.name}' of the room: it falls, and what stands on it; is "
+                "it meant to be <static>?"
+            )
+
+
 def wrong_units(experiment: Experiment, scene: Scene) -> Iterator[tuple[tuple[Key, ...], str]]:
     """Yield the keys and the message of each length for a joint that turns, and angle for one that slides."""
     robots = {model.name: model for model in scene.models if model.name in experiment.world.robots}

@@ -26,7 +26,7 @@ STEM = "experiment"
 ARCHIVE = ".zip"
 
 
-def load_experiment(text: str | Path, overrides: Sequence[str] = ()) -> Experiment:
+def load_experiment(text: str | Path, overrides: Iterable[str] = ()) -> Experiment:
     """Find and read an experiment.
 
     Args:
@@ -37,8 +37,7 @@ def load_experiment(text: str | Path, overrides: Sequence[str] = ()) -> Experime
     Raises:
         ExperimentError: there is none, or it is invalid.
     """
-    if isinstance(overrides, str | Mapping) or not isinstance(overrides, Iterable):
-        raise ExperimentError(f"overrides are a list such as ['seed=3', 'pace=max'], not {overrides!r:.60}")
+    given = _listed(overrides)
     if not isinstance(text, str | PathLike):
         raise ExperimentError(
             f"an experiment is a name or a file, not of type {type(text).__name__}; Run takes one that is "
@@ -47,22 +46,30 @@ def load_experiment(text: str | Path, overrides: Sequence[str] = ()) -> Experime
     path = find_file(str(text))
     if Path(text).suffix.lower() == ARCHIVE:  # unpacked files are in a hidden folder
         beside = Path.cwd() / Path(text).expanduser().with_suffix("")
-        overrides = [f"csv_folder={beside / 'csv'}", *overrides]
-    return READERS.load(path.suffix)(path, overrides)
+        given = (f"csv_folder={beside / 'csv'}", *given)
+    return READERS.load(path.suffix)(path, given)
 
 
-def require_once(overrides: Sequence[str]) -> None:
-    """Refuse two overrides of one key, where they are given together.
+def _listed(overrides: Iterable[str]) -> tuple[str, ...]:
+    if isinstance(overrides, str | Mapping) or not isinstance(overrides, Iterable):
+        raise ExperimentError(f"overrides are a list such as ['seed=3', 'pace=max'], not {overrides!r:.60}")
+    return tuple(overrides)
+
+
+def once_each(overrides: Iterable[str]) -> tuple[str, ...]:
+    """Return overrides that are given together, in order.
 
     Raises:
-        ExperimentError: there are two.
+        ExperimentError: they are not several, or two set one key.
     """
     first: dict[str, str] = {}
-    for one in overrides if isinstance(overrides, list | tuple) else ():
+    given = _listed(overrides)
+    for one in given:
         key = str(one).partition("=")[0].strip()
         if key in first:
             raise ExperimentError(f"the overrides set '{key}' twice: '{first[key]}' and '{one}'; give one")
         first[key] = str(one)
+    return given
 
 
 def shipped() -> list[str]:

@@ -14,6 +14,7 @@ from nrp_core.dsl.functions.variables import Variable
 from nrp_core.experiment.events.conditions import Times
 from nrp_core.experiment.model.event_schema import causes_of
 from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.model.tree import Place, Tree
 from nrp_core.findings import Code, Finding, Level
 
 _HIGHEST_HZ: Final = 1e4
@@ -29,18 +30,21 @@ def at_the_end(
     times: Times,
     now_ns: int,
     functions: Iterable[TransferFunction],
+    found: Iterable[Finding] = (),
     *,
     is_over: bool,
 ) -> Iterator[Finding]:
     """Yield the variables that are NaN by now, unlikely rates, and events that cannot happen any more.
 
-    Events that wait for one that did not happen are named with it.
+    Events that wait for one that did not happen are named with it. An event of which that was said before the
+    run is not named again.
 
     Args:
         experiment: the experiment.
         times: times of the events that happened, ns.
         now_ns: the time reached.
         functions: its transfer functions.
+        found: the findings before the run.
         is_over: whether the run has reached the end of the experiment.
     """
     functions = list(functions)
@@ -55,12 +59,35 @@ def at_the_end(
         )
         yield experiment.place("duration").finding(Code.NRP353, message, Level.WARNING)
     missed = {name: causes_of(name, experiment.events) for name in experiment.events if name not in times}
+    told = [name for name in missed if _is_told(name, experiment, found)]
     for name, causes in missed.items():
         if missed.keys() & causes and name not in causes:
             continue
-        after = [f"'{other}'" for other, waits in missed.items() if name in waits and other != name]
+        waiting = [other for other, waits in missed.items() if name in waits and other != name]
+        after = [f"'{other}'" for other in waiting if other not in told]
+        if name in told and not after:
+            continue
         message = f"the event '{name}' never happened" + (f", and so not {', '.join(after)}" if after else "")
         yield experiment.place("events", name).finding(Code.NRP322, message, Level.WARNING)
+
+
+def _is_told(name: str, experiment: Experiment, found: Iterable[Finding]) -> bool:
+    """Return whether it was said before the run that an event never happens, at one of its keys."""
+    written = experiment.source.at("events", name)
+    places = [] if written is None else [*_places(written)]
+    return any(one.code is Code.NRP248 and _is_at(one, place) for one in found for place in places)
+
+
+def _places(tree: Tree) -> Iterator[Place]:
+    yield tree.place
+    for child in tree.value.values() if isinstance(tree.value, dict) else ():
+        yield from _places(child)
+
+
+def _is_at(finding: Finding, place: Place) -> bool:
+    if place.override is not None:
+        return place.finding(finding.code, "").message in finding.message
+    return (finding.path, finding.line, finding.column) == (place.path, place.line, place.column)
 
 
 def _unlikely_rates(functions: Iterable[TransferFunction], *, is_over: bool) -> Iterator[Finding]:

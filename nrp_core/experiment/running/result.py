@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Any, Final
 
 from nrp_core.cle.failures import Failure
 from nrp_core.clock import seconds
 from nrp_core.experiment.events.criteria import Verdict
 from nrp_core.experiment.running.judgement import Judgement
+from nrp_core.experiment.running.named import Named
 from nrp_core.findings import Finding
 from nrp_core.world.rigid.pose import Pose
+
+_KINDS: Final = {
+    "criteria": "criterion", "final_pose": "robot", "spikes": "population or view", "events": "event",
+    "activity": "activity", "time_share": "share of time",
+}  # fmt: skip
+"""What the names in the dictionaries of a result are of."""
 
 
 @dataclass(frozen=True, slots=True)
 class Result:
     """The result of a run. The results of equal runs differ only in wall times and time shares.
+
+    A name that a dictionary lacks raises :class:`.UnknownNameError`, with those that there are.
 
     Args:
         experiment: name of the experiment.
@@ -66,6 +75,10 @@ class Result:
     activity: dict[str, int]
     events: dict[str, float | None]
     failures: list[dict[str, Any]]
+
+    def __post_init__(self) -> None:
+        for name, kind in _KINDS.items():
+            object.__setattr__(self, name, Named(getattr(self, name), kind))
 
     @property
     def judgement(self) -> Judgement:

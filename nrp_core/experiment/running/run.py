@@ -47,6 +47,7 @@ from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Build, Experiment
 from nrp_core.experiment.running.at_the_end import at_the_end
 from nrp_core.experiment.running.falls import FallWatch
+from nrp_core.experiment.running.from_outside import watch_outside
 from nrp_core.experiment.running.judgement import passed_of
 from nrp_core.experiment.running.observation import Observation
 from nrp_core.experiment.running.opening import open_beside, open_side
@@ -163,6 +164,7 @@ class Run(Closing):
             unheard = UnheardCommands(self.world, experiment.topics, lambda: self.loop.functions)
             self.reporters = [unheard.findings, falls.findings, self._at_the_end, self._too_fast]
             self.loop: ClosedLoop = opened.enter_context(self._close_loop(plan))
+            watch_outside(self.loop, self.reporters, self.on_close)
             neurons = np.arange(self.brain.network.size)
             self._counter = self.brain.add_sink(SpikeCounter(), neurons, name="result")
             self._begin()
@@ -334,8 +336,7 @@ class Run(Closing):
 
     def _begin(self) -> None:
         self.found = self._planned
-        self.error = None
-        self._wall_ns = 0
+        self.error, self._wall_ns = None, 0
 
     def _after_step(self, loop: ClosedLoop) -> None:
         for observer in self.on_step:
@@ -431,7 +432,9 @@ class Run(Closing):
 
     def _at_the_end(self) -> Iterator[Finding]:
         times, loop = self._watch.events.times, self.loop
-        return at_the_end(self.experiment, times, loop.now_ns, loop.functions, is_over=self._is_over)
+        return at_the_end(
+            self.experiment, times, loop.now_ns, loop.functions, self.found, is_over=self._is_over
+        )
 
     def result(self) -> Result:
         """Return the result so far."""

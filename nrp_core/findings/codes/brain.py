@@ -77,8 +77,8 @@ EMPTY_POPULATION = Explanation(
 )
 
 UNCONNECTED = Explanation(
-    "A population that nothing is connected to, or whose spikes are read although nothing excites it.",
-    "Its neurons do not affect the robot: they have neither synapses nor devices, or they never fire.",
+    "A population without a connection: to anything, from what excites it, or to what functions read.",
+    "Its neurons do not affect the robot: their spikes lead nowhere, or they never fire.",
     "Connect it, or remove it; often a projection or a device names another population by mistake.",
     "{n} populations are connected to nothing, or never fire",
     Weight.REMARK,

@@ -131,10 +131,11 @@ STARTS_INSIDE = Explanation(
 )
 
 NO_GROUND = Explanation(
-    "There is nothing below a robot at the start.",
-    "Gravity makes the robot fall, so its drive has no effect.",
-    "Add ground to the room, move the start pose above the ground, or set the gravity of the room to 0.",
-    "{n} robots have nothing below them",
+    "There is nothing below a robot, or below a loose model of the room, at the start.",
+    "Gravity makes it fall: a robot's drive then has no effect, and a floor takes along what stands on it.",
+    "Add ground to the room, move the start pose above the ground, make what should stay `<static>`, or set "
+    "the gravity of the room to 0.",
+    "{n} models have nothing below them",
     Weight.ALTERED,
 )
 

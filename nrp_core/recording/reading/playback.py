@@ -12,11 +12,11 @@ class Playback:
 
     Args:
         recording: the recording, read again from its beginning after :meth:`reset`.
-        topics: the topics that are read.
+        topics: the topics that are read; those without a message are silent.
     """
 
     def __init__(self, recording: Recording, topics: Collection[str]) -> None:
-        self._recording, self._topics = recording, frozenset(topics)
+        self._recording, self._topics = recording, frozenset(topics) & recording.topics.keys()
         self.reset()
 
     def reset(self) -> None:

@@ -95,7 +95,16 @@ class Recording:
         return {topic.name: topic for topic, _ in self._stored()}
 
     def with_role(self, *roles: Role) -> list[RecordedTopic]:
-        """Return the topics of these roles."""
+        """Return the topics of these roles.
+
+        Raises:
+            ExperimentError: there is no such role.
+        """
+        for role in roles:
+            if role not in [*Role]:
+                raise ExperimentError(
+                    f"there is no role '{role}'{did_you_mean(str(role), Role)}", path=self.file
+                )
         return [topic for topic in self.topics.values() if topic.role in roles]
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Recorded]:
@@ -133,6 +142,8 @@ class Recording:
                 platform.
             CapabilityError: pandas is not installed.
         """
+        if not isinstance(topic, str):
+            raise ExperimentError(f"a frame is that of one topic, a text, not {topic!r}", path=self.file)
         if topic not in self.topics:
             message = f"no message was recorded on '{topic}'{did_you_mean(topic, self.topics)}"
             raise ExperimentError(message, path=self.file)

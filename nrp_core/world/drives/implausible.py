@@ -8,8 +8,10 @@ from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
 
+from nrp_core.errors import SceneError
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.scene.acting import MountedDrive
+from nrp_core.world.scene.implausible_shapes import box_around
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Cylinder, Joint, Link, Model, Sphere
 
@@ -27,6 +29,12 @@ _ALONG: Final = 0.9
 """The cosine of 25 degrees; wheels may be turned a little to each other."""
 _ACROSS: Final = 0.5
 """The cosine of 60 degrees."""
+_LIFTED: Final = 0.25
+"""How much lower than its wheels a robot may reach, in radii of a wheel; casters give way a little."""
+_ELSEWHERE: Final = 2.0
+"""How much lower it does not reach: then a shape is in another unit, which is reported."""
+_WEAKEST_M_S2: Final = 0.02
+"""An acceleration with which a robot takes 50 s to reach 1 m/s."""
 
 
 @runtime_checkable
@@ -36,6 +44,7 @@ class _Wheeled(Protocol):
     right: tuple[str, ...]
     separation: float
     wheel_diameter: float
+    torque: float
 
 
 def implausible_drives(model: Model, timestep_s: float) -> Iterator[str]:
@@ -93,6 +102,9 @@ def _of_wheels(owner: str, drive: _Wheeled, model: Model) -> Iterator[str]:
     wheels = [joints[name] for name in (*drive.left, *drive.right) if name in joints]
     yield from _of_shapes(owner, drive, wheels, model)
     yield from _of_grip(owner, wheels, model)
+    if up >= _UPRIGHT:
+        yield from _of_footing(owner, drive, wheels, model)
+    yield from _of_torque(owner, drive, wheels, model)
     for joint in wheels:
         if joint.kind == "fixed":
             yield f"{owner} has a wheel that cannot turn: the joint '{joint.name}' is fixed"
@@ -108,7 +120,7 @@ def _of_wheels(owner: str, drive: _Wheeled, model: Model) -> Iterator[str]:
             yield f"{owner} has a wheel that cannot roll: the joint '{joint.name}' has {limits}"
         else:
             yield from _of_lying(owner, joint, model)
-    yield from _of_track(owner, drive, joints)
+    yield from _of_track(owner, drive, joints, model)
 
 
 def _of_shapes(owner: str, drive: _Wheeled, wheels: list[Joint], model: Model) -> Iterator[str]:
@@ -147,6 +159,35 @@ def _of_grip(owner: str, wheels: list[Joint], model: Model) -> Iterator[str]:
             return
 
 
+def _of_footing(owner: str, drive: _Wheeled, wheels: list[Joint], model: Model) -> Iterator[str]:
+    """Yield that a robot rests on another part than its wheels."""
+    lows: dict[str, float] = {}
+    for link in model.links:
+        try:
+            box = box_around((link.pose @ one.pose, one.geometry) for one in link.collisions)
+        except SceneError:
+            return  # a mesh cannot be read, which is reported where it is needed
+        lows |= {} if box is None else {link.name: float(box[0][2])}
+    turning = {joint.child for joint in wheels}
+    others = {name: low for name, low in lows.items() if name not in turning}
+    if not others or not turning <= lows.keys():
+        return
+    lowest = min(others, key=others.__getitem__)
+    gap_m = min(lows[name] for name in turning) - others[lowest]
+    if _LIFTED < 2 * gap_m / drive.wheel_diameter < _ELSEWHERE:
+        yield f"{owner} has wheels that do not reach the ground: '{lowest}' reaches {gap_m:.2g} m lower"
+
+
+def _of_torque(owner: str, drive: _Wheeled, wheels: list[Joint], model: Model) -> Iterator[str]:
+    mass = sum(link.inertial.mass for link in model.links if link.inertial is not None)
+    push = 2 * drive.torque * len(wheels) / drive.wheel_diameter
+    if push < _WEAKEST_M_S2 * mass:
+        yield (
+            f"{owner} has a torque of at most {drive.torque:g} N m, which accelerates {mass:.3g} kg by "
+            f"{push / mass:.2g} m/s^2: is that meant?"
+        )
+
+
 def _of_lying(owner: str, joint: Joint, model: Model) -> Iterator[str]:
     """Yield that the cylinder of a wheel lies across the axis about which it turns."""
     link = model.link(joint.child)
@@ -175,9 +216,15 @@ def _is_hardest_across(link: Link, joint: Joint, shape: Cylinder) -> bool:
     return bool(is_flat and moments[along] == moments[0] and moments[0] < _EASIER * moments[2])
 
 
-def _of_track(owner: str, drive: _Wheeled, joints: dict[str, Joint]) -> Iterator[str]:
+def _of_track(owner: str, drive: _Wheeled, joints: dict[str, Joint], model: Model) -> Iterator[str]:
     pairs = [(joints[one], joints[two]) for one, two in zip(drive.left, drive.right, strict=False)]
     between = [dist(left.pose.position, right.pose.position) for left, right in pairs]
+    if between and max(between) == 0 and len(set(drive.left) | set(drive.right)) > 1:
+        left, right = (
+            {one.pose.position for one in model.link(joint.child).collisions} for joint in pairs[0]
+        )
+        if left == right:
+            yield f"{owner} has its left and right wheels in one place, that of '{pairs[0][0].child}'"
     if between and min(between) > 0 and not 1 / _NARROW <= drive.separation / min(between) <= _TRACK_TIMES:
         yield (
             f"{owner} has a wheel separation of {drive.separation:.3g} m, and its wheels are "

@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 
 from nrp_core.errors import SceneError
-from nrp_core.world.raycast.solids import Solid, solids_of
-from nrp_core.world.scene.model import Model, Plane, Scene
+from nrp_core.world.raycast.solids import Solid, room_of, solids_of
+from nrp_core.world.scene.model import Heightmap, Mesh, Model, Plane, Scene
 
 _ENDLESS_M: Final = 100.0
 """The smallest width of a scene with an endless floor: about as far as robots go in a few minutes."""
@@ -51,6 +51,21 @@ def outside_m(scene: Scene, point: tuple[float, float]) -> float:
         return 0.0
     beyond = np.maximum(corners.min(0) - point, point - corners.max(0))
     return float(np.linalg.norm(np.maximum(beyond, 0.0)))
+
+
+def inside_m(scene: Scene, point: tuple[float, float], height_m: float) -> tuple[str, float] | None:
+    """Return the part of the room in which a point on the ground is deepest, and how deep; None if in none.
+
+    Only parts that reach from below a height to above it count, so no floor; a mesh counts as hollow.
+    """
+    depths = {
+        solid.name: solid.depth_of(np.array([(*point, (solid.lowest_m + solid.highest_m) / 2)]))
+        for solid in room_of(scene)
+        if not isinstance(solid.geometry, Plane | Heightmap | Mesh)
+        if solid.lowest_m < height_m < solid.highest_m
+    }
+    deepest = max(depths, key=depths.__getitem__, default=None)
+    return None if deepest is None else (deepest, depths[deepest])
 
 
 def _across(shapes: list[Solid], origins: list[tuple[float, ...]]) -> float:

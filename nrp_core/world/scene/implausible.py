@@ -15,7 +15,7 @@ from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.implausible_joints import of_joints
 from nrp_core.world.scene.implausible_links import has_dense_link, of_links
-from nrp_core.world.scene.implausible_shapes import box_around, solid_or_seen, without_strays
+from nrp_core.world.scene.implausible_shapes import box_around, of_radii, solid_or_seen, without_strays
 from nrp_core.world.scene.model import Geometry, Light, Link, Model, Plane, Scene
 from nrp_core.world.scene.sensing import MountedSensor, View
 
@@ -25,7 +25,7 @@ _LIGHTEST: Final = 0.05
 """A density below that of hydrogen at room temperature, 0.08 kg/m^3 (the same source)."""
 _STRONGEST: Final = 25.0
 """Gravity of Jupiter at one bar, 24.79 m/s^2: NASA Planetary Fact Sheet, the strongest of all planets."""
-_FASTEST_HZ: Final = 5e4
+FASTEST_HZ: Final = 5e4
 """More often than any sensor of robots; inertial sensors reach 32 kHz (ICM-42688-P data sheet)."""
 _UPSIDE_DOWN: Final = 0.5
 """A plane faces downward if its normal points below the horizon by 30 degrees or more; others are walls."""
@@ -38,6 +38,8 @@ _FARTHEST_M: Final = 2e4
 """The longest range of a sensor of distances, m: laser rangefinders reach 20 km."""
 _FINEST: Final = 1e-4
 """The smallest angle between two beams, rad; the finest scanners have 0.0009 (0.05 degrees)."""
+_NOISY: Final = 0.5
+"""The largest noise as a share of the largest value: beyond it a measurement says hardly anything."""
 _SHORT: Final = 0.1
 """The smallest range of a sensor of distances, in sizes of the robot."""
 _SENSOR_TIMES: Final = 10.0
@@ -59,7 +61,9 @@ def implausible(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str | Non
             with suppress(SceneError):  # a mesh cannot be read, which is reported where it is needed
                 said, model = without_strays(whole)
                 yield from [(owner, sentence) for sentence in said]
-        yield from ((owner, sentence) for sentence in (*_of_measurements(model), *_of_ground(model)))
+        yield from (
+            (owner, sentence) for sentence in (*_of_measurements(model), *of_radii(whole), *_of_ground(model))
+        )
         if owner is not None:
             found = (*_of_rest(model), *_of_loose_links(model), *of_joints(model), *_of_sizes(model))
             yield from ((owner, sentence) for sentence in found)
@@ -96,14 +100,14 @@ def _of_lights(lights: Iterable[Light]) -> Iterator[str]:
 def _of_measurements(model: Model) -> Iterator[str]:
     for sensor in (sensor for link in model.links for sensor in link.sensors):
         owner = f"the sensor '{sensor.name}' of '{model.name}'"
-        if sensor.rate_hz > _FASTEST_HZ:
+        if sensor.rate_hz > FASTEST_HZ:
             yield f"{owner} measures {sensor.rate_hz:g} times a second"
         # the largest value of a measurement, with its name
         largest = [(1.0, "full brightness")] if sensor.view is not None else []
         largest += [(one, "its range") for one in [getattr(sensor, "range_max", inf)] if isfinite(one)]
         noise = max(abs(sensor.noise.mean), sensor.noise.stddev)
         for limit, what in largest:
-            if noise > limit:
+            if noise > _NOISY * limit:
                 yield f"the noise of {owner} is {noise:g}, and {what} is {limit:g}"
     for link in model.links:
         yield from _of_contacts(model, link)

@@ -29,6 +29,8 @@ _WEAKEST: Final = 1e-3
 """The least effort of a joint as a share of the one that carries its link."""
 _WEAKEST_GAIN: Final = 1e-2
 """The same share for the effort of a gain, which is chosen and not a motor's."""
+_SAGGING: Final = 0.5
+"""The effort of a joint, as a share of what holds it, with which it falls beyond doubt."""
 _GRAVITY: Final = 9.81
 _UPRIGHT: Final = 0.7
 """The cosine of 45 degrees: gravity does not load an axis that is steeper."""
@@ -132,6 +134,32 @@ def _of_strength(owner: str, joint: Joint, controller: JointController, model: M
             f"exerts {strongest:.2g} N m, and its link of {inertial.mass:.3g} kg needs {needed:.2g} N m to "
             "be held"
         )
+    elif joint.effort < _SAGGING * (load := _load(joint, model)):
+        yield (
+            f"{owner} has a controller and an effort of at most {joint.effort:g} N m: what it carries needs "
+            f"{load:.2g} N m to be held where it starts"
+        )
+
+
+def _load(joint: Joint, model: Model) -> float:
+    """Return the torque about a joint that holds what is beyond it where it starts, N m.
+
+    It is 0 where something else may hold it: a spring, or other joints of a loop.
+    """
+    beyond, count = {joint.child}, 0
+    while count != len(beyond):
+        count = len(beyond)
+        beyond |= {one.child for one in model.joints if one.parent in beyond}
+    placed = [(model.link(name).pose, model.link(name).inertial) for name in beyond]
+    parts = [(one.mass, (pose @ one.pose).position) for pose, one in placed if one is not None]
+    if joint.stiffness or model.loops or model.starts or joint.parent in beyond:
+        return 0.0
+    down = matrix_of(model.pose)[:, :3].T @ (0.0, 0.0, -_GRAVITY)
+    axis = matrix_of(joint.pose)[:, :3] @ np.array(joint.axis)
+    pull = sum(
+        (one * np.cross(np.subtract(place, joint.pose.position), down) for one, place in parts), np.zeros(3)
+    )
+    return abs(float(axis @ pull))
 
 
 def _of_double_control(model: Model) -> Iterator[str]:

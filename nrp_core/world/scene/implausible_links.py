@@ -9,10 +9,10 @@ from typing import Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.implausible_shapes import box_around, solid_or_seen
+from nrp_core.world.scene.mass import turned
 from nrp_core.world.scene.model import UNIT_INERTIA, Inertial, Model
 
 _DENSEST: Final = 1e5
@@ -103,12 +103,11 @@ def _of_mass(owner: str, inertial: Inertial, low: FloatArray, high: FloatArray) 
 
 def _fits_about_other_axes(inertial: Inertial, sides: FloatArray) -> bool:
     """Return whether a slender link turns harder about its length than all its mass at its sides would."""
-    along, moments = int(np.argmax(sides)), np.array(inertial.inertia[:3])
+    along, moments = int(np.argmax(sides)), turned(inertial).diagonal()
     across_m = np.delete(sides, along)
     is_slender = sides[along] > _SLENDER * across_m.max()
-    is_turned = not np.allclose(np.abs(matrix_of(inertial.pose)[:, :3]).max(0), 1.0, atol=0.1)
     largest = inertial.mass * float((across_m**2).sum())  # twice as far as any of its shapes is from the axis
-    return bool(is_slender and not is_turned and moments[along] > max(largest, _SLENDER * moments.min()))
+    return bool(is_slender and moments[along] > max(largest, _SLENDER * moments.min()))
 
 
 def _of_tiny_shapes(model: Model) -> Iterator[str]:

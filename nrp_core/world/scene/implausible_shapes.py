@@ -12,7 +12,18 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.model import Box, Collision, Cylinder, Geometry, Link, Model, Plane, Visual
+from nrp_core.world.scene.model import (
+    Box,
+    Capsule,
+    Collision,
+    Cylinder,
+    Geometry,
+    Link,
+    Model,
+    Plane,
+    Sphere,
+    Visual,
+)
 from nrp_core.world.scene.tessellation import triangles_of
 
 _FAR: Final = 30.0
@@ -167,6 +178,26 @@ def _of_pairs(link: Link, model: str) -> Iterator[str]:
                     f"the collision '{one.name}' {owner} has a radius of {shape.radius:g} m and a length of "
                     f"{shape.length:g} m, and its visual the same numbers exchanged"
                 )
+
+
+def of_radii(model: Model) -> Iterator[str]:
+    """Yield the round collision shapes of a thing that stands still and is twice or half as wide as it looks.
+
+    Robots have larger ones on purpose, for feet.
+    """
+    for link in model.links if model.static else ():
+        drawn = [(one.pose, one.geometry) for one in link.visuals]
+        for one in link.collisions:
+            shape = one.geometry
+            if not isinstance(shape, Cylinder | Sphere | Capsule) or (one.pose, shape) in drawn:
+                continue
+            for radius in (shape.radius / 2, shape.radius * 2):
+                if (one.pose, replace(shape, radius=radius)) in drawn:
+                    owner = f"the collision '{one.name}' of the link '{link.name}' of '{model.name}'"
+                    yield (
+                        f"{owner} has a radius of {shape.radius:g} m, and its visual one of {radius:g} m; "
+                        "is one of them a diameter?"
+                    )
 
 
 def _sizes(sides: FloatArray) -> str:

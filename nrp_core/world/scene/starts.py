@@ -5,10 +5,13 @@ If a joint of a loop starts elsewhere, the others of the loop start where they c
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
+from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Model
-from nrp_core.world.scene.posture import closing
+from nrp_core.world.scene.posture import Posture, closing
 
 
 def start_positions(model: Model) -> Mapping[str, float]:
@@ -31,6 +34,13 @@ def start_positions(model: Model) -> Mapping[str, float]:
             starts[joint.name] = _within(joint, joint.mimic.multiplier * leader + joint.mimic.offset)
     starts = {name: start for name, start in starts.items() if start}
     return closing(model, starts, list(given)) if starts and model.loops else starts
+
+
+def body_poses(model: Model, bodies: Sequence[Body]) -> list[Pose]:
+    """Return the poses of a model's bodies in the world, with its joints where they start."""
+    posture = Posture(model, start_positions(model))
+    moved = [posture.of(body.links[0].name if body.links else WORLD) for body in bodies]
+    return [model.pose @ motion @ body.in_model for motion, body in zip(moved, bodies, strict=True)]
 
 
 def outside(model: Model) -> list[Joint]:

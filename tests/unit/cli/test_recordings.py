@@ -43,6 +43,23 @@ def slower(recorded: Path, tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
+        (("raster", "--panels", "map"), "note: --panels has no effect on 'raster', which is one part"),
+        (("-o", "run.svg", "--dpi", 300), "note: --dpi has no effect on a figure that is not a PNG file"),
+        (("-o", "run.png", "--dpi", 50, "--panels", "timeline"), ""),
+    ],
+)
+def test_options_of_figures_without_effect_are_told(
+    nrp: Nrp, recorded: Path, options: tuple[str, ...], words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(recorded.parent)
+    done = nrp("plot", recorded, *options)
+    assert done.code == 0
+    assert [line for line in done.err.splitlines() if "no effect" in line] == [words] * bool(words)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
         (("--eye", "1,2,3"), "has no effect with --view follow"),
         (("--view", "above", "--robot", "husky"), "has no effect with --view above"),
         (("--camera", "eye", "--view", "above"), "shows recorded images: leave out --view"),

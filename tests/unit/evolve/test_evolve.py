@@ -18,6 +18,7 @@ from nrp_core.evolve.optimisers.cma import CmaOptimiser
 from nrp_core.sweep.journal import JOURNAL
 from nrp_core.sweep.running import Progress
 
+pytestmark = pytest.mark.filterwarnings("ignore:nrp validate warns")
 Evolve = Callable[..., Any]
 FILE = """
 experiment: drive_to_the_wall

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+import nrp_core
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.judgement import Judgement, passed_of, recorded_judgement
 from nrp_core.experiment.running.run import Run
@@ -119,6 +120,31 @@ def test_an_event_that_never_happened_is_a_remark_at_the_end(
     found = [one for one in result.problems if one.code is Code.NRP322]
     assert [(one.message, one.line) for one in found] == [(message, 7) for message in messages]
     assert result.complete
+
+
+@pytest.mark.parametrize(
+    ("late", "messages"),
+    [
+        ("{at: 4 s}", []),
+        (
+            "{at: 4 s}\n  behind: {when: {event: late}}",
+            ["the event 'late' never happened, and so not 'behind'"],
+        ),
+        ("{when: {event: other}}\n  other: {when: {topic: {name: /speed, field: data, above: 9}}}",
+         ["the event 'other' never happened, and so not 'late'"]),
+    ],
+)  # fmt: skip
+def test_an_event_that_was_doubted_is_not_told_again_at_the_end(
+    fakes: None, drive_to_the_wall: Path, late: str, messages: list[str]
+) -> None:
+    file = drive_to_the_wall / "late.yaml"
+    file.write_text(f"extends: {drive_to_the_wall}\ncriteria: null\nevents:\n  late: {late}\n")
+    result = nrp_core.run(file)
+    assert [one.message for one in result.problems if one.code is Code.NRP322] == messages
+    assert sum("'late' is at 4 s" in one.message for one in result.problems) == ("4 s" in late)
+    override = "events.soon={at: 5 s}"
+    told = [one.message for one in nrp_core.run(file, [override]).problems if "'soon'" in one.message]
+    assert told == [f"in the override '{override}': 'soon' is at 5 s, and the run ends at 3 s"]
 
 
 # -- variables

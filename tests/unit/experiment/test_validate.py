@@ -302,6 +302,39 @@ def test_a_population_that_may_fire_or_whose_voltage_is_read_is_not_found(
     assert not never_firing(edit, more, cells, functions)
 
 
+def led(edit: Edit, projection: str, functions: str = READER) -> bool:
+    """Return whether it is found that no synapses lead from the driven circuit to the cells that are read."""
+    cells = "\nlonely = sim.Population(3, sim.IF_curr_exp(i_offset=1.0), label='lonely')\n"
+    folder = edit('label="circuit")', f'label="circuit"){cells}{projection}\n', "brain.py")
+    with (folder / "drive.py").open("w") as file:
+        file.write(functions + DRIVER.replace("lonely", "circuit"))
+    return "no synapses lead from 'circuit' to 'lonely'" in "".join(notes_of(folder, Code.NRP290))
+
+
+def test_synapses_that_lead_away_from_what_is_read_are_found(edit: Edit) -> None:
+    assert led(edit, "sim.Projection(lonely, circuit, sim.AllToAllConnector())")
+
+
+@pytest.mark.parametrize(
+    ("projection", "functions"),
+    [
+        ("sim.Projection(circuit, lonely, sim.OneToOneConnector())", READER),
+        (
+            "far = sim.Population(1, sim.IF_curr_exp())\n"
+            "sim.Projection(circuit, far, sim.AllToAllConnector())\n"
+            "sim.Projection(far, lonely, sim.AllToAllConnector())",
+            READER,
+        ),
+        ("", ""),
+        ("", READER + READER.replace("lonely", "circuit").replace("def read", "def feel")),
+        ("", READER.replace("brain.lonely", "brain.lonely[: len(open(__file__).name)]")),
+    ],
+    ids=["direct", "over others", "nothing is read", "the driven cells are read too", "unknown"],
+)
+def test_synapses_that_lead_to_what_is_read_are_right(edit: Edit, projection: str, functions: str) -> None:
+    assert not led(edit, projection, functions)
+
+
 def test_a_delay_that_the_backend_refuses_is_found_before_the_run(edit: Edit) -> None:
     synapses = "sim.AllToAllConnector(), sim.StaticSynapse(delay=0)"
     projection = f'label="circuit")\nsim.Projection(circuit, circuit, {synapses})\n'

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core.errors import ExperimentError
+from nrp_core.recording.layout import Role
 from nrp_core.recording.reading.chain import ChainCheck
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.replay.replay import Replay, ReplayRequest
@@ -62,3 +63,12 @@ def test_a_replay_keeps_images_as_the_recording_did_under_the_old_name_of_the_se
     with Replay(Recording(folder), request) as again:
         again.verify()
     assert Recording(tmp_path / "new").run["images"] == "off"
+
+
+def test_a_role_or_a_topic_that_is_none_is_refused() -> None:
+    recording = Recording(RECORDINGS / "plain_0.1.0")
+    assert recording.with_role("published") == recording.with_role(Role.PUBLISHED)  # type: ignore[arg-type]
+    with pytest.raises(ExperimentError, match="there is no role 'publishd'; did you mean 'published'"):
+        recording.with_role("publishd")  # type: ignore[arg-type]
+    with pytest.raises(ExperimentError, match=r"a frame is that of one topic, a text, not \['/a'\]"):
+        recording.frame(["/a"])  # type: ignore[arg-type]

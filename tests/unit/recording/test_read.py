@@ -11,6 +11,7 @@ from rosbags.highlevel import AnyReader
 
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, SNAPSHOTS, Role, spikes_topic
+from nrp_core.recording.reading.playback import Playback
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.reading.recover import recover
 from nrp_core.recording.sealing import sealed
@@ -53,6 +54,15 @@ def test_a_topic_that_is_not_in_a_recording_is_told(
     assert bool(read) is not bool(misspelt)
     told = f"no message was recorded on '{topic}{misspelt}'; did you mean '{topic}'?"
     assert [told in message for message in caplog.messages] == [True] * bool(misspelt)
+
+
+def test_a_topic_without_a_message_is_played_back_in_silence(
+    folder: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A population that is silent in a run has a topic without a message."""
+    topic = next(iter(counts(folder)))
+    assert Playback(Recording(folder), {topic, f"{topic}s"}).until(10**12)
+    assert caplog.messages == []
 
 
 def test_rosbags_reads_it_without_knowing_our_classes(folder: Path) -> None:

@@ -11,6 +11,8 @@ import numpy as np
 from nrp_core._support.arrays import IntArray
 from nrp_core.errors import NetworkError
 
+_LARGEST = 2**63 - 1
+
 
 def ids_of(path: Path, column: str, values: Any) -> tuple[IntArray, dict[int, str]]:
     """Return a column of ids, shape ``(n,)``, and the names of the cells by id if it has names.
@@ -33,7 +35,12 @@ def ids_of(path: Path, column: str, values: Any) -> tuple[IntArray, dict[int, st
     if values.null_count:
         raise NetworkError(f"the column '{column}' lacks {values.null_count} ids", path=path)
     if not is_text:
-        numbers: IntArray = values.to_numpy(zero_copy_only=False).astype(np.int64)
+        written = values.to_numpy(zero_copy_only=False)
+        if written.dtype.kind == "u" and written.size and written.max() > _LARGEST:
+            raise NetworkError(
+                f"the column '{column}' holds the id {written.max()}; ids go up to 2^63 - 1", path=path
+            )
+        numbers: IntArray = written.astype(np.int64)
         if numbers.size and numbers.min() < 0:
             count = int((numbers < 0).sum())
             raise NetworkError(

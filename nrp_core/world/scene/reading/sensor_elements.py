@@ -55,12 +55,16 @@ def noise_of(section: Element, reading: Reading) -> Noise:
         return Noise()
     if kind == "gaussian_quantized":
         reading.notes.warn(noise, Code.NRP262, "the quantization of noise is not simulated")
-    if kind == "none":
-        return Noise()
     deviation = noise.number("stddev", 0.0)
     if deviation < 0:
         raise noise.error(f"the <stddev> of a <noise> must be 0 or more, not {deviation:g}")
-    return Noise(noise.number("mean", 0.0), deviation)
+    given = Noise(noise.number("mean", 0.0), deviation)
+    if kind == "none" and given:
+        message = (
+            "this <noise> has numbers and is of the type none: there is no noise; write <type>gaussian</type>"
+        )
+        reading.notes.warn(noise, Code.NRP264, message)
+    return Noise() if kind == "none" else given
 
 
 def topic_of(sensor: Element, default: str, tags: Mapping[str, str], reading: Reading) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import nrp_experiments.bodies
 import pytest
 
 from nrp_core import read_model
@@ -228,3 +229,96 @@ def test_limits_of_a_commanded_joint_are_plausible(
     found = [str(warning) for warning in model.warnings]
     found += [sentence for _, sentence in implausible(Scene((model,)), ["arm"]) if "elbow" in sentence]
     assert [one for one in found if words in one] if words else not found, found
+
+
+_ROD = """<sdf version="1.9"><model name="rod"><link name="rod"><inertial><mass>0.8</mass>
+  <pose>0 0 0 {tilt}</pose><inertia><ixx>{x}</ixx><iyy>0.0079</iyy><izz>{z}</izz></inertia></inertial>
+  <collision name="rod"><geometry><box><size>0.36 0.06 0.06</size></box></geometry></collision>
+</link></model></sdf>
+"""
+
+
+@pytest.mark.parametrize(
+    ("tilt", "x", "z", "is_exchanged"),
+    [
+        ("0 0 0", 0.0004, 0.0079, False),
+        ("0 0 0", 0.0079, 0.0004, True),
+        ("0 1.5708 0", 0.0079, 0.0004, False),  # the axes of the moments are turned as the rod is
+        ("0 1.5708 0", 0.0004, 0.0079, True),
+    ],
+)
+def test_moments_are_compared_with_shapes_along_the_axes_of_the_link(
+    tmp_path: Path, tilt: str, x: float, z: float, is_exchanged: bool
+) -> None:
+    (path := tmp_path / "rod.sdf").write_text(_ROD.format(tilt=tilt, x=x, z=z))
+    found = [sentence for _, sentence in implausible(Scene((read_model(path),)), ["rod"])]
+    assert [sentence for sentence in found if "are the axes exchanged?" in sentence] == found[:is_exchanged]
+    assert len(found) == is_exchanged
+
+
+_PILLAR = """<sdf version="1.9"><model name="pillar"><static>true</static><link name="link">
+  <collision name="pillar"><geometry>{solid}</geometry></collision>
+  <visual name="pillar"><geometry>{seen}</geometry></visual>
+</link></model></sdf>
+"""
+_CYLINDER = "<cylinder><radius>{}</radius><length>1</length></cylinder>"
+
+
+@pytest.mark.parametrize(
+    ("solid", "seen", "is_reported"),
+    [(0.25, 0.25, False), (0.5, 0.25, True), (0.25, 0.5, True), (0.3, 0.25, False)],
+)
+def test_a_diameter_in_place_of_a_radius_is_reported(
+    tmp_path: Path, solid: float, seen: float, is_reported: bool
+) -> None:
+    shapes = {"solid": _CYLINDER.format(solid), "seen": _CYLINDER.format(seen)}
+    (path := tmp_path / "pillar.sdf").write_text(_PILLAR.format(**shapes))
+    found = [sentence for _, sentence in implausible(Scene((read_model(path),)), [])]
+    words = f"has a radius of {solid:g} m, and its visual one of {seen:g} m; is one of them a diameter?"
+    assert [words in one for one in found] == [True] * is_reported
+    foot = path.read_text().replace("<static>true</static>", "")
+    path.write_text(foot)  # a robot may have larger feet than it shows
+    assert not any("a diameter?" in one for _, one in implausible(Scene((read_model(path),)), ["pillar"]))
+
+
+@pytest.mark.parametrize(("effort", "is_reported"), [(20.0, False), (2.0, False), (1.0, True)])
+def test_a_joint_that_cannot_hold_what_hangs_on_it_is_reported(
+    tmp_path: Path, effort: float, is_reported: bool
+) -> None:
+    """The arm that ships, straight ahead: 0.8 kg at 0.15 m and 0.5 kg at 0.45 m need 3.38 N m."""
+    text = (Path(nrp_experiments.bodies.__path__[0]) / "arm.sdf").read_text("utf-8")
+    changed = text.replace("<upper>2</upper><effort>20<", f"<upper>2</upper><effort>{effort}<")
+    (path := tmp_path / "arm.sdf").write_text(changed, "utf-8")
+    found = [sentence for _, sentence in implausible(Scene((read_model(path),)), ["arm"])]
+    needed = 9.81 * (0.8 * 0.15 + 0.5 * 0.45)
+    words = f"what it carries needs {needed:.2g} N m to be held where it starts"
+    assert [words in one for one in found] == [True] * is_reported
+
+
+_NOISE = """<sdf version="1.9"><model name="scout"><link name="base">
+  <collision name="hull"><geometry><box><size>1 1 1</size></box></geometry></collision>
+  <sensor name="scan" type="ray"><update_rate>10</update_rate><ray>
+    <scan><horizontal><samples>9</samples><min_angle>-1</min_angle><max_angle>1</max_angle></horizontal></scan>
+    <range><min>0</min><max>8</max></range><noise>{noise}</noise></ray></sensor>
+</link></model></sdf>
+"""
+
+
+@pytest.mark.parametrize(
+    ("noise", "words"),
+    [
+        ("<type>gaussian</type><stddev>0.05</stddev>", None),
+        ("<type>none</type><mean>0</mean><stddev>0</stddev>", None),
+        ("<type>gaussian</type><stddev>5</stddev>", "is 5, and its range is 8"),
+        ("<stddev>0.05</stddev>", "of the type none: there is no noise; write <type>gaussian</type>"),
+        ("<type>none</type><stddev>0.05</stddev>", "of the type none: there is no noise"),
+    ],
+)
+def test_noise_that_is_off_or_drowns_a_measurement_is_reported(
+    tmp_path: Path, noise: str, words: str | None
+) -> None:
+    (path := tmp_path / "scout.sdf").write_text(_NOISE.format(noise=noise))
+    model = read_model(path)
+    found = [str(one) for one in model.warnings if "<noise>" in str(one)]
+    found += [sentence for _, sentence in implausible(Scene((model,)), []) if "noise" in sentence]
+    assert [words is not None and words in one for one in found] == [True] * (words is not None)

@@ -180,3 +180,28 @@ def test_a_wheel_whose_shape_is_on_a_link_that_is_fixed_to_it_touches_the_ground
     made = replace(model, links=(*rims, *tyres), joints=(*model.joints, *joints))
     assert len(tyres) == 4
     assert list(implausible_drives(made, 0.02)) == []
+
+
+def test_wheels_that_do_not_reach_the_ground_are_reported(tmp_path: Path) -> None:
+    """The wheels reach 0.14275 m below the axle of the body, and the chassis, then, 0.03375 m below it."""
+    text = (_SHIPPED / "husky.sdf").read_text("utf-8")
+    (path := tmp_path / "high.sdf").write_text(text.replace("0.285475 0.035 ", "0.285475 0.285 "), "utf-8")
+    (sentence,) = _sentences(read_model(path))
+    gap_m = (0.285 - 0.17775) + 0.03375
+    assert f"wheels that do not reach the ground: 'base_link' reaches {gap_m:.2g} m lower" in sentence
+
+
+def test_wheels_in_one_place_are_reported(tmp_path: Path) -> None:
+    text = (_SHIPPED / "husky.sdf").read_text("utf-8")
+    (path := tmp_path / "narrow.sdf").write_text(text.replace("0.285475 0.035 ", "0 0.035 "), "utf-8")
+    (sentence,) = [one for one in _sentences(read_model(path)) if "right wheels" in one]
+    assert "has its left and right wheels in one place, that of 'back_left_wheel'" in sentence
+
+
+@pytest.mark.parametrize(("torque", "is_reported"), [("35", False), ("0.1", False), ("0.035", True)])
+def test_a_torque_that_moves_nothing_is_reported(tmp_path: Path, torque: str, is_reported: bool) -> None:
+    """The acceleration is 4 wheels * torque / (0.17775 m * 45.4 kg): 0.05 m/s^2 for 0.1 N m."""
+    said = _sentences(_husky(tmp_path, "<torque>35<", f"<torque>{torque}<"))
+    assert ["has a torque of at most 0.035 N m, which accelerates" in one for one in said] == [
+        True
+    ] * is_reported

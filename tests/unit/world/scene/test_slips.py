@@ -122,9 +122,9 @@ def test_a_slip_in_the_file_of_a_robot_is_reported(
 @pytest.mark.parametrize(
     ("file", "old", "right", "wrong", "words"),
     [
-        ("pioneer.sdf", _BODY, "<size>0.9 0.6 0.4</size>", "<size>4.4 2.8 1.7</size>",
+        ("pioneer.sdf", _BODY, "<size>0.9 0.6 0.3</size>", "<size>4.4 2.8 1.7</size>",
          "'base' of 'pioneer' are 4.4 x 2.8 x 1.7 m, and its visuals 0.45 x 0.37 x 0.24 m; is"),
-        ("pioneer.sdf", _BODY, "<size>0.9 0.6 0.4</size>", "<size>44 28 17</size>",
+        ("pioneer.sdf", _BODY, "<size>0.9 0.6 0.3</size>", "<size>44 28 17</size>",
          "'base' of 'pioneer' are 44 x 28 x 17 m, and its visuals 0.45 x 0.37 x 0.24 m; is"),
         ("arm.sdf", '<visual name="hand">', _ROUND + '<visual name="hand">', None, ""),  # in some directions
         ("pioneer.sdf", "<pose>-0.045 0 0.055 0 0 0</pose>", "<pose>-4.5 0 5.5 0 0 0</pose>",

@@ -1,0 +1,144 @@
+"""Sensors that are read and that cannot see, are too fast for physics, or make images of a pixel or two."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import fields
+from typing import Final
+
+from nrp_core.analysis.checks.conditions import read_topics
+from nrp_core.analysis.registry import checks_experiment
+from nrp_core.analysis.study import Study
+from nrp_core.clock import NS_PER_S
+from nrp_core.errors import SceneError
+from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.drives.flight import Flight
+from nrp_core.world.raycast.beams import Beams
+from nrp_core.world.render.optics import Optics
+from nrp_core.world.scene.implausible import FASTEST_HZ
+from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.scene.sensing import MountedSensor
+from nrp_core.world.sight import Sight, sights
+
+_COVERED: Final = 2 / 3
+"""Share of its own robot in what a sensor sees; cameras above a hood or a gripper see up to a half."""
+_NOTED: Final = 1 / 2
+_ALL: Final = 0.95
+_SKY: Final = 0.6
+_UPWARD: Final = 0.5
+"""Mean vertical part of the rays of a sensor that looks up: 0.64 for a fan of half a turn, 1 for a camera."""
+_FASTER: Final = 2.001
+"""Files for Gazebo, whose steps take 1 ms, have sensors of 1 kHz, which also run with steps of 2 ms."""
+_LEAST_PIXELS: Final = 4
+"""Images with fewer columns have no left and right part."""
+
+
+@checks_experiment(Code.NRP298)
+def sensors_see_the_room(study: Study) -> Iterator[Finding]:
+    """Look for scanners and cameras that see little but their own robot, or nothing at any heading."""
+    scene, read = study.scene, _read(study)
+    for model in _robots(study):
+        assert scene is not None
+        with suppress(SceneError):  # a mesh cannot be read, which is reported where it is needed
+            for sight in sights(scene, model):
+                is_read = bool(read & _topics(sight.sensor)) or _is_added(study, model, sight.sensor)
+                message, level = _doubt(sight, scene, model)
+                if message and (is_read or sight.own >= _ALL):
+                    place = study.experiment.place("world", "robots", model.name)
+                    who = f"the {_kind(sight.sensor)} '{sight.sensor.name}' on '{model.name}/{sight.link}'"
+                    yield place.finding(Code.NRP298, f"{who} {message}", level if is_read else Level.NOTE)
+
+
+def _doubt(sight: Sight, scene: Scene, model: Model) -> tuple[str, Level]:
+    """Return why a sensor sees little of the room, and the level of that; empty if it sees enough."""
+    if sight.own >= _NOTED:
+        message = (
+            f"sees its own robot with {sight.own:.0%} of its {_rays(sight.sensor)}, mostly the link "
+            f"'{sight.most}', from {sight.nearest_m:.2g} m"
+        )
+        return message, Level.WARNING if sight.own >= _COVERED else Level.NOTE
+    later = sight.turns or any(isinstance(drive, Flight) for drive in model.drives)
+    later |= any(not one.static for one in scene.models if one is not model)
+    level = Level.NOTE if later else Level.WARNING
+    if sight.empty >= _ALL:
+        return f"sees nothing at the start, whatever the heading of '{model.name}'", level
+    if sight.empty >= _SKY and sight.up >= _UPWARD:
+        message = f"looks up: {sight.empty:.0%} of its {_rays(sight.sensor)} reach nothing at any heading"
+        return message, level
+    return "", level
+
+
+@checks_experiment(Code.NRP298)
+def sensors_keep_the_time_of_physics(study: Study) -> Iterator[Finding]:
+    """Look for scanners and cameras that are read, and that measure more often than the world moves."""
+    step_ns = study.world.capabilities.step_ns if study.world else None
+    for model, sensor in _read_sensors(study):
+        if (
+            step_ns and _FASTER * NS_PER_S / step_ns < sensor.rate_hz <= FASTEST_HZ
+        ):  # more is doubted anywhere
+            message = (
+                f"the {_kind(sensor)} '{sensor.name}' has a rate of {sensor.rate_hz:g} Hz, and the world "
+                f"takes {NS_PER_S / step_ns:g} steps in a second: nothing changes in between"
+            )
+            place = study.experiment.place("world", "robots", model.name)
+            yield place.finding(Code.NRP298, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP298)
+def images_have_pixels(study: Study) -> Iterator[Finding]:
+    """Look for cameras that are read, and whose images are too narrow to show where something is."""
+    scale = getattr(study.world.options, "image_scale", 1.0) if study.world else 1.0
+    for model, sensor in _read_sensors(study):
+        for view in sensor.views.values():
+            optics = Optics.of(view, scale)
+            if optics.width < _LEAST_PIXELS:
+                scaled = f" at the image_scale of {scale:g}" * (scale != 1.0)
+                message = (
+                    f"the images of '{sensor.name}' have {optics.width} x {optics.height} pixels{scaled}: "
+                    "they hardly show where something is"
+                )
+                place = study.experiment.place("world", "robots", model.name)
+                yield place.finding(Code.NRP298, message, Level.WARNING)
+                break
+
+
+def _robots(study: Study) -> list[Model]:
+    names = study.experiment.world.robots
+    return [model for model in study.scene.models if model.name in names] if study.scene else []
+
+
+def _read_sensors(study: Study) -> Iterator[tuple[Model, MountedSensor]]:
+    """Yield the scanners and cameras of robots that something reads."""
+    read = _read(study)
+    for model in _robots(study):
+        for sensor in (sensor for link in model.links for sensor in link.sensors):
+            sees = sensor.views or isinstance(getattr(sensor, "beams", None), Beams)
+            if sees and (read & _topics(sensor) or _is_added(study, model, sensor)):
+                yield model, sensor
+
+
+def _read(study: Study) -> set[str]:
+    """Return the topics that functions, events and criteria read."""
+    aliases = study.experiment.aliases
+    return {aliases.get(name, name) for name in read_topics(study)}
+
+
+def _topics(sensor: MountedSensor) -> set[str]:
+    """Return all topics of a sensor."""
+    given = (getattr(sensor, one.name) for one in fields(sensor) if one.name.endswith("topic"))
+    return {topic for topic in given if topic is not None}
+
+
+def _is_added(study: Study, model: Model, sensor: MountedSensor) -> bool:
+    """Return whether the experiment itself adds a sensor: it is for a recording if nothing else reads it."""
+    added = study.experiment.world.robots[model.name].add_sensors
+    return any((one.name or one.type) == sensor.name for one in added)
+
+
+def _kind(sensor: MountedSensor) -> str:
+    return "camera" if sensor.views else "scanner"
+
+
+def _rays(sensor: MountedSensor) -> str:
+    return "pixels" if sensor.views else "beams"

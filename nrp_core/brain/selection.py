@@ -1,0 +1,45 @@
+"""Neurons by their global ids, checked."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from nrp_core._support.arrays import IntArray
+from nrp_core.brain.network.data import Network
+from nrp_core.errors import NeuronSelectionError
+
+
+def selected(network: Network, neurons: npt.ArrayLike) -> IntArray:
+    """Return global ids.
+
+    Raises:
+        NeuronSelectionError: a neuron does not exist.
+    """
+    ids = np.atleast_1d(np.asarray(neurons, dtype=np.int64))
+    if ids.size and not (ids.min() >= 0 and ids.max() < network.size):
+        raise NeuronSelectionError(f"neuron ids lie in 0..{network.size - 1}, not {ids.tolist()}")
+    return ids
+
+
+def drivable(network: Network, neurons: npt.ArrayLike, name: str) -> IntArray:
+    """Return global ids of cells that a device of some name can drive.
+
+    Raises:
+        NeuronSelectionError: a neuron does not exist, or is a source itself.
+    """
+    ids = selected(network, neurons)
+    if (label := source_among(network, ids)) is not None:
+        raise NeuronSelectionError(
+            f"'{name}' cannot drive neurons of population '{label}', which only emit spikes"
+        )
+    return ids
+
+
+def source_among(network: Network, ids: IntArray) -> str | None:
+    """Return the first population of source cells that some of these neurons belong to."""
+    for label, population in network.populations.items():
+        first = network.offsets[label]
+        if population.is_source and ((ids >= first) & (ids < first + population.size)).any():
+            return label
+    return None

@@ -1,0 +1,28 @@
+"""Values by name that say which names there are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import NoReturn, TypeVar
+
+from nrp_core.errors import UnknownNameError, did_you_mean
+
+V = TypeVar("V")
+
+
+class Named(dict[str, V]):
+    """A dictionary whose error about a name that it lacks is one of the platform.
+
+    Args:
+        values: the values by name.
+        kind: what the names are of, for the message.
+    """
+
+    def __init__(self, values: Mapping[str, V] | Iterable[tuple[str, V]] = (), kind: str = "value") -> None:
+        super().__init__(values)
+        self._kind = kind
+
+    def __missing__(self, name: object) -> NoReturn:
+        known = ", ".join(map(repr, self)) or "none"
+        hint = did_you_mean(str(name), self)
+        raise UnknownNameError(f"the run has no {self._kind} {name!r}{hint}; there are: {known}")

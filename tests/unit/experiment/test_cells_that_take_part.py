@@ -1,0 +1,96 @@
+"""Cells that are left out of a network, and speeds and angles that lose their meaning, are found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+
+from nrp_core.analysis.validate import validate_file
+from nrp_core.findings import Code
+
+SHIPPED = Path(str(files("nrp_experiments"))) / "slalom_pioneer"
+RIGHT, LEFT = "slice(CELLS, 2 * CELLS)", "nrp.brain.feelers[:CELLS]"
+Check = Callable[..., list[str]]
+
+
+@pytest.fixture
+def check(tmp_path: Path) -> Check:
+    """Return the findings of some codes about the slalom with edits of its files: old and new text."""
+
+    def checked(code: Code, file: str, *edits: tuple[str, str]) -> list[str]:
+        for one in (one for one in SHIPPED.iterdir() if one.is_file()):
+            (tmp_path / one.name).write_bytes(one.read_bytes())
+        experiment = tmp_path / "experiment.yaml"
+        experiment.write_text(experiment.read_text().replace("../bodies", f"{SHIPPED.parent}/bodies"))
+        text = (tmp_path / file).read_text()
+        for old, new in edits:
+            assert old in text
+            text = text.replace(old, new)
+        (tmp_path / file).write_text(text)
+        return [one.message for one in validate_file(tmp_path) if one.code is code]
+
+    return checked
+
+
+def test_a_cell_that_a_slice_forgets_is_found(check: Check) -> None:
+    found = check(Code.NRP290, "brain.py", (RIGHT, "slice(CELLS + 1, 2 * CELLS)"))
+    assert [one.partition(" has ")[0] for one in found] == [
+        "cell 10 of the population 'feelers'", "cell 10 of the population 'wheels'",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "edits",
+    [
+        [],
+        [(RIGHT, "slice(CELLS + 2, 2 * CELLS)")],  # several, as on purpose or by chance
+        [("CELLS = 10", "CELLS = 3"), (RIGHT, "slice(CELLS + 1, 2 * CELLS)")],
+    ],
+    ids=["all", "several", "few cells"],
+)
+def test_cells_that_are_left_out_on_purpose_are_not_doubted(
+    check: Check, edits: list[tuple[str, str]]
+) -> None:
+    assert check(Code.NRP290, "brain.py", *edits) == []
+
+
+def test_cells_that_nothing_drives_are_found_although_others_are_driven_and_read(check: Check) -> None:
+    wheels = [(f"nrp.brain.feelers[{part}]", f"nrp.brain.wheels[{part}]") for part in (":CELLS", "CELLS:")]
+    (found,) = check(Code.NRP290, "steer.py", *wheels)
+    assert "no cell of the population 'feelers' can fire, and its synapses transmit none" in found
+
+
+def test_a_brain_that_no_function_uses_is_not_doubted(check: Check) -> None:
+    """As in an environment whose agent drives the robot itself."""
+    assert (
+        check(Code.NRP290, "experiment.yaml", ("transfer_functions: [steer.py]", "transfer_functions: []"))
+        == []
+    )
+
+
+def test_a_speed_that_is_rounded_under_a_name_is_found(check: Check) -> None:
+    (found,) = check(Code.NRP320, "steer.py", ("Vector3(forward)", "Vector3(int(forward))"))
+    assert "'int(forward)' is a whole number of m/s" in found
+
+
+@pytest.mark.parametrize(
+    ("angle", "is_found"),
+    [
+        ("np.arctan2(p.x, p.y)", True),
+        ("np.arctan2(8 - p.x, 0 - p.y)", True),
+        ("np.arctan2(dx, dy)", True),
+        ("np.arctan2(p.y, p.x)", False),
+        ("np.pi / 2 - np.arctan2(p.x, p.y)", False),
+        ("np.arctan2(-p.x, p.y)", False),
+        ("np.arctan2(p.x, p.z)", False),
+        ("np.arctan2(dx, p.y)", False),
+    ],
+)
+def test_an_angle_of_a_vector_with_x_first_is_found(check: Check, angle: str, is_found: bool) -> None:
+    begun = "    p = Vector3(left.rate, right.rate)\n    dx, dy = p.x, p.y\n"
+    body = f"{begun}    turn = turn + {angle} + dx + dy\n"
+    found = check(Code.NRP249, "steer.py", ("    return Twist", body + "    return Twist"))
+    assert ["has x first" in message for message in found] == [True] * is_found
