@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
+from nrp_cockpit.command import open_run
+from nrp_cockpit.wire.hub import Hub
 from states import plain
-from visitors import Cockpit, RefusedError, Visitor, cockpit
+from visitors import SMALL, Cockpit, RefusedError, Visitor, cockpit
+
+from nrp_core.findings import Code
 
 COLOUR = "/left_vr_screen/body/screen_glass/color"
 BACKENDS = [("mujoco", "event"), ("pybullet", "spinnaker")]
@@ -224,3 +229,18 @@ def test_the_end_of_a_run_is_the_end_until_it_goes_back(opened: Cockpit, visitor
         visitor.status(state="paused", t_s=0.18)
     finally:
         opened.run.experiment.__dict__["duration"] = end_ns
+
+
+def test_the_page_shows_what_a_check_doubts(tmp_path: Path) -> None:
+    function = """
+@nrp.Neuron2Robot(Topic("/husky/cmd_vel", geometry_msgs.msg.Twist))
+def {}(t):
+    return geometry_msgs.msg.Twist()
+"""
+    functions = tmp_path / "twice.py"
+    functions.write_text(function.format("drive") + function.format("drive_too"))
+    given = [f"transfer_functions=[{functions}]", SMALL]
+    with open_run("braitenberg_husky", given, Hub()) as session:
+        told = [one.code for one in session.run.problems]
+        session.functions.close()
+    assert told.count(Code.NRP229) == 1

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core import InvalidExperimentError, Run, load_experiment, run
+from nrp_core.analysis.validate import validate_file
 from nrp_core.findings import Code, Level
 
 PLUGIN = Path(__file__).parents[1]
@@ -28,6 +29,10 @@ def test_two_spiking_cells_balance_the_pole_of_the_page(cart_pole):
         assert simulation.result().passed
         total = simulation.world.engine.episodes.total
     assert total == 500, "every step of the episode is rewarded"
+
+
+def test_the_step_of_an_environment_is_no_step_of_physics(cart_pole):
+    assert [str(one) for one in validate_file(cart_pole) if one.level is Level.WARNING] == []
 
 
 def test_without_its_brain_the_pole_falls(cart_pole):

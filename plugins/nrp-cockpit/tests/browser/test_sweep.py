@@ -21,7 +21,7 @@ from nrp_core.sweep import sweep
 
 SWEEP: dict[str, Any] = {
     "experiment": "braitenberg_husky",
-    "settings": {"world.options.image_scale": 0.25, "world.robots.husky.pose": [0, 0.1, 0, 0, 0, 0]},
+    "settings": {"world.options.image_scale": 0.25, "world.robots.husky.pose": [0, 0.1, 0.2, 0, 0, 0]},
     "vary": {"brain.options.tolerance": [1e-6, 1e-4], "seed": {"from": 1, "to": 2}},
     "measure": ["distance"],
     "until": "200 ms",
