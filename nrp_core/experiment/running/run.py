@@ -34,7 +34,6 @@ from nrp_core.errors import (
     SimulationError,
     SnapshotError,
     TimestepError,
-    did_you_mean,
 )
 from nrp_core.experiment.events.criteria import Verdict
 from nrp_core.experiment.events.values import to_message
@@ -53,6 +52,7 @@ from nrp_core.experiment.running.observation import Observation
 from nrp_core.experiment.running.opening import open_beside, open_side
 from nrp_core.experiment.running.pace import too_fast
 from nrp_core.experiment.running.problems import Reporter, ends_of, not_failed, problems_of, state_of
+from nrp_core.experiment.running.resetting import check_part, reset_part
 from nrp_core.experiment.running.result import Result, failure_data, pose_data
 from nrp_core.experiment.running.spike_counts import SpikeCounter
 from nrp_core.experiment.running.unheard import UnheardCommands
@@ -62,9 +62,6 @@ from nrp_core.findings.problems import is_complete
 from nrp_core.world.world import World
 
 Observer = Callable[["Run"], None]
-
-PARTS = ("brain", "robot", "world")
-"""The parts of a run that can be reset alone."""
 
 
 class Participant(ABC):
@@ -309,28 +306,18 @@ class Run(Closing):
             ExperimentError: there is no such part.
             CapabilityError: the engine cannot move bodies.
         """
-        if part not in PARTS:
-            one_of = f"{', '.join(PARTS)}{did_you_mean(part, PARTS)}"
-            raise ExperimentError(f"'{part}' cannot be reset alone, only one of {one_of}")
+        check_part(part)
 
         def make() -> None:
-            self._reset_part(part)
+            reset_part(part, self.brain, self.world, self.experiment.world.robots)
+            if part == "brain":
+                self._interventions.renew(self._watch.events.times)
+            else:
+                self._watch.where.refresh()
             for observer in self.on_reset:
                 observer(part)
 
         self.loop.between_steps(make)
-
-    def _reset_part(self, part: str) -> None:
-        if part == "brain":
-            self.brain.start_over()
-            self._interventions.renew(self._watch.events.times)
-            return
-        robots = self.experiment.world.robots
-        models = [each.name for each in self.world.scene.models if (each.name in robots) is (part == "robot")]
-        self.world.return_home(models)
-        if part == "world":
-            self.world.repaint(models)
-        self._watch.where.refresh()
 
     # -- at each step
 
