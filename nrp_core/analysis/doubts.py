@@ -56,7 +56,7 @@ def checked_run(
     def with_doubts(plan: Plan) -> Plan:
         progress("checking the experiment")
         found = _doubts(as_long, _Made(made.pop() if made else plan.network))
-        return replace(plan, warnings=(*plan.warnings, *_new(found, plan.warnings)))
+        return replace(plan, warnings=(*plan.warnings, *new_doubts(found, plan.warnings)))
 
     return Run(experiment, progress, revise=with_doubts, build=build)
 
@@ -71,7 +71,7 @@ def doubts_of(read: Callable[[], Experiment], until_s: float | None = None) -> l
         until_s: the end of its runs, if it is not that of the experiment, s.
     """
     found = (at_most(one, Level.WARNING) for one in _doubts(_lasting(read, until_s), None))
-    return [finding for finding in found if is_doubt(finding)]
+    return [finding for finding in found if is_doubt(finding) and finding.code is not _OF_COMPARISONS]
 
 
 _OF_COMPARISONS: Final = Code.NRP215
@@ -120,8 +120,7 @@ class _Made(ChildBuilder):
 def _doubts(read_again: Callable[[], Experiment], build: ChildBuilder | None) -> list[Finding]:
     """Return the findings of a check; one that fails is a finding itself, because the run can do without."""
     try:
-        found = findings_of(Study(read_again(), no_progress, build))
-        return [finding for finding in found if finding.code is not _OF_COMPARISONS]
+        return findings_of(Study(read_again(), no_progress, build))
     except NrpError as error:
         message = f"the check of the experiment ended early: {error}"
     except Exception as error:  # noqa: BLE001  a flaw of a check must not keep a run from starting
@@ -129,11 +128,12 @@ def _doubts(read_again: Callable[[], Experiment], build: ChildBuilder | None) ->
     return [Finding(Code.NRP239, message, Level.WARNING)]
 
 
-def _new(found: Iterable[Finding], known: Iterable[Finding]) -> Iterator[Finding]:
-    """Yield what is doubted and was not said before; the run itself shows what is missing from it."""
+def new_doubts(found: Iterable[Finding], known: Iterable[Finding]) -> Iterator[Finding]:
+    """Yield what a check doubts and was not said before; the run itself shows what is missing from it."""
     said = [finding.message for finding in known]
     for finding in found:
         doubt = at_most(finding, Level.WARNING)
-        is_doubt = doubt.level is Level.WARNING and doubt.weight is not Weight.INCOMPLETE
-        if is_doubt and not any(doubt.message in message for message in said):
+        is_new = doubt.level is Level.WARNING and doubt.weight is not Weight.INCOMPLETE
+        is_new &= doubt.code is not _OF_COMPARISONS
+        if is_new and not any(doubt.message in message for message in said):
             yield doubt

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from states import plain
 from visitors import Cockpit, RefusedError, Visitor, cockpit
 
 from nrp_core.experiment.running.run import Run
+from nrp_core.findings import Code
 
 BREAKS = """
 
@@ -37,6 +39,14 @@ def visitor(opened: Cockpit) -> Iterator[Visitor]:
         yield visitor
         if opened.session.beside is not None:
             visitor.call("part")
+
+
+TWICE = """
+
+@nrp.Neuron2Robot(Topic("/husky/cmd_vel", geometry_msgs.msg.Twist))
+def drives_too(t):
+    return geometry_msgs.msg.Twist()
+"""
 
 
 def runs(opened: Cockpit) -> tuple[Run, Run]:
@@ -147,3 +157,30 @@ def test_what_cannot_be_is_refused_in_a_sentence(opened: Cockpit, visitor: Visit
     visitor.call("branch")
     with pytest.raises(RefusedError, match="a second run is already open"):
         visitor.call("branch")
+
+
+@pytest.mark.parametrize(("how", "engines"), [("branch", {}), ("compare", {"brain": "spinnaker"})])
+def test_a_second_run_says_what_a_check_doubts(
+    opened: Cockpit, visitor: Visitor, how: str, engines: dict[str, str]
+) -> None:
+    (name,) = (one for one, text in opened.session.functions.texts.items() if "cmd_vel" in text)
+    text = opened.session.functions.texts[name]
+    assert visitor.call("functions/apply", files={name: text + TWICE})["applied"]
+    try:
+        visitor.call(how, **engines)
+        assert all(Code.NRP229 in [one.code for one in run.problems] for run in runs(opened))
+        visitor.call("part")
+        visitor.call("functions/revert")
+        visitor.call(how, **engines)
+        assert not any(Code.NRP229 in [one.code for one in run.problems] for run in runs(opened))
+    finally:
+        visitor.call("functions/revert")
+
+
+def test_a_second_run_says_what_a_check_doubts_of_files_that_nobody_edits(tmp_path: Path) -> None:
+    functions = tmp_path / "twice.py"
+    functions.write_text(TWICE + TWICE.replace("drives_too", "drives"))
+    with cockpit(f"transfer_functions=[{functions}]") as opened, opened.visit() as visitor:
+        visitor.call("branch")
+        _, beside = runs(opened)
+        assert [one.code for one in beside.problems].count(Code.NRP229) == 1

@@ -28,6 +28,7 @@ from nrp_core.conformance.brain.samples import SAMPLES
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.reading.find import find_file, load_experiment
 from nrp_core.experiment.running.run import Run
+from nrp_core.findings import Code
 
 SOME = settings(
     max_examples=10, deadline=None, phases=[Phase.generate], suppress_health_check=list(HealthCheck)
@@ -37,6 +38,13 @@ SOME = settings(
 @pytest.fixture
 def artist(tmp_path: Path) -> Artist:
     return Artist(tmp_path / "drawn.py")
+
+
+DRIVES = """
+@nrp.Neuron2Robot(Topic("/husky/cmd_vel", geometry_msgs.msg.Twist))
+def {}(t):
+    return geometry_msgs.msg.Twist()
+"""
 
 
 def test_a_network_that_was_not_drawn_shows_its_other_receptors_by_name() -> None:
@@ -258,3 +266,18 @@ def test_a_drawn_brain_is_wired_and_runs_in_place_of_the_written_one(tmp_path: P
         assert visitor.call("designer/run")["applied"], "and back to the brain of the experiment"
         assert list(here.session.run.brain.network.populations) == ["circuit"]
         assert here.session.run.experiment.brain.populations
+
+
+def test_a_run_that_begins_again_with_a_drawn_brain_says_what_a_check_doubts(tmp_path: Path) -> None:
+    artist = Artist(tmp_path / "drawn.py")
+    draw_the_brain_of_the_paper(artist)
+    artist.document.save()
+    functions = tmp_path / "twice.py"
+    functions.write_text(DRIVES.format("drive") + DRIVES.format("drive_too"))
+    with cockpit(f"transfer_functions=[{functions}]") as here, here.visit() as visitor:
+        visitor.call("designer/turn", to="brain")
+        visitor.call("designer/open", file=str(artist.document.path))
+        assert visitor.call("designer/run")["applied"]
+        assert here.session.run is not here.run
+        told = [one.code for one in here.session.run.problems]
+        assert told.count(Code.NRP229) == 1

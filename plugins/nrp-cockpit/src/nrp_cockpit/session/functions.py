@@ -13,6 +13,7 @@ from nrp_cockpit.session.completion import words_of
 from nrp_cockpit.session.costs import Costs
 from nrp_cockpit.session.drafts import Drafts
 from nrp_cockpit.session.findings import finding_data, function_data
+from nrp_core.analysis.doubts import new_doubts
 from nrp_core.analysis.validate import validate
 from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.experiment.making.maker import load_functions
@@ -46,6 +47,8 @@ class Functions:
                 self._names[str(function.place.path)].append(function.name)
         self.drafts = Drafts()
         self.costs = Costs(run.loop)
+        self._doubts: tuple[Finding, ...] = ()
+        run.reporters.append(lambda: self._doubts)
 
     @property
     def texts(self) -> dict[str, str]:
@@ -73,6 +76,10 @@ class Functions:
             shown = function_data(function, self._run, self.costs.of(function.name))
             functions.append(self.drafts.in_place(shown))
         return {"functions": functions, "files": [self._file_data(name) for name in self._there()]}
+
+    def doubt(self) -> None:
+        """Let the problems of the run include what a check of it doubts, if it was opened without one."""
+        self._note(_findings(self._run.experiment))
 
     def close(self) -> None:
         """Remove the drafts."""
@@ -114,12 +121,14 @@ class Functions:
         there = self._files if there is None else there
         texts = self._texts(files, there)
         experiment = self._drafted(self._run.experiment, texts, there)
-        found = self._errors(experiment)
+        checked = _findings(experiment)
+        found = self._errors(experiment, checked)
         shown = self._shown(found)
         if found:
             self.drafts.remove(experiment.transfer_functions)
         else:
             self._running = texts
+            self._note(checked)
             if there is not self._files:
                 self._files = dict(there)
         return {"applied": not found, "findings": shown}
@@ -129,6 +138,7 @@ class Functions:
         on_disk = _on_disk(self._files)
         self._change({name: self._files[name] for name in on_disk})
         self._running = on_disk
+        self.doubt()
 
     def save(self, files: Mapping[str, str]) -> None:
         """Write texts to the files of the experiment.
@@ -177,9 +187,13 @@ class Functions:
         """Return the names of the files that run or can run."""
         return [name for name, path in self._files.items() if name in self._running or path.exists()]
 
-    def _errors(self, experiment: Experiment) -> list[Finding]:
-        """Change to the functions of an experiment, or return the findings that prevent it."""
-        found = [each for each in _findings(experiment) if each.level is Level.ERROR]
+    def _note(self, checked: Iterable[Finding]) -> None:
+        """Let the problems of the run include what these findings doubt."""
+        self._doubts = tuple(new_doubts(checked, self._run.plan.warnings))
+
+    def _errors(self, experiment: Experiment, checked: Iterable[Finding]) -> list[Finding]:
+        """Change to the functions of an experiment, or return those of its findings that prevent it."""
+        found = [each for each in checked if each.level is Level.ERROR]
         if not found:
             try:
                 self._change(

@@ -156,11 +156,9 @@ class Opening:
         session, run = self.session, Run(experiment)
         try:
             functions = Functions(run)
-            if (
-                texts is not None
-                and texts != functions.texts
-                and not _with_texts(functions, texts)["applied"]
-            ):
+            if texts is None or texts == functions.texts:
+                functions.doubt()
+            elif not _with_texts(functions, texts)["applied"]:
                 raise CapabilityError("the second run cannot use the edited functions")
             if snapshot is not None:
                 _take_over(run, session.run, snapshot)
