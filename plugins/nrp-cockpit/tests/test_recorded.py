@@ -21,6 +21,7 @@ from nrp_cockpit.command import Kind, kind_of
 from nrp_cockpit.hearing.recorded import WINDOW_NS
 from nrp_cockpit.hearing.stored import StoredMessages
 from nrp_cockpit.session.controls import services_of_recording
+from nrp_cockpit.session.layout import PANELS
 from nrp_cockpit.session.recorded import CHECKING, RecordedSession
 from nrp_cockpit.wire.channels import Channel, Sent
 from nrp_cockpit.wire.hub import Hub
@@ -354,11 +355,18 @@ def test_what_would_change_it_is_refused(desk: Desk):
     assert isinstance(capabilities["place"], str)
 
 
+LAYOUT = {
+    "version": 1,
+    "tree": {"direction": "row", "parts": [*PANELS], "sizes": [1] * len(PANELS)},
+    "traces": [],
+}
+
+
 def test_a_layout_is_kept_beside_it(desk: Desk, folder: Path):
     assert desk.call("layout/load") == {}
     before = sorted(folder.rglob("*"))
-    desk.call("layout/save", layout={"panels": 3})
-    assert desk.call("layout/load") == {"layout": {"panels": 3}}
+    desk.call("layout/save", layout=LAYOUT)
+    assert desk.call("layout/load") == {"layout": LAYOUT}
     assert sorted(folder.rglob("*")) == before
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from nrp_core.cli.failure import warn
 from nrp_core.cli.options import (
     BrainName,
     Models,
@@ -23,6 +24,7 @@ from nrp_core.errors import ExperimentError
 
 if TYPE_CHECKING:
     from nrp_cockpit.serving import Served
+    from nrp_cockpit.session.layout import Layout
     from nrp_cockpit.session.session import Session
     from nrp_cockpit.wire.hub import Hub
 
@@ -124,12 +126,19 @@ def open_sweep(path: str, hub: Hub) -> Served:
 
 def open_recording(path: str, hub: Hub) -> Session:
     """Return a session that plays a recording, and offer its services."""
-    from nrp_cockpit.session.controls import services_of_recording
+    from nrp_cockpit.session.controls import layout_of_recording, services_of_recording
     from nrp_cockpit.session.recorded import RecordedSession
 
     session = RecordedSession(Path(path), hub)
     hub.services = services_of_recording(session)
+    _warn_of(layout_of_recording(session))
     return session
+
+
+def _warn_of(layout: Layout) -> None:
+    """Write what is wrong with a layout to standard error."""
+    if problem := layout.load().get("problem"):
+        warn(problem)
 
 
 @contextmanager
@@ -150,6 +159,7 @@ def open_run(
         other: the backends of a second run, by side.
     """
     from nrp_cockpit.designer.services import offer_services
+    from nrp_cockpit.session.controls import layout_of
     from nrp_cockpit.session.live import LiveSession
     from nrp_cockpit.session.opening import Opening
     from nrp_core.cli.progress import display
@@ -167,4 +177,5 @@ def open_run(
             if other:
                 shown.begin_task("opening the other engines")
                 opening.compare(**other)
+        _warn_of(layout_of(session))
         yield session

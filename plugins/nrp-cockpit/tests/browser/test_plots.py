@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from browsing import HUSKY, Kept, Watched, seen
+from nrp_cockpit.session.layout import SUFFIX
 from playwright.sync_api import Locator, Page, expect
 
 GREEN = [0, 158, 115]
@@ -158,3 +159,11 @@ def test_theme_panels_and_curves_are_there_again_after_a_reload(opened: Page, ex
     expect(opened.get_by_role("button", name="Remove right_wheel_neuron")).to_have_count(0)
     expect(opened.get_by_role("separator").first).to_have_attribute("aria-valuenow", moved)
     expect(opened.locator("html")).to_have_class("theme-dark")
+
+
+def test_a_layout_that_is_broken_is_told_on_the_page(experiment: Path, kept: Kept, watched: Watched):
+    experiment.with_suffix(SUFFIX).write_text('{\n"version": 1,\n')
+    page = watched.open(kept.open(str(experiment), *HUSKY))
+    expect(page.get_by_role("alert")).to_contain_text("the layout: not JSON")
+    expect(page.get_by_role("alert")).to_contain_text(f"{experiment.with_suffix(SUFFIX)}:3")
+    expect(page.get_by_role("img", name="Spikes of circuit")).to_be_visible()

@@ -1,7 +1,9 @@
 import { create } from "zustand";
-import { useTraces } from "../state/traces";
-import { wire } from "../wire";
-import { defaultTree, isTree, moveBorder, type Node, type PanelId, type Path, swapPanels } from "./tree";
+import { command } from "../state/commands";
+import { notify } from "../state/notices";
+import { useRun } from "../state/run";
+import { type Trace, useTraces } from "../state/traces";
+import { defaultTree, moveBorder, type Node, type PanelId, type Path, type Split, swapPanels } from "./tree";
 
 interface Layout {
   tree: Node;
@@ -14,10 +16,11 @@ let timer = 0;
 
 /** Saves beside the experiment, shortly after the last change. A viewer who may not save keeps it for the visit. */
 function saveSoon(): void {
+  if (!useRun.getState().experiment?.may_steer) return;
   window.clearTimeout(timer);
   timer = window.setTimeout(() => {
     const layout = { version: 1, tree: useLayout.getState().tree, traces: useTraces.getState().traces };
-    wire.call("/cockpit/layout/save", { layout }).catch(() => undefined);
+    void command("layout/save", { layout });
   }, SAVE_AFTER_MS);
 }
 
@@ -33,15 +36,20 @@ export const resetLayout = (): void => change(defaultTree);
 
 let loaded = false;
 
-/** Takes over the layout that is saved beside the experiment, once, if it is one that this page knows. */
+interface Saved {
+  layout?: { tree: Split; traces: readonly Trace[] };
+  problem?: string;
+}
+
+/** Takes over the layout that is saved beside the experiment, once; the server has checked it. */
 export async function loadLayout(): Promise<void> {
   if (loaded) return;
   loaded = true;
-  const answer = await wire
-    .call<{ layout?: { tree?: unknown; traces?: unknown } }>("/cockpit/layout/load")
-    .catch(() => null);
-  const { tree, traces } = answer?.layout ?? {};
-  if (isTree(tree)) useLayout.setState({ tree });
-  if (Array.isArray(traces)) useTraces.setState({ traces });
+  const { layout, problem } = (await command<Saved>("layout/load")) ?? {};
+  if (problem) notify(problem, "bad");
+  if (layout) {
+    useLayout.setState({ tree: layout.tree });
+    useTraces.setState({ traces: layout.traces });
+  }
   useTraces.subscribe(({ chosen }) => chosen && saveSoon());
 }

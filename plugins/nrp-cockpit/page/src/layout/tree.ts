@@ -56,21 +56,3 @@ export function swapPanels(tree: Node, a: PanelId, b: PanelId): Node {
   if (typeof tree === "string") return tree === a ? b : tree === b ? a : tree;
   return { ...tree, parts: tree.parts.map((part) => swapPanels(part, a, b)) };
 }
-
-/** Whether a value read from a file is a tree that holds every panel once. */
-export function isTree(value: unknown): value is Split {
-  const found: unknown[] = [];
-  const walk = (node: unknown): boolean => {
-    if (typeof node === "string") return found.push(node) > 0;
-    const { direction, parts, sizes } = (node ?? {}) as Partial<Split>;
-    return (
-      (direction === "row" || direction === "column") &&
-      Array.isArray(parts) &&
-      Array.isArray(sizes) &&
-      sizes.length === parts.length &&
-      sizes.every((size) => Number.isFinite(size) && size > 0) &&
-      parts.every(walk)
-    );
-  };
-  return typeof value === "object" && walk(value) && [...found].sort().join() === [...PANELS].sort().join();
-}

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from functools import wraps
 from inspect import signature
-from pathlib import Path
 from textwrap import shorten
 from typing import Any
 
 from pydantic import ConfigDict, ValidationError, validate_call
 
+from nrp_cockpit.session.layout import SUFFIX, Layout
 from nrp_cockpit.session.live import LiveSession
 from nrp_cockpit.session.looks import Looks
 from nrp_cockpit.session.recorded import RecordedSession
@@ -23,17 +22,13 @@ from nrp_core.clock import seconds
 from nrp_core.errors import CapabilityError, ExperimentError, did_you_mean
 from nrp_core.experiment.running.commands import commands_of
 
-LAYOUT = ".cockpit.json"
-"""The suffix of a layout's file."""
-
 
 def services_of(session: LiveSession) -> Services:
     """Return the services of a run; a second run follows the time of the first."""
     lead = getattr(session, "lead", session)
     commands = commands_of(session.run)
     functions, bodies, looks = session.functions, session.bodies, Looks(session.run)
-    path = session.run.experiment.source.place.path
-    layout = Layout(None if path is None else path.with_suffix(LAYOUT))
+    layout = layout_of(session)
 
     def steered(method: Callable[..., Any]) -> Service:
         checked = validated(method)
@@ -78,6 +73,18 @@ def services_of(session: LiveSession) -> Services:
     return prefixed(steering, watching)
 
 
+def layout_of(session: LiveSession) -> Layout:
+    """Return the layout beside the experiment of a run."""
+    path = session.run.experiment.source.place.path
+    return Layout(None if path is None else path.with_suffix(SUFFIX), session.hub.channels)
+
+
+def layout_of_recording(session: RecordedSession) -> Layout:
+    """Return the layout beside a recording."""
+    folder = session.recording.folder.absolute()
+    return Layout(folder.with_name(folder.name + SUFFIX), session.hub.channels)
+
+
 _REFUSED = (
     "snapshot", "restore", "forget", "halt", "record", "branch", "compare", "part",
     "publish", "push", "place",
@@ -88,8 +95,7 @@ _REFUSED = (
 
 def services_of_recording(session: RecordedSession) -> Services:
     """Return the services of a recording; those that would change it explain how to branch a run from it."""
-    folder = session.recording.folder.absolute()
-    layout = Layout(folder.with_name(folder.name + LAYOUT))
+    layout = layout_of_recording(session)
     steering: dict[str, Service] = {
         **going(session), **dict.fromkeys(_REFUSED, _refuse), "layout/save": validated(layout.save)
     }  # fmt: skip
@@ -178,34 +184,3 @@ def prefixed(steering: Mapping[str, Service], watching: Mapping[str, Service]) -
         {PREFIX + name: service for name, service in steering.items()},
         {PREFIX + name: service for name, service in watching.items()},
     )
-
-
-class Layout:
-    """The layout of the page, beside the experiment or the recording.
-
-    Args:
-        path: its file; None: it cannot be saved.
-    """
-
-    def __init__(self, path: Path | None) -> None:
-        self._path = path
-
-    def load(self) -> dict[str, Any]:
-        """Return the layout, or nothing if it does not exist or cannot be read."""
-        try:
-            return {"layout": json.loads(self._path.read_text())} if self._path else {}
-        except (OSError, ValueError):
-            return {}
-
-    def save(self, layout: dict[str, Any]) -> None:
-        """Write the layout.
-
-        Raises:
-            ExperimentError: the folder cannot be written.
-        """
-        if self._path is None:
-            return
-        try:
-            self._path.write_text(json.dumps(layout, indent=2) + "\n")
-        except OSError as error:
-            raise ExperimentError(f"the layout cannot be saved: {error.strerror}", path=self._path) from error

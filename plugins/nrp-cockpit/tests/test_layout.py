@@ -1,0 +1,142 @@
+"""A layout of the page that cannot be used says why, with file and line, on the page and in the terminal."""
+
+from __future__ import annotations
+
+import copy
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from nrp_cockpit.command import open_run
+from nrp_cockpit.session.layout import PANELS, Layout
+from nrp_cockpit.wire.channels import Channels
+from nrp_cockpit.wire.hub import Hub
+from visitors import SMALL, cockpit
+
+from nrp_core import geometry_msgs, sensor_msgs
+from nrp_core.errors import ExperimentError
+from nrp_core.world.messages.cdr import Codec
+
+TREE = {
+    "direction": "row", "sizes": [2, 1, 1],
+    "parts": ["scene", {"direction": "column", "sizes": [1, 1, 1], "parts": ["camera", "map", "brain"]},
+              {"direction": "column", "sizes": [1.5, 1, 1], "parts": ["spikes", "traces", "inspector"]}],
+}  # fmt: skip
+GOOD = {"version": 1, "tree": TREE, "traces": [{"topic": "/husky/cmd_vel", "path": "linear.x"}]}
+
+
+@pytest.fixture
+def channels() -> Channels:
+    codec, channels = Codec(), Channels()
+    for topic, cls in {
+        "/husky/cmd_vel": geometry_msgs.Twist, "/husky/joint_states": sensor_msgs.JointState
+    }.items():  # fmt: skip
+        name = codec.name(cls)
+        channels.open(topic, name, codec.definition(name))
+    return channels
+
+
+def test_a_good_layout_has_no_problem(tmp_path: Path, channels: Channels) -> None:
+    layout = Layout(tmp_path / "it.cockpit.json", channels)
+    assert layout.load() == {}
+    layout.save(GOOD)
+    assert layout.load() == {"layout": GOOD}
+    with pytest.raises(ExperimentError, match="it has an unknown key 'trees'"):
+        layout.save({**GOOD, "trees": {}})
+
+
+def test_the_panels_are_those_of_the_page() -> None:
+    source = Path(__file__).parents[1] / "page" / "src" / "layout" / "tree.ts"
+    (listed,) = re.findall(r"PANELS = \[(.*?)\] as const", source.read_text())
+    assert re.findall(r'"(\w+)"', listed) == [*PANELS]
+
+
+def changed(keys: list[Any], value: Any) -> str:
+    layout: Any = copy.deepcopy(GOOD)
+    part = layout
+    for key in keys[:-1]:
+        part = part[key]
+    part[keys[-1]] = value
+    return json.dumps(layout, indent=2)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('{\n"version": 1,\n', ":3: the layout: not JSON: Expecting property name"),
+        ("[]", "it is not a JSON object"),
+        ("\ud83d", "not JSON"),
+        ("[" * 100_000, "not JSON"),
+        ("{}", "it has no 'version'"),
+        (changed(["version"], 2), ":2: the layout: its 'version' is 2, and this page reads 1"),
+        (changed(["tree", "parts", 0], "scen"), "there is no panel 'scen'; did you mean 'scene'?"),
+        (changed(["tree", "parts", 0], "map"), "the panel 'scene' is not in 'tree'"),
+        (changed(["tree", "parts", 1, "parts", 0], "scene"), "the panel 'scene' is twice in 'tree'"),
+        (changed(["tree", "parts", 1, "direction"], "diagonal"),
+         "'direction' of tree.parts[1] is 'diagonal', not 'row' or 'column'"),
+        (changed(["tree", "sizes"], [1, 1]), "tree needs two lists of one length, 'parts' and 'sizes'"),
+        (changed(["tree", "sizes", 0], -3), "a size of tree is -3, not a number above 0"),
+        (changed(["traces"], {}), "'traces' is not a list"),
+        (changed(["traces", 0], {"topic": "/husky/cmd_vel"}), "traces[0] has no 'path'"),
+        (changed(["traces", 0, "path"], 3), "'path' of traces[0] is 3, not a text"),
+        (changed(["trces"], []), "it has an unknown key 'trces'; did you mean 'traces'?"),
+    ],
+)  # fmt: skip
+def test_a_broken_layout_is_not_used(text: str, words: str, tmp_path: Path, channels: Channels) -> None:
+    file = tmp_path / "it.cockpit.json"
+    file.write_bytes(text.encode("utf-8", "surrogatepass"))
+    (problem,) = Layout(file, channels).load().values()
+    assert str(file) in problem
+    assert words in problem
+    assert problem.endswith("; the page has its usual layout")
+
+
+@pytest.mark.parametrize(
+    ("topic", "path", "words"),
+    [
+        ("/husky/cmd_vl", "linear.x",
+         "nothing is offered on the topic '/husky/cmd_vl' of a curve; did you mean '/husky/cmd_vel'?"),
+        ("/husky/cmd_vel", "linear.w",
+         "messages on /husky/cmd_vel have no number 'linear.w' for a curve; valid: x, y, z"),
+        ("/husky/cmd_vel", "linear", "a curve needs one of x, y, z"),
+        ("/husky/cmd_vel", "linear.x.y", "no number 'linear.x.y'"),
+        ("/husky/cmd_vel", "linear[0].x", "'linear' is one value"),
+        ("/husky/joint_states", "position", "'position' is a list: position[0] is its first item"),
+        ("/husky/joint_states", "name[0]", "it is a text"),
+        ("/husky/joint_states", "position[0]", ""),
+    ],
+)  # fmt: skip
+def test_a_curve_of_nothing_is_told_and_the_rest_is_used(
+    topic: str, path: str, words: str, tmp_path: Path, channels: Channels
+) -> None:
+    file = tmp_path / "it.cockpit.json"
+    given = {**GOOD, "traces": [*GOOD["traces"], {"topic": topic, "path": path}]}  # type: ignore[misc]
+    file.write_text(json.dumps(given, indent=2))
+    found = Layout(file, channels).load()
+    assert found["layout"] == given
+    problem = found.get("problem", "")
+    assert words in problem
+    assert bool(problem) == bool(words)
+    assert not words or re.match(re.escape(str(file)) + r":\d+: ", problem)
+
+
+def test_it_is_told_in_the_terminal_and_to_the_page(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text("extends: braitenberg_husky\nname: mine\n")
+    layout = tmp_path / "mine.cockpit.json"
+    layout.write_text("{")
+    with open_run(str(file), [SMALL], Hub()) as session:
+        session.functions.close()
+    told = f"{layout}:1: the layout: not JSON"
+    assert f"warning: {told}" in capsys.readouterr().err
+    with cockpit(experiment=str(file)) as opened, opened.visit(steers=False) as visitor:
+        assert told in visitor.call("layout/load")["problem"]
+
+
+def test_a_file_that_cannot_be_read_is_told(tmp_path: Path, channels: Channels) -> None:
+    (problem,) = Layout(tmp_path, channels).load().values()
+    assert f"{tmp_path}: the layout: cannot be read: Is a directory" in problem
