@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
-from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.files.hdf5 import array, attribute, group, groups, reading
+from nrp_core._support.arrays import IntArray
+from nrp_core.brain.files.hdf5 import attribute, group, groups, reading
 from nrp_core.brain.files.sonata.config import Config, Files, read_config
 from nrp_core.brain.files.sonata.doubts import misspelt, not_numbers, of_other_models, shared_places
 from nrp_core.brain.files.sonata.edges import EDGE_NAMES, read_edges
 from nrp_core.brain.files.sonata.items import SonataItems, read_items, read_types
 from nrp_core.brain.files.sonata.node_sets import read_node_sets
-from nrp_core.brain.files.sonata.nodes import Nodes, Trains, read_nodes
+from nrp_core.brain.files.sonata.nodes import Nodes, read_nodes
+from nrp_core.brain.files.sonata.spikes import Trains, read_spikes
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.picking import Selection, with_views
-from nrp_core.errors import ExperimentError, NetworkError
+from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
 
 _MAGIC = 0x0A7A
 
@@ -51,7 +52,8 @@ def read_sonata(
     path = Path(path)
     config = read_config(path)
     try:
-        nodes = _nodes(config)
+        spikes = read_spikes(config.spikes)
+        nodes = _nodes(config, spikes)
         cells = {p.label: p for part in nodes.values() for p in part.populations}
         remarks = list(config.unused)
         for part in nodes.values():
@@ -59,6 +61,7 @@ def read_sonata(
             for doubts in (misspelt, not_numbers, of_other_models):
                 remarks += doubts(part.items, used)
             remarks += shared_places(part.items)
+        remarks += _unused_spikes(spikes, nodes)
         network = Network(cells, tuple(_projections(config, nodes, remarks)))
         views = _views(network, nodes)
         ids = {name: views[name] for name in nodes}
@@ -83,9 +86,8 @@ def _add_sets(views: dict[str, IntArray], path: Path, sets: Mapping[str, IntArra
         views[name] = chosen
 
 
-def _nodes(config: Config) -> dict[str, Nodes]:
+def _nodes(config: Config, spikes: Mapping[str, Trains]) -> dict[str, Nodes]:
     nodes: dict[str, Nodes] = {}
-    spikes = _spikes(config)
     for files in config.nodes:
 
         def read(part: Any, items: SonataItems) -> Nodes:
@@ -106,6 +108,8 @@ def _projections(config: Config, nodes: Mapping[str, Nodes], remarks: list[str])
         if items.name in found:
             raise NetworkError(f"two populations of edges have the name '{items.name}'")
         found[items.name] = list(read_edges(part, items, nodes))
+        if not len(items):
+            remarks.append(f"the edges '{items.name}' are none: they connect nothing")
         remarks.extend([*misspelt(items, EDGE_NAMES), *not_numbers(items, EDGE_NAMES)])
         remarks.extend(shared_places(items))
         if functions := {name for name in items.texts("weight_function").values() if name}:
@@ -114,8 +118,13 @@ def _projections(config: Config, nodes: Mapping[str, Nodes], remarks: list[str])
                 f"weight_function of the edges '{items.name}' is {shown}: the weights are used as given"
             )
 
-    for files in config.edges:
-        _read(files, "edge", config.synaptic_models, read)
+    remarks += [
+        f"{files.data.name} has no population of edges: it connects nothing"
+        for files in config.edges
+        if not _read(files, "edge", config.synaptic_models, read)
+    ]
+    if not config.edges:
+        remarks.append("the circuit has no edges: 'networks' of its configuration has no 'edges'")
     return [projection for some in found.values() for projection in some]
 
 
@@ -130,18 +139,19 @@ def _read(files: Files, kind: str, parameters: Path, read: Callable[[Any, Sonata
         ]
 
 
-def _spikes(config: Config) -> Mapping[str, Trains]:
-    """Return the spikes (ms) of virtual nodes, by population and node number."""
-    found: dict[str, dict[int, FloatArray]] = {}
-    for path in config.spikes:
-        with reading(path) as file:
-            for name, part in groups(group(file, "spikes")):
-                times, ids = array(part, "timestamps", float), array(part, "node_ids", np.int64)
-                order = np.lexsort((times, ids))
-                numbers, starts = np.unique(ids[order], return_index=True)
-                trains = np.split(times[order], starts[1:])
-                found.setdefault(name, {}).update(zip(numbers.tolist(), trains, strict=True))
-    return found
+def _unused_spikes(spikes: Mapping[str, Trains], nodes: Mapping[str, Nodes]) -> Iterator[str]:
+    """Yield a sentence for each population of an input that drives nothing, or nodes that do not exist."""
+    for name, trains in spikes.items():
+        owner = f"the input's spikes of '{name}' have no effect"
+        if name not in nodes:
+            yield f"{owner}: no nodes have this name{did_you_mean(name, nodes)}"
+            continue
+        listed = [one.label for one in nodes[name].populations if one.cell_type == "SpikeSourceArray"]
+        if not listed:
+            yield f"{owner}: its nodes are not virtual, or have a rate"
+        elif lost := trains.keys() - set(nodes[name].node_ids.tolist()):
+            many = f"{len(lost)} nodes that '{name}' does not have"
+            yield f"the input has spikes of {many}, such as {min(lost)}"
 
 
 def _views(network: Network, nodes: Mapping[str, Nodes]) -> dict[str, IntArray]:

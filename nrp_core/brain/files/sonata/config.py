@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -63,22 +63,26 @@ def read_config(path: Path) -> Config:
     sets = {name: None for part in (circuit, given) if isinstance(name := part.get("node_sets_file"), str)}
     for name in ("conditions", "run", "inputs", "reports"):
         _section(path, given, name)
-    inputs = _section(path, given, "inputs").values()
-    if not all(isinstance(entry, Mapping) for entry in inputs):
+    inputs = _section(path, given, "inputs")
+    if not all(isinstance(entry, Mapping) for entry in inputs.values()):
         raise NetworkError("an entry of 'inputs' is not a JSON object", path=path)
     return Config(
         nodes=tuple(_files(path, entry, "node") for entry in networks["nodes"]),
         edges=tuple(_files(path, entry, "edge") for entry in networks.get("edges") or ()),
         point_neuron_models=Path(components.get("point_neuron_models_dir", path.parent)),
         synaptic_models=Path(components.get("synaptic_models_dir", path.parent)),
-        spikes=tuple(
-            Path(entry["input_file"])
-            for entry in inputs
-            if entry.get("input_type") == "spikes" and "input_file" in entry
-        ),
+        spikes=tuple(_spikes(path, inputs)),
         node_sets=tuple(map(Path, sets)),
         unused=tuple(unused_settings(given)),
     )
+
+
+def _spikes(path: Path, inputs: Mapping[str, Mapping[str, Any]]) -> Iterator[Path]:
+    for name, entry in inputs.items():
+        if entry.get("input_type") == "spikes":
+            if not isinstance(entry.get("input_file"), str):
+                raise NetworkError(f"the input '{name}' of spikes names no 'input_file'", path=path)
+            yield Path(entry["input_file"])
 
 
 def _resolved(path: Path) -> dict[str, Any]:

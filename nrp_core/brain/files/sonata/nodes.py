@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +13,7 @@ from nrp_core.brain.files.hdf5 import array
 from nrp_core.brain.files.sonata.doubts import require_places
 from nrp_core.brain.files.sonata.items import SonataItems
 from nrp_core.brain.files.sonata.models import LEAK_NS, CellModel, Parameter, model_of
+from nrp_core.brain.files.sonata.spikes import Trains
 from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.data import Population
 from nrp_core.errors import CapabilityError, NetworkError
@@ -20,8 +21,6 @@ from nrp_core.errors import CapabilityError, NetworkError
 VIRTUAL = "virtual"
 _POISSON = CellModel("SpikeSourcePoisson", {})
 _ARRAY = CellModel("SpikeSourceArray", {})
-
-Trains = Mapping[int, FloatArray]
 
 
 @dataclass(frozen=True)
