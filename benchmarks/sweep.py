@@ -1,17 +1,21 @@
 """The cost of a sweep beyond its runs, and of resuming a long one.
 
-python benchmarks/sweep.py [RUNS]
+    python benchmarks/sweep.py
+    python benchmarks/sweep.py --runs 20 --rounds 5 --on local
 
-Runs take about a second. Overhead is the CPU time of this process and its workers over that of the
-runs alone, in one process after the engines were compiled; times of the clock mean little on a busy machine.
+What a run takes in a sweep is the difference of a long and a short sweep, divided by the difference of their
+runs: what a sweep takes once, such as the start of its workers, is shown apart. It is compared with the same
+runs in a loop, in one process after the engines were compiled, as they are written by hand. A run takes about
+a second. CPU times of this process and its workers; those of the clock mean little on a busy machine.
 """
 
 from __future__ import annotations
 
+import argparse
 import resource
-import sys
 import time
 from pathlib import Path
+from statistics import median
 from tempfile import TemporaryDirectory
 
 from conditions import conditions, load
@@ -26,11 +30,13 @@ from nrp_core.sweep.reading import sweep_of
 from nrp_core.sweep.record import Record
 from nrp_core.sweep.running import SweepRun
 
-UNTIL_S = 12.0
+EXPERIMENT = "slalom_pioneer"
+UNTIL_S = 90.0
+SHORT = 2
+"""Runs of the short sweep."""
 LIMIT = 0.05
 ROWS = 10_000
 """Rows of the sweep that is resumed."""
-ROUNDS = 3
 
 
 def cpu_s() -> float:
@@ -41,58 +47,71 @@ def cpu_s() -> float:
 
 def planned(runs: int) -> Plan:
     vary = {"seed": list(range(1, runs + 1))}
-    return Plan.of(sweep_of(tree_of({"experiment": "slalom_pioneer", "vary": vary, "until": f"{UNTIL_S} s"})))
+    return Plan.of(sweep_of(tree_of({"experiment": EXPERIMENT, "vary": vary, "until": f"{UNTIL_S} s"})))
 
 
 def alone_s(runs: int) -> float:
-    """Return the CPU time of the same runs in a loop, as they are written by hand, s."""
+    """Return the CPU time of a run in a loop, s."""
     began = cpu_s()
     for seed in range(1, runs + 1):
-        with Run(load_experiment("slalom_pioneer", [f"seed={seed}"])) as run:
+        with Run(load_experiment(EXPERIMENT, [f"seed={seed}"])) as run:
             run.run_until(UNTIL_S)
             run.result()
-    return cpu_s() - began
+    return (cpu_s() - began) / runs
 
 
-def swept_s(runs: int, folder: Path) -> float:
-    """Return the CPU time of a sweep from the file to the tables, s; runs that are made are not repeated."""
-    began = cpu_s()
-    made = SweepRun(planned(runs), folder)
-    with executor("local", folder, 1) as where:
-        made.run(where)
-    return cpu_s() - began
+def swept_s(runs: int, on: str) -> float:
+    """Return the CPU time of a sweep from the file to the tables, with one worker, s."""
+    with TemporaryDirectory() as folder:
+        began = cpu_s()
+        made = SweepRun(planned(runs), Path(folder))
+        with executor(on, Path(folder), 1) as where:
+            made.run(where)
+        return cpu_s() - began
 
 
-def resumed_s(folder: Path) -> float:
+def resumed_s() -> float:
     """Return the CPU time of taking up a sweep whose runs are all made, s."""
-    plan = planned(ROWS)
-    SweepRun(plan, folder)
-    lines = [Record(run.task.id, run.task.index, state="finished").to_line() for run in plan.runs]
-    (folder / JOURNAL).write_text("".join(lines))
-    began = time.process_time()
-    made = SweepRun(planned(ROWS), folder)
-    with executor("local", folder, 1) as where:
-        made.run(where)
-    return time.process_time() - began
+    with TemporaryDirectory() as folder:
+        plan = planned(ROWS)
+        SweepRun(plan, Path(folder))
+        lines = [Record(run.task.id, run.task.index, state="finished").to_line() for run in plan.runs]
+        (Path(folder) / JOURNAL).write_text("".join(lines))
+        began = time.process_time()
+        made = SweepRun(planned(ROWS), Path(folder))
+        with executor("local", Path(folder), 1) as where:
+            made.run(where)
+        return time.process_time() - began
+
+
+def measure(on: str, runs: int, rounds: int) -> None:
+    """Print the overhead of an executor, round by round."""
+    alone_s(1)  # compiles, and the next line imports
+    swept_s(1, on)
+    overheads = []
+    for _ in range(rounds):
+        loop, short, long = alone_s(runs), swept_s(SHORT, on), swept_s(SHORT + runs, on)
+        each = (long - short) / runs
+        overheads.append(each / loop - 1)
+        print(
+            f"{on}: {loop:.3f} s a run in a loop, {each:.3f} s in a sweep: {overheads[-1]:+.1%}, and "
+            f"{short - SHORT * each:.2f} s for each sweep; {load()}",
+            flush=True,
+        )
+    print(f"{on}: overhead, median of {rounds} rounds: {median(overheads):+.1%} of at most {LIMIT:.0%}")
 
 
 def main() -> None:
-    runs = int(sys.argv[1]) if len(sys.argv) > 1 else 20
-    print(f"{conditions()}; CPU times of {ROUNDS} rounds of {runs} runs")
-    with TemporaryDirectory() as folder:
-        alone_s(1)  # compiles, and the next line imports
-        swept_s(1, Path(folder) / "first")
-        for number in range(ROUNDS):
-            swept = Path(folder) / f"swept {number}"
-            loop, sweep = alone_s(runs), swept_s(runs, swept)
-            fixed = swept_s(runs, swept)
-            each = (sweep - fixed) / runs
-            resumed = resumed_s(Path(folder) / f"resumed {number}")
-            print(
-                f"{loop / runs:.3f} s a run in a loop, {each:.3f} s in a sweep: overhead "
-                f"{each * runs / loop - 1:+.1%} of at most {LIMIT:.0%}, and {fixed:.2f} s for each sweep; "
-                f"{ROWS} rows resumed in {resumed:.2f} s of at most 1 s; {load()}"
-            )
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--runs", type=int, default=10, help="runs by which the sweeps differ")
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--on", nargs="+", default=["local", "dask"], help="executors")
+    given = parser.parse_args()
+    print(conditions())
+    for on in given.on:
+        measure(on, given.runs, given.rounds)
+    times = ", ".join(f"{resumed_s():.2f}" for _ in range(given.rounds))
+    print(f"{ROWS} rows resumed in {times} s of at most 1 s; {load()}")
 
 
 if __name__ == "__main__":
