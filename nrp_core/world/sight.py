@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core.world.enclosing import Enclosure, Placed, enclosures
 from nrp_core.world.raycast.beams import Beams, directions
 from nrp_core.world.raycast.collisions import CollisionSpace
 from nrp_core.world.render.optics import CameraPath, Optics
@@ -47,6 +48,9 @@ class Sight:
         empty: share of rays that end nowhere, however long they are, at any heading of its robot.
         up: mean of the vertical parts of its rays, which are unit vectors.
         turns: whether a joint turns it.
+        middle: share of the middle of an image, half as wide and high, that shows the rigid body that carries
+            the camera; 0 for a scanner.
+        middle_m: the shortest line of sight among them, m.
     """
 
     link: str
@@ -57,6 +61,8 @@ class Sight:
     empty: float
     up: float
     turns: bool
+    middle: float = 0.0
+    middle_m: float = inf
 
 
 def sights(scene: Scene, model: Model) -> Iterator[Sight]:
@@ -74,6 +80,7 @@ def sights(scene: Scene, model: Model) -> Iterator[Sight]:
         for name, view in sensor.views.items()
     }
     cameras = _cameras(still, model, views) if views else None
+    numbers = {link.name: number for number, link in enumerate(model.links, start=1)}
     for link in model.links:
         for sensor in link.sensors:
             beams = getattr(sensor, "beams", None)
@@ -87,6 +94,7 @@ def sights(scene: Scene, model: Model) -> Iterator[Sight]:
                 continue
             index = body_of(bodies, link.name)
             labels, lengths_m = look()
+            held = [numbers[part.name] for part in bodies[index].links]
             mine = labels > 0
             counts = np.bincount(labels[mine], minlength=1)
             yield Sight(
@@ -94,9 +102,46 @@ def sights(scene: Scene, model: Model) -> Iterator[Sight]:
                 model.links[int(counts.argmax()) - 1].name if mine.any() else "",
                 float(lengths_m[mine].min(initial=inf)),
                 _empty(labels, look, model, still),
-                still.up(model, index, link, rays),
+                float((rays @ matrix_of(still.place(model, link))[2, :3]).mean()),
                 bodies[index].parent is not None,
+                *_middle(sensor, np.isin(labels, held), lengths_m),
             )  # fmt: skip
+
+
+def _middle(sensor: MountedSensor, own: npt.NDArray[np.bool_], lengths_m: FloatArray) -> tuple[float, float]:
+    """Return the share of the middle of an image that ends on own shapes, and the shortest line there, m."""
+    if len(sensor.views) != 1:  # several views are the whole of what an eye sees around it
+        return 0.0, inf
+    rows, columns = len(own) // _COLUMNS, _COLUMNS
+    cut = np.s_[rows // 4 : rows - rows // 4, columns // 4 : columns - columns // 4]
+    covered, deep = own.reshape(rows, columns)[cut], lengths_m.reshape(rows, columns)[cut]
+    return float(covered.mean()), float(deep[covered].min(initial=inf))
+
+
+def enclosed(scene: Scene, model: Model) -> Iterator[tuple[str, MountedSensor, Enclosure]]:
+    """Yield the cameras of a model that start inside a visible shape, with their links and the shape.
+
+    Of several shapes it is the one in which the line of sight runs farthest, and a sensor of several views
+    stands inside a shape if all of them do.
+
+    Raises:
+        SceneError: a mesh cannot be read.
+    """
+    still = _Still(scene)
+    cameras = [(link, sensor) for link in model.links for sensor in link.sensors if sensor.views]
+    if not cameras:
+        return
+    eyes = [still.place(model, link) @ view.pose for link, one in cameras for view in one.views.values()]
+    shapes = [one for name in still.bodies for one in still.visuals(name)]
+    around = iter(enclosures(eyes, shapes))
+    for link, sensor in cameras:
+        found = [next(around) for _ in sensor.views]
+        if all(found):
+            yield link.name, sensor, min((max(each, key=_through) for each in found), key=_through)
+
+
+def _through(enclosure: Enclosure) -> float:
+    return enclosure.through_m
 
 
 class _Still:
@@ -127,12 +172,20 @@ class _Still:
 
         return read
 
-    def up(self, model: Model, index: int, link: Link, rays: FloatArray) -> float:
-        """Return the mean vertical part of rays in the frame of a link."""
+    def place(self, model: Model, link: Link) -> Pose:
+        """Return the pose of a link in the world."""
+        index = body_of(self.bodies[model.name], link.name)
         body = self.bodies[model.name][index]
         held = next(part.pose for part in body.links if part.name == link.name)
-        place = (body.pose if body.fixed else self.poses(model.name)[index]) @ held
-        return float((rays @ matrix_of(place)[2, :3]).mean())
+        return (body.pose if body.fixed else self.poses(model.name)[index]) @ held
+
+    def visuals(self, name: str) -> Iterator[Placed]:
+        """Yield the visuals of a model."""
+        for body, pose in zip(self.bodies[name], self.poses(name), strict=True):
+            for link in body.links:
+                for visual in link.visuals:
+                    place = (body.pose if body.fixed else pose) @ link.pose @ visual.pose
+                    yield Placed(name, link.name, visual, place)
 
 
 def _empty(labels: Labels, look: Callable[[], _Look], model: Model, still: _Still) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import fields
+from math import inf
 from typing import Final
 
 from nrp_core.analysis.checks.conditions import read_topics
@@ -14,12 +15,14 @@ from nrp_core.clock import NS_PER_S
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.drives.flight import Flight
+from nrp_core.world.enclosing import Enclosure
 from nrp_core.world.raycast.beams import Beams
+from nrp_core.world.raycast.extent import size_m
 from nrp_core.world.render.optics import Optics
 from nrp_core.world.scene.implausible import FASTEST_HZ
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sensing import MountedSensor
-from nrp_core.world.sight import Sight, sights
+from nrp_core.world.sight import Sight, enclosed, sights
 
 _COVERED: Final = 2 / 3
 """Share of its own robot in what a sensor sees; cameras above a hood or a gripper see up to a half."""
@@ -28,6 +31,12 @@ _ALL: Final = 0.95
 _SKY: Final = 0.6
 _UPWARD: Final = 0.5
 """Mean vertical part of the rays of a sensor that looks up: 0.64 for a fan of half a turn, 1 for a camera."""
+_NEAR: Final = 0.1
+"""Distance of a camera's own housing, of the horizontal size of its robot; hoods and wheels are farther."""
+_HOUSING: Final = 0.1
+"""How far a camera stands inside its housing, of the same size; in public robots at most 0.03."""
+_SCENERY_M: Final = 60.0
+"""Shapes as long as this may be a sky around the room."""
 _FASTER: Final = 2.001
 """Files for Gazebo, whose steps take 1 ms, have sensors of 1 kHz, which also run with steps of 2 ms."""
 _LEAST_PIXELS: Final = 4
@@ -37,17 +46,31 @@ _LEAST_PIXELS: Final = 4
 @checks_experiment(Code.NRP298)
 def sensors_see_the_room(study: Study) -> Iterator[Finding]:
     """Look for scanners and cameras that see little but their own robot, or nothing at any heading."""
-    scene, read = study.scene, _read(study)
+    scene = study.scene
     for model in _robots(study):
         assert scene is not None
         with suppress(SceneError):  # a mesh cannot be read, which is reported where it is needed
+            inside = {sensor.name: _inside(shape, model) for _, sensor, shape in enclosed(scene, model)}
             for sight in sights(scene, model):
-                is_read = bool(read & _topics(sight.sensor)) or _is_added(study, model, sight.sensor)
-                message, level = _doubt(sight, scene, model)
+                is_read = _is_read(study, model, sight.sensor)
+                behind = inside.get(sight.sensor.name, "") if is_read else ""
+                message, level = (behind, Level.WARNING) if behind else _doubt(sight, scene, model)
                 if message and (is_read or sight.own >= _ALL):
                     place = study.experiment.place("world", "robots", model.name)
                     who = f"the {_kind(sight.sensor)} '{sight.sensor.name}' on '{model.name}/{sight.link}'"
                     yield place.finding(Code.NRP298, f"{who} {message}", level if is_read else Level.NOTE)
+
+
+def _inside(shape: Enclosure, model: Model) -> str:
+    """Return how far inside a shape a camera stands; empty for a housing as cameras have."""
+    # a model without joints and drives is a camera, whose only body is its housing
+    housing_m = _HOUSING * (size_m(model) or inf) if model.joints or model.drives else inf
+    if (shape.model == model.name and shape.through_m < housing_m) or shape.extent_m >= _SCENERY_M:
+        return ""
+    return (
+        f"stands inside '{shape.model}/{shape.link}', {shape.through_m:.2g} m behind its surface, which its "
+        "images do not show: a body is drawn from outside only"
+    )
 
 
 def _doubt(sight: Sight, scene: Scene, model: Model) -> tuple[str, Level]:
@@ -58,6 +81,12 @@ def _doubt(sight: Sight, scene: Scene, model: Model) -> tuple[str, Level]:
             f"'{sight.most}', from {sight.nearest_m:.2g} m"
         )
         return message, Level.WARNING if sight.own >= _COVERED else Level.NOTE
+    if sight.middle >= _NOTED and sight.middle_m <= _NEAR * (size_m(model) or 0.0):
+        message = (
+            f"sees its own housing in the middle of its images, from {sight.middle_m:.2g} m: "
+            f"it covers {sight.middle:.0%} of the half of their width and height around it"
+        )
+        return message, Level.WARNING
     later = sight.turns or any(isinstance(drive, Flight) for drive in model.drives)
     later |= any(not one.static for one in scene.models if one is not model)
     level = Level.NOTE if later else Level.WARNING
@@ -110,18 +139,18 @@ def _robots(study: Study) -> list[Model]:
 
 def _read_sensors(study: Study) -> Iterator[tuple[Model, MountedSensor]]:
     """Yield the scanners and cameras of robots that something reads."""
-    read = _read(study)
     for model in _robots(study):
         for sensor in (sensor for link in model.links for sensor in link.sensors):
             sees = sensor.views or isinstance(getattr(sensor, "beams", None), Beams)
-            if sees and (read & _topics(sensor) or _is_added(study, model, sensor)):
+            if sees and _is_read(study, model, sensor):
                 yield model, sensor
 
 
-def _read(study: Study) -> set[str]:
-    """Return the topics that functions, events and criteria read."""
+def _is_read(study: Study, model: Model, sensor: MountedSensor) -> bool:
+    """Return whether functions, events or criteria read a sensor, or the experiment itself adds it."""
     aliases = study.experiment.aliases
-    return {aliases.get(name, name) for name in read_topics(study)}
+    read = {aliases.get(name, name) for name in read_topics(study)}
+    return bool(read & _topics(sensor)) or _is_added(study, model, sensor)
 
 
 def _topics(sensor: MountedSensor) -> set[str]:

@@ -12,7 +12,7 @@ from nrp_core.experiment.making.maker import maker_of
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.model import Box, Collision, Link, Model, Scene, Visual
 from nrp_core.world.scene.sdf import read_model
-from nrp_core.world.sight import sights
+from nrp_core.world.sight import enclosed, sights
 
 BOX = "<box><size>0.4 0.4 0.2</size></box>"
 MESH = "<mesh><uri>shell.obj</uri></mesh>"
@@ -133,3 +133,71 @@ def test_shipped_robots_see_their_rooms() -> None:
                 found += list(sights(scene.with_model(model), model))
     assert len(found) > 2
     assert all(one.own < 0.5 and one.empty < 0.5 for one in found)
+
+
+def robot(folder: Path, base: str, camera: str, more: str = "") -> Model:
+    """Return a robot with visuals and a camera on its base."""
+    link = f'<link name="base">{INERTIAL}{base}{camera}</link>{more}'
+    (folder / "robot.sdf").write_text(f'<sdf version="1.6"><model name="robot">{link}</model></sdf>')
+    return read_model(folder / "robot.sdf")
+
+
+def visual(geometry: str, pose: str = "0 0 0 0 0 0", name: str = "v", alpha: float = 1.0) -> str:
+    material = f"<material><diffuse>1 1 1 {alpha}</diffuse></material>"
+    return f'<visual name="{name}"><pose>{pose}</pose><geometry>{geometry}</geometry>{material}</visual>'
+
+
+@pytest.mark.parametrize(
+    ("geometry", "x", "alpha", "through_m"),
+    [
+        (BOX, 0.0, 1.0, 0.2),
+        (MESH, 0.0, 1.0, 0.2),
+        ("<sphere><radius>0.2</radius></sphere>", -0.1, 1.0, 0.3),
+        ("<cylinder><radius>0.2</radius><length>0.2</length></cylinder>", 0.15, 1.0, 0.05),
+        (BOX, 0.0, 0.0, None),  # is invisible
+        (BOX, 0.25, 1.0, None),
+        (BOX, -0.25, 1.0, None),
+        (INVERTED, 0.0, 1.0, None),  # its inside is drawn
+        (OPEN, 0.0, 1.0, None),  # has no front
+    ],
+)
+def test_a_camera_inside_a_shape_that_is_drawn_from_outside_is_found(
+    tmp_path: Path, geometry: str, x: float, alpha: float, through_m: float | None
+) -> None:
+    write(tmp_path / "shell.obj", FACES)
+    write(tmp_path / "open.obj", [(a, b, c) for a, b, c in FACES[:-2]])
+    write(tmp_path / "inverted.obj", [(a, c, b) for a, b, c in FACES])
+    one = robot(tmp_path, visual(geometry, alpha=alpha), CAMERA.format(x))
+    found = list(enclosed(ROOM.with_model(one), one))
+    if through_m is None:
+        assert found == []
+    else:
+        ((link, sensor, shape),) = found
+        assert (link, sensor.name, shape.model, shape.link) == ("base", "eye", "robot", "base")
+        assert shape.through_m == pytest.approx(through_m, abs=0.002)  # round shapes have corners
+
+
+def test_a_camera_inside_a_wall_of_the_room_is_found(tmp_path: Path) -> None:
+    one = robot(tmp_path, "", CAMERA.format(0.4))
+    wall = Link("panel", visuals=(Visual("v", Box((0.5, 4.0, 2.0))),))
+    scene = ROOM.with_model(one).with_model(Model("wall", (wall,), pose=Pose((0.5, 0.0, 0.0)), static=True))
+    ((_, _, shape),) = enclosed(scene, one)
+    assert (shape.model, shape.link, round(shape.through_m, 6)) == ("wall", "panel", 0.35)
+
+
+@pytest.mark.parametrize(
+    ("size", "place", "middle"),
+    [
+        ("0.02 0.05 0.05", "0.1 0 0 0 0 0", 1.0),  # in front of the lens, with a third of the image
+        ("0.02 0.05 0.05", "0.1 0.1 0 0 0 0", 0.0),
+        ("0.02 0.4 0.2", "0.1 0 -0.12 0 0 0", 0.0),  # a hood below it
+    ],
+)
+def test_the_middle_of_an_image_that_its_own_body_covers_is_measured(
+    tmp_path: Path, size: str, place: str, middle: float
+) -> None:
+    one = robot(tmp_path, visual(f"<box><size>{size}</size></box>", place), CAMERA.format(0.0))
+    (sight,) = sights(ROOM.with_model(one), one)
+    assert sight.own < 0.5
+    assert sight.middle == pytest.approx(middle, abs=0.3)
+    assert sight.middle_m == (pytest.approx(0.09, abs=1e-3) if middle else inf)
