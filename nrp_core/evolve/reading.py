@@ -6,7 +6,8 @@ from pathlib import Path
 
 from nrp_core.evolve.model import EvolveFile
 from nrp_core.experiment.model.tree import Tree
-from nrp_core.sweep.reading import file_of, read_file
+from nrp_core.experiment.reading.forms import form_of
+from nrp_core.sweep.reading import read_many_runs
 
 
 def read_evolve(path: Path) -> tuple[EvolveFile, Tree]:
@@ -18,7 +19,7 @@ def read_evolve(path: Path) -> tuple[EvolveFile, Tree]:
     Raises:
         InvalidExperimentError: it cannot be read or is not valid; the error carries all findings.
     """
-    return read_file(path, EvolveFile, "a search")
+    return read_many_runs(path, EvolveFile, "a search")
 
 
 def evolve_of(tree: Tree) -> EvolveFile:
@@ -27,4 +28,4 @@ def evolve_of(tree: Tree) -> EvolveFile:
     Raises:
         InvalidExperimentError: it is not valid; the error carries all findings.
     """
-    return file_of(tree, EvolveFile, "a search")
+    return form_of(tree, EvolveFile, "a search")

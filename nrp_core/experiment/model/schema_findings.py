@@ -52,7 +52,7 @@ def _finding(
     last, what = detail["loc"][-1] if detail["loc"] else "", _dotted(keys)
     if detail["type"] == "extra_forbidden":
         section = f"'{_dotted(keys[:-1])}'" if len(keys) > 1 else whole
-        hint = did_you_mean(str(last), keys_at(schema, detail["loc"][:-1]))
+        hint = did_you_mean(str(last), keys_at(schema, keys[len(above) : -1]))
         message = f"{section} has no key '{last}'{hint}"
         return (reached.key_place or reached.place).finding(Code.NRP201, message), keys
     if detail["type"] == "missing":

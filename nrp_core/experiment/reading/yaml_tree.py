@@ -20,8 +20,12 @@ MAX_VALUES = 100_000
 """Maximum number of values, with each use of an alias counted, against malicious files."""
 
 
-def read_tree(path: Path) -> Tree:
+def read_tree(path: Path, what: str = "an experiment") -> Tree:
     """Read a YAML file.
+
+    Args:
+        path: the file.
+        what: the whole file, in messages.
 
     Raises:
         ExperimentError: it cannot be read, is not YAML, uses a key twice, or holds no mapping.
@@ -36,9 +40,7 @@ def read_tree(path: Path) -> Tree:
         raise ExperimentError(f"cannot be read: {error.strerror}", path=path) from error
     tree = _known(text, Place(path))
     if not isinstance(tree.value, dict):
-        raise ExperimentError(
-            "an experiment is a mapping: 'name: ...' and so on", path=path, line=1, column=1
-        )
+        raise ExperimentError(f"{what} is a mapping: 'key: value' and so on", path=path, line=1, column=1)
     return tree
 
 
@@ -62,7 +64,7 @@ def parse_tree(text: str, place: Place) -> Tree:
     except (YAMLError, ValueError) as error:
         raise place.error(f"not YAML: {str(error).splitlines()[0]}") from error
     except RecursionError as error:
-        raise place.error("not an experiment: nested too deeply") from error
+        raise place.error("nested too deeply") from error
 
 
 _known = lru_cache(64)(parse_tree)

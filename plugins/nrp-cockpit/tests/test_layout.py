@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 from nrp_cockpit.command import open_run
-from nrp_cockpit.session.layout import PANELS, Layout
+from nrp_cockpit.session.arrangement import PANELS
+from nrp_cockpit.session.layout import Layout
 from nrp_cockpit.wire.channels import Channels
 from nrp_cockpit.wire.hub import Hub
 from visitors import SMALL, cockpit
@@ -43,7 +44,7 @@ def test_a_good_layout_has_no_problem(tmp_path: Path, channels: Channels) -> Non
     assert layout.load() == {}
     layout.save(GOOD)
     assert layout.load() == {"layout": GOOD}
-    with pytest.raises(ExperimentError, match="it has an unknown key 'trees'"):
+    with pytest.raises(ExperimentError, match="a layout has no key 'trees'"):
         layout.save({**GOOD, "trees": {}})
 
 
@@ -65,23 +66,27 @@ def changed(keys: list[Any], value: Any) -> str:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ('{\n"version": 1,\n', ":3: the layout: not JSON: Expecting property name"),
-        ("[]", "it is not a JSON object"),
-        ("\ud83d", "not JSON"),
-        ("[" * 100_000, "not JSON"),
-        ("{}", "it has no 'version'"),
-        (changed(["version"], 2), ":2: the layout: its 'version' is 2, and this page reads 1"),
-        (changed(["tree", "parts", 0], "scen"), "there is no panel 'scen'; did you mean 'scene'?"),
-        (changed(["tree", "parts", 0], "map"), "the panel 'scene' is not in 'tree'"),
-        (changed(["tree", "parts", 1, "parts", 0], "scene"), "the panel 'scene' is twice in 'tree'"),
+        ('{\n"version": 1,\n', ":3:1: not YAML: while parsing a flow node"),
+        ("[]", ":1:1: a layout is a mapping"),
+        ("\ud83d", ":1:1: not UTF-8"),
+        ("[" * 100_000, ": nested too deeply"),
+        ("{}", ":1:1: a layout needs the key 'version'"),
+        (changed(["version"], 2), ":2:14: version: should be 1, not 2"),
+        (changed(["tree", "parts", 0], "scen"),
+         ":11:7: tree.parts.0: there is no panel 'scen'; did you mean 'scene'?"),
+        (changed(["tree", "parts", 0], "map"), ":3:11: tree: the panel 'scene' is not in it"),
+        (changed(["tree", "parts", 1, "parts", 0], "scene"), ":3:11: tree: the panel 'scene' is twice in it"),
         (changed(["tree", "parts", 1, "direction"], "diagonal"),
-         "'direction' of tree.parts[1] is 'diagonal', not 'row' or 'column'"),
-        (changed(["tree", "sizes"], [1, 1]), "tree needs two lists of one length, 'parts' and 'sizes'"),
-        (changed(["tree", "sizes", 0], -3), "a size of tree is -3, not a number above 0"),
-        (changed(["traces"], {}), "'traces' is not a list"),
-        (changed(["traces", 0], {"topic": "/husky/cmd_vel"}), "traces[0] has no 'path'"),
-        (changed(["traces", 0, "path"], 3), "'path' of traces[0] is 3, not a text"),
-        (changed(["trces"], []), "it has an unknown key 'trces'; did you mean 'traces'?"),
+         ":13:22: tree.parts.1.direction: should be 'row' or 'column', not 'diagonal'"),
+        (changed(["tree", "parts", 1, "sizs"], []),
+         ":24:9: 'tree.parts.1' has no key 'sizs'; did you mean 'sizes'?"),
+        (changed(["tree", "parts", 1], 3), ":12:7: tree.parts.1: should be a valid mapping, not 3"),
+        (changed(["tree", "sizes"], [1, 1]), ":3:11: tree: it has 3 'parts' and 2 'sizes'"),
+        (changed(["tree", "sizes", 0], -3), ":6:7: tree.sizes.0: should be greater than 0, not -3"),
+        (changed(["traces"], {}), "traces: should be a valid list, not {}"),
+        (changed(["traces", 0], {"topic": "/husky/cmd_vel"}), "'traces.0' needs the key 'path'"),
+        (changed(["traces", 0, "path"], 3), "traces.0.path: should be a valid string, not 3"),
+        (changed(["trces"], []), "a layout has no key 'trces'; did you mean 'traces'?"),
     ],
 )  # fmt: skip
 def test_a_broken_layout_is_not_used(text: str, words: str, tmp_path: Path, channels: Channels) -> None:
@@ -119,7 +124,7 @@ def test_a_curve_of_nothing_is_told_and_the_rest_is_used(
     problem = found.get("problem", "")
     assert words in problem
     assert bool(problem) == bool(words)
-    assert not words or re.match(re.escape(str(file)) + r":\d+: ", problem)
+    assert not words or re.match(re.escape(str(file)) + r":\d+:\d+: ", problem)
 
 
 def test_it_is_told_in_the_terminal_and_to_the_page(
@@ -131,7 +136,7 @@ def test_it_is_told_in_the_terminal_and_to_the_page(
     layout.write_text("{")
     with open_run(str(file), [SMALL], Hub()) as session:
         session.functions.close()
-    told = f"{layout}:1: the layout: not JSON"
+    told = f"{layout}:1:2: not YAML"
     assert f"warning: {told}" in capsys.readouterr().err
     with cockpit(experiment=str(file)) as opened, opened.visit(steers=False) as visitor:
         assert told in visitor.call("layout/load")["problem"]
@@ -139,4 +144,4 @@ def test_it_is_told_in_the_terminal_and_to_the_page(
 
 def test_a_file_that_cannot_be_read_is_told(tmp_path: Path, channels: Channels) -> None:
     (problem,) = Layout(tmp_path, channels).load().values()
-    assert f"{tmp_path}: the layout: cannot be read: Is a directory" in problem
+    assert f"{tmp_path}: cannot be read: Is a directory" in problem

@@ -164,6 +164,6 @@ def test_theme_panels_and_curves_are_there_again_after_a_reload(opened: Page, ex
 def test_a_layout_that_is_broken_is_told_on_the_page(experiment: Path, kept: Kept, watched: Watched):
     experiment.with_suffix(SUFFIX).write_text('{\n"version": 1,\n')
     page = watched.open(kept.open(str(experiment), *HUSKY))
-    expect(page.get_by_role("alert")).to_contain_text("the layout: not JSON")
+    expect(page.get_by_role("alert")).to_contain_text("not YAML")
     expect(page.get_by_role("alert")).to_contain_text(f"{experiment.with_suffix(SUFFIX)}:3")
     expect(page.get_by_role("img", name="Spikes of circuit")).to_be_visible()
