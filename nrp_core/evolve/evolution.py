@@ -18,7 +18,8 @@ from nrp_core.evolve.optimisers.interface import Space, optimiser
 from nrp_core.experiment.model.tree import Tree
 from nrp_core.seeds import Seeds
 from nrp_core.sweep.executors.interface import Executor
-from nrp_core.sweep.plan import Mistakes, Plan
+from nrp_core.sweep.mistakes import Mistakes
+from nrp_core.sweep.plan import Plan
 from nrp_core.sweep.record import INVALID
 from nrp_core.sweep.running import Progress, SweepRun
 
@@ -159,4 +160,4 @@ def _require_measured(file: EvolveFile, plan: Plan, source: Tree) -> None:
                 raise ExperimentError(
                     f"missing: '{name}' is not in the objective{did_you_mean(name, file.names)}"
                 )
-    mistakes.raise_all()
+    mistakes.raise_errors()

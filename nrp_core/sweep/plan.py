@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from functools import cached_property, partial
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from nrp_core.analysis.doubts import announcement, doubts_of
+from nrp_core.brain.backends import brains
 from nrp_core.clock import milliseconds, seconds
 from nrp_core.comparison.grid import digest_of_files, require_there
 from nrp_core.errors import ExperimentError, did_you_mean
@@ -21,20 +21,22 @@ from nrp_core.experiment.making.parameters import with_parameters
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.ranges import Range
-from nrp_core.experiment.model.tree import Key, Tree
+from nrp_core.experiment.model.tree import Tree
 from nrp_core.experiment.reading.find import SHIPPED, find_file, load_experiment
-from nrp_core.findings import Code, Finding, InvalidExperimentError
 from nrp_core.paths import TextFrom
 from nrp_core.quantities import time_ns
+from nrp_core.registry import Registry
 from nrp_core.sweep.axes import Axis, Choices, Span, Value, written
 from nrp_core.sweep.design import combinations, number_of_runs
 from nrp_core.sweep.measuring import scalar_metric
+from nrp_core.sweep.mistakes import Mistakes
 from nrp_core.sweep.model import SEED, Design, SweepFile
 from nrp_core.sweep.record import Task
+from nrp_core.world.backends import worlds
 
 MOST_RUNS = 100_000
 """The largest number of runs that needs no confirmation."""
-_BACKENDS = ("brain.backend", "world.backend")
+_BACKENDS: Mapping[str, Callable[[], Registry[Any]]] = {"brain.backend": brains, "world.backend": worlds}
 _MOST_CHECKED = 20
 _PAIR = 2
 
@@ -89,6 +91,7 @@ class Plan:
 
         Raises:
             InvalidExperimentError: the experiment, a key, a value or a metric is not valid.
+            BackendError: a backend is missing.
             ExperimentError: there are too many runs.
         """
         source = source or Tree({})
@@ -102,31 +105,11 @@ class Plan:
         settings = [written(key, _absolute(value)) for key, value in sweep.settings.items()]
         with mistakes.at("experiment"):
             name = _located(sweep.experiment)
-        mistakes.raise_all()
+        mistakes.raise_errors()
         with mistakes.at("settings" if sweep.settings else "experiment"):
             own = load_experiment(name, settings)
-        mistakes.raise_all()
-        for metric in sweep.measure:
-            with mistakes.at("measure"):
-                scalar_metric(metric)
-        for key, axis in sweep.vary.items():
-            with mistakes.at("vary", key):
-                require_there(own, key)
-                _require_valid(name, settings, key, axis)
-        for place, criterion in enumerate(sweep.stop_when_failed):
-            with mistakes.at("stop_when_failed", place):
-                _require_criterion(own, criterion)
-        mistakes.raise_all()
-        if (
-            sweep.until is not None
-            and own.strict
-            and "timestep" not in sweep.vary
-            and sweep.until % own.timestep
-        ):
-            with mistakes.at("until"):
-                end, step = f"{seconds(sweep.until):g} s", f"{milliseconds(own.timestep):g} ms"
-                raise ExperimentError(f"until: {end} is not a whole number of steps of {step}")
-        mistakes.raise_all()
+        mistakes.raise_errors()
+        _check(sweep, name, settings, own, mistakes)
         backends = [_names(sweep, key, own) for key in _BACKENDS]
         code: dict[str, str] = {}
         for brain in backends[0]:
@@ -190,28 +173,6 @@ class Plan:
         return hashlib.blake2b(json.dumps(self.identity).encode(), digest_size=16).hexdigest()
 
 
-class Mistakes:
-    """Collects errors with their places in the file of the sweep."""
-
-    def __init__(self, source: Tree) -> None:
-        self._source, self._findings = source, list[Finding]()
-
-    @contextmanager
-    def at(self, *keys: Key) -> Iterator[None]:
-        """Collect the error of a block; findings without a place get the place of these keys."""
-        place = self._source.place_of(*keys)
-        try:
-            yield
-        except ExperimentError as error:
-            for one in getattr(error, "findings", None) or [Finding.of(error, Code.NRP202)]:
-                self._findings.append(one if one.path is not None else place.finding(one.code, one.message))
-
-    def raise_all(self) -> None:
-        """Raise one error with all findings, if there are any."""
-        if self._findings:
-            raise InvalidExperimentError(dict.fromkeys(self._findings))
-
-
 def _located(experiment: str) -> str:
     """Return the name of a shipped experiment, or the absolute path of another one."""
     folder = experiment.folder if isinstance(experiment, TextFrom) else Path.cwd()
@@ -232,6 +193,36 @@ def _content(value: Value) -> str:
     if found is value or not isinstance(found, str):
         return ""
     return hashlib.blake2b(Path(found).read_bytes(), digest_size=8).hexdigest()
+
+
+def _check(sweep: SweepFile, name: str, settings: list[str], own: Experiment, mistakes: Mistakes) -> None:
+    """Check what a sweep says about an experiment.
+
+    Raises:
+        BackendError: a backend is missing.
+        InvalidExperimentError: anything else is wrong; the error carries all findings.
+    """
+    for metric in sweep.measure:
+        with mistakes.at("measure"):
+            scalar_metric(metric)
+    for key, axis in sweep.vary.items():
+        with mistakes.at("vary", key):
+            require_there(own, key)
+            _require_valid(name, settings, key, axis)
+    for place, criterion in enumerate(sweep.stop_when_failed):
+        with mistakes.at("stop_when_failed", place):
+            _require_criterion(own, criterion)
+    for key, registry in _BACKENDS.items():
+        section = next((part for part in ("vary", "settings") if key in getattr(sweep, part)), "experiment")
+        with mistakes.at(section, key):
+            for backend in _names(sweep, key, own):
+                registry().provider(backend)
+    mistakes.raise_errors()
+    if sweep.until is not None and own.strict and "timestep" not in sweep.vary and sweep.until % own.timestep:
+        with mistakes.at("until"):
+            end, step = f"{seconds(sweep.until):g} s", f"{milliseconds(own.timestep):g} ms"
+            raise ExperimentError(f"until: {end} is not a whole number of steps of {step}")
+    mistakes.raise_errors()
 
 
 def _require_valid(experiment: str, settings: list[str], key: str, axis: Axis) -> None:
@@ -314,4 +305,4 @@ def _names(sweep: SweepFile, key: str, own: Experiment) -> list[str]:
     axis = sweep.vary.get(key)
     if isinstance(axis, Choices):
         return [str(name) for name in axis.levels]
-    return [own.brain.backend if key == _BACKENDS[0] else own.world.backend]
+    return [own.brain.backend if key == "brain.backend" else own.world.backend]

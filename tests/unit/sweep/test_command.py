@@ -182,6 +182,12 @@ def test_a_full_disk_ends_it_with_one_sentence_and_keeps_what_is_done(sweep: Swe
         ),
         (FILE + "measure: [trajectory]\n", [], 3, "'trajectory' compares two runs"),
         (FILE.replace("to: 4", "to: 1000000000"), [], 3, "the sweep has 3,000,000,000 runs"),
+        (
+            FILE.replace("  seed:", "  brain.backend: [event, evnt]\n  seed:"),
+            [],
+            4,
+            "sweep.yaml:5:18: no brain backend is called 'evnt'; did you mean 'event'?",
+        ),
         (FILE, ["--only", "seed=9"], 3, "--only seed=9: no run has this value"),
         (FILE, ["--only", "sed=1"], 3, "'sed' does not vary; did you mean 'seed'?"),
         (FILE, ["--on", "dusk"], 3, "there is no executor 'dusk'; did you mean 'dask'?"),
