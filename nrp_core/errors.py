@@ -247,6 +247,15 @@ def did_you_mean(name: str, valid: Iterable[str], *, cutoff: float = 0.6) -> Hin
     return Hint(f"; valid: {', '.join(names)}" if names else "; there are none")
 
 
+def slip_of(name: str, valid: Iterable[str]) -> str:
+    """Return ``"; did you mean 'x'?"`` if one valid name is very close; empty otherwise.
+
+    It is for names that may well be right elsewhere, where a list of all others is no help.
+    """
+    hint = did_you_mean(name, valid, cutoff=0.8)
+    return hint if hint.instead else ""
+
+
 def nearest(name: str, valid: Iterable[str]) -> str:
     """Return the valid name that is most similar to an unknown one, and all valid names.
 

@@ -50,6 +50,17 @@ def test_cameras_that_cannot_show_the_room_are_doubted(husky: Path, old: str, ne
     assert all(words in one for one in found), found
 
 
+def test_only_the_camera_inside_a_body_is_doubted_of_two_with_one_name(husky: Path) -> None:
+    added = "world.robots.husky.add_sensors=[{type: camera, name: camera, link: base_link}]"
+    (found,) = doubts(validate_file(husky / "experiment.yaml", [added]), Code.NRP298)
+    assert "the camera 'camera' on 'husky/base_link' stands inside" in found
+
+
+def test_a_robot_with_wheels_and_without_weight_is_doubted(slalom: Slalom) -> None:
+    found = slalom("slalom_pioneer/hall.sdf", "<gravity>0 0 -9.8", "<gravity>0 0 0")
+    assert "has wheels that nothing presses on the ground" in "".join(doubts(found, Code.NRP298))
+
+
 @pytest.mark.parametrize(
     ("pose", "words"),
     [

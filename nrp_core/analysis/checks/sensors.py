@@ -50,10 +50,10 @@ def sensors_see_the_room(study: Study) -> Iterator[Finding]:
     for model in _robots(study):
         assert scene is not None
         with suppress(SceneError):  # a mesh cannot be read, which is reported where it is needed
-            inside = {sensor.name: _inside(shape, model) for _, sensor, shape in enclosed(scene, model)}
+            inside = {(link, one.name): _inside(shape, model) for link, one, shape in enclosed(scene, model)}
             for sight in sights(scene, model):
                 is_read = _is_read(study, model, sight.sensor)
-                behind = inside.get(sight.sensor.name, "") if is_read else ""
+                behind = inside.get((sight.link, sight.sensor.name), "") if is_read else ""
                 message, level = (behind, Level.WARNING) if behind else _doubt(sight, scene, model)
                 if message and (is_read or sight.own >= _ALL):
                     place = study.experiment.place("world", "robots", model.name)
@@ -102,7 +102,7 @@ def _doubt(sight: Sight, scene: Scene, model: Model) -> tuple[str, Level]:
 def sensors_keep_the_time_of_physics(study: Study) -> Iterator[Finding]:
     """Look for scanners and cameras that are read, and that measure more often than the world moves."""
     step_ns = study.world.capabilities.step_ns if study.world else None
-    for model, sensor in _read_sensors(study):
+    for model, sensor in read_sensors(study):
         if (
             step_ns and _FASTER * NS_PER_S / step_ns < sensor.rate_hz <= FASTEST_HZ
         ):  # more is doubted anywhere
@@ -118,7 +118,7 @@ def sensors_keep_the_time_of_physics(study: Study) -> Iterator[Finding]:
 def images_have_pixels(study: Study) -> Iterator[Finding]:
     """Look for cameras that are read, and whose images are too narrow to show where something is."""
     scale = getattr(study.world.options, "image_scale", 1.0) if study.world else 1.0
-    for model, sensor in _read_sensors(study):
+    for model, sensor in read_sensors(study):
         for view in sensor.views.values():
             optics = Optics.of(view, scale)
             if optics.width < _LEAST_PIXELS:
@@ -137,7 +137,7 @@ def _robots(study: Study) -> list[Model]:
     return [model for model in study.scene.models if model.name in names] if study.scene else []
 
 
-def _read_sensors(study: Study) -> Iterator[tuple[Model, MountedSensor]]:
+def read_sensors(study: Study) -> Iterator[tuple[Model, MountedSensor]]:
     """Yield the scanners and cameras of robots that something reads."""
     for model in _robots(study):
         for sensor in (sensor for link in model.links for sensor in link.sensors):

@@ -33,7 +33,7 @@ from nrp_core.experiment.model.tree import Key
 from nrp_core.findings import Code, Finding, Findings, Level, has_errors
 from nrp_core.registry import Registry
 from nrp_core.world.backends import worlds
-from nrp_core.world.drives.implausible import implausible_drives
+from nrp_core.world.drives.implausible import implausible_drives, weightless_wheels
 from nrp_core.world.drives.planar import planar_drives
 from nrp_core.world.engine_kit.backend import PhysicsBackend
 from nrp_core.world.engine_kit.planar_servo import servo_of
@@ -266,7 +266,9 @@ class Examination:
             omission = None if self._experiment.strict else Omission(Code.NRP256, "robot", name)
             with self.collector.during(Code.NRP209, "world", "robots", name, omission=omission):
                 if scene is not None and any(model.name == name for model in scene.models):
-                    raise SceneError(f"the room already has a model '{name}': rename the robot, or the model")
+                    swapped = "; is 'scene' the file of a robot?" * (len(scene.models) == 1)
+                    message = f"the room already has a model '{name}': rename the robot, or the model"
+                    raise SceneError(message + swapped)
                 models.append(maker_of(self._experiment).robot(self._experiment, name))
         if scene is None or (self._experiment.strict and len(models) < len(robots)):
             return None
@@ -361,7 +363,8 @@ class Examination:
         step_s = seconds(self._experiment.timestep)
         for model in scene.models:
             if model.name in self._experiment.world.robots:
-                yield from ((model.name, sentence) for sentence in implausible_drives(model, step_s))
+                doubts = (*implausible_drives(model, step_s), *weightless_wheels(model, scene.gravity))
+                yield from ((model.name, sentence) for sentence in doubts)
 
     def _check_event_names(self) -> None:
         events = self._experiment.events

@@ -10,6 +10,7 @@ import numpy as np
 
 from nrp_core.errors import SceneError
 from nrp_core.world.rigid.matrices import matrix_of
+from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.scene.acting import MountedDrive
 from nrp_core.world.scene.implausible_shapes import box_around
 from nrp_core.world.scene.merged_bodies import bodies_of
@@ -60,6 +61,22 @@ def implausible_drives(model: Model, timestep_s: float) -> Iterator[str]:
         yield from _of_controllers(owner, drive, model)
         if isinstance(drive, _Wheeled):
             yield from _of_wheels(owner, drive, model)
+
+
+def weightless_wheels(model: Model, gravity: Vector) -> Iterator[str]:
+    """Yield a sentence for each drive with wheels that no weight presses on the ground.
+
+    Args:
+        model: a robot.
+        gravity: the acceleration of the scene, m/s^2.
+    """
+    pulls = [link.gravity for link in model.links if link.inertial is not None]
+    for drive in model.drives:
+        if isinstance(drive, _Wheeled) and (not any(gravity) or not any(pulls)):
+            yield (
+                f"the drive '{drive.name}' of '{model.name}' has wheels that nothing presses on the ground: "
+                + ("gravity is 0" if not any(gravity) else "gravity pulls no link of it")
+            )
 
 
 def _too_short(owner: str, drive: MountedDrive, timestep_s: float) -> Iterator[str]:

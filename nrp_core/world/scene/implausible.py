@@ -15,6 +15,7 @@ from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.implausible_joints import of_joints
 from nrp_core.world.scene.implausible_links import has_dense_link, of_links
+from nrp_core.world.scene.implausible_looks import of_looks
 from nrp_core.world.scene.implausible_shapes import box_around, of_radii, solid_or_seen, without_strays
 from nrp_core.world.scene.model import Geometry, Light, Link, Model, Plane, Scene
 from nrp_core.world.scene.sensing import MountedSensor, View
@@ -67,6 +68,8 @@ def implausible(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str | Non
         if owner is not None:
             found = (*_of_rest(model), *_of_loose_links(model), *of_joints(model), *_of_sizes(model))
             yield from ((owner, sentence) for sentence in found)
+        with suppress(SceneError):
+            yield from [(owner, sentence) for sentence in of_looks(model)]
         if not model.static:
             with suppress(SceneError):
                 yield from [(owner, sentence) for sentence in of_links(model)]

@@ -7,6 +7,7 @@ from math import pi
 from posixpath import join
 from typing import NamedTuple
 
+from nrp_core.errors import slip_of
 from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.reading.context import Reading
@@ -16,6 +17,7 @@ from nrp_core.world.scene.sensing import Noise
 from nrp_core.world.topics import resolve_name
 
 DEFAULT_RATE_HZ = 30.0
+_NOISES = "none", "gaussian", "gaussian_quantized"
 
 
 def rate_of(sensor: Element, reading: Reading) -> float:
@@ -50,8 +52,9 @@ def noise_of(section: Element, reading: Reading) -> Noise:
     if noise is None:
         return Noise()
     kind = noise.attributes.get("type") or noise.word("type", "none")
-    if kind not in ("none", "gaussian", "gaussian_quantized"):
-        reading.notes.warn(noise, Code.NRP262, f"noise of type '{kind}' is not simulated", subject=kind)
+    if kind not in _NOISES:
+        message = f"noise of type '{kind}' is not simulated{slip_of(kind, _NOISES)}"
+        reading.notes.warn(noise, Code.NRP262, message, subject=kind)
         return Noise()
     if kind == "gaussian_quantized":
         reading.notes.warn(noise, Code.NRP262, "the quantization of noise is not simulated")

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Protocol
 
+from nrp_core.errors import slip_of
 from nrp_core.findings import Code
 from nrp_core.registry import Registry
 from nrp_core.world.rigid.pose import Pose
@@ -131,9 +132,7 @@ def _warn_of_holder(sensor: Element, holder: str, reading: Reading) -> None:
 
 
 def _warn_of_type(sensor: Element, reading: Reading) -> None:
-    reading.notes.warn(
-        sensor,
-        Code.NRP262,
-        f"sensors of type '{sensor.attribute('type')}' are not simulated",
-        subject=sensor.attribute("type"),
-    )
+    kind = sensor.attribute("type")
+    types = [name for name in SENSORS.names() if not name.startswith("plugin.")]
+    message = f"sensors of type '{kind}' are not simulated{slip_of(kind, types)}"
+    reading.notes.warn(sensor, Code.NRP262, message, subject=kind)

@@ -11,7 +11,7 @@ import pytest
 
 from nrp_core import Model, Pose, Scene, read_model, read_scene
 from nrp_core.findings import Code
-from nrp_core.world.drives.implausible import implausible_drives
+from nrp_core.world.drives.implausible import implausible_drives, weightless_wheels
 from nrp_core.world.fitting import Fitting, JointControl, fitted
 from nrp_core.world.scene.implausible import implausible
 from nrp_core.world.scene.model import Joint
@@ -205,3 +205,17 @@ def test_a_torque_that_moves_nothing_is_reported(tmp_path: Path, torque: str, is
     assert ["has a torque of at most 0.035 N m, which accelerates" in one for one in said] == [
         True
     ] * is_reported
+
+
+@pytest.mark.parametrize(
+    ("gravity_z", "pulled", "words"),
+    [(-9.8, True, ""), (0.0, True, "gravity is 0"), (-9.8, False, "gravity pulls no link of it")],
+)
+def test_wheels_that_no_weight_presses_on_the_ground_are_reported(
+    tmp_path: Path, gravity_z: float, pulled: bool, words: str
+) -> None:
+    model = _husky(tmp_path)
+    model = replace(model, links=tuple(replace(link, gravity=pulled) for link in model.links))
+    found = list(weightless_wheels(model, (0.0, 0.0, gravity_z)))
+    assert len(found) == bool(words)
+    assert all("has wheels that nothing presses on the ground: " in one and words in one for one in found)

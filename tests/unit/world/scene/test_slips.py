@@ -237,3 +237,22 @@ def test_a_value_of_urdf_in_another_place_is_reported(
     (tmp_path / "cart.urdf").write_text(_CART.format(link, joint, axis))
     said = [str(one) for one in read_model(tmp_path / "cart.urdf").warnings]
     assert any(words in one for one in said) if words else not any("ignored" in one for one in said), said
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (
+            'type="camera"',
+            'type="camra"',
+            "sensors of type 'camra' are not simulated; did you mean 'camera'?",
+        ),
+        (
+            "</camera>",
+            "<noise><type>gausian</type></noise></camera>",
+            "noise of type 'gausian' is not simulated; did you mean 'gaussian'?",
+        ),
+    ],
+)
+def test_a_misspelt_type_is_told_with_what_is_meant(tmp_path: Path, old: str, new: str, words: str) -> None:
+    assert any(words in one for one in _edited(tmp_path, "pan_tilt.sdf", old, new))

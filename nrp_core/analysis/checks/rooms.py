@@ -1,0 +1,89 @@
+"""Things of the room that are only seen, or only felt."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import Final
+
+from nrp_core._support.arrays import FloatArray
+from nrp_core.analysis.checks.conditions import asked
+from nrp_core.analysis.checks.sensors import read_sensors
+from nrp_core.analysis.registry import checks_experiment
+from nrp_core.analysis.study import Study
+from nrp_core.errors import SceneError
+from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.implausible_shapes import box_around
+from nrp_core.world.scene.model import Collision, Model, Plane, Visual
+
+_SCENERY_M: Final = 60.0
+"""A shape as long as this may be a sky, or the ground around the room."""
+_LEAST_M: Final = 0.05
+"""Things that reach less than this above the feet of robots are marks on the ground."""
+_MOST_NAMES: Final = 3
+
+
+@checks_experiment(Code.NRP298)
+def things_are_seen_and_felt(study: Study) -> Iterator[Finding]:
+    """Look for things that robots drive through, and for those that no image shows."""
+    if study.scene is None:
+        return
+    names = study.experiment.world.robots
+    robots = [model for model in study.scene.models if model.name in names]
+    room = [model for model in study.scene.models if model.static and model.name not in names]
+    place = study.experiment.place("world", "scene")
+    with suppress(SceneError):  # a mesh cannot be read, which is reported where it is needed
+        feet = [box for box in (_box(robot, Collision) for robot in robots if _drives(robot)) if box]
+        if feet:
+            low, high = min(box[0][2] for box in feet), max(box[1][2] for box in feet)
+            goals = {near.other for _, near in asked(study.experiment, "near", "near")}
+            only_seen = [
+                one.name for one in room if one.name not in goals and _only_seen(one, low + _LEAST_M, high)
+            ]
+            if only_seen:
+                message = f"robots pass through {_listed(only_seen)}: seen, and without collision shapes"
+                yield place.finding(Code.NRP298, message, Level.NOTE)
+    if any(sensor.views for _, sensor in read_sensors(study)):
+        only_felt = [one.name for one in room if not _shown(one) and _is_felt(one)]
+        if only_felt:
+            message = f"no image shows {_listed(only_felt)}: touched, and without anything to see"
+            yield place.finding(Code.NRP298, message, Level.NOTE)
+
+
+def _drives(robot: Model) -> bool:
+    """Return whether a robot may get to other places."""
+    return not robot.static and not any(joint.parent == WORLD for joint in robot.joints)
+
+
+def _only_seen(model: Model, low_m: float, high_m: float) -> bool:
+    """Return whether a thing has no collision shapes and stands where robots of these heights drive."""
+    box = _box(model, Visual) if not any(link.collisions for link in model.links) else None
+    if box is None or (box[1] - box[0]).max() >= _SCENERY_M:
+        return False
+    return bool(box[0][2] < high_m and box[1][2] > low_m)
+
+
+def _is_felt(model: Model) -> bool:
+    """Return whether a thing has a collision shape that is no ground."""
+    return any(not isinstance(one.geometry, Plane) for link in model.links for one in link.collisions)
+
+
+def _shown(model: Model) -> list[Visual]:
+    return [one for link in model.links for one in link.visuals if one.rgba[3] > 0]
+
+
+def _box(model: Model, kind: type[Visual] | type[Collision]) -> tuple[FloatArray, FloatArray] | None:
+    """Return the corners of the box around the visible or the collision shapes of a model in the world, m."""
+    return box_around(
+        (model.pose @ link.pose @ one.pose, one.geometry)
+        for link in model.links
+        for one in (link.collisions if kind is Collision else link.visuals)
+        if not isinstance(one, Visual) or one.rgba[3] > 0
+    )
+
+
+def _listed(names: list[str]) -> str:
+    """Return the first names of a list, and how many more there are."""
+    first = ", ".join(f"'{name}'" for name in names[:_MOST_NAMES])
+    return first + (f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else "")
