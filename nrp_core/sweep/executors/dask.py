@@ -40,7 +40,7 @@ class DaskExecutor(Executor):
         from distributed import Client, LocalCluster
 
         if not self.address:
-            self._settings = _keeping_workers()
+            self._settings = _settings()
             self._cluster = LocalCluster(
                 n_workers=self.workers or cores(), threads_per_worker=1, dashboard_address="127.0.0.1:0"
             )
@@ -123,14 +123,23 @@ class DaskExecutor(Executor):
         self._client.run_on_scheduler(_allow_attempts)
 
 
-def _keeping_workers() -> Any:
-    """Return a context, already entered, in which a cluster of this machine does not give up workers.
+def _settings() -> Any:
+    """Return a context, already entered, with the settings of a cluster of this machine.
 
-    Otherwise it removes a worker that is just starting 15 s after an earlier death, and never replaces it.
+    It keeps its workers: otherwise it removes one that is just starting 15 s after an earlier death, and
+    never replaces it. It does not watch its processes: profiling them and polling the interpreter's lock a
+    thousand times a second took a tenth of the time of runs, and nobody looks at the result.
     """
     from dask import config
 
-    return config.set({"distributed.deploy.lost-worker-timeout": _LONG_S})
+    return config.set(
+        {
+            "distributed.deploy.lost-worker-timeout": _LONG_S,
+            "distributed.worker.profile.enabled": False,
+            "distributed.admin.system-monitor.gil.enabled": False,
+            "distributed.admin.tick.interval": "500ms",
+        }
+    )
 
 
 def _after_deaths(deaths: Deaths, task: Task, times: int, cause: str) -> Task | Record:
