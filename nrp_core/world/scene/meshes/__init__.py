@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
+import time
 from contextlib import suppress
 from dataclasses import astuple, dataclass
 from functools import lru_cache, partial
@@ -26,6 +28,8 @@ from nrp_core.world.scene.model import Rgba
 MAX_BYTES = 200_000_000
 MAX_BYTES_BESIDE = 50_000_000
 """Maximum size of a material file or a texture, bytes."""
+SETTLED_NS = 2_000_000_000
+"""A file changed less than this before may change again without another time of change."""
 
 _VERSION = 2  # of the cache; increased with each change of a conversion
 _LISTING = "pieces.json"
@@ -59,8 +63,8 @@ def mesh_pieces(path: Path, wanted: Wanted) -> list[Piece]:
     Raises:
         SceneError: it has another format, is too large, or cannot be used.
     """
-    data, suffix = _contents(path), path.suffix.lower()
-    key = _extended(_hashed(path, data), suffix, *astuple(wanted), _VERSION)
+    (data, facts), suffix = _contents(path), path.suffix.lower()
+    key = _extended(_hashed(path, data, facts), suffix, *astuple(wanted), _VERSION)
     try:
         while True:
             fill = partial(_fill, key, data, suffix, path.parent, wanted)
@@ -129,19 +133,21 @@ def _parsed(data: bytes, suffix: str, home: Path) -> tuple[list[Surface], int, d
     return *parse(data, suffix, read), beside
 
 
-def _contents(path: Path) -> bytes:
+def _contents(path: Path) -> tuple[bytes, os.stat_result]:
+    """Return the contents of a file, and what the file system said of it before it was read."""
     if path.suffix.lower() not in KINDS:
         raise SceneError(f"is not of a supported type; supported: {', '.join(KINDS)}", path=path)
     try:
-        size = path.stat().st_size
-        if size > MAX_BYTES:
-            raise SceneError(f"is larger than {MAX_BYTES / 1e6:.0f} MB ({size / 1e6:.0f} MB)", path=path)
+        facts = path.stat()
+        if facts.st_size > MAX_BYTES:
+            size = f"{facts.st_size / 1e6:.0f} MB"
+            raise SceneError(f"is larger than {MAX_BYTES / 1e6:.0f} MB ({size})", path=path)
         data = path.read_bytes()
     except OSError as error:
         raise SceneError(f"cannot be read: {error.strerror}", path=path) from error
     if data.startswith(_LFS):
         raise SceneError("is a Git LFS pointer: fetch the file itself with `git lfs pull`", path=path)
-    return data
+    return data, facts
 
 
 def _beside(home: Path, name: str) -> bytes | None:
@@ -157,17 +163,19 @@ def _placed(home: Path, name: str) -> Path:
     return home / unquote(name.removeprefix("file://")).replace("\\", "/")
 
 
-def _hashed(path: Path, data: bytes) -> Any:
-    """Return the hash of the contents of a file, which is not to be changed."""
-    last = _last_of(path)
-    if last[:1] != [data]:
-        last[:] = data, _updated(hashlib.blake2b(digest_size=16), data)
-    return last[1]
+def _hashed(path: Path, data: bytes, facts: os.stat_result) -> Any:
+    """Return the hash of a file, which is not to be changed; the legs of a robot use files in turn."""
+    if time.time_ns() - facts.st_mtime_ns < SETTLED_NS:
+        return _updated(hashlib.blake2b(digest_size=16), data)
+    known = _known_hash(path, facts.st_ino, facts.st_size, facts.st_mtime_ns)
+    if not known:
+        known.append(_updated(hashlib.blake2b(digest_size=16), data))
+    return known[0]
 
 
-@lru_cache(maxsize=4)  # the legs of a robot use the same files in turn
-def _last_of(_path: Path) -> list[Any]:
-    """Return the last contents of a file, and their hash: to compare takes much less time than to hash."""
+@lru_cache(maxsize=1024)
+def _known_hash(_path: Path, _inode: int, _size: int, _changed_ns: int) -> list[Any]:
+    """Return the hash of a file as it is since its last change, in a list that is empty at first."""
     return []
 
 

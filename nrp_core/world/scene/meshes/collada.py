@@ -6,6 +6,7 @@ As in Gazebo and RViz, the unit of the file is used and its up axis is ignored.
 from __future__ import annotations
 
 import io
+import re
 import warnings
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,12 @@ if TYPE_CHECKING:
     from nrp_core.world.scene.model import Rgba
 
 _MAX_DEPTH = 100
+_INPUT = re.compile(r"<input\b[^<>]*>")
+_UNUSED = re.compile(r"(\ssemantic=[\"'])(?:NORMAL|(?:TEX)?(?:TANGENT|BINORMAL))([\"'])")
+_SOURCE = re.compile(r"\ssource=[\"']#([^\"'<>]*)[\"']")
+_NUMBERS = re.compile(
+    r"(<source\b[^<>]*\sid=[\"']([^\"'<>]*)[\"'][^<>]*>\s*<float_array\b[^<>]*[^/<>]>)[^<]*(?=<)"
+)
 
 
 def parse_collada(data: bytes, beside: ReadBeside) -> list[Surface]:
@@ -32,7 +39,7 @@ def parse_collada(data: bytes, beside: ReadBeside) -> list[Surface]:
     import collada
     from collada.common import DaeError
 
-    text = strict_xml(data)
+    text = _without_normals(strict_xml(data))
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PendingDeprecationWarning)  # pycollada uses NumPy's matrices
@@ -43,6 +50,23 @@ def parse_collada(data: bytes, beside: ReadBeside) -> list[Surface]:
             return [part for root in roots for part in _surfaces(root, matrix, frozenset(), beside)]
     except Exception as error:  # pycollada does not wrap errors of its XML library and NumPy
         raise ValueError(f"{type(error).__name__}: {error}") from error
+
+
+def _without_normals(text: str) -> str:
+    """Return a file without the numbers of normals and tangents, half of most files, which nothing here uses.
+
+    Their inputs stay, with another meaning: the places of the other inputs count them.
+    """
+    unused, used = set[str](), set[str]()
+
+    def renamed(given: re.Match[str]) -> str:
+        marked, count = _UNUSED.subn(r"\1UNUSED\2", given[0])
+        (unused if count else used).update(_SOURCE.findall(given[0]))
+        return marked
+
+    text = _INPUT.sub(renamed, text)
+    emptied = unused - used
+    return _NUMBERS.sub(lambda found: found[1] if found[2] in emptied else found[0], text)
 
 
 def _surfaces(

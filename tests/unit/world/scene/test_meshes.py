@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import gc
+import os
 import struct
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -132,25 +135,57 @@ def test_a_changed_material_file_is_noticed(pieces: Pieces, tmp_path: Path) -> N
     assert pieces("a.obj", TWO_THINGS)[0].rgba == (0, 0, 1, 0.5)
 
 
-def test_a_file_is_hashed_again_only_if_it_has_changed(
-    pieces: Pieces, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    hashed = []
+@pytest.fixture
+def hashed(monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
+    """All contents that are hashed from now on."""
+    found: list[bytes] = []
 
     def counted(total: Any, *parts: object) -> Any:
-        hashed.extend(part for part in parts if isinstance(part, bytes))
+        found.extend(part for part in parts if isinstance(part, bytes))
         return updated(total, *parts)
 
     updated = meshes._updated
     monkeypatch.setattr(meshes, "_updated", counted)
+    return found
+
+
+def test_a_file_is_hashed_again_only_if_it_has_changed(tmp_path: Path, hashed: list[bytes]) -> None:
     turned = TWO_THINGS.replace("v 1 0 0", "v 2 0 0")
     assert len(turned) == len(TWO_THINGS)
-    extents = [
-        [read_stl(piece.path).max() for piece in pieces("a.obj", text)]
-        for text in (TWO_THINGS, TWO_THINGS, turned)
-    ]
+    path, extents = tmp_path / "a.obj", []
+    for text, changed_s in ((TWO_THINGS, 1e9), (TWO_THINGS, 1e9), (turned, 1e9 + 1e-3)):
+        path.write_text(text)
+        os.utime(path, (changed_s, changed_s))
+        extents.append([read_stl(piece.path).max() for piece in mesh_pieces(path, Wanted("colored"))])
     assert extents[0] == extents[1] != extents[2]
     assert hashed == [TWO_THINGS.encode(), turned.encode()]
+
+
+def test_a_file_that_has_just_changed_may_change_within_the_same_tick(
+    tmp_path: Path, hashed: list[bytes]
+) -> None:
+    turned = TWO_THINGS.replace("v 1 0 0", "v 2 0 0")
+    path, extents, just_now_s = tmp_path / "a.obj", [], time.time()
+    for text in (TWO_THINGS, turned):
+        path.write_text(text)
+        os.utime(path, (just_now_s, just_now_s))
+        extents.append([read_stl(piece.path).max() for piece in mesh_pieces(path, Wanted("colored"))])
+    assert extents[0] != extents[1]
+
+
+def test_no_contents_of_mesh_files_stay_in_memory_for_their_hashes(tmp_path: Path) -> None:
+    for number in range(4):
+        path = tmp_path / f"{number}.stl"
+        write_stl(path, np.concatenate([ball(20)] * 10) + number)
+        os.utime(path, (1e9, 1e9))
+        mesh_pieces(path, Wanted("whole"))
+    meshes._parsed.cache_clear()
+    held = [each for each in gc.get_objects() if isinstance(each, list) and _are_contents(each)]
+    assert held == []
+
+
+def _are_contents(held: list[object]) -> bool:
+    return bool(held) and isinstance(held[0], bytes) and len(held[0]) > 100_000
 
 
 def test_an_image_counts_as_its_mean_colour(pieces: Pieces, tmp_path: Path) -> None:
@@ -236,6 +271,30 @@ def test_comments_in_collada_may_hold_hyphens(pieces: Pieces) -> None:
     text = text.replace("<node", "<!--- -- --->\n<node")
     (right,) = pieces("a.dae", text.encode("latin-1"), "whole", submesh="right")
     assert volume(read_stl(right.path)) == pytest.approx(8 / 6)
+
+
+NORMALS = """<source id="directions"><float_array id="many" count="{count}">{numbers}</float_array>
+  <technique_common><accessor source="#many" count="{count}" stride="3">
+    <param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/>
+  </accessor></technique_common></source><vertices"""
+
+
+@pytest.mark.parametrize("source", ["directions", "points"])
+def test_normals_in_collada_take_no_part_and_shift_nothing(pieces: Pieces, source: str) -> None:
+    normal = f'<input offset="0" source="#{source}" semantic="NORMAL"/>'
+    text = dae().replace("<vertices", NORMALS.format(count=3, numbers="0 0 1"), 1)
+    text = text.replace('source="#vertices" offset="0"/>', f'source="#vertices" offset="1"/>{normal}')
+    text = text.replace("0 2 1 0 1 3 0 3 2 1 2 3", "0 0 0 2 0 1 0 0 0 1 0 3 0 0 0 3 0 2 0 1 0 2 0 3")
+    (given,), (without,) = pieces("a.dae", text), pieces("b.dae", dae())
+    assert (read_stl(given.path) == read_stl(without.path)).all()
+
+
+def test_numbers_of_normals_in_collada_are_not_read(pieces: Pieces) -> None:
+    normal = '<input offset="0" source="#directions" semantic="NORMAL"/>'
+    text = dae().replace("<vertices", NORMALS.format(count=4, numbers="0 0 1 0"), 1)
+    text = text.replace("<p>", f"{normal}<p>")
+    (given,), (without,) = pieces("a.dae", text), pieces("b.dae", dae())
+    assert (read_stl(given.path) == read_stl(without.path)).all()
 
 
 # -- convex pieces
