@@ -205,7 +205,7 @@ STEP_OF_ENVIRONMENT = Explanation(
 
 OTHER_ENGINE = Explanation(
     "A part of a robot exists only in another physics engine.",
-    "The world runs without it: its commands have no effect, and it exerts no forces.",
+    "The world runs without it: its commands have no effect, it exerts no forces, and it has no inertia.",
     "Use the engine whose format describes it, for MJCF `world: {backend: mujoco}`.",
     "{n} parts of robots exist only in another engine",
     Weight.ALTERED,

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator, Sequence
 
 from nrp_core.findings import Code, Findings
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.origin import Native
 
 _MECHANISMS = ("contact", "equality", "tendon")
-"""Sections with mechanisms; actuators report themselves, and settings are meant for one engine alone."""
+"""Sections with mechanisms; actuators report themselves, and settings of solvers are meant for one engine."""
+_MEDIUM = ("density", "viscosity")
+"""What an ``<option>`` says of the medium around a model; both are 0 for none."""
+_NAMED = 3
+"""The number of joints that a report names."""
 
 
 def report_mechanisms(model: Model, engine: str, namespace: str, warnings: Findings) -> None:
@@ -21,21 +26,43 @@ def report_mechanisms(model: Model, engine: str, namespace: str, warnings: Findi
         namespace: that of the elements for this engine.
         warnings: receives the reports.
     """
+    foreign = [each for each in model.native if each.namespace != namespace]
+    for subject, part in _lacking(f"'{model.name}'", foreign):
+        warnings.add(Code.NRP345, f"{engine} does not have {part}", subject=subject)
+    if any(each.tag == "contact" and each.attribute("self") == "true" for each in foreign):
+        message = f"in {engine} parts of '{model.name}' do not touch each other, as its file says they do"
+        warnings.add(Code.NRP345, message, subject="contact")
+
+
+def _lacking(model: str, foreign: Sequence[Native]) -> Iterator[tuple[str, str]]:
+    """Yield the parts of a model that elements for another engine describe, each with its subject."""
     counts = Counter(
         (section.tag, part.tag)
-        for section in model.native
-        if section.namespace != namespace and section.tag in _MECHANISMS
+        for section in foreign
+        if section.tag in _MECHANISMS
         for part in section.children
         if not _is_inner_exclude(part)
     )
     for (section, tag), count in counts.items():
         which = f"the <{tag}>" if count == 1 else f"the {count} <{tag}>"
-        message = f"{engine} does not have {which} in <{section}> of '{model.name}'"
-        warnings.add(Code.NRP345, message, subject=tag)
-    foreign = (each for each in model.native if each.namespace != namespace and each.tag == "contact")
-    if any(each.attribute("self") == "true" for each in foreign):
-        message = f"in {engine} parts of '{model.name}' do not touch each other, as its file says they do"
-        warnings.add(Code.NRP345, message, subject="contact")
+        yield tag, f"{which} in <{section}> of {model}"
+    motors = [each.attribute("name") for each in foreign if each.tag == "joint" and _has(each, "armature")]
+    if motors:
+        joints = ", ".join(f"'{name}'" for name in motors[:_NAMED]) + (
+            ", ..." if len(motors) > _NAMED else ""
+        )
+        yield "armature", f"the inertia of the motors (armature) of {model} at {joints}"
+    for medium in _MEDIUM:
+        if any(each.tag == "option" and _has(each, medium) for each in foreign):
+            yield medium, f"the medium that brakes {model} ({medium})"
+
+
+def _has(element: Native, name: str) -> bool:
+    """Return whether an attribute is a number other than 0."""
+    try:
+        return float(element.attribute(name) or 0) != 0
+    except ValueError:  # the engine that it is for tells that
+        return False
 
 
 def _is_inner_exclude(part: Native) -> bool:

@@ -326,6 +326,28 @@ def test_pybullet_tells_of_parts_that_would_touch_each_other(tmp_path, hand, exc
         )
 
 
+@pytest.mark.parametrize(
+    ("option", "armature", "told"),
+    [
+        ('density="1000" viscosity="0.001"', "0", ["density", "viscosity"]),
+        ('density="0"', "0.01", ["armature"]),
+        ('wind="1 0 0"', "0", []),
+    ],
+)
+def test_pybullet_tells_that_it_has_no_inertia_of_motors_and_no_medium(tmp_path, option, armature, told):
+    (tmp_path / "fin.xml").write_text(
+        f'<mujoco><option {option}/><worldbody><body name="fin"><geom size="0.1"/><joint name="root"/>'
+        f'<body pos="0.2 0 0"><joint name="flap" armature="{armature}"/><geom size="0.1"/></body></body>'
+        "</worldbody></mujoco>"
+    )
+    with opened(read_scene(tmp_path / "fin.xml"), "pybullet") as world:
+        found = [warning for warning in world.warnings if warning.code is Code.NRP345]
+        assert [warning.subject for warning in found if warning.subject != "contact"] == told
+        assert all("'flap'" in each.message for each in found if each.subject == "armature")
+    with opened(read_scene(tmp_path / "fin.xml")) as world:
+        assert not [warning for warning in world.warnings if warning.code is Code.NRP345]
+
+
 @pytest.mark.parametrize(("base", "touches"), [("", True), ("<freejoint/>", False)])
 def test_an_arm_touches_its_base_only_if_the_base_is_fixed_as_in_mujoco(tmp_path, base, touches):
     (tmp_path / "arm.xml").write_text(
