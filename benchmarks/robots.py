@@ -5,7 +5,8 @@ Give it robot files, or folders with files in URDF, SDF or MJCF; without any it 
 
     python benchmarks/robots.py [FILE | FOLDER ...]
 
-Each robot is held by its base. Every joint that can be commanded goes 0.2 rad (5 cm) from its start, within
+Each robot is held by its base. The table counts the joints that start within their limits, at the same
+positions on both engines. Every joint that can be commanded then goes 0.2 rad (5 cm) from its start, within
 its limits, or as far as its limit of velocity allows in half the time; joints of a loop go to the nearest
 positions that close it. After 1.5 s the table counts those that are within 1 mrad (1 mm). Then, without
 commands, its joints fall for 0.5 s, and the table has the largest difference between the engines (rad, m): up
@@ -38,9 +39,10 @@ from nrp_core.world.scene.sdf import read_model, read_scene
 from nrp_core.world.scene.starts import start_positions
 
 ENGINES = ("mujoco", "pybullet")
-STEP, SLIDE, WITHIN = 0.2, 0.05, 1e-3
+STEP, SLIDE, WITHIN, SAME = 0.2, 0.05, 1e-3, 1e-6
 COMMANDED_NS, LIMP_NS, SAMPLE_NS = 1_500_000_000, 500_000_000, 10_000_000
 STYLES = (".urdf", ".sdf", ".xml")
+NO_NAMES = ("robot", "model")
 PARTS = ("random_urdfs", "objects", "toys")
 """Folders of ``pybullet_data`` with things that are not robots."""
 _MASS = re.compile(r"<mass\s+value\s*=\s*\"([^\"]+)\"|<mass>([^<]+)</mass>")
@@ -51,8 +53,9 @@ Ends = dict[str, float]
 
 def main() -> None:
     print_conditions()
-    print("| robot | joints | load, s | mass, kg (file) | mujoco | pybullet | apart to a stop | apart |")
-    print("|---|---|---|---|---|---|---|---|")
+    names = ("robot", "joints", "load, s", "mass, kg (file)", "stands", *ENGINES, "apart to a stop", "apart")
+    print("|", " | ".join(names), "|")
+    print("|---" * len(names) + "|")
     done = 0
     for path in robots(sys.argv[1:]):
         for row in measured(path):
@@ -78,17 +81,22 @@ def measured(path: Path) -> Iterator[str]:
         took = time.process_time() - began
         held = [_held(model) for model in models if not model.static and led(model)]
     except NrpError as error:
-        yield f"| {path.stem} | | | | refused: {str(error).rpartition(': ')[2][:80]} | | | |"
+        yield f"| {called(path)} | | | | refused: {str(error).rpartition(': ')[2][:80]} | | | | |"
         return
     for model in held:
         mass = sum(link.inertial.mass for link in model.links if link.inertial)
         ends = " | ".join(reached(model, engine) for engine in ENGINES)
-        name = path.stem if path.suffix == ".urdf" else f"{path.name} {model.name}"
+        name = called(path) if path.suffix == ".urdf" else f"{called(path)}{path.suffix} {model.name}"
         count, said = len(led(model)), written(path)
         yield (
             f"| {name} | {count} | {took:.2f} | {mass:.4g}{f' ({said:.4g})' if said else ''} "
-            f"| {ends} | {apart(model)} |"
+            f"| {standing(model)} | {ends} | {apart(model)} |"
         )
+
+
+def called(path: Path) -> str:
+    """Return the name of a file, with its folder if it says nothing."""
+    return f"{path.parent.name}/{path.stem}" if path.stem in NO_NAMES else path.stem
 
 
 def _held(model: Model) -> Model:
@@ -113,6 +121,21 @@ def moved(model: Model, engine: str, goals: Ends, until_ns: int) -> Ends:
         world.run_until(until_ns)
         states = world.joint_states(model.name)
         return dict(zip(states.names, states.positions.tolist(), strict=True))
+
+
+def standing(model: Model) -> str:
+    """Return how many joints start within their limits, where the other engine has them, too."""
+    try:
+        one, other = (moved(model, engine, {}, 0) for engine in ENGINES)
+    except NrpError as error:
+        return f"refused: {str(error)[:80]}"
+    inside = [
+        joint
+        for joint in led(model)
+        if joint.lower - SAME <= one[joint.name] <= joint.upper + SAME
+        and abs(one[joint.name] - other[joint.name]) <= SAME
+    ]
+    return f"{len(inside)} of {len(led(model))}"
 
 
 def reached(model: Model, engine: str) -> str:
