@@ -115,7 +115,11 @@ class Functions(Live):
                 old[name].priority if name in old and not function.priority else function.priority
             )
         is_renamed = name in old and name not in {one.name for one in functions}
+        known = [str(problem) for problem in run.problems]
         run.change(functions, [name] if name is not None and is_renamed else [])
+        for problem in run.problems:
+            if str(problem) not in known:
+                log.warning("%s", problem)
 
     def _reapply(self, run: Run) -> None:
         """Give a new run the functions that the old one had."""

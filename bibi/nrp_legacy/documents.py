@@ -18,6 +18,9 @@ from nrp_legacy.elements import (
     text,
 )
 
+DURATION_S = 600.0
+"""The default duration of an experiment."""
+
 ROBOT = "robot"
 """The name of a robot without a name."""
 

@@ -14,11 +14,12 @@ from nrp_core._support.xml import Element
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.findings import Code, Finding, Level
 from nrp_core.world.rigid.pose import ROUNDED_TURN_RAD
-from nrp_legacy.documents import FUNCTION, ROBOT, Bibi, Experiment
+from nrp_legacy.documents import DURATION_S, FUNCTION, ROBOT, Bibi, Experiment
 from nrp_legacy.elements import attribute, children, local, number, text
 
 _ENGINES: Final = ("ode", "bullet", "simbody", "dart", "opensim")
 _TRUTH: Final = ("true", "false", "1", "0")
+_CLOCKS: Final = ("simulation", "real")
 _SELECTORS: Final = ("Range", "List", "Population", "Index")
 _ONCE_IN_EXC: Final = ("bibiConf", "environmentModel", "timeout", "rngSeed", "physicsEngine")
 _ONCE_IN_BIBI: Final = ("brainModel", "timestep", "mode")
@@ -51,6 +52,7 @@ def doubts_about(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
     yield from _selectors(bibi.populations)
     yield from _named_twice(bibi)
     yield from _functions(bibi)
+    yield from _robots_named_twice(bibi)
     if bibi.timestep is not None and bibi.timestep.text.strip().replace(".", "", 1).isdigit():
         step_ms = float(bibi.timestep.text)
         if 0 < step_ms < _LEAST_MS:
@@ -83,6 +85,13 @@ def _misspelt(root: Element, known: tuple[str, ...]) -> Iterator[Finding]:
 
 
 def _settings(exc: Experiment) -> Iterator[Finding]:
+    for timeout in children(exc.element, "timeout"):
+        kind = attribute(timeout, "time")
+        if not timeout.text.strip():
+            yield _doubt(timeout, f"the <timeout> is empty: the run lasts {DURATION_S:g} s")
+        if kind and kind not in _CLOCKS:
+            hint = did_you_mean(kind, _CLOCKS)
+            yield _doubt(timeout, f"the time of a <timeout> is '{kind}'{hint}: simulated time is used")
     for engine in children(exc.element, "physicsEngine"):
         name = engine.text.strip().lower()
         if name and name not in _ENGINES:
@@ -168,6 +177,17 @@ def _named_twice(bibi: Bibi) -> Iterator[Finding]:
                 yield _doubt(
                     selector, f"a population '{name}' stands again in line {used.line}: that one is used"
                 )
+
+
+def _robots_named_twice(bibi: Bibi) -> Iterator[Finding]:
+    """Yield the robots that another one of the same name replaces."""
+    bodies = children(bibi.element, "bodyModel")
+    last = {attribute(body, "robotId") or ROBOT: body for body in bodies}
+    for body in bodies:
+        name = attribute(body, "robotId") or ROBOT
+        if last[name] is not body:
+            message = f"a robot '{name}' stands again in line {last[name].line}: this one is left out"
+            yield Finding(Code.NRP256, message, Level.WARNING, body.path, body.line)
 
 
 def _functions(bibi: Bibi) -> Iterator[Finding]:

@@ -29,8 +29,6 @@ from nrp_legacy.poses import pose_of
 
 TIMESTEP_MS = 20.0
 """The default period of a loop."""
-DURATION_S = 600.0
-"""The default duration of an experiment."""
 
 WORLD_STEP_NS = 2 * NS_PER_MS
 """Step of the worlds here, unless an experiment sets it."""
@@ -104,7 +102,9 @@ class _Reading:
             self._note(element, Code.NRP287, f"<{local(element.tag)}> is not supported: ignored")
         self._notes += doubts_about(exc, bibi)
         timestep_ns = round(self._time(bibi.timestep, TIMESTEP_MS, milliseconds_of) * NS_PER_MS)
-        duration_ns = ceil(self._time(exc.timeout, DURATION_S) * NS_PER_S / timestep_ns) * timestep_ns
+        duration_ns = (
+            ceil(self._time(exc.timeout, documents.DURATION_S) * NS_PER_S / timestep_ns) * timestep_ns
+        )
         tree = self._tree({
             "name": exc.name, "description": exc.description, "seed": exc.seed or 0,
             "timestep": f"{timestep_ns} ns", "duration": f"{duration_ns} ns",

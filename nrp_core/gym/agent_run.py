@@ -44,7 +44,8 @@ class Agent:
     def __post_init__(self) -> None:
         if not isinstance(self.steps, int) or self.steps < 1:
             raise ExperimentError(
-                f"a step of an environment is at least 1 step of the loop, not {self.steps}"
+                "a step of an environment is a whole number of steps of the loop, at least 1, not "
+                f"{self.steps}"
             )
         if isinstance(self.observe, str) or not self.observe:
             raise ExperimentError(

@@ -196,7 +196,7 @@ def test_a_reward_that_is_no_number_and_half_a_step_are_refused() -> None:
         made.reset()
         with pytest.raises(nrp_core.NrpError, match=r"the reward at 0\.02 s is nan, not a finite number"):
             made.step({})
-    with pytest.raises(nrp_core.NrpError, match=r"at least 1 step of the loop, not 1\.5"):
+    with pytest.raises(nrp_core.NrpError, match=r"a whole number of steps of the loop, at least 1, not 1\.5"):
         make_env("slalom_pioneer", observe=["rate:wheels"], steps=1.5)  # type: ignore[arg-type]
     with pytest.raises(nrp_core.NrpError, match=r"of 51 steps of the loop takes 1\.02 s, and an episode 1 s"):
         make_env("slalom_pioneer", observe=["rate:wheels"], steps=51, overrides=["duration=1 s"])

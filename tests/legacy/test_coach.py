@@ -120,6 +120,17 @@ def test_an_edit_that_gives_a_function_another_name_says_so(
         simulation.delete_transfer_function("drive")
 
 
+def test_an_added_function_that_reads_a_topic_which_nobody_publishes_says_so(
+    launched: Launched, caplog: pytest.LogCaptureFixture
+) -> None:
+    simulation = launched()
+    simulation.add_transfer_function(POSE)
+    assert "the world has no topic" not in caplog.text
+    wrong = POSE.replace("/gazebo/model_states", "/gazebo/model_stats").replace("record_pose", "record_more")
+    simulation.add_transfer_function(wrong)
+    assert "the world has no topic '/gazebo/model_stats': it is silent unless a function" in caplog.text
+
+
 def test_an_edit_that_is_wrong_changes_nothing(launched: Launched) -> None:
     simulation = launched()
     before = simulation.get_transfer_function("drive")

@@ -40,6 +40,8 @@ def test_an_experiment_without_slips_is_not_doubted(tmp_path: Path) -> None:
     [
         ("<rngSeed>7", "<rngSeed>seven", "the <rngSeed> must be a whole number, not 'seven': the seed is 0"),
         (">ode<", ">bullit<", "there is no physics engine 'bullit'; did you mean 'bullet'?: ignored"),
+        (">840<", "><", "the <timeout> is empty: the run lasts 600 s"),
+        ("<timeout>", '<timeout time="reel">', "the time of a <timeout> is 'reel'; did you mean 'real'?"),
         ("</timeout>", "</timeout><timeout>9</timeout>", "a second <timeout> is ignored: the one of line 2"),
         ('<robotPose robotId="husky"', '<robotPose robotId="huskyy"', "no robot 'huskyy', whose start pose"),
         ('uz="0.7" theta="0.7"', 'uz="0" theta="0"', "0 0 0 0, which is no orientation: none is used"),
@@ -93,6 +95,17 @@ def test_a_part_whose_element_is_misspelt_is_missing_from_the_run(
         (code, f"<{new}> is ignored; did you mean <{old}>?")
     ]
     assert code.weight is Weight.INCOMPLETE
+
+
+@pytest.mark.parametrize("names", ["", ' robotId="cart"'])
+def test_a_robot_with_the_name_of_another_is_missing_from_the_run(tmp_path: Path, names: str) -> None:
+    (tmp_path / "old.exc").write_text(_EXC)
+    body = f"<bodyModel{names}>husky.sdf</bodyModel>"
+    (tmp_path / "old.bibi").write_text(f"<bibi>\n{body}\n{body}</bibi>")
+    found = doubts_about(read_experiment(tmp_path / "old.exc"), read_bibi(tmp_path / "old.bibi"))
+    (robot,) = [one for one in found if one.code is Code.NRP256]
+    assert (robot.line, robot.weight) == (2, Weight.INCOMPLETE)
+    assert "stands again in line 3: this one is left out" in robot.message
 
 
 @pytest.mark.parametrize("tag", ["transferFunctionImport", "transferFunctionInline"])

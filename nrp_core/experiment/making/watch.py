@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from nrp_core.cle.wiring import declare_unserved
@@ -16,6 +16,7 @@ from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.findings import Code, Level, has_errors
 from nrp_core.world.messages.base import type_name
+from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World
 
 
@@ -62,12 +63,17 @@ def warn_of_missing_topics(
     """Add the topics that functions expect to a world, with a warning for each that nothing publishes."""
     served, known = dict(world.topics), len(world.warnings)
     for topic in declare_missing_topics(experiment, world, functions):
-        ending = f"/{topic.rpartition('/')[2]}"
-        others = [info for name, info in served.items() if name.endswith(ending)]
-        other = f"; '{others[0].name}' carries {type_name(others[0].type)}" if others else ""
-        message = f"the world has no topic '{topic}': it is silent unless a function publishes on it{other}"
+        message = silent_topic(topic, served)
         collector.add(Code.NRP268, message, "transfer_functions", level=Level.WARNING, subject=topic)
     collector.findings += world.warnings[known:]
+
+
+def silent_topic(topic: str, served: Mapping[str, TopicInfo]) -> str:
+    """Return a sentence about a topic that the world does not have, with one that ends in the same name."""
+    ending = f"/{topic.rpartition('/')[2]}"
+    others = [info for name, info in served.items() if name.endswith(ending)]
+    other = f"; '{others[0].name}' carries {type_name(others[0].type)}" if others else ""
+    return f"the world has no topic '{topic}': it is silent unless a function publishes on it{other}"
 
 
 class Watch:

@@ -54,6 +54,7 @@ from nrp_core.experiment.running.pace import too_fast
 from nrp_core.experiment.running.problems import Reporter, ends_of, not_failed, problems_of, state_of
 from nrp_core.experiment.running.resetting import check_part, reset_part
 from nrp_core.experiment.running.result import Result, failure_data, pose_data
+from nrp_core.experiment.running.silent_topics import SilentTopics
 from nrp_core.experiment.running.spike_counts import SpikeCounter
 from nrp_core.experiment.running.unheard import UnheardCommands
 from nrp_core.experiment.running.until import end_ns
@@ -159,7 +160,9 @@ class Run(Closing):
             falls = FallWatch(plan.scene, robots, self.world.capabilities)
             self._observation = Observation(self._watch, falls, robots)
             unheard = UnheardCommands(self.world, experiment.topics, lambda: self.loop.functions)
-            self.reporters = [unheard.findings, falls.findings, self._at_the_end, self._too_fast]
+            self._silent = SilentTopics(experiment, self.world, lambda: self.loop.functions)
+            self.reporters = [unheard.findings, self._silent.findings, falls.findings]
+            self.reporters += [self._at_the_end, self._too_fast]
             self.loop: ClosedLoop = opened.enter_context(self._close_loop(plan))
             watch_outside(self.loop, self.reporters, self.on_close)
             neurons = np.arange(self.brain.network.size)
@@ -271,7 +274,7 @@ class Run(Closing):
         functions = [function for some in given for function in some]
 
         def make() -> None:
-            declare_missing_topics(self.experiment, self.world, functions)
+            self._silent.declare(functions)
             self.loop.change(functions, names)
             for observer in self.on_change:
                 observer(added, names)

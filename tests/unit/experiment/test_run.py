@@ -345,3 +345,42 @@ def test_a_waiting_user_sees_the_current_task(drive_to_the_wall: Path) -> None:
         "opening the world (disc)",
         "opening the brain (counting)",
     ]
+
+
+READER = """
+import hbp_nrp_client.tf_framework as nrp
+from std_msgs.msg import Float64
+
+@nrp.MapRobotSubscriber("heard", nrp.Topic("/nobody", Float64))
+@nrp.Robot2Neuron()
+def listen(t, heard):
+    pass
+"""
+WRITER = """
+import hbp_nrp_client.tf_framework as nrp
+from std_msgs.msg import Float64
+
+@nrp.Neuron2Robot(nrp.Topic("/nobody", Float64))
+def speak(t):
+    return Float64(t)
+"""
+
+
+def test_a_topic_that_only_a_function_added_later_reads_is_a_problem_as_long_as_it_does(
+    open_run: Open, tmp_path: Path
+) -> None:
+    run = open_run("strict=false")
+    for name, text in (("reader", READER), ("writer", WRITER)):
+        (tmp_path / f"{name}.py").write_text(text)
+    silent = lambda: [one for one in run.problems if one.code is Code.NRP268]  # noqa: E731
+    assert silent() == []
+    run.change([tmp_path / "reader.py"])
+    (problem,) = silent()
+    assert "no topic '/nobody': it is silent unless a function publishes on it" in problem.message
+    assert (problem.path, problem.line) == (tmp_path / "reader.py", 5)
+    run.change([tmp_path / "writer.py"])
+    assert silent() == []
+    run.change(remove=["speak"])
+    assert len(silent()) == 1
+    run.change(remove=["listen"])
+    assert silent() == []

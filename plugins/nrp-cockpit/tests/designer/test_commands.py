@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from nrp_bibi import bibi_text, parse_bibi, read_bibi
 from nrp_bibi.model.channels import DeviceType
+from nrp_cockpit.designer.brain.document import BrainDocument
 from nrp_cockpit.designer.changes import refusals
 from nrp_cockpit.designer.checking import model_findings
 from nrp_cockpit.designer.connecting import Connecting
@@ -268,8 +269,35 @@ def test_boxes_stay_where_they_were_put_and_that_is_kept_beside_the_file(tmp_pat
     document = Document(tmp_path / "new.bibi", HUSKY)
     document.place("topic:/husky/camera", 12.4, 30.0)
     document.save()
-    assert read_layout(document.path) == {"topic:/husky/camera": (12, 30)}
+    assert read_layout(document.path) == ({"topic:/husky/camera": (12, 30)}, "")
     assert Document(document.path, HUSKY).state.moved == document.state.moved
     document.arrange()
     document.save()
     assert sorted(file.name for file in tmp_path.iterdir()) == ["new.bibi"]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("{", "line 1 is not JSON: "),
+        ('{"boxs": {}}', 'a layout is {"boxes": {"NAME": [x, y]}}'),
+        ('{"boxes": {"drive": [1]}}', "the place of 'drive' is [1], not two numbers"),
+        ('{"boxes": {"drive": [1, "2"]}}', """the place of 'drive' is [1, "2"], not two numbers"""),
+        ('{"boxes": {"drive": [1, NaN]}}', "the place of 'drive' is [1, NaN], not two numbers"),
+        ("[" * 99_999, "recursion"),
+        ("\udcff", "utf-8"),
+    ],
+)
+def test_a_layout_that_cannot_be_used_is_told_until_it_is_saved(
+    tmp_path: Path, text: str, words: str
+) -> None:
+    (tmp_path / "new.layout.json").write_bytes(text.encode("utf-8", "surrogateescape"))
+    for document in (Document(tmp_path / "new.bibi", HUSKY), BrainDocument(tmp_path / "new.py")):
+        (note,) = document.notes
+        assert "'new.layout.json' is not used, and saving replaces it: " in note
+        assert words in note
+        assert document.state.moved == {}
+    document = Document(tmp_path / "new.bibi", HUSKY)
+    document.save()
+    assert document.notes == []
+    assert Document(document.path, HUSKY).notes == []

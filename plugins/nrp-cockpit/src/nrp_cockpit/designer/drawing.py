@@ -49,7 +49,9 @@ class Drawing(ABC):
     def __init__(self, path: Path, model: Any) -> None:
         self.path = path
         self.selected: str | None = None
-        self._states = [State(model, read_layout(path))]
+        moved, problem = read_layout(path)
+        self.notes = [*self.notes, *filter(None, [problem])]
+        self._states = [State(model, moved)]
         self._now = 0
 
     @property

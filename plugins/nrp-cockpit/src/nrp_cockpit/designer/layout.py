@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -109,13 +110,39 @@ def layout_path(model: Path) -> Path:
     return model.with_suffix(SUFFIX)
 
 
-def read_layout(model: Path) -> dict[str, tuple[float, float]]:
-    """Return the layout beside a model; empty if it does not exist or cannot be read."""
+def read_layout(model: Path) -> tuple[dict[str, tuple[float, float]], str]:
+    """Return the layout beside a model, and what is wrong with its file; it is empty without one."""
+    path = layout_path(model)
     try:
-        found = json.loads(layout_path(model).read_text(encoding="utf-8"))
-        return {str(name): (float(x), float(y)) for name, (x, y) in found["boxes"].items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return {}
+        return _positions(json.loads(path.read_text(encoding="utf-8"))), ""
+    except FileNotFoundError:
+        return {}, ""
+    except json.JSONDecodeError as error:
+        wrong = f"line {error.lineno} is not JSON: {error.msg}"
+    except OSError as error:
+        wrong = f"it cannot be read: {error.strerror}"
+    except (ValueError, RecursionError) as error:
+        wrong = str(error)
+    return {}, f"'{path.name}' is not used, and saving replaces it: {wrong}"
+
+
+def _positions(layout: Any) -> dict[str, tuple[float, float]]:
+    """Return the positions in a layout.
+
+    Raises:
+        ValueError: it is none.
+    """
+    boxes = layout.get("boxes") if isinstance(layout, dict) else None
+    if not isinstance(boxes, dict) or len(layout) > 1:
+        raise ValueError('a layout is {"boxes": {"NAME": [x, y]}}')
+    for name, place in boxes.items():
+        if not (isinstance(place, list) and len(place) == 2 and all(map(_is_finite, place))):
+            raise ValueError(f"the place of '{name}' is {json.dumps(place)}, not two numbers")
+    return {name: (float(x), float(y)) for name, (x, y) in boxes.items()}
+
+
+def _is_finite(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
 
 
 def write_layout(model: Path, moved: Positions) -> None:

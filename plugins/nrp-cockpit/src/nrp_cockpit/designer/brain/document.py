@@ -138,7 +138,7 @@ class BrainDocument(Drawing):
         except OSError as error:
             raise ExperimentError(f"cannot be written: {error.strerror}", path=self.path) from error
         write_layout(self.path, self.state.moved)
-        self._saved, self.origin = self.text, self.path
+        self._saved, self.origin, self.notes = self.text, self.path, []
 
     def _require_drawn(self) -> None:
         if not self.is_drawn:
