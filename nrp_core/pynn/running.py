@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Mapping
+import sys
+from collections.abc import Iterable, Iterator, Mapping
 from math import isfinite
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,7 @@ from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.implausible import implausible
 from nrp_core.brain.network.synapses.laws import PLASTIC
 from nrp_core.brain.pynn.export import network_of, unique
+from nrp_core.brain.pynn.late_changes import late_changes
 from nrp_core.brain.pynn.populations import SPIKE_TIMES
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.clock import from_milliseconds
@@ -92,7 +95,7 @@ class RunningState(State):
             self.tell(
                 [f"the longest run ended at {self._longest_ms:g} ms: times are in ms, is it meant in s?"]
             )
-        self.tell(self.remarks)
+        self.tell([*self.remarks, *_late_changes()])
         if self._longest_ms > 0.0:
             self.tell(
                 f"{name} of '{label}' is set after the last run, so that it has no effect"
@@ -276,6 +279,13 @@ class RunningState(State):
     def _update_currents(self, now_ns: int) -> None:
         for current in self._currents:
             current.update(now_ns)
+
+
+def _late_changes() -> Iterator[str]:
+    """Yield what the main program changes too late, if it is a script."""
+    path = Path(getattr(sys.modules["__main__"], "__file__", None) or "")
+    if path.suffix == ".py" and path.is_file():
+        yield from late_changes(path.read_bytes())
 
 
 def _told(found: Mapping[str, Any], known: Iterable[str]) -> str:

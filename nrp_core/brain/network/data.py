@@ -20,6 +20,7 @@ import numpy as np
 
 from nrp_core._support.arrays import BoolArray, FloatArray, IndexArray, IntArray
 from nrp_core.brain.network.cells.types import CELLS
+from nrp_core.brain.network.checked import fixed, keep_mappings
 from nrp_core.brain.network.drawing.drawn import kept, redrawn
 from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.equations.model import INHIBITORY
@@ -85,6 +86,9 @@ class Population:
     equations: CellEquations | None = None
 
     def __post_init__(self) -> None:
+        keep_mappings(self, f"population '{self.label}'", "parameters", "initial_values", "hints")
+        object.__setattr__(self, "spike_times_ms", tuple(map(fixed, self.spike_times_ms)))
+        object.__setattr__(self, "positions_um", fixed(self.positions_um))
         for name in self.hints.keys() - HINTS:
             raise NetworkError(f"population '{self.label}' has no hint '{name}'{did_you_mean(name, HINTS)}")
         for kind, values in (("parameter", self.parameters), ("initial value", self.initial_values)):
@@ -201,6 +205,12 @@ class Projection:
     rewiring: Rewiring | None = None
     neuromodulation: Neuromodulation | None = None
 
+    def __post_init__(self) -> None:
+        owner = f"projection '{self.label}'"
+        keep_mappings(self, owner, "synapse_parameters", "plasticity", "initial_values")
+        for name in ("weight", "delay_ms"):
+            object.__setattr__(self, name, fixed(kept(self, name)))
+
     @property
     def size(self) -> int:
         """Number of synapses."""
@@ -263,6 +273,8 @@ class Network:
     remarks: tuple[str, ...] = field(default=(), compare=False, kw_only=True)
 
     def __post_init__(self) -> None:
+        keep_mappings(self, "network", "populations", "views")
+        object.__setattr__(self, "projections", tuple(self.projections))  # an iterator would end here
         for label, population in self.populations.items():
             if label != population.label:
                 raise NetworkError(f"population '{population.label}' is stored under the name '{label}'")

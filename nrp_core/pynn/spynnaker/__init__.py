@@ -10,6 +10,7 @@ from typing import Any, Final
 
 import nrp_core.pynn
 from nrp_core.brain.files.script import scope_of
+from nrp_core.brain.pynn.late_changes import late_changes
 from nrp_core.brain.pynn.spynnaker import Dialect
 from nrp_core.brain.pynn.spynnaker.connections import Hub
 from nrp_core.errors import NetworkError, NrpError
@@ -38,7 +39,9 @@ def run_script(path: Path) -> ModuleType:
     modules = {"time": clock.module()}
     scope = scope_of(pynn, modules=modules, spynnaker=dialect)
     try:
-        return scope.run(path, name="__main__")
+        module = scope.run(path, name="__main__")
+        state.tell(late_changes(path.read_bytes()))
+        return module
     except NrpError as error:
         raise scope.located(error, NetworkError, path) from error
     finally:

@@ -13,13 +13,13 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.equations.expressions import TIME, names_in
 from nrp_core.brain.network.equations.model import CELL_TYPE, INPUT, Model, Texts
 from nrp_core.brain.network.equations.reading import read
-from nrp_core.brain.network.equations.texts import Kept
 from nrp_core.brain.network.equations.values import value_of
+from nrp_core.brain.network.plain import Plain
 from nrp_core.errors import NetworkError, did_you_mean
 
 
 @dataclass(frozen=True)
-class CellEquations(Kept, Texts):
+class CellEquations(Plain, Texts):
     """The texts of a cell, which fit together.
 
     Raises:

@@ -13,14 +13,14 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.equations.expressions import names_in
 from nrp_core.brain.network.equations.synapse_model import SYNAPSE_TYPE, SynapseModel, SynapseTexts
 from nrp_core.brain.network.equations.synapse_reading import read_synapse
-from nrp_core.brain.network.equations.texts import Kept
 from nrp_core.brain.network.equations.units import NONE, Unit, described
 from nrp_core.brain.network.equations.values import value_of
+from nrp_core.brain.network.plain import Plain
 from nrp_core.errors import NetworkError, did_you_mean
 
 
 @dataclass(frozen=True)
-class SynapseEquations(Kept, SynapseTexts):
+class SynapseEquations(Plain, SynapseTexts):
     """The texts of a synapse law, which fit together.
 
     Raises:
