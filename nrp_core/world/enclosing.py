@@ -63,7 +63,7 @@ def enclosures(eyes: Sequence[Pose], placed: Iterable[Placed]) -> list[list[Encl
             if (low < eye.position).all() and (eye.position < high).all():
                 here = corners - eye.position
                 through_m = _leaves_m(here, np.array(eye.rotate((1.0, 0.0, 0.0))))
-                if through_m < inf and _filled(here) >= _CLOSED:
+                if through_m < inf and filled_share(here) >= _CLOSED:
                     around.append(Enclosure(one.model, one.link, through_m, float((high - low).max())))
     return found
 
@@ -96,7 +96,7 @@ def _leaves_m(corners: FloatArray, way: FloatArray) -> float:
     return float(lengths_m[nearest]) if volume[nearest] > 0 else inf
 
 
-def _filled(corners: FloatArray) -> float:
+def filled_share(corners: FloatArray) -> float:
     """Return the share of the directions around the origin that triangles fill.
 
     It is the sum of their solid angles (Van Oosterom and Strackee 1983), negative for those that face it.

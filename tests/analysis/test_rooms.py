@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -79,3 +80,30 @@ def test_exchanged_files_of_a_room_and_a_robot_are_named(slalom: Slalom) -> None
     swapped = "  scene: ../bodies/pioneer.sdf\n  robots:\n    pioneer: {model: hall.sdf}"
     found = slalom("slalom_pioneer/experiment.yaml", text, swapped)
     assert any("is 'scene' the file of a robot?" in one.message for one in found)
+
+
+OUTWARD = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+INWARD = "f 1 2 3\nf 1 4 2\nf 2 4 3\nf 3 4 1\n"
+
+
+@pytest.mark.parametrize(
+    ("faces", "size", "x", "with_camera", "is_reported"),
+    [
+        (INWARD, 1, 5, True, True),
+        (OUTWARD, 1, 5, True, False),
+        (INWARD, 40, -10, True, False),  # the robot is inside, as in a sky
+        (INWARD, 1, 5, False, False),
+    ],
+)
+def test_a_mesh_that_is_turned_inside_out_is_doubted(
+    slalom: Slalom, tmp_path: Path, faces: str, size: int, x: int, with_camera: bool, is_reported: bool
+) -> None:
+    corners = f"v 0 0 0\nv {size} 0 0\nv 0 {size} 0\nv 0 0 {size}\n"
+    (tmp_path / "slalom_pioneer/post.obj").write_text(corners + faces)
+    if with_camera:
+        slalom("slalom_pioneer/experiment.yaml", "{model: ../bodies/pioneer.sdf}", ADDED)
+    mesh = '<visual name="v"><geometry><mesh><uri>post.obj</uri></mesh></geometry></visual>'
+    link = f'<static>true</static><pose>{x} {x / 5 - 1} -1 0 0 0</pose><link name="link">{mesh}</link>'
+    found = slalom(HALL, "</world>", f'<model name="post">{link}</model></world>')
+    words = "the mesh of the visual 'v' of 'post/link' faces inward"
+    assert [one.level for one in found if words in one.message] == [Level.WARNING] * is_reported

@@ -1,10 +1,12 @@
-"""Things of the room that are only seen, or only felt."""
+"""Things of the room that are only seen or only felt, and meshes that are turned inside out."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import suppress
 from typing import Final
+
+import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.analysis.checks.conditions import asked
@@ -13,14 +15,19 @@ from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.enclosing import filled_share
+from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.implausible_shapes import box_around
-from nrp_core.world.scene.model import Collision, Model, Plane, Visual
+from nrp_core.world.scene.model import Collision, Heightmap, Mesh, Model, Plane, Visual
+from nrp_core.world.scene.tessellation import triangles_of
 
 _SCENERY_M: Final = 60.0
 """A shape as long as this may be a sky, or the ground around the room."""
 _LEAST_M: Final = 0.05
 """Things that reach less than this above the feet of robots are marks on the ground."""
+_CLOSED: Final = 0.9
+"""Share of the directions around its middle that the inside of a closed mesh fills; files have small gaps."""
 _MOST_NAMES: Final = 3
 
 
@@ -49,6 +56,38 @@ def things_are_seen_and_felt(study: Study) -> Iterator[Finding]:
         if only_felt:
             message = f"no image shows {_listed(only_felt)}: touched, and without anything to see"
             yield place.finding(Code.NRP298, message, Level.NOTE)
+
+
+@checks_experiment(Code.NRP298)
+def meshes_face_outward(study: Study) -> Iterator[Finding]:
+    """Look for closed meshes that are turned inside out, so that no image shows them from outside."""
+    if study.scene is None or not any(sensor.views for _, sensor in read_sensors(study)):
+        return
+    names = study.experiment.world.robots
+    feet = np.array([model.pose.position for model in study.scene.models if model.name in names])
+    for model in study.scene.models:
+        keys = ("world", "robots", model.name) if model.name in names else ("world", "scene")
+        with suppress(SceneError):
+            for link, visual, corners in _meshes(model):
+                low, high = corners.min((0, 1)), corners.max((0, 1))
+                is_around = model.name not in names and ((low < feet) & (feet < high)).all(1).any()
+                if not is_around and filled_share(corners - corners.mean((0, 1))) < -_CLOSED:
+                    message = (
+                        f"the mesh of the visual '{visual}' of '{model.name}/{link}' faces inward, and "
+                        "surfaces are drawn where they face: no image shows it from outside"
+                    )
+                    yield study.experiment.place(*keys).finding(Code.NRP298, message, Level.WARNING)
+
+
+def _meshes(model: Model) -> Iterator[tuple[str, str, FloatArray]]:
+    """Yield the link, the name and the triangles in the world of each visible mesh, shape ``(n, 3, 3)``."""
+    for link in model.links:
+        for one in link.visuals:
+            shape = one.geometry
+            if isinstance(shape, Mesh) and not isinstance(shape, Heightmap) and one.rgba[3] > 0:
+                vertices, faces = triangles_of(shape)
+                place = matrix_of(model.pose @ link.pose @ one.pose)
+                yield link.name, one.name, (vertices @ place[:, :3].T + place[:, 3])[faces]
 
 
 def _drives(robot: Model) -> bool:

@@ -13,6 +13,10 @@ from nrp_core.world.scene.model import Link, Model
 _BRIGHTEST: Final = 2.0
 """Files say a little more than 1 for something bright; colours of bytes are above 2 unless they are black."""
 
+_TIMES: Final = 50.0
+"""How many times larger than it is felt a thing of a room is seen, along each axis, in another unit."""
+_THIN_M: Final = 1e-3
+
 
 def of_looks(model: Model) -> Iterator[str]:
     """Yield a sentence for each visual that does not show its body.
@@ -36,11 +40,19 @@ def of_looks(model: Model) -> Iterator[str]:
 
 
 def _of_place(link: Link, model: Model) -> Iterator[str]:
-    """Yield that a link is seen farther from where it is felt than either is large."""
+    """Yield that a link is seen farther from where it is felt than either is large, or in another unit."""
     seen, felt = (
         box_around((one.pose, one.geometry) for one in shapes) for shapes in (link.visuals, link.collisions)
     )
     if seen is None or felt is None:
+        return
+    shown, touched = (np.maximum(high - low, _THIN_M) for low, high in (seen, felt))
+    times = shown / touched
+    if model.static and (times.min() > _TIMES or times.max() < 1 / _TIMES):
+        yield (
+            f"the visuals of the link '{link.name}' of '{model.name}' are {shown.max():.2g} m large, and its "
+            f"collision shapes {touched.max():.2g} m; is one of them in another unit?"
+        )
         return
     gap_m = float(np.linalg.norm(np.maximum(0.0, np.maximum(seen[0] - felt[1], felt[0] - seen[1]))))
     if gap_m > max(float(np.linalg.norm(high - low)) for low, high in (seen, felt)):

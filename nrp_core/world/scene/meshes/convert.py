@@ -49,7 +49,7 @@ def parse(data: bytes, suffix: str, beside: ReadBeside) -> tuple[list[Surface], 
         beside: reads the files that it refers to.
 
     Raises:
-        ValueError: it cannot be read, or has no triangles.
+        ValueError: it cannot be read, or has no triangles, or none with an area.
     """
     given = KINDS[suffix](data, beside)
     surfaces = [surface for surface in map(_whole, given) if len(surface.triangles)]
@@ -60,6 +60,8 @@ def parse(data: bytes, suffix: str, beside: ReadBeside) -> tuple[list[Surface], 
             if total
             else "it has no triangles"
         )
+    if not any(_area(surface.triangles) for surface in surfaces):
+        raise ValueError("its triangles have no area; is a scale in it 0?")
     return surfaces, total - kept
 
 

@@ -63,6 +63,7 @@ def test_strips_and_fans_are_triangles_that_face_the_same_way(
         (json.dumps(document({})[0] | {"buffers": [{"uri": "a.bin"}]}).encode(), "'a.bin' is missing"),
         (text_file({}).replace(b'"mesh": 0', b'"mesh": 7'), "not valid glTF"),
         (text_file({"children": [0, 0]}), "not a tree"),
+        (text_file({"scale": [0, 0, 0]}), "its triangles have no area; is a scale in it 0"),
         (b"glTF\2\0\0\0", "not binary glTF"),
     ],
 )
