@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -159,43 +159,3 @@ def _leader(model: Model, led: Mapping[str, JointControl]) -> TrajectoryControll
     command, state = (resolve_name(f"{TRAJECTORY}/{end}", model.name) for end in ("command", "state"))
     gains = tuple((joint, control.gains) for joint, control in led.items() if control.gains is not None)
     return TrajectoryController(TRAJECTORY, command, tuple(led), gains, state_topic=state)
-
-
-def section_for(model: Model, file: str) -> Iterator[str]:
-    """Yield the lines of an experiment file that give a robot's joints commands.
-
-    Args:
-        model: the robot.
-        file: its file, as the experiment names it.
-    """
-    open_joints = without_commands(model)
-    yield from ("robots:", f"  {_identifier(model.name)}:", f"    model: {file}", "    control:")
-    everything = {joint.name for joint in open_joints} == {joint.name for joint in commandable(model)}
-    if everything and len({joint.kind == "continuous" for joint in open_joints}) == 1:
-        yield f'      ".*": {{mode: {_mode(open_joints[0])}}}'
-        return
-    for joint in open_joints:
-        yield f"      {_key(joint.name)}: {{mode: {_mode(joint)}}}"
-
-
-def sensors_for(model: Model) -> Iterator[str]:
-    """Yield lines, as comments in the section of a robot, that would give it sensors."""
-    link = model.links[0].name
-    image = "camera: {horizontal_fov: 1.2, image: {width: 160, height: 120}}"
-    yield "    # add_sensors:"
-    yield f"    #   - {{type: imu, link: {link}, rate: 100 Hz}}"
-    yield f"    #   - {{type: camera, link: {link}, pose: [0.1, 0, 0.1, 0, 0, 0], {image}}}"
-
-
-def _mode(joint: Joint) -> str:
-    return "velocity" if joint.kind == "continuous" else "position"
-
-
-def _key(name: str) -> str:
-    return name if name.isidentifier() else f"'{re.escape(name)}'"
-
-
-def _identifier(name: str) -> str:
-    """Return a name as that of a robot in an experiment."""
-    plain = re.sub(r"\W", "_", name)
-    return plain if plain.isidentifier() else f"robot_{plain}"

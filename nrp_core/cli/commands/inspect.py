@@ -19,6 +19,7 @@ IMAGES = (".png", ".jpg")
 _BEGINNING = 4096  # number of bytes that are searched for the first element of an XML file
 _ROOTS = ("sdf", "robot", "gazebo")
 _ARGS = "args."
+_WORLD = "in the section 'world' of an experiment"
 _SUFFIXES = (".sdf", ".world", ".urdf", ".xacro", ".zip")
 
 
@@ -148,22 +149,24 @@ def _inspect_scene(
         return
     for line in outline(scene, file.name).lines():
         typer.echo(line)
-    for line in _open_joints(scene, file):
+    for line in _open_joints(scene, file, models, args):
         typer.echo(line)
     for warning in scene.warnings:
         complain(str(warning), label="warning", color="yellow")
 
 
-def _open_joints(scene: Scene, file: Path) -> Iterator[str]:
+def _open_joints(scene: Scene, file: Path, models: list[Path], args: dict[str, str]) -> Iterator[str]:
     """Yield the lines to write for each robot whose joints take no commands."""
-    from nrp_core.world.fitting import section_for, sensors_for, without_commands
+    from nrp_core.world.fitting import without_commands
+    from nrp_core.world.robot_section import models_for, section_for, sensors_for
 
     moving = [model for model in scene.models if not model.static]
     count = len(without_commands(moving[0])) if len(moving) == 1 else 0
     if count:
         joints = "1 joint takes" if count == 1 else f"{count} joints take"
-        yield f"{joints} no commands. To command joints, write in the section 'world' of an experiment:"
-        yield from (f"  {line}" for line in section_for(moving[0], str(file)))
+        where = f"'{models_for(models)}' in an experiment, and in its section 'world'" if models else _WORLD
+        yield f"{joints} no commands. To command joints, write {where}:"
+        yield from (f"  {line}" for line in section_for(moving[0], str(file), args))
         if not any(link.sensors for link in moving[0].links):
             yield from (f"  {line}" for line in sensors_for(moving[0]))
 

@@ -25,6 +25,7 @@ from nrp_core.world.rigid.motion import (
     Touch,
     Wrench,
 )
+from nrp_core.world.rigid.pose import Quaternion
 from nrp_core.world.scene.model import Model, Rgba, Scene
 from nrp_core.world.topics import TopicInfo
 from nrp_core.world.world import World
@@ -128,7 +129,9 @@ class MockEngine(Engine):
     def __init__(
         self, scene: Scene = _EMPTY, *, step_ns: int = NS_PER_MS, topics: Sequence[TopicInfo] = ()
     ) -> None:
-        capabilities = WorldCapabilities(step_ns, contacts=True, ball_joints=True, coupled_joints=True)
+        capabilities = WorldCapabilities(
+            step_ns, contacts=True, ball_joints=True, ball_control=True, coupled_joints=True, loops=True
+        )
         super().__init__(scene, capabilities, seed=0, identity="mock")
         self._own = MockPart(topics)
 
@@ -154,6 +157,8 @@ class MockEngine(Engine):
     def _do_set_color(self, visual: str, rgba: Rgba) -> None: ...
 
     def _do_set_joint_aim(self, model: str, joint: str, aim: JointAim) -> None: ...
+
+    def _do_set_ball_aim(self, model: str, joint: str, orientation: Quaternion | None) -> None: ...
 
     def _do_set_joint_effort(self, model: str, joint: str, effort: float) -> None: ...
 
