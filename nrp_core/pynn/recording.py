@@ -10,6 +10,7 @@ from math import inf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from neo import Segment
 from pyNN import recording
 
 from nrp_core._support.arrays import FloatArray, IntArray
@@ -71,7 +72,12 @@ class Recorder(recording.Recorder):
         if not self._simulator.state.running and not list(self.cache):
             raise NetworkError(f"population '{self.population.label}' has no data yet; run first")
         self._simulator.state.tell(self._missing(variables))
-        return super().get(variables, *arguments, **options)
+        if variables == "all" or not list(self.cache):
+            return super().get(variables, *arguments, **options)
+        names = {one.name for one in self._localize_variables(variables, None)}
+        block = super().get("all", *arguments, **options)
+        block.segments = [_only(names, segment, block) for segment in block.segments]
+        return block
 
     def count(self, variable: str, *arguments: Any, **options: Any) -> Any:
         """Return the number of data of each recorded cell."""
@@ -212,3 +218,23 @@ class Recorder(recording.Recorder):
         for port in (*self._ports, *self._traces) if brain is not None else ():
             brain.remove(port)
         self._ports, self._traces = [], []
+
+
+def _only(names: set[str], segment: Any, block: Any) -> Any:
+    """Return a segment with the data of some variables.
+
+    PyNN 0.13 does so for segments before a reset, but keeps no signal, and empties the segments themselves.
+    """
+    chosen = Segment(
+        name=segment.name,
+        description=segment.description,
+        rec_datetime=segment.rec_datetime,
+        **segment.annotations,
+    )
+    chosen.block = block
+    chosen.analogsignals = [signal for signal in segment.analogsignals if signal.name in names]
+    if SPIKES.name in names:
+        chosen.spiketrains = segment.spiketrains
+    if REWIRING.name in names:
+        chosen.events = segment.events
+    return chosen

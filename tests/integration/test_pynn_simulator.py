@@ -226,6 +226,26 @@ def test_a_reset_gives_a_new_segment_and_the_same_again(sim: ModuleType) -> None
     assert trains(cells, 0)[0]
 
 
+def test_segments_before_a_reset_have_the_variables_that_are_asked_for(sim: ModuleType) -> None:
+    cells = driven(sim)
+    for _ in range(2):
+        sim.run(50.0)
+        sim.reset(annotations={"trial": "done"})
+    sim.run(50.0)
+    for asked, names, has_spikes in (
+        ("v", ["v"], False),
+        ("spikes", [], True),
+        (["spikes", "v"], ["v"], True),
+    ):
+        segments = cells.get_data(asked).segments
+        assert [[signal.name for signal in each.analogsignals] for each in segments] == [names] * 3
+        assert [len(each.spiketrains) > 0 for each in segments] == [has_spikes] * 3
+        assert [each.annotations for each in segments] == [{"trial": "done"}] * 2 + [{}]
+    whole = cells.get_data()  # nothing was lost by asking for less
+    assert (whole.segments[0].analogsignals[0] == cells.get_data("v").segments[1].analogsignals[0]).all()
+    assert trains(cells, 0) == [train.magnitude.tolist() for train in whole.segments[1].spiketrains]
+
+
 def test_data_can_be_taken_away_while_running(sim: ModuleType) -> None:
     cells = driven(sim)
     sim.run(40.0)
