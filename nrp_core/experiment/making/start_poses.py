@@ -16,8 +16,8 @@ from nrp_core.world.raycast.footing import can_fall, deepest_overlap, has_ground
 from nrp_core.world.raycast.solids import room_of, solids_of
 from nrp_core.world.scene.model import Model, Scene
 
-_HIGH_M: Final = 1.0
-"""Maximum height of a start above the ground, m; a fall from there ends at 4.4 m/s, as of a dropped cup."""
+_HIGH_M: Final = 3.0
+"""Maximum height of a start above the ground, m; a fall from there ends at 7.7 m/s."""
 
 
 def things_fall(capabilities: WorldCapabilities) -> bool:
