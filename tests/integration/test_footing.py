@@ -129,7 +129,8 @@ def test_without_gravity_a_robot_may_start_anywhere(experiment: Path) -> None:
     assert codes(experiment, "world.robots.husky.pose=[0, 0, 5, 0, 0, 0]") == []
     with Run(load_experiment(experiment, ["world.robots.husky.pose=[0, 0, -5, 0, 0, 0]"])) as run:
         run.run(0.2)
-        assert run.problems == ()
+        (problem,) = run.problems
+        assert "wheels that nothing presses on the ground: gravity is 0" in problem.message
 
 
 def scene_of(experiment: Experiment) -> Scene:
