@@ -16,6 +16,8 @@ from nrp_core.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by
 from nrp_core.gym.observing import values_of
 from nrp_core.running import open_run
 
+CLOSED = "the environment is closed: make another one"
+
 
 class NrpEnv(gymnasium.Env[Any, Any]):
     """An experiment that an agent steps.
@@ -80,7 +82,8 @@ class NrpEnv(gymnasium.Env[Any, Any]):
         self.observation_space = self._agent_run.observation_space
         self.action_space = self._agent_run.action_space
         self._reads = [(name, one.read) for name, one in self._agent_run.observed.items()]
-        self._has_begun = self._is_over = False
+        self._refusal: str | None = "reset() comes before the first step()"
+        self._is_over = False
         self._warned: set[str] = set()
         self._period_ns = steps * self.run.experiment.timestep
         self.metadata = {**self.metadata, "render_fps": round(1e9 / self._period_ns)}
@@ -88,18 +91,24 @@ class NrpEnv(gymnasium.Env[Any, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Begin an episode; its noise follows from ``seed``, or from the last given seed."""
+        """Begin an episode; its noise follows from ``seed``, or from the last given seed.
+
+        Raises:
+            ExperimentError: the environment is closed.
+        """
+        if self._refusal == CLOSED:
+            raise ExperimentError(CLOSED)
         super().reset(seed=seed)
         if options:
             self._warn_once(f"reset() takes no options: {options!r:.60} has no effect")
-        self._has_begun, self._is_over = True, False
+        self._refusal, self._is_over = None, False
         self._agent_run.begin(lambda: int(self.np_random.integers(2**31)))
         return self._observation(), {"t_s": 0.0}
 
     def step(self, action: Mapping[str, Any]) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """Act, take the steps, and observe; the episode is truncated at the end of the experiment."""
-        if not self._has_begun:
-            raise ExperimentError("reset() comes before the first step()")
+        if self._refusal is not None:
+            raise ExperimentError(self._refusal)
         agent_run, run = self._agent_run, self.run
         acted = agent_run.acted
         # a dict is known without asking the abstract class
@@ -129,6 +138,7 @@ class NrpEnv(gymnasium.Env[Any, Any]):
 
     def close(self) -> None:
         """Release both engines."""
+        self._refusal = CLOSED
         self.run.close()
 
     def _warn_once(self, text: str) -> None:

@@ -18,6 +18,7 @@ from nrp_core.cle.side_by_side import SideBySide
 from nrp_core.errors import ExperimentError, SimulationError
 from nrp_core.experiment.running.run import Run
 from nrp_core.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_doubts
+from nrp_core.gym.env import CLOSED
 from nrp_core.gym.vector_arguments import masked, mode_of, require_going, require_number, rows_of, seeds_of
 from nrp_core.gym.vector_infos import final_infos, infos_of, times_of
 from nrp_core.running import open_run
@@ -121,7 +122,11 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
         Args:
             seed: of the first copy, to which the others add their numbers; or one for each copy.
             options: ``{"reset_mask": array}`` with a truth value for each copy.
+
+        Raises:
+            ExperimentError: it is closed, or a seed or the mask does not fit.
         """
+        self._require_open()
         seeds, chosen = seeds_of(seed, self.num_envs), masked(options, self.num_envs)
         for number in chosen:
             if seeds[number] is not None:
@@ -133,6 +138,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
         self, actions: Mapping[str, Any]
     ) -> tuple[dict[str, Any], FloatArray, BoolArray, BoolArray, dict[str, Any]]:
         """Act, take the steps and observe; copies at their end are reset as the autoreset mode says."""
+        self._require_open()
         over = self._terminated | self._truncated
         require_going(over, self.autoreset_mode)
         beginning, stepped = np.flatnonzero(over).tolist(), np.flatnonzero(~over).tolist()
@@ -157,6 +163,10 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
     def close_extras(self, **_: Any) -> None:
         """Release the engines of all copies."""
         self._opened.close()
+
+    def _require_open(self) -> None:
+        if self.closed:
+            raise ExperimentError(CLOSED)
 
     # -- the parts of a step
 

@@ -5,6 +5,7 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import closing
+from functools import partial
 from typing import Any
 
 import gymnasium
@@ -14,7 +15,7 @@ from gymnasium.utils.env_checker import check_env
 
 import nrp_core
 from nrp_core.errors import ExperimentError
-from nrp_core.gym import NrpEnv, make_env
+from nrp_core.gym import NrpEnv, make_env, make_vec
 from nrp_core.gym.registered import SHIPPED
 
 DRIVE = {"/pioneer/cmd_vel": {"linear.x": (0.0, 1.0), "angular.z": (-2.0, 2.0)}}
@@ -264,3 +265,15 @@ def test_without_gymnasium_the_command_that_installs_it_is_named() -> None:
     program = "import sys; sys.modules['gymnasium'] = None\nimport nrp_core.gym"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert "nrp_core.gym needs gymnasium; try: pip install 'nrp-core[gym]'" in done.stderr
+
+
+def test_a_closed_environment_says_so() -> None:
+    one = make_env("slalom_pioneer", observe=["rate:wheels"])
+    one.reset(seed=1)
+    many = make_vec("slalom_pioneer", num_envs=2, observe=["rate:wheels"])
+    many.reset(seed=1)
+    for made in (one, many):
+        made.close()
+        for call in (partial(made.step, {}), made.reset):
+            with pytest.raises(ExperimentError, match="the environment is closed: make another one"):
+                call()
