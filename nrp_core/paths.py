@@ -5,12 +5,13 @@ The annotated type is for pydantic models; third parties use it for their own op
 
 from __future__ import annotations
 
+from os import PathLike
 from pathlib import Path
 from typing import Annotated
 
 from pydantic import BeforeValidator, WithJsonSchema
 
-from nrp_core.errors import did_you_mean
+from nrp_core.errors import ExperimentError, did_you_mean
 
 
 class MissingFileError(ValueError):
@@ -29,6 +30,17 @@ class TextFrom(str):
         located = cls(text)
         located.folder = folder
         return located
+
+
+def path_of(value: object, error: type[ExperimentError] = ExperimentError) -> Path:
+    """Return a path that was given in Python.
+
+    Raises:
+        ExperimentError: it is none; of the class ``error``.
+    """
+    if not isinstance(value, (str, PathLike)):
+        raise error(f"a path is a text or a pathlib.Path, not {value!r:.60}")
+    return Path(value)
 
 
 def require_target(path: Path) -> None:

@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from functools import partial
+from math import inf
+from numbers import Real
 from pathlib import Path
 
 from nrp_core.analysis.doubts import checked_run
 from nrp_core.clock import from_seconds
+from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.making.prepare import ProgressCallback, no_progress
 from nrp_core.experiment.reading.find import load_experiment, once_each
 from nrp_core.experiment.running.result import Result
 from nrp_core.experiment.running.run import Run
+from nrp_core.paths import path_of
 from nrp_core.recording.folder.recording_folder import RecordingFolder
 from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import Images, check_folder
@@ -76,7 +80,8 @@ def run(
         BackendError: a backend is missing, broken or does not open.
         SimulationError: an engine, a transfer function or the disk failed; the recording up to there is kept.
     """
-    folder = None if record is None else Path(record)
+    folder = None if record is None else path_of(record)
+    _require_options(images, snapshots_s, on_step)
     if folder is not None:
         check_folder(folder)
     with ExitStack() as stack:
@@ -94,6 +99,21 @@ def run(
             )
             _run_recorded(simulation, until_s, capsule)
         return simulation.result()
+
+
+def _require_options(images: object, snapshots_s: object, on_step: object) -> None:
+    """Check how to record before anything is opened.
+
+    Raises:
+        ExperimentError: an option is impossible.
+    """
+    if images not in [*Images]:
+        raise ExperimentError(f"images are recorded in no way '{images}'{did_you_mean(str(images), Images)}")
+    is_time = isinstance(snapshots_s, Real) and not isinstance(snapshots_s, bool)
+    if snapshots_s is not None and not (is_time and 0.0 < float(snapshots_s) < inf):  # type: ignore[arg-type]
+        raise ExperimentError(f"snapshots_s is a time above 0 in s, or None, not {snapshots_s!r:.60}")
+    if on_step is not None and not callable(on_step):
+        raise ExperimentError(f"on_step is a function of the run, not {on_step!r:.60}")
 
 
 def _run_recorded(simulation: Run, until_s: float | None, capsule: RecordingFolder) -> None:

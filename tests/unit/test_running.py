@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import pickle
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -72,3 +73,21 @@ def test_a_misspelt_name_in_a_result_is_explained(fakes: None, drive_to_the_wall
     copied = pickle.loads(pickle.dumps(result))
     assert copied == result
     assert json.loads(json.dumps(copied.to_dict()["spikes"])) == dict(result.spikes)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"images": "exakt"}, "recorded in no way 'exakt'; did you mean 'exact'"),
+        ({"snapshots_s": 0}, "snapshots_s is a time above 0 in s, or None, not 0"),
+        ({"snapshots_s": float("nan")}, "not nan"),
+        ({"snapshots_s": "1"}, "not '1'"),
+        ({"on_step": 3}, "on_step is a function of the run, not 3"),
+        ({"record": 3}, "a path is a text or a pathlib.Path, not 3"),
+    ],
+)
+def test_impossible_options_are_refused_before_anything_is_opened(
+    options: dict[str, Any], words: str, tmp_path: Path
+) -> None:
+    with pytest.raises(ExperimentError, match=words):
+        nrp_core.run("no such experiment", **{"record": tmp_path / "out", **options})

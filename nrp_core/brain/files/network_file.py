@@ -41,6 +41,7 @@ from nrp_core.brain.network.neuromodulation import Neuromodulation
 from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.errors import NetworkError
+from nrp_core.paths import path_of
 
 SUFFIX = ".nrpnet"
 FORMAT = "nrp-network"
@@ -68,7 +69,7 @@ def save_network(network: Network, path: Path | str) -> None:
     Raises:
         NetworkError: the file cannot be written.
     """
-    path = Path(path)
+    path = path_of(path, NetworkError)
     library()
     from nrp_core._support.hdf5 import new_file
 
@@ -103,7 +104,7 @@ def read_network(
             holds an inconsistent network.
         NeuronSelectionError: ``populations`` reaches outside the circuit.
     """
-    with reading(Path(path)) as file:
+    with reading(path_of(path, NetworkError)) as file:
         _require_format(file)
         cells = {cell.label: cell for cell in _parts(group(file, "populations"), _read_population)}
         projections = _parts(group(file, "projections"), _read_projection)

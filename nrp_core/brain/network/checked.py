@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import inf
+from numbers import Integral, Real
 from typing import Any, NoReturn
 
 import numpy as np
@@ -54,3 +56,38 @@ def fixed(value: Any) -> Any:
 
 def _are_numbers(value: Any) -> bool:
     return isinstance(value, list | tuple) and all(isinstance(one, int | float | np.number) for one in value)
+
+
+def require_identity(label: object, size: object) -> None:
+    """Check the name and the number of cells of a population.
+
+    Raises:
+        NetworkError: one is impossible.
+    """
+    if not isinstance(label, str) or not label:
+        raise NetworkError(f"the label of a population is a text, not {label!r:.60}")
+    if not isinstance(size, Integral) or isinstance(size, bool) or size < 0:
+        raise NetworkError(f"population '{label}' has a whole number of cells, not {size!r:.60}")
+
+
+def require_numbers(what: str, values: Any, size: int) -> None:
+    """Check that there is a number for each cell.
+
+    Raises:
+        NetworkError: there is not.
+    """
+    if not isinstance(values, np.ndarray) or values.dtype.kind not in "biuf":
+        raise NetworkError(f"{what} is {values!r:.60}, not an array of {size} numbers")
+    if values.shape != (size,):
+        raise NetworkError(f"{what} has shape {values.shape}, not ({size},)")
+
+
+def require_timestep(timestep_ms: object) -> None:
+    """Check the time step of a network.
+
+    Raises:
+        NetworkError: it is not a time above 0.
+    """
+    number = isinstance(timestep_ms, Real) and not isinstance(timestep_ms, bool)
+    if timestep_ms is not None and not (number and 0 < float(timestep_ms) < inf):  # type: ignore[arg-type]
+        raise NetworkError(f"the time step of a network is a time above 0 in ms, not {timestep_ms!r:.60}")

@@ -20,7 +20,13 @@ import numpy as np
 
 from nrp_core._support.arrays import BoolArray, FloatArray, IndexArray, IntArray
 from nrp_core.brain.network.cells.types import CELLS
-from nrp_core.brain.network.checked import fixed, keep_mappings
+from nrp_core.brain.network.checked import (
+    fixed,
+    keep_mappings,
+    require_identity,
+    require_numbers,
+    require_timestep,
+)
 from nrp_core.brain.network.drawing.drawn import kept, redrawn
 from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.equations.model import INHIBITORY
@@ -86,6 +92,7 @@ class Population:
     equations: CellEquations | None = None
 
     def __post_init__(self) -> None:
+        require_identity(self.label, self.size)
         keep_mappings(self, f"population '{self.label}'", "parameters", "initial_values", "hints")
         object.__setattr__(self, "spike_times_ms", tuple(map(fixed, self.spike_times_ms)))
         object.__setattr__(self, "positions_um", fixed(self.positions_um))
@@ -93,11 +100,7 @@ class Population:
             raise NetworkError(f"population '{self.label}' has no hint '{name}'{did_you_mean(name, HINTS)}")
         for kind, values in (("parameter", self.parameters), ("initial value", self.initial_values)):
             for name, array in values.items():
-                if array.shape != (self.size,):
-                    raise NetworkError(
-                        f"population '{self.label}': {kind} '{name}' has shape {array.shape}, "
-                        f"not ({self.size},)"
-                    )
+                require_numbers(f"population '{self.label}': {kind} '{name}'", array, self.size)
             check_values(f"population '{self.label}'", values, limits=limits_of_cells(self.equations))
         if self.equations is not None:
             self.equations.require_values(f"population '{self.label}'", self.parameters, self.initial_values)
@@ -210,6 +213,9 @@ class Projection:
         keep_mappings(self, owner, "synapse_parameters", "plasticity", "initial_values")
         for name in ("weight", "delay_ms"):
             object.__setattr__(self, name, fixed(kept(self, name)))
+        sources, targets = len(indices_of(self, "pre_index")), len(indices_of(self, "post_index"))
+        if sources != targets:
+            raise NetworkError(f"{owner}: {sources} pre_index and {targets} post_index; it needs as many")
 
     @property
     def size(self) -> int:
@@ -275,6 +281,7 @@ class Network:
     def __post_init__(self) -> None:
         keep_mappings(self, "network", "populations", "views")
         object.__setattr__(self, "projections", tuple(self.projections))  # an iterator would end here
+        require_timestep(self.timestep_ms)
         for label, population in self.populations.items():
             if label != population.label:
                 raise NetworkError(f"population '{population.label}' is stored under the name '{label}'")

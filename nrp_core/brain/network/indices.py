@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from nrp_core._support.arrays import IndexArray
 from nrp_core.brain.network.stored import stored, stored_form
+from nrp_core.errors import NetworkError
 
 T = TypeVar("T")
 
@@ -41,6 +42,8 @@ class Indices:
     def of(values: npt.ArrayLike) -> Indices:
         """Return indices in their smallest form."""
         array = np.asarray(values)
+        if array.dtype.kind not in "iu" and (array != np.asarray(array, np.int32)).any():
+            raise NetworkError(f"indices of cells are whole numbers, not {array[:3]}")
         if len(array) < _FEW:
             return Indices(np.asarray(array, np.int32))
         plain = Indices(array)

@@ -168,8 +168,8 @@ def check_positions(owner: str, positions_um: FloatArray, size: int) -> None:
     Raises:
         NetworkError: they have another shape than ``(size, 3)``, or one is not finite.
     """
-    if positions_um.shape != (size, 3):
-        raise NetworkError(f"{owner}: positions have shape {positions_um.shape}, not ({size}, 3)")
+    if np.shape(positions_um) != (size, 3):
+        raise NetworkError(f"{owner}: positions have shape {np.shape(positions_um)}, not ({size}, 3)")
     wrong = ~np.isfinite(positions_um).all(axis=1)
     if wrong.any():
         cell = int(np.argmax(wrong))

@@ -15,6 +15,7 @@ from nrp_core.brain.nir.neurons import Method, Step
 from nrp_core.brain.nir.nodes import node_of, refractory_steps
 from nrp_core.brain.nir.timing import returning
 from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.paths import path_of
 
 _MOST_WEIGHTS: Final = 10**8
 """The largest dense matrix that is written; it has 0.8 GB."""
@@ -36,6 +37,7 @@ def save_nir(network: Network, path: Path | str, *, method: Method = "exact") ->
     Raises:
         NetworkError: NIR has no node for something in the network, or the file cannot be written.
     """
+    path = path_of(path, NetworkError)
     if method not in get_args(Method):
         raise NetworkError(f"save_nir: method is '{method}'{did_you_mean(str(method), get_args(Method))}")
     if network.timestep_ms is None:
@@ -44,9 +46,9 @@ def save_nir(network: Network, path: Path | str, *, method: Method = "exact") ->
     dt_s = network.timestep_ms * 1e-3
     graph = _Writer(nir, network, Step(dt_s, network.timestep_ms, method)).graph()
     try:
-        nir.write(Path(path), graph)
+        nir.write(path, graph)
     except OSError as error:
-        raise NetworkError(f"the network cannot be written: {error}", path=Path(path)) from error
+        raise NetworkError(f"the network cannot be written: {error}", path=path) from error
 
 
 class _Writer:

@@ -16,6 +16,7 @@ from nrp_core.dsl.loading.imports import file_scope
 from nrp_core.dsl.parameters.messages import message_packages
 from nrp_core.errors import TransferFunctionError, did_you_mean
 from nrp_core.parameters import GivenParameters
+from nrp_core.paths import path_of
 
 DECLARES_NOTHING = "declares no transfer function; decorate one with @nrp.Neuron2Robot or @nrp.Robot2Neuron"
 
@@ -43,7 +44,7 @@ def load_transfer_functions(
         TransferFunctionError: the file cannot be read or executed, or declares no transfer function.
         ExperimentError: the file is invalid; the message names the place.
     """
-    path = Path(path)
+    path = path_of(path, TransferFunctionError)
     if not path.is_file():
         siblings = [found.name for found in path.parent.glob(f"*{path.suffix}")]
         hint = did_you_mean(path.name, siblings) if siblings else ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,6 +14,7 @@ from mcap.records import Message
 
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.paths import path_of
 from nrp_core.recording.layout import MCAP_NAME, RUN_NAME, STEPS, Role
 from nrp_core.recording.reading.check import Check, check_folder_of, check_messages
 from nrp_core.recording.reading.mcap_messages import McapMessages, RecordedTopic, is_mcap
@@ -51,7 +52,7 @@ class Recording:
     """
 
     def __init__(self, path: Path | str) -> None:
-        path = Path(path)
+        path = path_of(path)
         self._has_folder = path.is_dir() or (path.name == MCAP_NAME and (path.parent / RUN_NAME).is_file())
         self.folder = path if path.is_dir() else path.parent
         self.file = path / MCAP_NAME if path.is_dir() else path
@@ -107,7 +108,7 @@ class Recording:
                 )
         return [topic for topic in self.topics.values() if topic.role in roles]
 
-    def messages(self, topics: Collection[str] | None = None) -> Iterator[Recorded]:
+    def messages(self, topics: Iterable[str] | None = None) -> Iterator[Recorded]:
         """Return messages in the order of time, in which they were written.
 
         A topic on which none was recorded is named in a warning of the log.
@@ -116,16 +117,21 @@ class Recording:
             topics: only these; all by default.
 
         Raises:
-            ExperimentError: a message does not have its type, in a file from another program.
+            ExperimentError: the topics are no names, or a message does not have its type, in a file from
+                another program.
         """
         if isinstance(topics, str):
             raise ExperimentError(f"topics are a set of names, {{'{topics}'}}, not a text", path=self.file)
+        wanted = None if topics is None else _names(topics, self.file)
+        return self._messages(wanted)
+
+    def _messages(self, wanted: set[str] | None) -> Iterator[Recorded]:
         codec, known = Codec({}), set[str]()
         for topic, message in self._stored():
             known.add(topic.name)
-            if message is not None and (topics is None or topic.name in topics):
+            if message is not None and (wanted is None or topic.name in wanted):
                 yield Recorded(topic.name, message.log_time, self.decoded(codec, topic, message.data))
-        for name in sorted(set(topics or ()) - known):
+        for name in sorted((wanted or set()) - known):
             if not name.startswith(_OWN):  # not every recording has all of them
                 hint = did_you_mean(name, known)
                 _logger.warning("%s: no message was recorded on '%s'%s", self.file, name, hint)
@@ -236,3 +242,17 @@ class Recording:
         for topic, message in self._stored():
             if message is not None and (topics is None or topic.name in topics):
                 yield topic, message
+
+
+def _names(topics: object, file: Path) -> set[str]:
+    """Return names of topics, which may come from an iterator.
+
+    Raises:
+        ExperimentError: they are something else.
+    """
+    found = set[str]()
+    for name in topics if isinstance(topics, Iterable) else [topics]:
+        if not isinstance(name, str):
+            raise ExperimentError(f"topics are a set of names, not {name!r:.60}", path=file)
+        found.add(name)
+    return found

@@ -105,3 +105,29 @@ def test_a_constant_weight_takes_no_memory_and_is_hashed_without_being_spread_ou
     index = np.broadcast_to(np.int32(0), (n,))
     net = network(projection(pre_index=index, post_index=index, weight=constant, delay_ms=constant))
     assert len(net.digest) == 32
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: replace(population("a", 2), label=None), "label of a population is a text, not None"),
+        (lambda: replace(population("a", 2), size=-1), "'a' has a whole number of cells, not -1"),
+        (lambda: replace(population("a", 2), size=2.0), "'a' has a whole number of cells, not 2.0"),
+        (
+            lambda: replace(population("a", 2), parameters={"cm": 1.0}),
+            "'cm' is 1.0, not an array of 2 numbers",
+        ),
+        (
+            lambda: replace(population("a", 1), parameters={"cm": np.array(["x"])}),
+            "not an array of 1 numbers",
+        ),
+        (lambda: replace(population("a", 1), positions_um=[[0.0, 0.0]]), r"shape \(1, 2\), not \(1, 3\)"),
+        (lambda: projection(pre_index=np.array([0.7, 1.0])), r"whole numbers, not \[0.7 1. \]"),
+        (lambda: projection(pre_index=np.array([0])), "1 pre_index and 2 post_index"),
+        (lambda: network(timestep_ms=float("nan")), "a time above 0 in ms, not nan"),
+        (lambda: network(timestep_ms="1"), "a time above 0 in ms, not '1'"),
+    ],
+)
+def test_impossible_values_are_refused_where_they_are_given(make: Any, words: str) -> None:
+    with pytest.raises(NetworkError, match=words):
+        make()

@@ -172,3 +172,22 @@ def test_a_folder_that_lost_its_messages_can_be_checked_but_not_read(folder: Pat
     for read in (recording.raw, lambda: recording.topics, lambda: recording.complete):
         with pytest.raises(ExperimentError, match=r"no recording: no file 'recording\.mcap' is in it"):
             list(read())
+
+
+def test_topics_may_come_from_an_iterator(folder: Path) -> None:
+    topic = next(iter(by_topic(folder)))
+    recording = Recording(folder)
+    listed = [one.t_ns for one in recording.messages([topic])]
+    assert listed
+    assert [one.t_ns for one in recording.messages(name for name in [topic])] == listed
+
+
+@pytest.mark.parametrize("topics", [3, {None}, [b"/clock"]])
+def test_topics_that_are_no_names_are_refused(topics: Any, folder: Path) -> None:
+    with pytest.raises(ExperimentError, match="topics are a set of names, not"):
+        Recording(folder).messages(topics)
+
+
+def test_a_recording_is_a_path() -> None:
+    with pytest.raises(ExperimentError, match=r"a path is a text or a pathlib.Path, not 3"):
+        Recording(3)  # type: ignore[arg-type]

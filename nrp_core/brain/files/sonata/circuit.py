@@ -20,6 +20,7 @@ from nrp_core.brain.files.sonata.spikes import Trains, read_spikes
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
+from nrp_core.paths import path_of
 
 _MAGIC = 0x0A7A
 
@@ -49,7 +50,7 @@ def read_sonata(
         NeuronSelectionError: ``populations`` reaches outside the circuit.
         CapabilityError: the circuit has unsupported cells or synapses.
     """
-    path = Path(path)
+    path = path_of(path, NetworkError)
     config = read_config(path)
     try:
         spikes = read_spikes(config.spikes)

@@ -15,7 +15,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
+from nrp_core.errors import SceneError
 from nrp_core.findings import Code
+from nrp_core.paths import path_of
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Model, Scene
@@ -60,7 +62,7 @@ def read_model(
         SceneError: the file cannot be used; the message names file and line.
     """
     reading = Reading(Resources(search_path), Notes(), without=without, args=args)
-    source = Source.open(Path(path), reading)
+    source = Source.open(path_of(path, SceneError), reading)
     holder = source.root.find("world") or source.root
     _warn_of_gravity(holder, reading)
     models = without_surroundings(read_placed(holder, source, reading, "model"), reading)
@@ -108,7 +110,7 @@ def read_scene(
         SceneError: the file cannot be used; the message names file and line.
     """
     reading = Reading(Resources(search_path), Notes(), without=without, lenient=lenient, args=args)
-    source = Source.open(Path(path), reading)
+    source = Source.open(path_of(path, SceneError), reading)
     worlds = source.root.all("world")
     if len(worlds) > 1:
         raise worlds[1].error(f"a room's file must hold one <world>; this one holds {len(worlds)}")
