@@ -20,8 +20,8 @@ from mcap.stream_reader import StreamReader
 from nrp_cockpit.command import Kind, kind_of
 from nrp_cockpit.hearing.recorded import WINDOW_NS
 from nrp_cockpit.hearing.stored import StoredMessages
+from nrp_cockpit.session.arrangement import PANELS
 from nrp_cockpit.session.controls import services_of_recording
-from nrp_cockpit.session.layout import PANELS
 from nrp_cockpit.session.recorded import CHECKING, RecordedSession
 from nrp_cockpit.wire.channels import Channel, Sent
 from nrp_cockpit.wire.hub import Hub
