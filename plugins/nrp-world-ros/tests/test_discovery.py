@@ -38,7 +38,7 @@ def data() -> str:
 def test_a_program_with_the_defaults_of_fast_dds_hears_a_node(ros2: Ros2, node: Node, fast_dds: str) -> None:
     there = node.publisher("/there", geometry_msgs.Twist)
     other = ros2.start(fast_dds, str(ros2.domain), "hear", "rt/there", TWIST)
-    ros2.until(lambda: there.peers() == 1, timeout_s=15.0)
+    ros2.until(lambda: there.peers() == 1, timeout_s=60.0)
     there.publish(FAST)
     said, _ = other.communicate(timeout=20)
     assert said.split() == ["ready", data()]
@@ -49,7 +49,7 @@ def test_a_program_with_the_defaults_of_fast_dds_hears_a_node(ros2: Ros2, node: 
 def test_a_node_hears_a_program_with_the_defaults_of_fast_dds(ros2: Ros2, node: Node, fast_dds: str) -> None:
     node.listen("/here", geometry_msgs.Twist)
     ros2.start(fast_dds, str(ros2.domain), "say", "rt/here", TWIST, data())
-    assert node.inbox.wait(lambda: node.inbox.last("/here") is not None, 15.0, node.check)
+    assert node.inbox.wait(lambda: node.inbox.last("/here") is not None, 60.0, node.check)
     (letter,) = node.inbox.take()
     assert letter.message == FAST
 
