@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from functools import partial
 from math import inf
-from numbers import Real
 from pathlib import Path
 
+from nrp_core._support.numbers import is_number
 from nrp_core.analysis.doubts import checked_run
 from nrp_core.clock import from_seconds
 from nrp_core.errors import ExperimentError, did_you_mean
@@ -109,8 +109,7 @@ def _require_options(images: object, snapshots_s: object, on_step: object) -> No
     """
     if images not in [*Images]:
         raise ExperimentError(f"images are recorded in no way '{images}'{did_you_mean(str(images), Images)}")
-    is_time = isinstance(snapshots_s, Real) and not isinstance(snapshots_s, bool)
-    if snapshots_s is not None and not (is_time and 0.0 < float(snapshots_s) < inf):  # type: ignore[arg-type]
+    if snapshots_s is not None and not (is_number(snapshots_s) and 0.0 < snapshots_s < inf):
         raise ExperimentError(f"snapshots_s is a time above 0 in s, or None, not {snapshots_s!r:.60}")
     if on_step is not None and not callable(on_step):
         raise ExperimentError(f"on_step is a function of the run, not {on_step!r:.60}")

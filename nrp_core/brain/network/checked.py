@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import inf
-from numbers import Integral, Real
+from numbers import Integral
 from typing import Any, NoReturn
 
 import numpy as np
 
+from nrp_core._support.numbers import is_number
 from nrp_core.errors import NetworkError
 
 
@@ -88,6 +89,5 @@ def require_timestep(timestep_ms: object) -> None:
     Raises:
         NetworkError: it is not a time above 0.
     """
-    number = isinstance(timestep_ms, Real) and not isinstance(timestep_ms, bool)
-    if timestep_ms is not None and not (number and 0 < float(timestep_ms) < inf):  # type: ignore[arg-type]
+    if timestep_ms is not None and not (is_number(timestep_ms) and 0 < timestep_ms < inf):
         raise NetworkError(f"the time step of a network is a time above 0 in ms, not {timestep_ms!r:.60}")

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from math import inf
-from numbers import Real
 from typing import Final
 
+from nrp_core._support.numbers import is_number
 from nrp_core.brain.network.plain import Plain
 from nrp_core.errors import NetworkError
 
@@ -21,7 +21,8 @@ class Settings(Plain):
     def _require(self, name: str, low: float, high: float, rule: str, *, whole: bool = False) -> None:
         """Check a number, and keep it as one of Python: those of NumPy are not written as JSON."""
         value = getattr(self, name)
-        number = isinstance(value, Real) and not isinstance(value, bool)
-        if not (number and low <= value <= high and value < inf and (not whole or value == int(value))):
+        if not (
+            is_number(value) and low <= value <= high and value < inf and (not whole or value == int(value))
+        ):
             raise NetworkError(f"{self.KIND}: {name} is {value!r}; it must be {rule}")
         object.__setattr__(self, name, int(value) if whole else float(value))

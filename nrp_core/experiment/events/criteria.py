@@ -5,9 +5,9 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from math import hypot, inf
-from numbers import Real
 from typing import Any, final
 
+from nrp_core._support.numbers import is_number
 from nrp_core.clock import seconds
 from nrp_core.experiment.events.conditions import Times, TopicSays
 from nrp_core.experiment.events.geometry import GroundPoint
@@ -258,8 +258,7 @@ class StaysSo(Throughout):
         value = self._says.value
         if value is None and self._may_be_silent:
             return None
-        is_number = isinstance(value, Real) and not isinstance(value, bool)
-        said = "nothing" if value is None else f"{value:.6g}" if is_number else repr(value)
+        said = "nothing" if value is None else f"{value:.6g}" if is_number(value) else repr(value)
         return f"{self._topic} said {said} at {seconds(now_ns):g} s, not {self._wanted}"
 
     def _finish(self, now_ns: int) -> None:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import logging
-from numbers import Real
 from typing import Final
 
+from nrp_core._support.numbers import is_number
 from nrp_core.clock import from_seconds, seconds
 from nrp_core.errors import TimestepError
 
@@ -27,7 +27,7 @@ def end_ns(t_s: float, now_ns: int, duration_ns: int) -> int:
     Raises:
         TimestepError: it is not a time, or has passed.
     """
-    if not isinstance(t_s, Real) or isinstance(t_s, bool) or not abs(t_s) <= _LONGEST_S:
+    if not is_number(t_s) or not abs(t_s) <= _LONGEST_S:
         raise TimestepError(f"cannot run to {t_s!r}: a time is a number of seconds, below {_LONGEST_S:g}")
     until_ns = from_seconds(t_s)
     if until_ns < now_ns:
