@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from nrp_core._support.words import first_of
 from nrp_core.comparison.signals import RunSignals
 from nrp_core.experiment.running.judgement import recorded_judgement
 from nrp_core.findings import Weight
@@ -21,7 +22,7 @@ def incompleteness(runs: Mapping[str, RunSignals]) -> list[str]:
     for name, run in runs.items():
         if reason := missing_from(run):
             concerned.setdefault(reason, []).append(name)
-    return [f"not complete: {_named(names)}: {reason}" for reason, names in concerned.items()]
+    return [f"not complete: {first_of(names, _MOST_NAMED)}: {reason}" for reason, names in concerned.items()]
 
 
 def missing_from(run: RunSignals) -> str:
@@ -29,8 +30,3 @@ def missing_from(run: RunSignals) -> str:
     judgement = recorded_judgement(run.run, run.end_s)
     groups = judgement.groups if judgement else []
     return "; ".join(group.headline for group in groups if group.weight is Weight.INCOMPLETE)
-
-
-def _named(names: list[str]) -> str:
-    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-    return ", ".join(names[:_MOST_NAMED]) + more

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import inf, pi
+from typing import Final
 
 import numpy as np
 
@@ -12,11 +13,11 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.world.render.optics import drawn
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.model import Visual
+from nrp_core.world.scene.model import Geometry, Visual
 from nrp_core.world.scene.tessellation import triangles_of
 
-_CLOSED = 0.9
-"""Share of the directions around a camera that the inside of a shape fills; some have small gaps."""
+CLOSED: Final = 0.9
+"""Share of the directions around a place inside it that a closed shape fills; some have small gaps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,20 +58,27 @@ def enclosures(eyes: Sequence[Pose], placed: Iterable[Placed]) -> list[list[Encl
     """
     found: list[list[Enclosure]] = [[] for _ in eyes]
     for one in placed:
-        corners = _corners(one) if one.visual.rgba[3] > 0 else np.empty((0, 3, 3))
+        corners = (
+            corners_of(*drawn(one.visual.geometry, one.pose))
+            if one.visual.rgba[3] > 0
+            else np.empty((0, 3, 3))
+        )
         low, high = corners.min((0, 1), initial=inf), corners.max((0, 1), initial=-inf)
         for eye, around in zip(eyes, found, strict=True):
             if (low < eye.position).all() and (eye.position < high).all():
                 here = corners - eye.position
                 through_m = _leaves_m(here, np.array(eye.rotate((1.0, 0.0, 0.0))))
-                if through_m < inf and filled_share(here) >= _CLOSED:
+                if through_m < inf and filled_share(here) >= CLOSED:
                     around.append(Enclosure(one.model, one.link, through_m, float((high - low).max())))
     return found
 
 
-def _corners(one: Placed) -> FloatArray:
-    """Return the triangles of a visual in the world, shape ``(n, 3, 3)``."""
-    geometry, pose = drawn(one.visual.geometry, one.pose)
+def corners_of(geometry: Geometry, pose: Pose) -> FloatArray:
+    """Return the triangles of a shape with this pose, shape ``(n, 3, 3)``.
+
+    Raises:
+        SceneError: a mesh cannot be read.
+    """
     vertices, faces = triangles_of(geometry)
     place = matrix_of(pose)
     return np.asarray((vertices @ place[:, :3].T + place[:, 3])[faces], float)

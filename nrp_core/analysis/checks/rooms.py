@@ -9,25 +9,21 @@ from typing import Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core._support.words import first_of
 from nrp_core.analysis.checks.conditions import asked
 from nrp_core.analysis.checks.sensors import read_sensors
 from nrp_core.analysis.registry import checks_experiment
 from nrp_core.analysis.study import Study
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.world.enclosing import filled_share
-from nrp_core.world.rigid.matrices import matrix_of
+from nrp_core.world.enclosing import CLOSED, corners_of, filled_share
+from nrp_core.world.render.scene_mesh import MAX_EXTENT_M
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.implausible_shapes import box_around
 from nrp_core.world.scene.model import Collision, Heightmap, Mesh, Model, Plane, Visual
-from nrp_core.world.scene.tessellation import triangles_of
 
-_SCENERY_M: Final = 60.0
-"""A shape as long as this may be a sky, or the ground around the room."""
 _LEAST_M: Final = 0.05
 """Things that reach less than this above the feet of robots are marks on the ground."""
-_CLOSED: Final = 0.9
-"""Share of the directions around its middle that the inside of a closed mesh fills; files have small gaps."""
 _MOST_NAMES: Final = 3
 
 
@@ -71,7 +67,7 @@ def meshes_face_outward(study: Study) -> Iterator[Finding]:
             for link, visual, corners in _meshes(model):
                 low, high = corners.min((0, 1)), corners.max((0, 1))
                 is_around = model.name not in names and ((low < feet) & (feet < high)).all(1).any()
-                if not is_around and filled_share(corners - corners.mean((0, 1))) < -_CLOSED:
+                if not is_around and filled_share(corners - corners.mean((0, 1))) < -CLOSED:
                     message = (
                         f"the mesh of the visual '{visual}' of '{model.name}/{link}' faces inward, and "
                         "surfaces are drawn where they face: no image shows it from outside"
@@ -85,9 +81,7 @@ def _meshes(model: Model) -> Iterator[tuple[str, str, FloatArray]]:
         for one in link.visuals:
             shape = one.geometry
             if isinstance(shape, Mesh) and not isinstance(shape, Heightmap) and one.rgba[3] > 0:
-                vertices, faces = triangles_of(shape)
-                place = matrix_of(model.pose @ link.pose @ one.pose)
-                yield link.name, one.name, (vertices @ place[:, :3].T + place[:, 3])[faces]
+                yield link.name, one.name, corners_of(shape, model.pose @ link.pose @ one.pose)
 
 
 def _drives(robot: Model) -> bool:
@@ -98,7 +92,7 @@ def _drives(robot: Model) -> bool:
 def _only_seen(model: Model, low_m: float, high_m: float) -> bool:
     """Return whether a thing has no collision shapes and stands where robots of these heights drive."""
     box = _box(model, Visual) if not any(link.collisions for link in model.links) else None
-    if box is None or (box[1] - box[0]).max() >= _SCENERY_M:
+    if box is None or (box[1] - box[0]).max() >= MAX_EXTENT_M:
         return False
     return bool(box[0][2] < high_m and box[1][2] > low_m)
 
@@ -123,6 +117,4 @@ def _box(model: Model, kind: type[Visual] | type[Collision]) -> tuple[FloatArray
 
 
 def _listed(names: list[str]) -> str:
-    """Return the first names of a list, and how many more there are."""
-    first = ", ".join(f"'{name}'" for name in names[:_MOST_NAMES])
-    return first + (f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else "")
+    return first_of([f"'{name}'" for name in names], _MOST_NAMES)

@@ -19,6 +19,7 @@ from nrp_core.world.enclosing import Enclosure
 from nrp_core.world.raycast.beams import Beams
 from nrp_core.world.raycast.extent import size_m
 from nrp_core.world.render.optics import Optics
+from nrp_core.world.render.scene_mesh import MAX_EXTENT_M
 from nrp_core.world.scene.implausible import FASTEST_HZ
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sensing import MountedSensor
@@ -35,8 +36,6 @@ _NEAR: Final = 0.1
 """Distance of a camera's own housing, of the horizontal size of its robot; hoods and wheels are farther."""
 _HOUSING: Final = 0.1
 """How far a camera stands inside its housing, of the same size; in public robots at most 0.03."""
-_SCENERY_M: Final = 60.0
-"""Shapes as long as this may be a sky around the room."""
 _FASTER: Final = 2.001
 """Files for Gazebo, whose steps take 1 ms, have sensors of 1 kHz, which also run with steps of 2 ms."""
 _LEAST_PIXELS: Final = 4
@@ -46,13 +45,13 @@ _LEAST_PIXELS: Final = 4
 @checks_experiment(Code.NRP298)
 def sensors_see_the_room(study: Study) -> Iterator[Finding]:
     """Look for scanners and cameras that see little but their own robot, or nothing at any heading."""
-    scene = study.scene
+    scene, read = study.scene, _read(study)
     for model in _robots(study):
         assert scene is not None
         with suppress(SceneError):  # a mesh cannot be read, which is reported where it is needed
             inside = {(link, one.name): _inside(shape, model) for link, one, shape in enclosed(scene, model)}
             for sight in sights(scene, model):
-                is_read = _is_read(study, model, sight.sensor)
+                is_read = _is_read(sight.sensor, model, study, read)
                 behind = inside.get((sight.link, sight.sensor.name), "") if is_read else ""
                 message, level = (behind, Level.WARNING) if behind else _doubt(sight, scene, model)
                 if message and (is_read or sight.own >= _ALL):
@@ -65,7 +64,7 @@ def _inside(shape: Enclosure, model: Model) -> str:
     """Return how far inside a shape a camera stands; empty for a housing as cameras have."""
     # a model without joints and drives is a camera, whose only body is its housing
     housing_m = _HOUSING * (size_m(model) or inf) if model.joints or model.drives else inf
-    if (shape.model == model.name and shape.through_m < housing_m) or shape.extent_m >= _SCENERY_M:
+    if (shape.model == model.name and shape.through_m < housing_m) or shape.extent_m >= MAX_EXTENT_M:
         return ""
     return (
         f"stands inside '{shape.model}/{shape.link}', {shape.through_m:.2g} m behind its surface, which its "
@@ -139,17 +138,22 @@ def _robots(study: Study) -> list[Model]:
 
 def read_sensors(study: Study) -> Iterator[tuple[Model, MountedSensor]]:
     """Yield the scanners and cameras of robots that something reads."""
+    read = _read(study)
     for model in _robots(study):
         for sensor in (sensor for link in model.links for sensor in link.sensors):
             sees = sensor.views or isinstance(getattr(sensor, "beams", None), Beams)
-            if sees and _is_read(study, model, sensor):
+            if sees and _is_read(sensor, model, study, read):
                 yield model, sensor
 
 
-def _is_read(study: Study, model: Model, sensor: MountedSensor) -> bool:
-    """Return whether functions, events or criteria read a sensor, or the experiment itself adds it."""
+def _read(study: Study) -> set[str]:
+    """Return the topics that functions, events and criteria read."""
     aliases = study.experiment.aliases
-    read = {aliases.get(name, name) for name in read_topics(study)}
+    return {aliases.get(name, name) for name in read_topics(study)}
+
+
+def _is_read(sensor: MountedSensor, model: Model, study: Study, read: set[str]) -> bool:
+    """Return whether one of these topics is a sensor's, or the experiment itself adds it."""
     return bool(read & _topics(sensor)) or _is_added(study, model, sensor)
 
 

@@ -8,6 +8,7 @@ from enum import StrEnum
 from itertools import groupby
 from math import inf
 
+from nrp_core._support.words import first_of
 from nrp_core.comparison.engines.measures import Measure
 
 _MOST_NAMED = 4
@@ -141,7 +142,6 @@ def _named(differences: Sequence[EngineDifference]) -> str:
     worst = ranked(groups)
     names = [
         f"{one.measure.title} ({one.side} {one.one} -> {one.other}, {one.part}: {one.effect})"
-        for one in worst[:_MOST_NAMED]
+        for one in worst
     ]
-    more = f" and {len(worst) - _MOST_NAMED} more" if len(worst) > _MOST_NAMED else ""
-    return "; ".join(names) + more
+    return first_of(names, _MOST_NAMED, "; ")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from nrp_core._support.words import first_of
 from nrp_core.comparison.judgement import Answer, Contrast, Factor, JudgedPart, Relation
 from nrp_core.comparison.metrics.base import DistanceMetric, Metric
 from nrp_core.comparison.result import GridDiff
@@ -72,12 +73,11 @@ def advice(diff: GridDiff) -> str | None:
     without = [judged for judged in diff.judgements if any(map(_lacks_spread, judged.parts))]
     if not without:
         return None
-    names = ", ".join(judged.metric.title.lower() for judged in without[:_MOST_NAMED])
-    more = f" and {len(without) - _MOST_NAMED} more" if len(without) > _MOST_NAMED else ""
+    names = first_of([judged.metric.title.lower() for judged in without], _MOST_NAMED)
     first = without[0].metric
     unit = f" (in {first.unit})" if first.unit else ""
     return (
-        f"Seeds have no effect on {names}{more}: there is no spread to compare a difference with, so "
+        f"Seeds have no effect on {names}: there is no spread to compare a difference with, so "
         "any difference counts. Draw a setting with each seed: --vary 'events.NAME.at=LOW..HIGH s'; or set "
         f"the difference that does not matter: --margin {first.name}=VALUE{unit}."
     )

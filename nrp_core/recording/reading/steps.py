@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core._support.words import first_of
 from nrp_core.clock import seconds
 from nrp_core.recording.layout import CALLED, PUBLISHED, STEPS
 from nrp_core.recording.reading.mcap_messages import RecordedTopic
@@ -255,8 +256,7 @@ def _spikes_of(message: Spikes) -> Iterator[tuple[float, int]]:
 
 def _spike_words(spikes: Collection[tuple[float, int]]) -> str:
     words = [f"neuron {neuron} at {time_ms!r} ms" for time_ms, neuron in sorted(spikes)]
-    more = len(words) - _MOST_VALUES
-    return ", ".join(words[:_MOST_VALUES]) + (f" and {more} more" if more > 0 else "") or "nothing"
+    return first_of(words, _MOST_VALUES) or "nothing"
 
 
 def _without_header(paths: Iterable[str]) -> list[str]:
@@ -265,10 +265,8 @@ def _without_header(paths: Iterable[str]) -> list[str]:
 
 
 def _words(leaves: Mapping[str, Any], paths: Iterable[str]) -> str:
-    chosen = list(paths)
-    words = [f"{path.strip('.') or 'value'} {leaves.get(path, 'missing')}" for path in chosen[:_MOST_VALUES]]
-    more = len(chosen) - _MOST_VALUES
-    return ", ".join(words) + (f" and {more} more" if more > 0 else "") or "nothing"
+    words = [f"{path.strip('.') or 'value'} {leaves.get(path, 'missing')}" for path in paths]
+    return first_of(words, _MOST_VALUES) or "nothing"
 
 
 def _leaves(value: Any, path: str) -> Iterator[tuple[str, Any]]:
