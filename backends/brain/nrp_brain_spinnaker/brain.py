@@ -175,7 +175,8 @@ class SpinnakerBrain(Brain):
                 known = cell_models(self._options.semantics).get(population.cell_type)
                 if known is None or variable not in known.state_variables:
                     raise no_variable(label, variable)
-                state = read(self._cells, self._index[label], known, variable)
+                ring, tick = self._engine.machine.ring, self._engine.tick
+                state = read(self._cells, ring, tick, self._index[label], known, variable)
                 values[chosen] = state[neurons[chosen] - first]
         return values
 

@@ -171,12 +171,12 @@ def test_input_of_new_synapses_is_their_weight(cells: Maker, spike_source: Maker
         cells, spike_source, sources=1, targets=1, s_max=1, sigma_form_forward=1e9, prob_elim_potentiated=0.0
     )
     brain = open_brain(*parts, semantics="released")
-    brain.run_until(41 * MS)  # the spike at 40 ms acts in the next tick
+    brain.run_until(40 * MS)
     before = brain.read_state("isyn_exc", [1])[0]
-    brain.run_until(42 * MS)
+    brain.run_until(41 * MS)  # the spike at 40 ms arrives
     after = brain.read_state("isyn_exc", [1])[0]
     input_na = 0.5 * 5.0 * (1.0 - np.exp(-1 / 5.0))  # of a step, for an exponential with 5 ms
-    assert after == pytest.approx((before + input_na) * np.exp(-1 / 5.0), rel=2e-3)
+    assert after == pytest.approx(before * np.exp(-1 / 5.0) + input_na, rel=2e-3)
 
 
 def test_runs_are_repeated_and_restored(cells: Maker, spike_source: Maker, open_brain: Open) -> None:
