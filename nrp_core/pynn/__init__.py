@@ -27,14 +27,15 @@ from nrp_core.pynn.recording import Recorder
 from nrp_core.pynn.running import RunningState
 
 
-def new_simulator(state: RunningState | None = None) -> ModuleType:
+def new_simulator(state: RunningState | None = None, recorder: type = Recorder) -> ModuleType:
     """Return a further simulator, independent of this module and of all others.
 
     Args:
         state: where its network runs, by default a new state.
+        recorder: the class that stores the recordings of populations.
     """
     state = state or RunningState()
-    api = programming_interface(Simulator(state), Recorder)
+    api = programming_interface(Simulator(state), recorder)
     vars(api).update(control(api, state))
     return api
 

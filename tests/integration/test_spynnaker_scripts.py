@@ -30,8 +30,7 @@ def trains(population: Any) -> list[list[float]]:
 
 def test_a_spike_travels_as_on_the_machine(tmp_path: Path) -> None:
     script = run(tmp_path, HEAD + CHAIN.format(weight=60.0, more=""))
-    # three steps of delay, and one in which the cell that it reaches is updated
-    assert trains(script.cells) == [[14.0], [24.0]]
+    assert trains(script.cells) == [[13.0], [23.0]]
     assert script.p.name() == "SpiNNaker"
 
 
@@ -40,7 +39,7 @@ def test_a_delay_above_the_longest_of_setup_passes_as_on_the_machine(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, longest: str
 ) -> None:
     head = HEAD.replace("min_delay=1.0", f"min_delay=1.0{longest}")
-    assert trains(run(tmp_path, head + CHAIN.format(weight=60.0, more="")).cells) == [[14.0], [24.0]]
+    assert trains(run(tmp_path, head + CHAIN.format(weight=60.0, more="")).cells) == [[13.0], [23.0]]
     assert ("sPyNNaker ignores max_delay" in caplog.text) is bool(longest)
 
 
@@ -126,13 +125,13 @@ def test_synaptic_input_of_current_based_cells_is_recorded_and_converted(tmp_pat
     )  # fmt: skip
     input_na = 2.0 * 5.0 * (1.0 - exp(-1 / 5.0))  # of a step, for an exponential with 5 ms
     first = script.gsyn[script.gsyn[:, 0] == script.gsyn[0, 0]]
-    assert first[:, 1].tolist() == list(range(51))
-    assert first[14, 2] == pytest.approx(input_na * exp(-1 / 5.0), rel=2e-3)
-    assert first[19, 2] == pytest.approx(first[14, 2] * exp(-1.0), rel=2e-3)
+    assert first[:, 1].tolist() == list(range(50))
+    assert first[13, 2] == pytest.approx(input_na, rel=2e-3)
+    assert first[18, 2] == pytest.approx(first[13, 2] * exp(-1.0), rel=2e-3)
     assert not script.gsyn[:, 3].any()
-    assert script.v.shape == (2 * 51, 3)
+    assert script.v.shape == (2 * 50, 3)
     assert script.spikes.shape == (0, 2)
-    assert script.cells.spinnaker_get_data("v", as_matrix=True).shape == (51, 2)
+    assert script.cells.spinnaker_get_data("v", as_matrix=True).shape == (50, 2)
 
 
 def test_either_sign_inhibits_on_the_inhibitory_receptor(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from nrp_core.brain.pynn.spynnaker.connections import Hub
 from nrp_core.errors import NetworkError, NrpError
 from nrp_core.pynn.spynnaker.clock import SimulatedClock
 from nrp_core.pynn.spynnaker.live import LiveState
+from nrp_core.pynn.spynnaker.recording import LabelledRecorder
 
 BACKEND: Final = "spinnaker"
 OPTIONS: Final[Mapping[str, Any]] = {"semantics": "released"}
@@ -33,7 +34,7 @@ def run_script(path: Path) -> ModuleType:
     """
     clock = SimulatedClock()
     state = LiveState(Hub(), clock)
-    pynn = nrp_core.pynn.new_simulator(state)
+    pynn = nrp_core.pynn.new_simulator(state, LabelledRecorder)
     vars(pynn)["setup"] = partial(pynn.setup, backend=BACKEND, options=OPTIONS)
     dialect = Dialect(pynn, *_running(pynn, state), state.hub)
     modules = {"time": clock.module()}
