@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 from math import dist
+from typing import TypeAlias
 
+from nrp_core.findings import Code
 from nrp_core.world.scene.model import Cylinder, Sphere
+from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.registered import ModelParts
 from nrp_core.world.scene.reading.xml import Element
+
+Sides: TypeAlias = tuple[str, ...]
+"""Names of the wheel joints on one side, back to front."""
 
 
 def separation_of(plugin: Element, left: str, right: str, model: ModelParts) -> float:
@@ -16,6 +22,28 @@ def separation_of(plugin: Element, left: str, right: str, model: ModelParts) -> 
     if not apart:
         raise plugin.error(f"the wheels of the joints '{left}' and '{right}' are at the same place")
     return apart
+
+
+def sides_of(
+    plugin: Element, left: Sides, right: Sides, model: ModelParts, reading: Reading
+) -> tuple[Sides, Sides]:
+    """Return the joints on the left and on the right of a drive that Gazebo's plugin for ROS 1 moves.
+
+    The plugin takes its left joint for the right one unless ``legacyMode`` is false, which makes up for files
+    that name them the other way round; that was a mistake in its first versions.
+    """
+    if not plugin.flag("legacyMode", True):
+        return left, right
+    aside = [model.joint(plugin, side[-1]).pose.position[1] for side in (left, right)]
+    if aside[0] < aside[1]:
+        return right, left
+    if aside[0] > aside[1]:
+        message = (
+            "Gazebo exchanges the sides of this drive unless <legacyMode> is false, so there the robot turns "
+            "against its commands; here it turns as they say"
+        )
+        reading.notes.warn(plugin, Code.NRP264, message)
+    return left, right
 
 
 def wheel_diameter_of(plugin: Element, joint: str, model: ModelParts) -> float:

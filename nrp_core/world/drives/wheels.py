@@ -7,7 +7,7 @@ from math import inf
 from typing import ClassVar, Protocol
 
 from nrp_core.world.drives.drive import Drive, DrivePart, GroundDrive
-from nrp_core.world.drives.wheel_places import separation_of, wheel_diameter_of
+from nrp_core.world.drives.wheel_places import separation_of, sides_of, wheel_diameter_of
 from nrp_core.world.engine import Engine
 from nrp_core.world.messages.gazebo_msgs import WheelSpeeds
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
@@ -34,6 +34,7 @@ class _Dialect:
         torque: the parameter of a wheel's torque limit; None if the plugin has none.
         command, odometry, wheel_speeds: topics; ``{robot}`` stands for the name of the robot.
         timeout: ``commandTimeout`` is read for every plugin, though none of Gazebo's has it.
+        has_legacy_mode: whether ``legacyMode`` says which joints are on the left.
     """
 
     left: tuple[str, ...]
@@ -47,6 +48,7 @@ class _Dialect:
     timeout: float = inf
     wheel_speeds: Text | None = None
     is_radius: bool = False
+    has_legacy_mode: bool = False
 
     @property
     def tags(self) -> frozenset[str]:
@@ -54,7 +56,8 @@ class _Dialect:
         numbers = (self.separation, self.wheel, self.torque, self.rate)
         texts = (self.command, self.odometry, self.wheel_speeds)
         named = [pair[0] for pair in (*numbers, *texts) if pair]
-        return frozenset((*self.left, *self.right, "commandTimeout", *named))
+        modes = ("legacyMode",) if self.has_legacy_mode else ()
+        return frozenset((*self.left, *self.right, "commandTimeout", *modes, *named))
 
 
 _HUSKY = _Dialect(
@@ -78,6 +81,7 @@ _ROS1 = _Dialect(
     command=("commandTopic", "cmd_vel"),
     odometry=("odometryTopic", "odom"),
     rate=("updateRate", 100.0),
+    has_legacy_mode=True,
 )
 _ROS1_SKID_STEER = _Dialect(
     left=("leftRearJoint", "leftFrontJoint"),
@@ -177,6 +181,8 @@ class WheelDrive(Drive):
         dialect = known[0]
         warn_of_misspelt(plugin, dialect.tags, reading)
         left, right = wheels_in(plugin, dialect.left, model), wheels_in(plugin, dialect.right, model)
+        if dialect.has_legacy_mode:
+            left, right = sides_of(plugin, left, right, model, reading)
         size = (
             plugin.positive(*dialect.wheel) if dialect.wheel else wheel_diameter_of(plugin, left[-1], model)
         )

@@ -229,6 +229,29 @@ def test_gazebos_differential_drive_for_ros_1(drive: DriveReader) -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("left", "mode", "told"),
+    [
+        ("fl", "", True),
+        ("fl", "<legacyMode>true</legacyMode>", True),
+        ("fl", "<legacyMode>false</legacyMode>", False),
+        ("fr", "", False),
+        ("fr", "<legacyMode>true</legacyMode>", False),
+    ],
+)
+def test_joints_that_are_named_the_other_way_round_for_the_old_mode_of_the_plugin_are_exchanged(
+    model: ModelReader, left: str, mode: str, told: bool
+) -> None:
+    right = {"fl": "fr", "fr": "fl"}[left]
+    inside = f"<leftJoint>{left}_joint</leftJoint><rightJoint>{right}_joint</rightJoint>{mode}"
+    plugin = f'<plugin name="d" filename="libgazebo_ros_diff_drive.so">{inside}</plugin>'
+    robot = model(f'<link name="base"><inertial/></link>{ROLLERS}{JOINTS}{plugin}')
+    (drive,) = robot.drives
+    assert isinstance(drive, WheelDrive)
+    assert (drive.left, drive.right) == (("fl_joint",), ("fr_joint",))
+    assert ["exchanges the sides" in str(warning) for warning in robot.warnings] == [True] * told
+
+
 def test_gazebos_differential_drive_for_ros_2(drive: DriveReader) -> None:
     read = drive(
         '<plugin name="d" filename="libgazebo_ros_diff_drive.so"><ros><namespace>/demo</namespace>'
