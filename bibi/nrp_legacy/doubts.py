@@ -6,14 +6,12 @@ The platform read what it knew and passed over the rest. So does this package, a
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from difflib import get_close_matches
 from typing import Final
 
 from nrp_core._support.xml import Element
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.world.rigid.pose import ROUNDED_TURN_RAD
 from nrp_legacy.documents import DURATION_S, FUNCTION, ROBOT, Bibi, Experiment
 from nrp_legacy.elements import attribute, children, local, number, text
 
@@ -124,12 +122,7 @@ def _places(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
 
 
 def _orientation(pose: Element) -> Iterator[Finding]:
-    """Yield angles of more than a turn, and that a quaternion has no direction, or parts that none has."""
-    for name in ("roll", "pitch", "yaw"):
-        with suppress(ExperimentError):  # reported where it is read
-            angle = number(pose, name)
-            if angle is not None and abs(angle) > ROUNDED_TURN_RAD:
-                yield _doubt(pose, f"the {name} of a start pose is {angle:g} rad; is it meant in degrees?")
+    """Yield that a quaternion has no direction, or parts that none has."""
     said = [attribute(pose, name) for name in ("ux", "uy", "uz", "theta")]
     try:
         parts = [float(part) for part in said if part is not None]

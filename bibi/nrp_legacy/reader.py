@@ -111,12 +111,12 @@ class _Reading:
             "brain": self._brain(), "world": self._world(timestep_ns),
             "tf_time": "start", "on_error": "quarantine", "strict": False,
             "models": self._tree([self._tree(str(folder)) for folder in self._library.roots()]),
-            "csv_folder": str(self._path.parent / "csv"),
         })  # fmt: skip
         experiment = experiment_of(tree, [one for one in self._overrides if one not in self._chosen])
         machines = [file for one in exc.machines if (file := self._machine(one, experiment.duration))]
         maker = LegacyMaker(bibi, self._library, machines, self._notes)
-        return experiment.with_maker(maker).with_overrides(self._overrides)
+        experiment = experiment.with_maker(maker).with_overrides(self._overrides)
+        return experiment.with_csv_folder(self._path.parent / "csv")
 
     # -- the parts
 
@@ -177,7 +177,9 @@ class _Reading:
         only = next(iter(poses.values())) if len(poses) == len(self._bibi.bodies) == 1 else None
         pose = poses.get(name, only)
         numbers = None if pose is None else self._read(partial(pose_of, pose))
-        place = {} if numbers is None else {"pose": self._tree([*map(self._tree, numbers)], pose)}
+        place = (
+            {} if numbers is None else {"pose": self._tree([self._tree(one, pose) for one in numbers], pose)}
+        )
         return self._tree({"model": str(model), **place}, body.element)
 
     def _time(

@@ -94,7 +94,7 @@ def of_functions(husky: Path, body: str = "pass", **changes: str) -> list[str]:
         ),
         (
             "world.robots.husky.add_sensors=[{type: imu, link: base_link, pose: [0, 0, 0, 0, 30, 0]}]",
-            "the pitch of the sensor on 'husky/base_link' is 30 rad, more than a turn; write '30 deg'",
+            "the pitch of the sensor on 'husky/base_link' is 30 rad, more than a turn; 30 degrees are 0.5236",
         ),
         (
             "world.robots.husky.add_sensors=[{type: lidar, link: base_link, lidar: {scan: {horizontal: "
@@ -226,7 +226,10 @@ def test_what_stays_in_the_body_is_not_reported(husky: Path, body: str) -> None:
         ({"neurons": "[[0, 0]]"}, "'red' drives the same neuron 2 times: brain.sensors[[0, 0]] [NRP211]"),
         ({"neurons": "[0, 0:2]"}, "'red' drives the same neuron 2 times"),
         ({"file": "/tmp/rows.csv"}, "are written to 'tmp/rows.csv', not to '/tmp/rows.csv' [NRP315]"),
-        ({"body": f"{SEND}; {SEND}"}, "sends another message on '/mine': this one is not used [NRP319]"),
+        (
+            {"body": f"{SEND}; {SEND}"},
+            "sends another message on '/mine': functions and robots use only that one [NRP319]",
+        ),
     ],
 )
 def test_settings_in_a_wrong_unit_are_reported(husky: Path, changes: dict[str, str], words: str) -> None:

@@ -45,7 +45,6 @@ def test_an_experiment_without_slips_is_not_doubted(tmp_path: Path) -> None:
         ("</timeout>", "</timeout><timeout>9</timeout>", "a second <timeout> is ignored: the one of line 2"),
         ('<robotPose robotId="husky"', '<robotPose robotId="huskyy"', "no robot 'huskyy', whose start pose"),
         ('uz="0.7" theta="0.7"', 'uz="0" theta="0"', "0 0 0 0, which is no orientation: none is used"),
-        ('uz="0.7" theta="0.7"', 'yaw="180"', "the yaw of a start pose is 180 rad; is it meant in degrees?"),
         ('uz="0.7"', 'uz="90"', "0 0 90 0.7 (ux uy uz theta); none exceeds 1"),
         ('uz="0.7" theta="0.7"', 'jaw="1.5"', "a start pose has no 'jaw'; did you mean 'yaw'?"),
         ("<timeout>840</timeout>", "<timout>840</timout>", "<timout> is ignored; did you mean <timeout>?"),

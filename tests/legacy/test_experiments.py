@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import shutil
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -10,6 +11,8 @@ from pathlib import Path
 import pytest
 from nrp_legacy.reader import read_exc
 
+from nrp_core.analysis.validate import validate_file
+from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 
 Opened = Callable[..., Run]
@@ -237,3 +240,37 @@ def test_patterns_of_a_map_take_the_population_of_its_source(opened: Opened) -> 
     assert [function.name for function in run.loop.functions] == ["stimulate"]
     (group,) = [one for one in run.loop.functions[0].adapters.values() if hasattr(one, "__len__")]
     assert len(group) == 2
+
+
+def test_files_of_recorders_go_beside_an_experiment_or_its_archive_unless_told_otherwise(
+    corpus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = corpus / "poses_2017" / "poses.exc"
+    assert load_experiment(file).csv_folder == file.parent / "csv"
+    assert load_experiment(file, ["csv_folder=out"]).csv_folder == Path("out")
+    archive = shutil.make_archive(str(tmp_path / "packed"), "zip", file.parent)
+    monkeypatch.chdir(tmp_path)
+    assert load_experiment(archive).csv_folder == tmp_path / "packed" / "csv"
+    assert load_experiment(archive, ["csv_folder=out"]).csv_folder == Path("out")
+
+
+def test_a_folder_for_csv_files_is_called_unused_only_where_it_is_written(corpus: Path) -> None:
+    file = corpus / "lauron_2016" / "lauron.exc"
+    models = f"models=[{corpus / 'models'}]"
+    told = "'csv_folder' has no effect: no function has a CSV recorder"
+    assert told not in [finding.message for finding in validate_file(str(file), [models])]
+    given = validate_file(str(file), [models, "csv_folder=out"])
+    assert [told in finding.message for finding in given if "csv_folder" in finding.message] == [True]
+
+
+def test_a_start_pose_in_degrees_is_told_once_with_its_line(corpus: Path) -> None:
+    file = corpus / "poses_2017" / "poses.exc"
+    file.write_text(file.read_text().replace('yaw="0"', 'yaw="45"'))
+    found = [
+        finding
+        for finding in validate_file(str(file), [f"models=[{corpus / 'models'}]"])
+        if "45" in finding.message
+    ]
+    assert [(finding.line, finding.message) for finding in found] == [
+        (5, "the yaw of 'robot' is 45 rad, more than a turn; 45 degrees are 0.7854 rad")
+    ]

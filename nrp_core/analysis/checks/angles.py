@@ -22,6 +22,7 @@ from nrp_core.analysis.shapes import Instance, Known, Shape
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.experiment.model.tree import Key
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.rigid.pose import ROUNDED_TURN_RAD
 
 _OF_ANGLES: Final[tuple[Any, ...]] = (sin, cos, tan, np.sin, np.cos, np.tan)
 _TO_DEGREES: Final = ("degrees", "rad2deg")
@@ -56,8 +57,11 @@ def angles_have_units(study: Study) -> Iterator[Finding]:
             keys = (*place, "pose", i)
             written, reached = experiment.source.nearest(keys)
             value = written.value
-            if reached == keys and isinstance(value, (int, float)) and abs(value) > tau:
-                message = f"the {what} of {owner} is {value:g} rad, more than a turn; write '{value:g} deg'"
+            if reached == keys and isinstance(value, (int, float)) and abs(value) > ROUNDED_TURN_RAD:
+                message = (
+                    f"the {what} of {owner} is {value:g} rad, more than a turn; {value:g} degrees are "
+                    f"{radians(value):.4g} rad"
+                )
                 yield written.place.finding(Code.NRP249, message, Level.WARNING)
 
 

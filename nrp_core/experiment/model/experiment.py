@@ -365,6 +365,11 @@ class Experiment(Section):
         copy._overrides = tuple(overrides)
         return copy
 
+    def with_csv_folder(self, folder: Path) -> Experiment:
+        """Return the same experiment with another folder for CSV files, unless an override names one."""
+        is_named = any(one.partition("=")[0].strip() == "csv_folder" for one in self._overrides)
+        return self if is_named else self.model_copy(update={"csv_folder": folder})
+
     @property
     def overrides(self) -> tuple[str, ...]:
         """The overrides of its file."""

@@ -44,10 +44,11 @@ def load_experiment(text: str | Path, overrides: Iterable[str] = ()) -> Experime
             "loaded"
         )
     path = find_file(str(text))
-    if Path(text).suffix.lower() == ARCHIVE:  # unpacked files are in a hidden folder
-        beside = Path.cwd() / Path(text).expanduser().with_suffix("")
-        given = (f"csv_folder={beside / 'csv'}", *given)
-    return READERS.load(path.suffix)(path, given)
+    experiment = READERS.load(path.suffix)(path, given)
+    if Path(text).suffix.lower() != ARCHIVE:
+        return experiment
+    # unpacked files are in a hidden folder
+    return experiment.with_csv_folder(Path.cwd() / Path(text).expanduser().with_suffix("") / "csv")
 
 
 def _listed(overrides: Iterable[str]) -> tuple[str, ...]:
