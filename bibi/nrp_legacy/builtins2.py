@@ -207,14 +207,16 @@ class Quotient(float):
 
 
 def index_of(index: Any) -> Any:
-    """Return the integer index for a float, or an index with floats, as NumPy accepted until version 1.11.
+    """Return an index for a float or a text of digits, as NumPy accepted until version 1.11.
 
-    It is still equal to the float, so that a dictionary finds it.
+    It is still equal to it, so that a dictionary finds it.
     """
     if isinstance(index, (float, np.floating)):
         return index if isinstance(index, Quotient) or not isfinite(index) else Index(index)
     if isinstance(index, tuple):
         return tuple(map(index_of, index))
+    if isinstance(index, str):
+        return Digits(index) if index.removeprefix("-").isdecimal() else index
     if isinstance(index, np.ndarray) and index.dtype.kind == "f":
         return index.astype(np.intp)
     if isinstance(index, list) and any(isinstance(each, (float, np.floating)) for each in index):
@@ -227,6 +229,15 @@ class Index(float):
 
     def __index__(self) -> int:
         return int(self)
+
+
+class Digits(str):
+    """A text that is used as an index, as those in the rows of a CSV file: it is read as a number."""
+
+    __slots__ = ()
+
+    def __index__(self) -> int:
+        return int(str(self))  # of the text alone, for int() would call this again
 
 
 def _again(value: Any, other: Any) -> Any:

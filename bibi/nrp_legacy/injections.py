@@ -29,15 +29,17 @@ class Injection:
 def kept_injections(sim: ModuleType) -> list[Injection]:
     """Add time-dependent currents to a simulator; return the list that collects them."""
     kept: list[Injection] = []
-    state, constant = sim.state, sim.state.inject
+    sources: list[Any] = []
+    state, constant, injected = sim.state, sim.state.inject, sim.state.injected
 
     def inject(source: Any, cells: IntArray) -> None:
         try:
             constant(source, cells)
         except CapabilityError:
+            sources.append(source)
             kept.extend(Injection(spec, cells) for spec in _specs(source))
 
-    state.inject = inject
+    state.inject, state.injected = inject, lambda: [*injected(), *sources]
     return kept
 
 

@@ -12,8 +12,9 @@ from typing import Any
 from nrp_core.clock import seconds
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
+from nrp_legacy.shims.monitor_states import MonitorState, PollingState
 from nrp_legacy.shims.smach import GOES_ON, CBState, Container, State, StateMachine
-from nrp_legacy.shims.states import ClockDelayState, MonitorState, PollingState, WaitToClockState
+from nrp_legacy.shims.states import ClockDelayState, WaitToClockState
 
 
 def inconsistencies(machine: Any) -> Iterator[tuple[Code, str]]:

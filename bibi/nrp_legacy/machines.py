@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from nrp_core.cle.engine import ClosedLoop
@@ -17,8 +18,13 @@ from nrp_legacy.machine_slips import is_scxml, scxml_left_out, slips_of
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.shims.steps import Task
 
-MACHINE = "sm"
-"""The variable in which a file has its machine."""
+_MACHINES = ("sm", "state_machine")
+"""The variables in which a file may have its machine."""
+
+
+def machine_in(module: ModuleType) -> Any:
+    """Return the machine of a file that has run, None if it has none."""
+    return next((vars(module)[name] for name in _MACHINES if name in vars(module)), None)
 
 
 class StateMachines:
@@ -87,9 +93,11 @@ class StateMachines:
                 Code.NRP273, f"state machine left out: {scope.located(error, ExperimentError, path)}"
             )
             return None
-        if not hasattr(module, MACHINE):
-            self._names.graph.warn(Code.NRP273, f"state machine left out: {path} has no variable '{MACHINE}'")
-        return getattr(module, MACHINE, None)
+        machine = machine_in(module)
+        if machine is None:
+            named = "' or '".join(_MACHINES)
+            self._names.graph.warn(Code.NRP273, f"state machine left out: {path} has no variable '{named}'")
+        return machine
 
     def _advance(self, loop: ClosedLoop) -> None:
         for path, task in list(self._tasks.items()):

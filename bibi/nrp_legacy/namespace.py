@@ -27,6 +27,7 @@ from nrp_legacy.notes import Notes
 from nrp_legacy.shims.actions import action_modules
 from nrp_legacy.shims.containers import smach_module
 from nrp_legacy.shims.cv_bridge import CvBridge, cv_bridge_module
+from nrp_legacy.shims.futurized import futurized_modules
 from nrp_legacy.shims.graph import Graph, log
 from nrp_legacy.shims.import_path import ImportPath
 from nrp_legacy.shims.libraries import libraries_of_old
@@ -39,7 +40,14 @@ from nrp_legacy.shims.services import Services
 from nrp_legacy.shims.states import nrp_states_module, smach_ros_module
 from nrp_legacy.shims.transformations import tf_module, transformations_module
 
-_INCOMPLETE = ("rospy", "smach", "smach_ros", "hbp_nrp_excontrol.nrp_states", "tf")
+_STATES = "hbp_nrp_excontrol.nrp_states"
+_FILES_OF_STATES = (
+    "ClientLogState", "ClockMonitorState", "LifecycleState", "LightServiceState", "MaterialServiceState",
+    "ModelServiceState", "MonitoringListenerState", "RobotMonitorState", "WaitForClientLogState",
+    "WarningState",
+)  # fmt: skip
+"""The files in which the platform defined its states; some machines import from them."""
+_INCOMPLETE = ("rospy", "smach", "smach_ros", _STATES, "tf", "future.utils")
 """Modules that are implemented only as far as experiments are known to use them."""
 
 
@@ -101,6 +109,7 @@ class Namespace:
             "roslib": module("roslib", load_manifest=lambda _name: None),
             **action_modules(self.graph),
             "tf": tf_module(),
+            **futurized_modules(),
             "tf.transformations": transformations_module(),
         }
         for name in _INCOMPLETE:
@@ -161,5 +170,6 @@ def _cle(nrp: ModuleType, logger: ClientLogger, states: ModuleType) -> dict[str,
     return {
         **found,
         "hbp_nrp_excontrol.logs": logs,
-        "hbp_nrp_excontrol.nrp_states": states,
+        _STATES: states,
+        **{f"{_STATES}._{file}": states for file in _FILES_OF_STATES},
     }

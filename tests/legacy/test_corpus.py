@@ -172,3 +172,47 @@ def test_copies_of_models_of_nest_fire_and_their_synapses_recover_at_once(opened
     # at 0.2 nA the membrane of 25 pF passes 0.5 mV in 0.06 ms; then it rests for 9 ms: 110 spikes a second
     assert result.spikes["eyes"] == pytest.approx(0.4 / 9.1e-3, abs=3)
     assert result.spikes["wheels"] > 10
+
+
+def test_a_course_of_2019_goes_to_a_point_of_a_grid_that_it_reads_by_texts_and_floats(
+    played: Callable[..., Run],
+) -> None:
+    run = played("course_2019/course.exc")
+    result = run.result()
+    assert result.complete
+    assert not result.failures
+    # the grid's values are 0.1 times x and y, the way ends at (1, 0), and 7 / 2 is 3 or 3.5
+    assert rows(run, "steer", "recorder")[-1] == ["0.1", "0.0", "3", "3.5"]
+    assert result.final_pose["robot"]["x"] == pytest.approx(0.1, abs=0.005)
+
+
+def test_its_machine_hears_each_message_and_waits_for_activity(played: Callable[..., Run]) -> None:
+    run = played("course_2019/course.exc")
+    assert not [problem for problem in run.problems if problem.code in (Code.NRP273, Code.NRP280)]
+    (sun,) = (light for light in run.world.scene.lights if light.name == "sun")
+    assert sun.diffuse[:2] == (0.1, 0.2)
+    assert run.world.model_motion("left_vr_screen").pose.position == pytest.approx((3.0, 2.0, 0.5))
+
+
+@pytest.mark.parametrize(
+    ("name", "right", "wrong"),
+    [
+        ("places.exd", "rate < 1.0", "rate < 1e6"),  # waits for more spikes than there are
+        ("places.exd", "len(heard) < 4", "len(heard) < 401"),  # 2 in each of 200 steps
+        ("places.exd", "'actors_rate'", "'sensors_rate'"),  # nothing has this name
+    ],
+)
+def test_the_machine_does_not_go_on_before_it_should(
+    played: Callable[..., Run], corpus: Path, name: str, right: str, wrong: str
+) -> None:
+    file = corpus / "course_2019" / name
+    text = file.read_text()
+    assert right in text
+    file.write_text(text.replace(right, wrong))
+    run = played("course_2019/course.exc")
+    assert run.world.model_motion("left_vr_screen").pose.position == pytest.approx((0.0, 2.0, 1.0))
+
+
+def test_currents_that_a_run_adds_to_the_network_are_not_called_unused(opened: Opened) -> None:
+    told = "\n".join(map(str, opened("p3dx_2018/p3dx.exc").problems))
+    assert "is never injected" not in told

@@ -9,15 +9,15 @@ from typing import Any
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
 from nrp_legacy.code import Source
-from nrp_legacy.machines import MACHINE
+from nrp_legacy.machines import machine_in
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.notes import unnoted
+from nrp_legacy.shims.monitor_states import PollingState
+from nrp_legacy.shims.service_states import SetMaterialColorServiceState
 from nrp_legacy.shims.smach import StateMachine
 from nrp_legacy.shims.states import (
     ClientLogState,
     ClockDelayState,
-    PollingState,
-    SetMaterialColorServiceState,
     WaitToClockState,
 )
 
@@ -34,7 +34,7 @@ def events_of(path: Path, names: Namespace) -> dict[str, Any] | None:
         names.scope.run(path, module, Source.of_file(path).compiled(unnoted))
     except (Exception, SystemExit) as error:  # noqa: BLE001 - users' files raise anything
         raise names.scope.located(error, ExperimentError, path) from None
-    machine = getattr(module, MACHINE, None)
+    machine = machine_in(module)
     return _events(machine, path.stem) if isinstance(machine, StateMachine) else None
 
 

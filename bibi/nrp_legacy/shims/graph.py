@@ -8,7 +8,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator
 from difflib import get_close_matches
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
 from nrp_core.cle.engine import ClosedLoop
 from nrp_core.clock import seconds
@@ -23,6 +23,8 @@ from nrp_legacy.shims.tuples import as_in_ros1
 
 log = logging.getLogger("nrp_legacy")
 """What experiments log."""
+_MESSAGES: Final = 1000
+"""Messages of a topic that wait for their listener, the most in one step."""
 
 
 def absolute(name: str) -> str:
@@ -45,18 +47,32 @@ class Listener:
         self._seen: Stamped | None = None
 
     def deliver(self, graph: Graph) -> None:
-        """Call back if a message came; exceptions of the callback are logged, as in ROS."""
+        """Call back with each message that came; exceptions of the callback are logged, as in ROS."""
         if self._subscription is None:
             self._subscription = graph.awaited(self.topic, self.kind)
-        latest = self._subscription.latest
+        for stamped in self._new(self._subscription):
+            graph.heard[self.topic] = True
+            try:
+                self.callback(as_in_ros1(stamped.message))
+            except Exception as error:  # noqa: BLE001 - a callback of a user may raise anything
+                graph.warn(Code.NRP281, f"a callback of {self.topic} raised {type(error).__name__}: {error}")
+
+    def end(self, graph: Graph) -> None:
+        """End the subscription."""
+        if self._subscription is not None:
+            graph.world.unsubscribe(self._subscription)
+
+    def _new(self, subscription: Subscription) -> list[Stamped]:
+        """Return the messages since the last call; of a topic without a rate, its value if it changed."""
+        kept = subscription.kept()
+        if kept:
+            subscription.clear()
+            return kept
+        latest = subscription.latest
         if latest is None or latest is self._seen:
-            return
+            return []
         self._seen = latest
-        graph.heard[self.topic] = True
-        try:
-            self.callback(as_in_ros1(latest.message))
-        except Exception as error:  # noqa: BLE001 - a callback of a user may raise anything
-            graph.warn(Code.NRP281, f"a callback of {self.topic} raised {type(error).__name__}: {error}")
+        return [latest]
 
 
 class Attendant(Protocol):
@@ -146,7 +162,7 @@ class Graph:
             self.world.declare(topic, kind)
 
     def listen(self, topic: str, kind: Any, callback: Callable[[Any], Any]) -> Listener:
-        """Add a callback for a topic, called at most once a step."""
+        """Add a callback for a topic, called before the functions of a step with its messages."""
         listener = Listener(topic, self.want(topic, kind), callback)
         self._listeners.append(listener)
         return listener
@@ -154,7 +170,7 @@ class Graph:
     def awaited(self, topic: str, kind: type) -> Subscription:
         """Subscribe to a topic; messages of another type than the expected one are reported."""
         self.declare(topic, kind)
-        subscription = self.world.subscribe(topic)
+        subscription = self.world.subscribe(topic, depth=_MESSAGES)
         expected, actual = (getattr(one, "__msgtype__", "") for one in (kind, subscription.topic.type))
         if expected and actual and expected != actual:
             message = f"'{topic}' carries {actual}, and the code of the experiment expects {expected}"
@@ -180,9 +196,11 @@ class Graph:
         self._listeners.append(attendant)
 
     def forget(self, listener: Attendant) -> None:
-        """Remove a callback."""
+        """Remove a callback, and end its subscription."""
         if listener in self._listeners:
             self._listeners.remove(listener)
+            if isinstance(listener, Listener):
+                listener.end(self)
 
     def publish(self, topic: str, kind: type, message: Any) -> None:
         """Publish a message; before the run it has no effect.

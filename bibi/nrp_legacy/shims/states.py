@@ -12,99 +12,21 @@ from nrp_core.findings import Code
 from nrp_core.world.messages.gazebo_msgs import LinkStates, ModelStates
 from nrp_core.world.model_states import LINK_STATES, MODEL_STATES
 from nrp_legacy.shims.actions import SimpleActionState
-from nrp_legacy.shims.graph import Graph, absolute
+from nrp_legacy.shims.activity_states import activity_states
+from nrp_legacy.shims.graph import Graph
 from nrp_legacy.shims.logs import LOGS, ClientLogger, ClientLoggerMessage
 from nrp_legacy.shims.model_states import model_states
 from nrp_legacy.shims.modules import bound, module
-from nrp_legacy.shims.services import ServiceException, Services
+from nrp_legacy.shims.monitor_states import MonitorState, PollingState
+from nrp_legacy.shims.service_states import (
+    SERVED,
+    LightServiceState,
+    ServiceState,
+    SetMaterialColorServiceState,
+)
+from nrp_legacy.shims.services import Services
 from nrp_legacy.shims.smach import State
-from nrp_legacy.shims.steps import Task
 from nrp_legacy.shims.times import Time
-
-MONITORED = ("valid", "invalid", "preempted")
-SERVED = ("succeeded", "aborted", "preempted")
-
-
-class PollingState(State):
-    """A state that checks once a step whether it may continue.
-
-    Args:
-        is_over: called with the user data.
-        graph: the graph of the run.
-    """
-
-    def __init__(self, graph: Graph, is_over: Callable[[Any], bool]) -> None:
-        super().__init__(MONITORED)
-        self._graph, self._is_over = graph, is_over
-
-    def execute(self, userdata: Any) -> str:
-        self._entered()
-        while not self._is_over(userdata):
-            if self.preempt_requested():
-                return "preempted"
-            task = Task.here()
-            if task is None:
-                return "valid"
-            task.wait_until(0)
-        return "invalid"
-
-    def _entered(self) -> None:
-        """Begin to wait."""
-
-
-class MonitorState(PollingState):
-    """Waits while a condition holds for the messages of a topic.
-
-    Args:
-        topic: the topic.
-        msg_type: its type.
-        cond_cb: called with the user data and a message; True: keep waiting.
-        max_checks: number of messages after which it stops waiting; the outcome is then ``valid``.
-    """
-
-    def __init__(
-        self,
-        graph: Graph,
-        topic: str,
-        msg_type: Any,
-        cond_cb: Callable[..., bool],
-        max_checks: int = -1,
-        **_keys: Any,
-    ) -> None:
-        super().__init__(graph, lambda _userdata: False)
-        self._topic, self._type, self._condition, self._checks = (
-            absolute(topic),
-            msg_type,
-            cond_cb,
-            max_checks,
-        )
-        graph.want(self._topic, msg_type)
-
-    @property
-    def is_limited(self) -> bool:
-        """Whether it stops waiting after a number of messages."""
-        return self._checks > 0
-
-    def execute(self, userdata: Any) -> str:
-        came: list[Any] = []
-        listener = self._graph.listen(self._topic, self._type, came.append)
-        self._left = self._checks
-        self._is_over = lambda data: self._met(came, data)
-        try:
-            outcome = super().execute(userdata)
-        finally:
-            self._graph.forget(listener)
-        return "valid" if outcome == "invalid" and self._left == 0 else outcome
-
-    def _met(self, came: list[Any], userdata: Any) -> bool:
-        messages, came[:] = list(came), []
-        for message in messages:
-            if not self._condition(userdata, message):
-                return True
-            self._left -= 1
-            if self._left == 0:
-                return True
-        return False
 
 
 class ModelMonitorState(PollingState):
@@ -183,90 +105,6 @@ class ClockDelayState(PollingState):
         self._end_ns = self._graph.now_ns + self.delay_ns
 
 
-class ServiceState(State):
-    """Calls a service once.
-
-    Args:
-        service_name: the service.
-        service_spec: its type.
-        request: the request; or ``request_cb`` makes it from the user data and an empty request.
-        response_cb: called with the user data and the answer; it may return an outcome.
-        request_key, response_key: the keys of the request and the answer in the user data.
-    """
-
-    def __init__(
-        self,
-        graph: Graph,
-        services: Services,
-        service_name: str,
-        service_spec: Any = None,
-        request: Any = None,
-        request_cb: Callable[..., Any] | None = None,
-        response_cb: Callable[..., Any] | None = None,
-        request_key: str | None = None,
-        response_key: str | None = None,
-        **_keys: Any,
-    ) -> None:
-        super().__init__(SERVED)
-        self._keys = request_key, response_key
-        self._graph, self._services = graph, services
-        self._name, self._kind = absolute(service_name), service_spec
-        self._request, self._request_cb, self._response_cb = request, request_cb, response_cb
-
-    def execute(self, userdata: Any) -> str:
-        request_key, response_key = self._keys
-        asked = self._request if request_key is None else userdata[request_key]
-        if self._request_cb is not None:
-            asked = self._request_cb(userdata, asked)
-        try:
-            answer = self._services.call(self._name, *([] if asked is None else [asked]), kind=self._kind)
-        except ServiceException as error:
-            self._graph.warn(Code.NRP280, str(error))
-            return "aborted"
-        if response_key is not None:
-            userdata[response_key] = answer
-        chosen = None if self._response_cb is None else self._response_cb(userdata, answer)
-        if chosen or getattr(answer, "success", True):
-            return chosen or "succeeded"
-        self._graph.warn(
-            Code.NRP280, f"service {self._name}: {getattr(answer, 'status_message', 'no success')}"
-        )
-        return "aborted"
-
-
-class SetMaterialColorServiceState(ServiceState):
-    """Sets the material of a visual."""
-
-    def __init__(
-        self,
-        graph: Graph,
-        services: Services,
-        model_name: str,
-        link_name: str,
-        visual_name: str,
-        material_name: str,
-        delay: float = 0.0,
-        *_keys: Any,
-    ) -> None:
-        super().__init__(graph, services, "/gazebo/set_visual_properties")
-        self._delay_s = float(delay)
-        self.values = (model_name, link_name, visual_name, "material:script:name", material_name)
-
-    def execute(self, userdata: Any) -> str:
-        task = Task.here()
-        if task is not None and self._delay_s > 0:
-            task.wait_until(self._graph.now_ns + round(self._delay_s * NS_PER_S))
-        try:
-            answer = self._services.call(self._name, *self.values)
-        except ServiceException as error:
-            self._graph.warn(Code.NRP280, str(error))
-            return "aborted"
-        if not answer.success:
-            self._graph.warn(Code.NRP280, f"service {self._name}: {answer.status_message}")
-            return "aborted"
-        return "succeeded"
-
-
 class ClientLogState(State):
     """Shows a text to the user."""
 
@@ -322,7 +160,9 @@ def nrp_states_module(graph: Graph, services: Services) -> ModuleType:
         LinkPoseMonitorState=bound(ModelMonitorState, graph),
         RobotTwistMonitorState=bound(TwistMonitorState, graph),
         SetMaterialColorServiceState=bound(SetMaterialColorServiceState, graph, services),
+        LightServiceState=bound(LightServiceState, graph, services),
         ClientLogState=bound(ClientLogState, graph),
         WaitForClientLogState=bound(WaitForClientLogState, graph),
+        **activity_states(graph),
         **model_states(graph, services),
     )

@@ -21,7 +21,7 @@ _PLAIN = ("math", "builtins")
 """Modules whose functions have known signatures."""
 _SEEDED = ("random.Random", "random.seed")
 _CLOCKS = frozenset(
-    {f"time.{name}" for name in ("time", "perf_counter", "monotonic", "process_time", "time_ns")}
+    {f"time.{name}" for name in ("time", "clock", "perf_counter", "monotonic", "process_time", "time_ns")}
     | {"datetime.datetime.now", "datetime.now", "datetime.datetime.today"}
 )
 

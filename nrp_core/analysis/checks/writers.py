@@ -78,7 +78,10 @@ def messages_are_not_overwritten(function: Examined) -> Iterator[Finding]:
         for node in loop.body if isinstance(loop, ast.For | ast.While) else ():
             match node:
                 case ast.Expr(ast.Call(ast.Attribute(ast.Name(name), "send_message"))) if name in whole:
-                    message = f"this loop sends many messages on '{whole[name]}': only its last one is used"
+                    message = (
+                        f"this loop sends many messages on '{whole[name]}': functions and robots use only "
+                        "the last one"
+                    )
                     yield function.declared.finding(Code.NRP319, node, message, Level.WARNING)
     for statements in _sequences(function.declared.node):
         first: dict[str, ast.Expr] = {}
@@ -88,7 +91,8 @@ def messages_are_not_overwritten(function: Examined) -> Iterator[Finding]:
                     if name in first:
                         line = statement.lineno
                         message = (
-                            f"line {line} sends another message on '{whole[name]}': this one is not used"
+                            f"line {line} sends another message on '{whole[name]}': functions and robots "
+                            "use only that one"
                         )
                         yield function.declared.finding(Code.NRP319, first[name], message, Level.WARNING)
                     first[name] = statement
