@@ -250,6 +250,40 @@ def _sleeps() -> list[float]:
     return [generator.choice([0.03, 0.05]) for _ in range(2)]
 
 
+def test_threads_that_a_callback_starts_send_in_simulated_time(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        HEAD
+        + """
+import threading
+from time import sleep
+def work(label, sender):
+    for _ in range(3):
+        sleep(0.1)
+        sender.send_spike(label, 0)
+def send(label, sender):
+    threading.Thread(target=work, args=(label, sender)).start()
+injector = p.Population(1, p.external_devices.SpikeInjector(), label="injector")
+injector.record("spikes")
+connection = p.external_devices.SpynnakerLiveSpikesConnection(send_labels=["injector"])
+connection.add_start_resume_callback("injector", send)
+p.run(500)
+""",
+    )
+    assert trains(script.injector) == [[100.0, 200.0, 300.0]]
+
+
+def test_a_thread_that_the_script_itself_starts_sleeps_in_real_time(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        HEAD + "import threading, time\nended = []\n"
+        "thread = threading.Thread(target=lambda: (time.sleep(0.1), ended.append(time.monotonic())))\n"
+        "cells = p.Population(1, p.IF_curr_exp())\n"
+        "began = time.monotonic()\nthread.start()\np.run(1)\nthread.join()\n",
+    )
+    assert script.ended[0] - script.began >= 0.099
+
+
 UDP = (
     "import socket, struct\n"
     + HEAD

@@ -37,8 +37,7 @@ def run_script(path: Path) -> ModuleType:
     pynn = nrp_core.pynn.new_simulator(state, LabelledRecorder)
     vars(pynn)["setup"] = partial(pynn.setup, backend=BACKEND, options=OPTIONS)
     dialect = Dialect(pynn, *_running(pynn, state), state.hub)
-    modules = {"time": clock.module()}
-    scope = scope_of(pynn, modules=modules, spynnaker=dialect)
+    scope = scope_of(pynn, modules=clock.modules(), spynnaker=dialect)
     try:
         module = scope.run(path, name="__main__")
         state.tell(late_changes(path.read_bytes()))

@@ -2,11 +2,12 @@
 
 One thread works at a time: the simulation goes on when all others sleep or have ended. So what callbacks send
 does not depend on the machine. A callback that waits for something other than time goes on beside the
-simulation after a short wait.
+simulation after a short wait. Threads that a callback starts sleep in simulated time too.
 """
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable
 from threading import Event, Thread, current_thread
@@ -27,10 +28,9 @@ class SimulatedClock:
 
     def begin(self, function: Callable[..., Any], *arguments: Any) -> None:
         """Call a function in a thread of its own; return when it sleeps or has ended."""
-        thread = _Sleeper(function, arguments)
-        self._threads.append(thread)
-        thread.start()
-        thread.rests.wait(_PATIENCE_S)
+        name = f"callback {getattr(function, '__name__', '')}"
+        thread = _Sleeper(target=function, args=arguments, name=name, daemon=True)
+        self._follow(thread)
         self._require_success()
 
     def advance(self, now_ms: float) -> None:
@@ -48,16 +48,28 @@ class SimulatedClock:
     def sleep(self, seconds: float) -> None:
         """Wait for simulated time in a thread of this clock, and for real time elsewhere."""
         thread = current_thread()
-        if not isinstance(thread, _Sleeper):
+        if not _sleeps(thread):
             time.sleep(seconds)
             return
+        assert isinstance(thread, _Sleeper)
         thread.sleep_until(max(thread.wake_ms, self._now_ms) + seconds * MS_PER_S)
 
-    def module(self) -> ModuleType:
-        """Return the module ``time`` for the script."""
-        module = ModuleType("time", time.__doc__)
-        vars(module).update(vars(time), sleep=self.sleep)
-        return module
+    def modules(self) -> dict[str, ModuleType]:
+        """Return the modules ``time`` and ``threading`` for the script."""
+        follow = self._follow
+
+        class ScriptThread(_Sleeper):
+            def start(self) -> None:
+                parent = current_thread()
+                if not _sleeps(parent):
+                    super().start()
+                    return
+                assert isinstance(parent, _Sleeper)
+                self.wake_ms = parent.wake_ms
+                follow(self)
+
+        ScriptThread.__name__ = ScriptThread.__qualname__ = "Thread"
+        return {"time": _with(time, sleep=self.sleep), "threading": _with(threading, Thread=ScriptThread)}
 
     def close(self) -> None:
         """End all threads that sleep, and go back to time 0."""
@@ -65,6 +77,13 @@ class SimulatedClock:
             thread.cancelled = True
             thread.goes.set()
         self._threads, self._now_ms = [], 0.0
+
+    def _follow(self, thread: _Sleeper) -> None:
+        """Start a thread; return when it sleeps or has ended."""
+        thread.follows = True
+        self._threads.append(thread)
+        Thread.start(thread)
+        thread.rests.wait(_PATIENCE_S)
 
     def _require_success(self) -> None:
         errors = [thread.error for thread in self._threads if thread.error is not None]
@@ -74,27 +93,33 @@ class SimulatedClock:
 
 
 class _Sleeper(Thread):
-    """A thread that sleeps in simulated time.
+    """A thread that sleeps in simulated time, if it follows the clock.
 
     Attributes:
+        follows: whether it does.
         wake_ms: when its sleep ends, or ended.
         goes: set while it works.
         rests: set while it sleeps, and when it has ended.
         error: what its function raised.
     """
 
-    def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
-        super().__init__(name=f"callback {getattr(function, '__name__', '')}", daemon=True)
-        self._function, self._arguments = function, arguments
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self.follows = False
         self.wake_ms = 0.0
         self.goes, self.rests = Event(), Event()
         self.goes.set()
         self.cancelled = self.ended = False
         self.error: BaseException | None = None
+        body = self.run  # of a subclass of the script, too
+        self.run = lambda: self._run(body)  # type: ignore[method-assign]
 
-    def run(self) -> None:
+    def _run(self, body: Callable[[], None]) -> None:
+        if not self.follows:
+            body()
+            return
         try:
-            self._function(*self._arguments)
+            body()
         except SystemExit:
             pass
         except BaseException as error:  # noqa: BLE001 - the simulation raises it
@@ -114,3 +139,14 @@ class _Sleeper(Thread):
         self.goes.wait()
         if self.cancelled:
             raise SystemExit
+
+
+def _sleeps(thread: Thread) -> bool:
+    return isinstance(thread, _Sleeper) and thread.follows
+
+
+def _with(module: ModuleType, **names: Any) -> ModuleType:
+    """Return a copy of a module with other objects for some names."""
+    copy = ModuleType(module.__name__, module.__doc__)
+    vars(copy).update({**vars(module), **names})
+    return copy
