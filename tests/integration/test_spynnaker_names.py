@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import spynnaker_scripts
 from spynnaker_scripts import HEAD, run
 
 from nrp_core.brain.pynn.spynnaker import refused
@@ -103,3 +104,32 @@ def test_names_that_only_it_has_do_what_they_say(tmp_path: Path) -> None:
     assert script.v == [-69.0, -70.0]
     assert script.size == 4
     assert set(script.rows[:, 0]) == {4, 5}
+
+
+def test_parameters_have_a_value_for_each_cell(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        HEAD + "cells = p.Population(3, p.IF_curr_exp(tau_m=[3.0, 4.0, 5.0], cm=0.5))\n"
+        "one, both = cells.get('cm'), cells.get(['cm', 'tau_m'])\n"
+        "part, more = cells[1:].get('tau_m'), cells[:2].get(['cm'])\n",
+    )
+    assert list(script.one) == [0.5] * 3
+    assert {name: list(values) for name, values in script.both.items()} == {
+        "cm": [0.5] * 3, "tau_m": [3.0, 4.0, 5.0],
+    }  # fmt: skip
+    assert list(script.part) == [4.0, 5.0]
+    assert {name: list(values) for name, values in script.more.items()} == {"cm": [0.5] * 2}
+
+
+def test_the_state_is_set_like_a_parameter_until_the_network_runs(tmp_path: Path) -> None:
+    made = "cells = p.Population(2, p.IF_curr_exp()); cells.record('v'); "
+    lines = f"{made}cells.set(v=-60.0, tau_m=10.0); p.run(2)"
+    script = run(tmp_path, f"{HEAD}{lines}\n")
+    assert script.cells.get_data().segments[0].analogsignals[0].magnitude[0].tolist() == [-60.0, -60.0]
+    assert list(script.cells.get("tau_m")) == [10.0, 10.0]
+    error = spynnaker_scripts.refused(tmp_path, f"{lines}; cells.set(v=-61.0)")
+    assert "v is part of the state of its cells, which cannot be set while the network runs" in str(error)
+
+
+def test_a_connector_has_the_name_of_earlier_versions_too(script: Any) -> None:
+    assert script.p.extra_models.WTAConnector is script.p.extra_models.AllButMeConnector

@@ -182,6 +182,7 @@ class Dialect:
 
     def _extra_models(self, names: Mapping[str, Any]) -> ModuleType:
         own = {name: names[name] for name in ("Izhikevich_cond", "IFCurDelta", *(c.__name__ for c in _EXTRA))}
+        own["WTAConnector"] = own["AllButMeConnector"]  # its name before 7.4
         own["Vogels2011Rule"] = vogels_rule(names["Vogels2011Rule"])
         own["SpikeNearestPairRule"] = nearest_pair_rule(names["SpikePairRule"])
         own["PfisterSpikeTriplet"], own["WeightDependenceAdditiveTriplet"] = triplet_rule(

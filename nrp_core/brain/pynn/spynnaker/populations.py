@@ -20,7 +20,18 @@ from nrp_core.brain.pynn.spynnaker.settings import cells_per_core, hints_of, rem
 from nrp_core.errors import CapabilityError, NetworkError
 
 
-class Population(populations.Population):
+class _Cells:
+    """Values of parameters as sPyNNaker returns them."""
+
+    def get(self, parameter_names: Any, gather: bool = True, simplify: bool = True) -> Any:
+        """Return a value for each cell, by name if there are several names."""
+        read: Any = super().get
+        if isinstance(parameter_names, str):
+            return read(parameter_names, simplify=False)
+        return dict(zip(parameter_names, read(list(parameter_names), simplify=False), strict=True))
+
+
+class Population(_Cells, populations.Population):
     """A group of cells, with the settings of sPyNNaker.
 
     Args:
@@ -55,6 +66,18 @@ class Population(populations.Population):
     def record(self, variables: Any, *arguments: Any, **options: Any) -> None:
         """Record variables of all cells; ``all`` are those that its cells have."""
         super().record(self.celltype.recordable if variables == "all" else variables, *arguments, **options)
+
+    def set(self, **parameters: Any) -> None:
+        """Set parameters of all cells; state variables too, before the network runs."""
+        state = {name: parameters.pop(name) for name in self.initial_values.keys() & parameters.keys()}
+        if state and self._simulator.state.t > 0:
+            raise CapabilityError(
+                f"population '{self.label}': {', '.join(sorted(state))} is part of the state of its cells, "
+                "which cannot be set while the network runs; initialize() sets it at the beginning of a run"
+            )
+        if state:
+            self.initialize(**state)
+        super().set(**parameters)
 
     def set_max_atoms_per_core(self, max_atoms_per_core: Any) -> None:
         """Set the largest number of cells on a core of the machine."""
@@ -113,7 +136,7 @@ class Population(populations.Population):
         return values if selector is None else values[selector]
 
 
-class PopulationView(populations.PopulationView):
+class PopulationView(_Cells, populations.PopulationView):
     """Some cells of a population, with the methods of sPyNNaker."""
 
     @property
