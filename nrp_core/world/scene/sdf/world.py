@@ -3,52 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 
 from nrp_core.findings import Code
-from nrp_core.world.rigid.pose import Pose, Vector
+from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Model, Scene
-from nrp_core.world.scene.reading.context import Notes, Reading
+from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import warn_of_plugin
 from nrp_core.world.scene.reading.xml import Element
-from nrp_core.world.scene.sdf.frames import Frames, read_pose
+from nrp_core.world.scene.sdf.frames import Frames
 from nrp_core.world.scene.sdf.lights import read_light
 from nrp_core.world.scene.sdf.model import Parts, build_model, read_parts
 from nrp_core.world.scene.sdf.placed import Placed, read_placed
 from nrp_core.world.scene.sdf.source import Source
+from nrp_core.world.scene.sdf.states import State
 from nrp_core.world.scene.sdf.surroundings import read_surroundings
 from nrp_core.world.scene.sdf.world_joints import add_joint_frames, in_model, read_world_joints
 from nrp_core.world.scene.stand_in import with_static_shapes
 
 _GRAVITY: Vector = (0.0, 0.0, -9.8)
-
-
-@dataclass(slots=True)
-class _State:
-    """The changes in the ``<state>`` of a world: poses by kind and name, and added and removed elements."""
-
-    poses: dict[tuple[str, str], Pose] = field(default_factory=dict)
-    inserted: list[Element] = field(default_factory=list)
-    deleted: set[str] = field(default_factory=set)
-
-    @classmethod
-    def read(cls, states: Iterable[Element], notes: Notes) -> _State:
-        result = cls()
-        for state in states:
-            for thing in state.all("model", "light"):
-                result.poses[thing.tag, thing.attribute("name")] = read_pose(thing, WORLD)[0]
-                scale = thing.section("scale")
-                if scale.text and any(part != 1 for part in scale.numbers(3)):
-                    notes.warn(
-                        scale, Code.NRP263, f"the <scale> {scale.text} of a <{thing.tag}> is not supported"
-                    )
-            result.inserted += state.all("insertions")
-            result.deleted |= {
-                name.text for deletions in state.all("deletions") for name in deletions.all("name")
-            }
-        return result
 
 
 def read_world(world: Element, source: Source, reading: Reading) -> Scene:
@@ -59,19 +34,15 @@ def read_world(world: Element, source: Source, reading: Reading) -> Scene:
     """
     for plugin in world.all("plugin"):
         warn_of_plugin(plugin, reading)
-    state = _State.read(world.all("state"), reading.notes)
+    state = State.read(world.all("state"), reading.notes)
     placed = [
         thing
         for part in (world, *state.inserted)
         for thing in read_placed(part, source, reading, "model", "light")
         if thing.name not in state.deleted
     ]
-    models = [
-        replace(model, pose=state.poses.get(("model", model.name), model.pose))
-        for model in _models(
-            world, [thing for thing in placed if thing.element.tag == "model"], source.version, reading
-        )
-    ]
+    things = [thing for thing in placed if thing.element.tag == "model"]
+    models = [state.of(model) for model in _models(world, things, source.version, reading)]
     lights = [
         read_light(light.element, light.name, pose, reading)
         for light in placed
