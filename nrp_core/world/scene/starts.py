@@ -17,7 +17,7 @@ from nrp_core.world.scene.posture import Posture, closing
 def start_positions(model: Model) -> Mapping[str, float]:
     """Return the start positions (rad, m) of the joints of a model that do not start at 0.
 
-    A joint that follows one of them starts where it follows it.
+    A joint that follows another one starts where it follows it.
     """
     given = dict(model.starts)
     starts: dict[str, float] = {}
@@ -30,8 +30,8 @@ def start_positions(model: Model) -> Mapping[str, float]:
         starts[joint.name] = given.get(joint.name, _within(joint, 0.0))
     for joint in followers:
         assert joint.mimic is not None
-        if leader := starts.get(joint.mimic.leader, 0.0):
-            starts[joint.name] = _within(joint, joint.mimic.multiplier * leader + joint.mimic.offset)
+        leader = starts.get(joint.mimic.leader, 0.0)
+        starts[joint.name] = _within(joint, joint.mimic.multiplier * leader + joint.mimic.offset)
     starts = {name: start for name, start in starts.items() if start}
     return closing(model, starts, list(given)) if starts and model.loops else starts
 

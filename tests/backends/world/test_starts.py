@@ -41,3 +41,13 @@ def test_joints_start_where_they_are_told_to_and_others_follow_them(open_world, 
     body += link("tip") + joint("revolute", axis("0 0 1", follows), name="k", parent="bob", child="tip")
     world = open_world(weightless(replace(read(body), starts=(("j", 0.4),))))
     assert positions(world) == pytest.approx([0.4, 0.9], abs=1e-12)
+
+
+def test_a_joint_that_follows_another_one_at_a_distance_starts_there(open_world, read, advance):
+    body = link("bob") + joint("continuous", axis("0 1 0"))
+    follows = '<mimic joint="j"><multiplier>0.1</multiplier><offset>0.05</offset></mimic>'
+    body += link("rack") + joint("prismatic", axis("1 0 0", follows), name="k", parent="world", child="rack")
+    world = open_world(weightless(read(body)))
+    assert positions(world) == pytest.approx([0.0, 0.05], abs=1e-12)
+    advance(world, 0.2)
+    assert positions(world) == pytest.approx([0.0, 0.05], abs=1e-6)  # nothing pulls at them
