@@ -23,6 +23,11 @@ _INFRASTRUCTURE = (
     "Contact",
     "Imu",
     "ForceTorque",
+    "AirPressure",
+    "Altimeter",
+    "LogicalCamera",
+    "Magnetometer",
+    "NavSat",
     "gazebo_ros_api_plugin",
     "gazebo_ros_init",
     "gazebo_ros_factory",
@@ -40,7 +45,11 @@ ROS_CONTROL = (
 _ALIKE: Final = 0.8
 """How alike a tag and a parameter are, from 0 to 1, if one is a misspelling of the other."""
 _SYSTEM_FILE = re.compile(r"(?:gz-sim|ignition-gazebo)\d*-(.+)-system")
-_SYSTEM_NAMES = {"Forcetorque": "ForceTorque", "MulticopterControl": "MulticopterVelocityControl"}
+_SYSTEM_NAMES = {
+    "Forcetorque": "ForceTorque",
+    "Navsat": "NavSat",
+    "MulticopterControl": "MulticopterVelocityControl",
+}
 
 
 def plugin_name(plugin: Element) -> str:

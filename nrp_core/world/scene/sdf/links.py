@@ -15,16 +15,12 @@ from nrp_core.world.scene.model import Inertial, Link
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.geometry import is_empty, is_point, read_geometry
 from nrp_core.world.scene.reading.labels import label_of
-from nrp_core.world.scene.reading.repairs import (
-    DEFAULT_FRICTION,
-    MASSLESS,
-    usable_friction,
-    usable_inertial,
-)
+from nrp_core.world.scene.reading.repairs import MASSLESS, usable_inertial
 from nrp_core.world.scene.reading.sensors import Mount, link_sensors
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.appearance import read_look
 from nrp_core.world.scene.sdf.frames import Frames
+from nrp_core.world.scene.sdf.surface import read_friction, touches
 
 _STEP_S = 0.001  # of Gazebo
 
@@ -53,12 +49,13 @@ def read_link(link: Element, frames: Frames, reading: Reading, *, static: bool) 
             seen = shapes(visual, "whole")
         shown.append(Shown(unique, seen, look))
     solid = [
-        (Touched(unique, shapes(collision, "convex"), _friction(collision, reading)), collision)
+        (Touched(unique, shapes(collision, "convex"), read_friction(collision, reading)), collision)
         for unique, collision in _named(link, "collision", reading)
     ]
     inertial = None if static else _inertial(link, frames, solid, reading)
     sensors = link_sensors(link.all("sensor"), Mount(name, place), reading)
-    pose, touched = frames.pose(name, link), [part for part, _ in solid]
+    pose = frames.pose(name, link)
+    touched = [part for part, collision in solid if touches(collision, reading)]
     result = build_link(name, pose, inertial, shown, touched, sensors)
     return replace(result, gravity=link.flag("gravity", True), decay=_decay(link))
 
@@ -100,18 +97,6 @@ def _named(link: Element, tag: str, reading: Reading) -> Iterator[tuple[str, Ele
             reading.notes.warn(element, Code.NRP260, message, subject=name)
         elif not is_empty(geometry):
             yield unique, element
-
-
-def _friction(collision: Element, reading: Reading) -> float:
-    friction = collision.section("surface").section("friction")
-    default = friction.section("bullet").number("friction", DEFAULT_FRICTION)
-    ode = friction.section("ode")
-    mu = usable_friction(ode.number("mu", default), friction, reading.notes)
-    mu2 = usable_friction(ode.number("mu2", mu), friction, reading.notes)
-    if mu != mu2:
-        message = f"friction is the same in all directions: mu = {mu:g}, not mu2 = {mu2:g}"
-        reading.notes.warn(friction, Code.NRP263, message)
-    return mu
 
 
 def _inertial(

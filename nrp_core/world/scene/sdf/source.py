@@ -16,11 +16,13 @@ from nrp_core.world.scene.reading.left_out import leave_out
 from nrp_core.world.scene.reading.repeated import check_repeated
 from nrp_core.world.scene.reading.resources import main_file
 from nrp_core.world.scene.reading.xml import Element, read_xml
-from nrp_core.world.scene.sdf.vocabulary import check_vocabulary
+from nrp_core.world.scene.sdf.vocabulary import check_names, check_vocabulary
 from nrp_core.world.scene.urdf import to_sdf
 from nrp_core.world.scene.urdf.expand import expanded, is_xacro
 
 OLDEST, NEWEST = (1, 4), (1, 12)
+_SCOPES_RESERVED = (1, 8)
+"""The first version in which no name may contain ``::``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +50,7 @@ class Source:
             path = _in_archive(path)
         root = read_xml(path)
         leave_out(root, reading.without)
+        written = root.tag in ("sdf", "gazebo")
         expands = root.tag == "robot" and is_xacro(root)
         if reading.args and not trail and not expands:
             raise root.error("this is not a xacro file, so it has no arguments")
@@ -64,7 +67,10 @@ class Source:
             root = root.find("sdf") or root  # which it may contain, or be by its old name
             root.attributes.setdefault("version", "1.4")
         check_vocabulary(root, reading.notes)
-        return cls(root, _version(root, reading), (*trail, path.resolve()))
+        version = _version(root, reading)
+        if written and version >= _SCOPES_RESERVED:
+            check_names(root)
+        return cls(root, version, (*trail, path.resolve()))
 
     def include(self, include: Element, reading: Reading) -> Source | None:
         """Open the file that an ``<include>`` refers to; None if it is missing and the reading is lenient.

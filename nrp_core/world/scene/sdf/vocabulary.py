@@ -147,6 +147,21 @@ def check_vocabulary(element: Element, notes: Notes) -> None:
             check_vocabulary(child, notes)
 
 
+def check_names(element: Element) -> None:
+    """Check that no name contains ``::``, which separates a nested model from its parts.
+
+    Raises:
+        SceneError: one does.
+    """
+    for child in element.children:
+        if (name := child.attributes.get("name", "")) and "::" in name and child.tag in _CHILDREN:
+            raise child.error(
+                f"the name '{name}' must not contain '::', which separates scopes from SDF 1.8 on"
+            )
+        if child.tag not in _OPAQUE:
+            check_names(child)
+
+
 def _check_angles(pose: Element, notes: Notes) -> None:
     if pose.is_set("degrees") or pose.attributes.get("rotation_format", "euler_rpy") != "euler_rpy":
         return

@@ -38,6 +38,15 @@ def test_two_links_of_one_name_are_refused_in_every_version(model: ModelReader) 
         model(LINK + LINK, version="1.6")
 
 
+def test_scopes_in_names_are_refused_as_from_sdf_1_8(model: ModelReader) -> None:
+    flat = '<link name="hand::palm"><inertial/></link>'
+    assert model(flat, version="1.7").links[0].name == "hand::palm"
+    with pytest.raises(SceneError, match=r"robot\.sdf:4: the name 'hand::palm' must not contain '::'"):
+        model(flat, version="1.8")
+    plugin = '<plugin name="gz::sim::systems::JointStatePublisher" filename="x"/>'
+    assert model(LINK + plugin, version="1.8").warnings == ()
+
+
 def test_shapes_without_sizes_have_those_of_the_specification(model: ModelReader) -> None:
     shapes = "".join(
         f'<collision name="{tag}"><geometry><{tag}/></geometry></collision>'

@@ -368,7 +368,10 @@ def test_an_unknown_plugin_is_warned_of(model: ModelReader) -> None:
     assert "robot.sdf:5: the plugin 'my_thing' is unknown and has no effect" in str(warning)
 
 
-@pytest.mark.parametrize("system", ["Physics", "SceneBroadcaster", "UserCommands", "Sensors"])
+@pytest.mark.parametrize(
+    "system",
+    ["Physics", "SceneBroadcaster", "UserCommands", "Sensors", "NavSat", "AirPressure", "LogicalCamera"],
+)
 def test_elements_that_gazebo_itself_needs_cause_no_warning(
     world: Callable[..., object], system: str
 ) -> None:
