@@ -119,6 +119,19 @@ def test_sensors_of_hector_are_read(tmp_path):
     model = read_model(tmp_path / "quad.sdf", name="quad")
     gps, imu = model.link("base").sensors
     assert (gps.topic, gps.rate_hz, gps.noise.stddev) == ("/quad/fix", 4, 0.1)
+    assert gps.velocity_topic == "/quad/fix_velocity"
     assert gps.pose.position == (0, 0, 0.5)
     assert (type(imu), imu.topic, imu.noise.stddev) == (Imu, "/quad/raw_imu", 0.35)
     assert any("<referenceLatitude> is not used" in str(warning) for warning in model.warnings)
+
+
+def test_a_receiver_of_hector_measures_its_velocity_in_the_world(open_world, tmp_path):
+    """It falls freely for 1 s; gravity is 9.8 m/s²."""
+    (tmp_path / "quad.sdf").write_text(HECTOR)
+    world = open_world(read_model(tmp_path / "quad.sdf", name="quad"))
+    velocity = world.subscribe("/quad/fix_velocity")
+    world.run_until(1_000_000_000)
+    message = velocity.latest.message
+    assert message.header.frame_id == "world"
+    fall = message.vector
+    assert (fall.x, fall.y, fall.z) == pytest.approx((0, 0, -9.8), abs=1e-6)

@@ -119,11 +119,17 @@ def plugin_sensor(plugin: Element, reading: Reading, usual: str = "") -> PluginS
         usual: the topic of a plugin that names none; empty where one is required.
     """
     topic = plugin.word("topicName", usual) or plugin.require("topicName").text
-    if not topic.startswith("/"):
-        topic = resolve_name(f"{ros_namespace(plugin)}/{topic}".lstrip("/"), reading.robot)
+    topic = topic_in_namespace(plugin, topic, reading)
     name = plugin.attributes.get("name") or plugin_name(plugin)
     rate_hz = plugin.number("updateRate", 0.0) or 100.0
     return PluginSensor(name, topic, rate_hz, _noise_in(plugin))
+
+
+def topic_in_namespace(plugin: Element, topic: str, reading: Reading) -> str:
+    """Return a topic of a ROS plugin, which is relative to the plugin's namespace in that of the robot."""
+    if topic.startswith("/"):
+        return topic
+    return resolve_name(f"{ros_namespace(plugin)}/{topic}".lstrip("/"), reading.robot)
 
 
 def _noise_in(plugin: Element) -> Noise:
