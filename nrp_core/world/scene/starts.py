@@ -20,19 +20,18 @@ def start_positions(model: Model) -> Mapping[str, float]:
     A joint that follows another one starts where it follows it.
     """
     given = dict(model.starts)
-    starts: dict[str, float] = {}
-    followers: list[Joint] = []
-    for joint in model.joints:
-        if not joint.takes_commands:
-            continue
-        if joint.mimic is not None and joint.name not in given:
-            followers.append(joint)
-        starts[joint.name] = given.get(joint.name, _within(joint, 0.0))
-    for joint in followers:
-        assert joint.mimic is not None
-        leader = starts.get(joint.mimic.leader, 0.0)
-        starts[joint.name] = _within(joint, joint.mimic.multiplier * leader + joint.mimic.offset)
-    starts = {name: start for name, start in starts.items() if start}
+    movable = {joint.name: joint for joint in model.joints if joint.takes_commands}
+
+    def start(name: str, followers: frozenset[str] = frozenset()) -> float:
+        joint = movable.get(name)
+        if joint is None or name in given:
+            return given.get(name, 0.0)
+        if joint.mimic is None or name in followers:  # joints that follow each other in a circle are at 0
+            return _within(joint, 0.0)
+        leader = start(joint.mimic.leader, followers | {name})
+        return _within(joint, joint.mimic.multiplier * leader + joint.mimic.offset)
+
+    starts = {name: position for name in movable if (position := start(name))}
     return closing(model, starts, list(given)) if starts and model.loops else starts
 
 

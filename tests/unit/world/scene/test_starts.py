@@ -69,3 +69,13 @@ def test_a_follower_stays_with_its_leader() -> None:
     a, b, c = parallelogram(a={"lower": 0.2}).joints
     model = replace(parallelogram(), joints=(a, replace(b, mimic=Mimic("a", 1.0, 0.0)), c))
     assert start_positions(model) == pytest.approx({"a": 0.2, "b": 0.2, "c": -0.2}, abs=1e-5)
+
+
+def test_followers_of_followers_start_with_the_first_leader_in_any_order() -> None:
+    a, b, c = parallelogram().joints
+    chain = (replace(c, mimic=Mimic("b", 2.0, 0.0)), replace(b, mimic=Mimic("a", -1.0, 0.3)), a)
+    for joints in (chain, chain[::-1]):
+        model = replace(parallelogram(), joints=joints, loops=())
+        assert start_positions(model) == pytest.approx({"b": 0.3, "c": 0.6})
+        told = replace(model, starts=(("a", 0.1),))
+        assert start_positions(told) == pytest.approx({"a": 0.1, "b": 0.2, "c": 0.4})
