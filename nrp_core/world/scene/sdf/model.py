@@ -101,6 +101,12 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
         (inner, read_parts(inner, reading.within(model_scope(inner.name, inner.merged)[0]), static=static))
         for inner in inner_models
     ]
+    for inner in inner_models if not static else ():
+        if inner.static:
+            message = (
+                f"the <static> of the nested model '{inner.name}' is not simulated: it moves as what holds it"
+            )
+            reading.notes.warn(inner.user, Code.NRP263, message, subject=inner.name)
     frames = _frames(model, nested, source.version)
     links = [read_link(link, frames, reading, static=static) for link in model.all("link")]
     rows = list(read_joints(model, frames, source.version, reading))

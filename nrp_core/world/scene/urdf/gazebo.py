@@ -19,13 +19,14 @@ _SOLVER = {
         "maxVel",
         "maxContacts",
         "fdir1",
-        "selfCollide",
         "laserRetro",
         "provideFeedback",
     ),
     *("implicitSpringDamper", "cfmDamping", "stopCfm", "stopErp", "fudgeFactor"),
     *("disableFixedJointLumping", "preserveFixedJoint"),
 }
+_NAMES = {"selfCollide": "self_collide"}
+"""The names that elements have in SDF, if not the same."""
 _SPRINGS = {"springStiffness": "spring_stiffness", "springReference": "spring_reference"}
 
 
@@ -72,7 +73,8 @@ def _give(child: Element, target: Element) -> None:
         for part in target.all(child.tag):
             part.children[:0] = child.children
     else:
-        target.children.append(child)
+        name = _NAMES.get(child.tag)
+        target.children.append(new(name, child, text=_value(child)) if name else child)
 
 
 def _within(element: Element, at: Element, *tags: str) -> Element:

@@ -47,6 +47,17 @@ def test_scopes_in_names_are_refused_as_from_sdf_1_8(model: ModelReader) -> None
     assert model(LINK + plugin, version="1.8").warnings == ()
 
 
+def test_parts_that_would_touch_or_stand_still_in_gazebo_are_told(model: ModelReader) -> None:
+    nested = '<model name="{0}"><static>{1}</static><link name="l"><inertial/></link></model>'
+    usual = f"<self_collide>0</self_collide>{LINK}" + nested.format("a", "false")
+    assert model(usual).warnings == ()
+    read = model(f"<self_collide>true</self_collide>{LINK}" + nested.format("a", "true"))
+    assert [str(each).split(": ", 1)[1][:44] for each in read.warnings] == [
+        "<self_collide> true of a <model> is not simu", "the <static> of the nested model 'a' is not ",
+    ]  # fmt: skip
+    assert model("<static>1</static>" + LINK + nested.format("a", "true")).warnings == ()
+
+
 def test_shapes_without_sizes_have_those_of_the_specification(model: ModelReader) -> None:
     shapes = "".join(
         f'<collision name="{tag}"><geometry><{tag}/></geometry></collision>'

@@ -82,3 +82,12 @@ def test_the_name_of_a_robot_may_be_an_argument_that_the_file_declares_later(tmp
     file.write_text(XACRO.format(body.replace(' default="arm"', "")))
     with pytest.raises(SceneError, match=r"its argument 'name' has no default; give it a value: args"):
         read_model(file)
+
+
+@pytest.mark.parametrize(("value", "told"), [("true", True), ("1", True), ("0", False), ("false", False)])
+def test_parts_that_would_touch_each_other_in_gazebo_are_told(tmp_path: Path, value: str, told: bool) -> None:
+    block = f'<gazebo reference="left_link"><selfCollide>{value}</selfCollide></gazebo>'
+    read = read_model(robot(tmp_path, block))
+    assert [f"<self_collide> {value} of a <link> is not" in str(each) for each in read.warnings] == [
+        True
+    ] * told
