@@ -17,6 +17,7 @@ from nrp_core.errors import NetworkError, NrpError
 from nrp_core.pynn.spynnaker.clock import SimulatedClock
 from nrp_core.pynn.spynnaker.live import LiveState
 from nrp_core.pynn.spynnaker.recording import LabelledRecorder
+from nrp_core.pynn.spynnaker.stopping import stops_elsewhere
 
 BACKEND: Final = "spinnaker"
 OPTIONS: Final[Mapping[str, Any]] = {"semantics": "released"}
@@ -33,7 +34,7 @@ def run_script(path: Path) -> ModuleType:
         Exception: whatever else the script raises.
     """
     clock = SimulatedClock()
-    state = LiveState(Hub(), clock)
+    state = LiveState(Hub(), clock, waits=stops_elsewhere(path.read_bytes()))
     pynn = nrp_core.pynn.new_simulator(state, LabelledRecorder)
     vars(pynn)["setup"] = partial(pynn.setup, backend=BACKEND, options=OPTIONS)
     dialect = Dialect(pynn, *_running(pynn, state), state.hub)

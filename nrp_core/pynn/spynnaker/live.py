@@ -70,15 +70,17 @@ class LiveState(RunningState):
     Args:
         hub: the connections.
         clock: the time in which their callbacks sleep.
+        waits: whether a run without an end returns when it is stopped, as on the machine.
     """
 
-    def __init__(self, hub: Hub, clock: SimulatedClock) -> None:
-        self.hub, self._clock = hub, clock
+    def __init__(self, hub: Hub, clock: SimulatedClock, *, waits: bool = False) -> None:
+        self.hub, self._clock, self._waits = hub, clock, waits
         hub.is_run = True
         self._sockets: Sockets | None = None
         self._ports: dict[str, ListenerPort] = {}
         self._forever: Thread | None = None
         self._stop = Event()
+        self._waiting = False
         self._failure: BaseException | None = None
         self._first = True
         self._fed = set[str]()
@@ -100,7 +102,7 @@ class LiveState(RunningState):
             self._end()
 
     def run_forever(self) -> None:
-        """Run in real time in a thread of its own until :meth:`stop`; return when it has begun."""
+        """Run in real time in a thread of its own until :meth:`stop`; return when it has begun, or ended."""
         if self._forever is not None:
             raise LifecycleError("run_forever: the network runs already")
         self._stop.clear()
@@ -109,10 +111,17 @@ class LiveState(RunningState):
             self._step_until(self.t + self.dt)
         self._forever = Thread(target=self._run_in_real_time, name="run_forever", daemon=True)
         self._forever.start()
+        if self._waits:
+            self._waiting = True
+            self._forever.join()
+            self._waiting = False
+            self.stop()
 
     def stop(self) -> None:
         """Stop a network that runs forever; raises what a callback raised."""
         self._stop.set()
+        if self._waiting:
+            return  # the thread that waits does the rest
         if self._forever is not None and self._forever is not current_thread():
             self._forever.join()
             self._forever = None
