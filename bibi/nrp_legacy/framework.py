@@ -22,7 +22,7 @@ from nrp_legacy.brain_root import Brain
 from nrp_legacy.devices import device_kinds, in_our_units, recovering_at_once
 from nrp_legacy.notes import Notes
 from nrp_legacy.shims.graph import absolute, log
-from nrp_legacy.shims.modules import module
+from nrp_legacy.shims.modules import OpenMessage, module
 from nrp_legacy.shims.tuples import as_in_ros1
 
 __extends_dsl__ = True
@@ -51,12 +51,18 @@ class Unavailable:
 
 
 class ForgivingTopic(dsl.Topic):
-    """A topic that takes arrays of one number for the number, as the messages of ROS 1 did, and nan for 0."""
+    """A topic that takes arrays of one number for the number, as the messages of ROS 1 did, and nan for 0.
+
+    If nothing is known of its messages, a value that is sent is the value of their first field.
+    """
 
     __slots__ = ()
 
     @property
     def process(self) -> Callable[[Any], Any]:
+        kind = self.topic_type
+        if isinstance(kind, type) and issubclass(kind, OpenMessage):
+            return lambda message: message if isinstance(message, OpenMessage) else kind(message)
         return partial(_with_numbers, cache(partial(self._tell, self.name)))
 
     @staticmethod

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
+from nrp_core._support.arrays import FloatArray
 from nrp_legacy.nest.kernel import Kernel
 from nrp_legacy.nest.models import recovering
 from nrp_legacy.nest.native import native_cell, native_synapse
@@ -173,6 +175,12 @@ def _projection(sim: ModuleType, today: type) -> type:
             super().__init__(
                 presynaptic_population, postsynaptic_population, connector, synapse_type, *values, **more
             )
+
+        def _meant(self, values: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:
+            """Return the sizes of negative weights of conductances that inhibit, as NEST takes them."""
+            meant: Mapping[str, FloatArray] = super()._meant(values)
+            inhibits = self.receptor_type == "inhibitory" and self.post.conductance_based
+            return {**meant, "weight": abs(meant["weight"])} if inhibits and "weight" in meant else meant
 
         @property
         def nest_synapse_model(self) -> str:

@@ -152,6 +152,22 @@ def test_a_network_whose_weights_are_numbers_of_numpy_is_kept_in_a_file(tmp_path
     assert read_network(tmp_path / "brain.nrpnet").digest == network.digest
 
 
+def test_negative_weights_of_conductances_inhibit_by_their_size_as_in_nest(tmp_path: Path) -> None:
+    line = "sim.Projection(circuit, circuit, sim.OneToOneConnector(), sim.StaticSynapse(weight={}, delay=1.0)"
+    sizes = "sim.RandomDistribution('uniform', ({}, {}), rng=sim.NumpyRNG(seed=3))"
+    (given,) = loaded(tmp_path, CELLS + line.format("-2e-4") + ")\n")[0].projections
+    (drawn,) = loaded(tmp_path, CELLS + line.format(sizes.format(-2e-4, -1e-4)) + ")\n")[0].projections
+    assert (given.receptor, drawn.receptor) == ("inhibitory", "inhibitory")
+    assert np.ptp(given.weight) == 0
+    assert given.weight[0] == pytest.approx(2e-4)
+    assert np.all((drawn.weight > 1e-4) & (drawn.weight < 2e-4))
+    with pytest.raises(NetworkError, match="must be 0 or more on the excitatory receptor"):
+        loaded(tmp_path, CELLS + line.format("-2e-4") + ", receptor_type='excitatory')\n")
+    of_currents = CELLS.replace("IF_cond_alpha", "IF_curr_alpha") + line.format("-2e-4") + ")\n"
+    (current,) = loaded(tmp_path, of_currents)[0].projections
+    assert current.weight[0] == pytest.approx(-2e-4)
+
+
 def test_limits_of_a_uniform_distribution_may_come_in_any_order(tmp_path: Path) -> None:
     text = CELLS + "from pyNN.random import RandomDistribution\n"
     for written in ("('uniform', (3.0, 1.0))", "('uniform', low=3.0, high=1.0)"):

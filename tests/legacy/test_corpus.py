@@ -181,8 +181,8 @@ def test_a_course_of_2019_goes_to_a_point_of_a_grid_that_it_reads_by_texts_and_f
     result = run.result()
     assert result.complete
     assert not result.failures
-    # the grid's values are 0.1 times x and y, the way ends at (1, 0), and 7 / 2 is 3 or 3.5
-    assert rows(run, "steer", "recorder")[-1] == ["0.1", "0.0", "3", "3.5"]
+    # the grid's values are 0.1 times x and y, the way ends at (1, 0), 7 / 2 is 3 or 3.5, and a list was sent
+    assert rows(run, "steer", "recorder")[-1] == ["0.1", "0.0", "3", "3.5", "2.0"]
     assert result.final_pose["robot"]["x"] == pytest.approx(0.1, abs=0.005)
 
 
