@@ -9,7 +9,7 @@ from types import MappingProxyType, ModuleType
 from typing import Any, NoReturn
 
 import numpy as np
-from pyNN import common, connectors, errors, random, space
+from pyNN import common, connectors, errors, random, space, standardmodels
 from pyNN.network import Network as Components
 from pyNN.standardmodels import StandardCellType
 
@@ -100,6 +100,9 @@ def programming_interface(
     }
     modules = {module.__name__.rpartition(".")[2]: module for module in (random, space, connectors)}
     names.update({name: overlaid(module, names) for name, module in modules.items()})
+    names["standardmodels"] = overlaid(standardmodels, names)
+    for part in ("cells", "electrodes", "receptors", "synapses"):
+        setattr(names["standardmodels"], part, overlaid(getattr(standardmodels, part), names))
     api.__dict__.update(names, __getattr__=_unknown(names))
     return api
 

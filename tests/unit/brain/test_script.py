@@ -69,6 +69,17 @@ def test_names_can_be_taken_from_a_simulator_and_from_pynn_itself(tmp_path: Path
     assert load(tmp_path, source).projections[0].size == 4
 
 
+def test_a_simulator_has_the_standard_models_of_pynn_as_a_package(tmp_path: Path) -> None:
+    source = (
+        "import pyNN.neuron as sim\nsim.setup()\nmodels = sim.standardmodels\n"
+        "cells = sim.Population(2, models.cells.IF_cond_exp())\n"
+        "synapse = models.synapses.StaticSynapse(weight=0.1)\n"
+        "sim.Projection(cells, cells, sim.AllToAllConnector(), synapse)\n"
+        "models.electrodes.DCSource(amplitude=0.1).inject_into(cells)\n"
+    )
+    assert load(tmp_path, source).projections[0].size == 4
+
+
 def test_the_arguments_a_script_asks_for_have_their_defaults(tmp_path: Path) -> None:
     source = (
         "from pyNN.utility import get_simulator\n"
