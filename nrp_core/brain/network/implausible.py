@@ -124,9 +124,9 @@ def _of_cells(population: Population, step_ms: float | None) -> Iterator[str]:
         yield f"e_rev_I of {owner} is {pair}: are they swapped?"
     else:
         yield from _of_reversals(owner, population)
-    intervals = [np.diff(times).min() for times in population.spike_times_ms if len(times) > 1]
-    if intervals and 0 < min(intervals) <= _SHORTEST_MS:
-        yield f"spikes of {owner} follow each other after {min(intervals):g} ms; is it meant in s?"
+    intervals = [np.diff(times) for times in population.spike_times_ms if len(times) > 1]
+    if intervals and 0 < (usual := np.median(np.concatenate(intervals))) <= _SHORTEST_MS:
+        yield f"spikes of {owner} follow each other after {usual:g} ms; is it meant in s?"
     if population.cell_type == "SpikeSourcePoisson" and population.parameters:
         yield from _of_poisson(owner, population)
     if population.cell_type == "Izhikevich" and (population.parameters.get("a", np.ones(1)) <= 0.0).any():

@@ -95,6 +95,8 @@ def test_sources_in_another_unit_are_reported() -> None:
     sim = builder()
     sim.Population(1, sim.SpikeSourcePoisson(rate=1e6), label="noise")
     sim.Population(1, sim.SpikeSourceArray(spike_times=[0.5, 0.7]), label="train")
+    random = np.sort(np.random.default_rng(1).uniform(0.0, 1000.0, (10, 50)))  # the nearest are 0.02 ms apart
+    sim.Population(10, sim.SpikeSourceArray(spike_times=random.tolist()), label="random")
     sim.Population(2, sim.SpikeSourcePoisson(rate=100.0, duration=0.5), label="burst")
     sim.Population(2, sim.SpikeSourcePoisson(rate=100.0, duration=50.0), label="long burst")
     sim.Population(10, sim.SpikeSourcePoisson(rate=100.0, duration=2.0), label="short")
