@@ -138,6 +138,8 @@ def test_either_sign_inhibits_on_the_inhibitory_receptor(tmp_path: Path) -> None
         more = ", receptor_type='inhibitory'"
         script = run(tmp_path, HEAD + CHAIN.format(weight=weight, more=more))
         assert (script.p.network().projections[0].weight == -2.0).all()
+        weights = [weight for _, _, weight in script.wires.get("weight", "list")]
+        assert weights == [2.0, 2.0]  # as they are stored
         lowest.append(script.cells.get_data("v").segments[0].analogsignals[0].magnitude.min())
     assert lowest[0] == lowest[1] < -66.0
 

@@ -202,13 +202,17 @@ class Projection(projections.Projection):
             )  # fmt: skip
 
     def column(self, name: str) -> Any:
-        """Return an index or a parameter of all current synapses, shape ``(n_synapses,)``."""
+        """Return an index or a parameter of all current synapses, shape ``(n_synapses,)``.
+
+        Weights are sizes, as a machine has no others; those of a kernel have its signs.
+        """
         found = self._current()
         if self.negative is not None:
             own, other = super().column(name), self.negative.column(name)
             return np.concatenate([own, -abs(other) if name == "weight" else other])
         if found is None:
-            return super().column(name)
+            values = super().column(name)
+            return abs(values) if name == "weight" else values
         own = {
             "presynaptic_index": found.pre_index, "postsynaptic_index": found.post_index,
             "weight": found.weight, "delay": found.delay_ms,
