@@ -96,7 +96,7 @@ class BrainEdits(Functions):
                 experiment.maker.machines[:] = machines
             return experiment
 
-        self._runner = Runner(read, self._tell, self._finish)
+        self._runner = Runner(read, self._tell, self._finish, self._launched)
         left_out = [one for one in self._runner.call(lambda run: run.found) if one.code in _NO_BRAIN]
         if left_out:
             self._runner.stop(silently=True)

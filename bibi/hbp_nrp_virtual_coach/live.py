@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
-from typing import Any
+from typing import Any, ClassVar
 
 from hbp_nrp_virtual_coach.once import log
 from hbp_nrp_virtual_coach.runner import Runner
@@ -22,15 +22,20 @@ class Live:
         stored: where it is stored.
         read: reads the experiment anew.
 
+    Attributes:
+        on_launch: called with the run of each simulation of this process when it is open.
+
     Raises:
         NrpError: it cannot be opened.
     """
+
+    on_launch: ClassVar[list[Callable[[Run], None]]] = []
 
     def __init__(self, stored: Stored, read: Callable[[], Experiment]) -> None:
         self._stored, self._read = stored, read
         self._callbacks: list[Callable[[dict[str, Any]], object]] = []
         self._drafts = TemporaryDirectory(prefix="virtual_coach_")
-        self._runner = Runner(read, self._tell, self._finish)
+        self._runner = Runner(read, self._tell, self._finish, self._launched)
         self._records = stored.new_run()
 
     def start(self) -> None:
@@ -78,6 +83,10 @@ class Live:
                 callback(status)
             except Exception:  # noqa: BLE001 - the simulation outlives whatever users write
                 log.exception("a status callback failed")
+
+    def _launched(self, run: Run) -> None:
+        for observer in self.on_launch:
+            observer(run)
 
     def _finish(self, run: Run) -> None:
         """Keep what the run has recorded, before it is closed."""

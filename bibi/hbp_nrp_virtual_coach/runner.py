@@ -31,6 +31,7 @@ class Runner:
         on_status: called with the status at every whole second of simulated time, when the state has changed,
             and at least every second; in the thread of the run, between two steps.
         on_end: called with the run at its end, before it is closed.
+        on_open: called with the run when it is open, in its thread.
 
     Attributes:
         state: ``paused``, ``started``, ``stopped``, or ``halted`` by an error.
@@ -45,8 +46,9 @@ class Runner:
         read: Callable[[], Experiment],
         on_status: Callable[[dict[str, Any]], None],
         on_end: Callable[[Run], None],
+        on_open: Callable[[Run], None],
     ) -> None:
-        self._read, self._on_status, self._on_end = read, on_status, on_end
+        self._read, self._on_status, self._on_end, self._on_open = read, on_status, on_end, on_open
         self.state, self.error = PAUSED, None
         self._is_due, self._is_closed, self._is_silent, self._wall_s = False, False, False, 0.0
         self._failed = 0
@@ -146,6 +148,7 @@ class Runner:
                 with run.loop.attended():
                     self._run, self._reported_at = run, time.monotonic()
                     _log_problems(run)
+                    self._on_open(run)
                     self._opened.set_result(run)
                     self._attend(run)
                     self._on_end(run)

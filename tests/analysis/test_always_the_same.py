@@ -101,7 +101,7 @@ def see(t, camera, eye, spikes, n, speed, rows):
 def send(t, speeds, late, rate):
     late.rate = rate.rate
     for one in (1, 2):
-        speeds.send_message(Twist())  # NRP319 this loop sends many messages on '/mine': only its last one
+        speeds.send_message(Twist())  # NRP319 many messages on '/mine': functions and robots use
 
 
 @nrp.MapSpikeSource("seldom", nrp.brain.sensors[2], nrp.fixed_frequency)

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from hbp_nrp_virtual_coach.__main__ import main
 from nrp_experiments import braitenberg_husky
 
 from nrp_core.cli import app
@@ -97,6 +98,42 @@ def test_generations_edit_functions_and_reset(ran_here: Ran) -> None:
     for gain, time, speed in generations:
         assert 1.0 <= time < 20.0
         assert speed == pytest.approx(gain * time)  # of this step: what was added runs last
+
+
+@pytest.mark.slow
+def test_a_script_of_python_2_speaks_to_each_simulation_by_rospy(
+    ran: Ran, warm: Path, tmp_path: Path
+) -> None:
+    said = ran(
+        warm / "python", "-m", "hbp_nrp_virtual_coach", SCRIPTS / "topics.py", tmp_path,
+        NRP_SET="duration=600s",
+    )  # fmt: skip
+    assert said.splitlines() == [
+        "put at 0.25", "True True", "['one', 'two', 'one'] True seen at 0.25",
+        "put at 0.50", "True True", "['one', 'two', 'one'] True seen at 0.50",
+    ]  # fmt: skip
+    assert (tmp_path / "rows.csv").read_text() == "trials,2\n"
+
+
+def test_rospy_of_a_script_stays_within_it_and_knows_no_simulation_before_a_launch(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    script = tmp_path / "alone.py"
+    script.write_text(
+        "import rospy\nfrom std_srvs.srv import Empty\nprint(rospy.get_time())\nrospy.sleep(100.0)\n"
+        "rospy.Publisher('/a', rospy.AnyMsg).publish()\n"
+        "try:\n    rospy.ServiceProxy('/gazebo/pause_physics', Empty)()\n"
+        "except rospy.ServiceException as error:\n    print(error)\n"
+    )
+    before = set(sys.modules)
+    main([str(script)])
+    assert capsys.readouterr().out == (
+        "0.0\nservice /gazebo/pause_physics is available only while a simulation is open\n"
+    )
+    assert not {"rospy", "std_srvs", "std_srvs.srv"} & (set(sys.modules) - before)
+    with pytest.raises(SystemExit):
+        main([str(tmp_path / "none.py")])
+    assert f"there is no file {tmp_path / 'none.py'}" in capsys.readouterr().err
 
 
 def test_an_installed_experiment_runs_with_a_function_more(

@@ -19,6 +19,7 @@ from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.topics import Direction, Stamped, Subscription, check_message
 from nrp_core.world.world import World
 from nrp_legacy.documents import ROBOT
+from nrp_legacy.shims.steps import Task
 from nrp_legacy.shims.tuples import as_in_ros1
 
 log = logging.getLogger("nrp_legacy")
@@ -57,6 +58,10 @@ class Listener:
             except Exception as error:  # noqa: BLE001 - a callback of a user may raise anything
                 graph.warn(Code.NRP281, f"a callback of {self.topic} raised {type(error).__name__}: {error}")
 
+    def renew(self) -> None:
+        """Subscribe again at the next call."""
+        self._subscription = self._seen = None
+
     def end(self, graph: Graph) -> None:
         """End the subscription."""
         if self._subscription is not None:
@@ -93,6 +98,8 @@ class Graph:
         """Whether a message came on each topic that code listens to, unless a sensor has it."""
         self.scales: dict[str, Vector] = {}
         """Factors by which states have scaled models."""
+        self.parameters: dict[str, Any] = {}
+        """The values of the parameter server."""
 
     def __deepcopy__(self, memo: object) -> Graph:
         """Return the graph itself, so that copies of service proxies belong to the run."""
@@ -133,6 +140,24 @@ class Graph:
     def now_s(self) -> float:
         """Simulated time, s."""
         return seconds(self.now_ns)
+
+    @property
+    def can_wait(self) -> bool:
+        """Whether the code that is running can wait for simulated time; transfer functions cannot."""
+        return Task.here() is not None
+
+    def wait_until(self, t_ns: int) -> None:
+        """Wait for a simulated time, one step at least; code that cannot wait continues at once."""
+        task = Task.here()
+        if task is not None:
+            task.wait_until(t_ns)
+
+    def glance(self) -> int:
+        """Return the simulated time, ns, to code that may be waiting for it by looking at the clock."""
+        task = Task.here()
+        if task is not None:
+            task.glance()
+        return self.now_ns
 
     def warn(self, code: Code, message: str, *, subject: str | None = None) -> None:
         """Report something once, with the result of the run."""
@@ -195,6 +220,12 @@ class Graph:
         """Add an object to be called before the functions of each step."""
         self._listeners.append(attendant)
 
+    def renew(self) -> None:
+        """Have listeners subscribe again, in another run."""
+        for listener in self._listeners:
+            if isinstance(listener, Listener):
+                listener.renew()
+
     def forget(self, listener: Attendant) -> None:
         """Remove a callback, and end its subscription."""
         if listener in self._listeners:
@@ -211,6 +242,10 @@ class Graph:
         if self._run is None:
             return
         self.declare(topic, kind)
+        info = self.world.topics[topic]
+        if info.response is not None and not isinstance(message, info.type):
+            self.world.call(topic, message)  # Gazebo has a topic beside a service, such as set_model_state
+            return
         publication = self.world.advertise(topic)
         check_message(publication.topic, message)
         publication.publish(message)

@@ -13,7 +13,6 @@ from nrp_core.findings import Code
 from nrp_legacy.shims.graph import Graph, absolute, log
 from nrp_legacy.shims.modules import OpenMessage, module
 from nrp_legacy.shims.services import Service, ServiceException, Services
-from nrp_legacy.shims.steps import Task
 from nrp_legacy.shims.times import Duration, Time
 
 _LEVELS = {"debug": logging.DEBUG, "info": logging.INFO, "warn": logging.WARNING, "err": logging.ERROR}
@@ -148,7 +147,7 @@ def rospy_module(graph: Graph, services: Services) -> ModuleType:
     class NowTime(Time):
         @classmethod
         def now(cls) -> Time:
-            return cls(0, _glanced(graph))
+            return cls(0, graph.glance())
 
     NowTime.__name__ = "Time"
     logs = {f"log{name}": _logs(level) for name, level in _LEVELS.items()}
@@ -171,13 +170,13 @@ def rospy_module(graph: Graph, services: Services) -> ModuleType:
         ROSInterruptException=ROSInterruptException,
         **times,
         Rate=lambda hz: _Rate(graph, hz),
-        get_time=lambda: _glanced(graph) / NS_PER_S,
+        get_time=lambda: graph.glance() / NS_PER_S,
         sleep=lambda duration: sleep(graph, duration),
-        is_shutdown=lambda: _glanced(graph) < 0,
+        is_shutdown=lambda: graph.glance() < 0,
         init_node=_nothing, spin=_nothing, on_shutdown=_nothing, signal_shutdown=_nothing,
         wait_for_service=_nothing,
         wait_for_message=lambda topic, kind, timeout=None: _wait_for_message(graph, topic, kind, timeout),
-        **_parameters(),
+        **_parameters(graph),
         get_name=lambda: "/experiment", get_namespace=lambda: "/", get_caller_id=lambda: "/experiment",
         get_published_topics=lambda *_values: [[name, ""] for name in graph.topics],
         logerror=logs["logerr"], logwarning=logs["logwarn"], logfatal=logs["logerr"],
@@ -187,9 +186,7 @@ def rospy_module(graph: Graph, services: Services) -> ModuleType:
 
 def sleep(graph: Graph, duration: Any) -> None:
     """Wait in simulated time; a transfer function cannot wait and continues at once."""
-    task = Task.here()
-    if task is not None:
-        task.wait_until(graph.now_ns + round(float(duration) * NS_PER_S))
+    graph.wait_until(graph.now_ns + round(float(duration) * NS_PER_S))
 
 
 class _Rate:
@@ -208,8 +205,7 @@ def _wait_for_message(graph: Graph, topic: str, kind: Any, timeout: float | None
     """
     name = absolute(topic)
     came: list[Any] = []
-    task = Task.here()
-    if task is None:
+    if not graph.can_wait:
         latest = graph.latest(name)
         if latest is None:
             raise ROSException(f"no message on {name} yet; a transfer function cannot wait for one")
@@ -220,17 +216,10 @@ def _wait_for_message(graph: Graph, topic: str, kind: Any, timeout: float | None
         while not came:
             if end_s is not None and graph.now_s >= end_s:
                 raise ROSException(f"no message on {name} within {timeout} s")
-            task.wait_until(0)
+            graph.wait_until(0)
     finally:
         graph.forget(listener)
     return came[0]
-
-
-def _glanced(graph: Graph) -> int:
-    task = Task.here()
-    if task is not None:
-        task.glance()
-    return graph.now_ns
 
 
 def _logs(level: int) -> Callable[..., None]:
@@ -245,14 +234,13 @@ def _after_period(write: Callable[..., None]) -> Callable[..., None]:
     return lambda _period, message, *values, **options: write(message, *values, **options)
 
 
-def _parameters() -> dict[str, Callable[..., Any]]:
+def _parameters(graph: Graph) -> dict[str, Callable[..., Any]]:
     """Return the functions of a parameter server for one experiment."""
-    kept: dict[str, Any] = {}
     return {
-        "get_param": lambda name, default=None: kept.get(name, default),
-        "set_param": lambda name, value: kept.__setitem__(name, value),
-        "has_param": lambda name: name in kept,
-        "delete_param": lambda name: kept.pop(name, None),
+        "get_param": lambda name, default=None: graph.parameters.get(name, default),
+        "set_param": lambda name, value: graph.parameters.__setitem__(name, value),
+        "has_param": lambda name: name in graph.parameters,
+        "delete_param": lambda name: graph.parameters.pop(name, None),
     }
 
 
