@@ -104,8 +104,6 @@ def invalid_field(value: Any) -> str | None:
     lists of them are checked, arrays are not (a laser's range may be infinite).
     """
     cls: type = type(value)
-    if holds_finite_floats(value):
-        return None
     for field, kind, nested, listed in _fields(cls):
         item = getattr(value, field)
         if type(item) is float and kind is float:  # the most common case
@@ -113,9 +111,9 @@ def invalid_field(value: Any) -> str | None:
         elif (type(item) is kind and kind in _EXACT) or (type(item) is np.ndarray and listed):
             wrong = None
         elif nested and type(item) is kind:
-            wrong = _within(invalid_field(item), "")
+            wrong = None if holds_finite_floats(item) else _within(invalid_field(item), "")
         elif isinstance(item, list) and listed:
-            if _PLAIN.keys() >= {*map(type, item)}:  # no messages
+            if not item or _PLAIN.keys() >= {*map(type, item)}:  # no messages
                 continue
             wrong = _first(_within(invalid_field(m), f"[{i}]") for i, m in enumerate(item) if _is_message(m))
         else:
