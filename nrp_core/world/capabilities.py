@@ -77,7 +77,7 @@ class WorldCapabilities:
 
 
 def check_scene(scene: Scene, capabilities: WorldCapabilities, engine: object, warnings: Findings) -> None:
-    """Check that an engine can simulate a scene, and warn of joints that close loops if it leaves them out.
+    """Check that an engine can simulate a scene, and warn of loops and ties if it leaves them open.
 
     Raises:
         CapabilityError: the scene needs a capability that the engine does not have.
@@ -92,6 +92,9 @@ def check_scene(scene: Scene, capabilities: WorldCapabilities, engine: object, w
                 f"the joint '{loop.name}' of '{model.name}' closes a loop, which this engine leaves open"
             )
             warnings.add(Code.NRP260, message, subject=loop.name)
+    for tie in scene.ties:
+        message = f"the joint '{tie.name}' holds two models together, which this engine leaves apart"
+        warnings.add(Code.NRP260, message, subject=tie.name)
 
 
 def needs_of(model: Model, joint: Joint) -> Iterator[str]:

@@ -19,18 +19,17 @@ from nrp_core.world.engine_kit.simulated import simulated_bodies
 from nrp_core.world.render.optics import CameraPath, Optics, looking
 from nrp_core.world.rigid.motion import BodyPath
 from nrp_core.world.rigid.pose import Pose
-from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Link, Model, Scene
 from nrp_world_mujoco.gl import GlRenderer
 from nrp_world_mujoco.library import compiled, mujoco
+from nrp_world_mujoco.loops import HARD, close_loops, tie_models
 from nrp_world_mujoco.mechanisms import BuiltParts, touches_itself
 from nrp_world_mujoco.native import NativeElements
 from nrp_world_mujoco.shapes import Shapes, placed, scalar_first
 from nrp_world_mujoco.weightless import holders, let_weigh_nothing
 
 FAR_AWAY = 1e9
-HARD = [0.999, 0.999, 0.001, 0.5, 2.0]  # impedance of stiff constraints: couplings, joints that rub or stop
 FIRMEST = [0.9999, 0.9999, 0.001, 0.5, 2.0]  # of joints that no load moves off their paths
 SMALLEST = 1e-12  # MuJoCo refuses an empty range
 FEW_GEOMS = 64  # with fewer, testing each pair is faster than bounding volumes
@@ -136,11 +135,13 @@ class _Builder:
         self._owners: list[tuple[BodyPath, Any]] = []
         self._collisions: dict[str, list[Any]] = {}
         self._links: dict[str, tuple[Any, Pose]] = {}
+        self._links_of: dict[str, dict[str, tuple[Any, Pose]]] = {}
         self._native = NativeElements(spec)
 
     def built(self) -> Built:
         for model in self._scene.models:
             self._add_model(model)
+        tie_models(self._scene, self._links_of, self._spec)
         actuators = self._native.finish()
         if len(self._spec.geoms) < FEW_GEOMS:
             self._spec.option.disableflags |= SAME_CONTACTS
@@ -181,6 +182,7 @@ class _Builder:
     def _add_model(self, model: Model) -> None:
         bodies = simulated_bodies(model, self._spec.option.timestep, self._physical)
         self._collisions, self._links = {}, {}
+        self._links_of[model.name] = self._links
         elements: list[Any] = []
         joints: dict[str, Any] = {}
         for index, body in enumerate(bodies):
@@ -198,7 +200,7 @@ class _Builder:
             if name in joints and model.joint(name).takes_commands:
                 limit = model.joint(name).effort
                 self._servos[model.name, name] = self._add_joint_servo(joints[name], limit)
-        self._close(model)
+        close_loops(model, self._links, self._spec)
         self._native.apply(BuiltParts(model, self._links, joints, self._collisions))
         self._separate(model, bodies, elements)
         armatures = {name: float(joint.armature) for name, joint in joints.items()}
@@ -302,23 +304,6 @@ class _Builder:
                     name1=joints[joint.name].name,
                     name2=joints[joint.mimic.leader].name,
                     data=[*polynomial, *[0.0] * (mujoco.mjNEQDATA - len(polynomial))],
-                    solref=self._stiff,
-                    solimp=HARD,
-                )
-
-    def _close(self, model: Model) -> None:
-        """Close the loops of a model: its links stay together at points, as where all joints are at 0."""
-        for loop in model.loops:
-            element, place = self._links[loop.child]
-            holder = "world" if loop.parent == WORLD else self._links[loop.parent][0].name
-            for point in loop.points if holder != element.name else ():  # or they are one body already
-                there = place @ model.link(loop.child).pose.inverse() @ Pose(point)
-                self._spec.add_equality(
-                    type=mujoco.mjtEq.mjEQ_CONNECT,
-                    objtype=mujoco.mjtObj.mjOBJ_BODY,
-                    name1=element.name,
-                    name2=holder,
-                    data=[*there.position, *[0.0] * (mujoco.mjNEQDATA - 3)],
                     solref=self._stiff,
                     solimp=HARD,
                 )

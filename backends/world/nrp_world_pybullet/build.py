@@ -20,7 +20,7 @@ from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import Body, tree_of
 from nrp_core.world.scene.model import Inertial, Joint, Model, Scene
 from nrp_world_pybullet.library import bullet
-from nrp_world_pybullet.loops import close_loops
+from nrp_world_pybullet.loops import close_loops, tie_models
 from nrp_world_pybullet.native import set_contacts
 from nrp_world_pybullet.shapes import (
     NO_SHAPE,
@@ -134,6 +134,11 @@ class _Builder:
     def built(self) -> Built:
         for model in self._scene.models:
             self._add_model(model)
+        placed = {
+            name: [(body, (place.multibody, place.link)) for body, place in bodies]
+            for name, bodies in self._bodies.items()
+        }
+        tie_models(self._scene, placed, self._client)
         parts = self._bodies, self._joints, self._drives, self._visuals, self._owners
         return Built(*parts, self._warnings)
 

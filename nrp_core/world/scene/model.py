@@ -27,6 +27,7 @@ from nrp_core.world.scene.checks import WORLD, check_tree, check_unique, require
 from nrp_core.world.scene.digest import LATER, digest_of
 from nrp_core.world.scene.finish import Finish as Finish
 from nrp_core.world.scene.loops import Loop as Loop
+from nrp_core.world.scene.loops import Tie as Tie
 from nrp_core.world.scene.origin import Native, Source
 from nrp_core.world.scene.sensing import MountedSensor
 from nrp_core.world.scene.surroundings import Surroundings
@@ -388,9 +389,10 @@ class Scene:
         warnings: what its files say and a world does not do.
         step_s: the time step that its file asks for, s. No engine uses it: steps belong to the experiment.
         surroundings: the Earth around it, for sensors.
+        ties: joints between two models.
 
     Raises:
-        SceneError: two models have the same name, or one of them is inconsistent.
+        SceneError: two models have the same name, or one of them or a tie is inconsistent.
     """
 
     models: tuple[Model, ...]
@@ -399,19 +401,25 @@ class Scene:
     warnings: tuple[Finding, ...] = field(default=(), compare=False)
     step_s: float | None = field(default=None, compare=False)
     surroundings: Surroundings = field(default=Surroundings(), metadata=LATER)
+    ties: tuple[Tie, ...] = field(default=(), metadata=LATER)
 
     def __post_init__(self) -> None:
         check_unique((model.name for model in self.models), "models", "the scene")
         for model in self.models:
             model.check()
+        for tie in self.ties:
+            for name, link in (tie.parent, tie.child):
+                self.model(name).link(link)
 
     def with_model(self, model: Model) -> Scene:
         """Return this scene with one more model and its warnings."""
         return replace(self, models=(*self.models, model), warnings=(*self.warnings, *model.warnings))
 
     def without(self, name: str) -> Scene:
-        """Return this scene without a model."""
-        return replace(self, models=tuple(model for model in self.models if model.name != name))
+        """Return this scene without a model and what ties others to it."""
+        models = tuple(model for model in self.models if model.name != name)
+        ties = tuple(tie for tie in self.ties if name not in (tie.parent[0], tie.child[0]))
+        return replace(self, models=models, ties=ties)
 
     def with_pose(self, name: str, pose: Pose) -> Scene:
         """Return this scene with a model at another pose."""

@@ -86,7 +86,11 @@ def outline(scene: Scene, title: str) -> Entry:
     counts = [_count(len(moving), "model that moves", "models that move")] if moving else []
     counts += [_count(len(static), "model that stands still", "models that stand still")] if static else []
     head = f"{title}: {', '.join(counts) or 'empty'}; gravity {x:g} {y:g} {z:g} m/s²"
-    entries = [*map(_moving, moving), *map(_static, static), *lights]
+    ties = [
+        Entry(f"joint {tie.name}, {tie.kind}, holds {'/'.join(tie.child)} to {'/'.join(tie.parent)}")
+        for tie in scene.ties
+    ]
+    entries = [*map(_moving, moving), *map(_static, static), *ties, *lights]
     return Entry(head, tuple(entries))
 
 

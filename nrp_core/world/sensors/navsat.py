@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,6 +15,7 @@ from nrp_core.world.messages.geometry_msgs import Vector3
 from nrp_core.world.messages.std_msgs import Header
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.digest import LATER
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.registered import ModelParts
@@ -51,7 +52,7 @@ class NavSat(Sensor):
     needs: ClassVar[tuple[str, ...]] = ("links",)
 
     pose: Pose = Pose()
-    velocity_topic: str = ""
+    velocity_topic: str = field(default="", metadata=LATER)
 
     @classmethod
     def read(cls, sensor: Element, mount: Mount, reading: Reading) -> NavSat:

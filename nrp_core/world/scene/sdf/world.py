@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
 
 from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.model import Model, Scene
+from nrp_core.world.scene.model import Model, Scene, Tie
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import warn_of_plugin
 from nrp_core.world.scene.reading.xml import Element
@@ -20,7 +20,7 @@ from nrp_core.world.scene.sdf.placed import Placed, read_placed
 from nrp_core.world.scene.sdf.source import Source
 from nrp_core.world.scene.sdf.states import State
 from nrp_core.world.scene.sdf.surroundings import read_surroundings
-from nrp_core.world.scene.sdf.world_joints import add_joint_frames, in_model, read_world_joints
+from nrp_core.world.scene.sdf.world_joints import add_joint_frames, in_model, read_world_joints, tie_of
 from nrp_core.world.scene.stand_in import with_static_shapes
 
 _GRAVITY: Vector = (0.0, 0.0, -9.8)
@@ -42,7 +42,8 @@ def read_world(world: Element, source: Source, reading: Reading) -> Scene:
         if thing.name not in state.deleted
     ]
     things = [thing for thing in placed if thing.element.tag == "model"]
-    models = [state.of(model) for model in _models(world, things, source.version, reading)]
+    read, ties = _models(world, things, source.version, reading)
+    models = [state.of(model) for model in read]
     lights = [
         read_light(light.element, light.name, pose, reading)
         for light in placed
@@ -51,13 +52,14 @@ def read_world(world: Element, source: Source, reading: Reading) -> Scene:
     ]
     shaped = with_static_shapes(models, partial(reading.notes.warn, world))
     earth = read_surroundings(world, reading.notes)
-    return Scene(shaped, tuple(lights), _gravity(world), reading.notes.findings, _step_s(world), earth)
+    step_s, findings = _step_s(world), reading.notes.findings
+    return Scene(shaped, tuple(lights), _gravity(world), findings, step_s, earth, ties)
 
 
 def _models(
     world: Element, placed: Iterable[Placed], version: tuple[int, int], reading: Reading
-) -> Iterator[Model]:
-    """Yield the models of a world, whose poses may be relative to each other's frames."""
+) -> tuple[list[Model], tuple[Tie, ...]]:
+    """Return the models of a world, whose poses may be relative to each other's frames, and their ties."""
     frames = Frames(world, WORLD, WORLD)
     for frame in world.all("frame"):
         attached_to = frame.attributes.get("attached_to") or WORLD
@@ -76,11 +78,17 @@ def _models(
     add_joint_frames(world, frames)
     for frame in world.all("frame"):
         frames.require(frame)
-    held = list(read_world_joints(world, frames, version, reading))
+    poses = {model.name: frames.pose(model.name, model.user) for model, _, _ in read}
+    held = [
+        (name, row, tie_of(row, poses)) for name, row in read_world_joints(world, frames, version, reading)
+    ]
+    models = []
     for model, parts, own in read:
-        pose = frames.pose(model.name, model.user)
-        rows = tuple(in_model(row, model.name, pose) for name, row in held if name == model.name)
-        yield build_model(model, replace(parts, rows=parts.rows + rows), model.name, pose, own)
+        pose = poses[model.name]
+        inner = [row for name, row, tie in held if name == model.name and tie is None]
+        rows = tuple(in_model(row, model.name, pose) for row in inner)
+        models.append(build_model(model, replace(parts, rows=parts.rows + rows), model.name, pose, own))
+    return models, tuple(tie for _, _, tie in held if tie is not None)
 
 
 def _step_s(world: Element) -> float | None:

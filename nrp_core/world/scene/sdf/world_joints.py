@@ -1,13 +1,14 @@
-"""Joints of SDF worlds, which hold a model in place or let it turn, slide or swing about a fixed axis."""
+"""Joints of SDF worlds, which hold a model to the world, or two models together."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.loops import LOOP_KINDS, Tie
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.compound import Row
@@ -25,20 +26,35 @@ def add_joint_frames(world: Element, frames: Frames) -> None:
 def read_world_joints(
     world: Element, frames: Frames, version: tuple[int, int], reading: Reading
 ) -> Iterator[tuple[str, Row]]:
-    """Yield each joint between the world and a model, with the name of the model, in the frame of the world.
-
-    A joint between two models is left out with a warning, because the joints of a scene belong to one model.
+    """Yield each joint of a world in the frame of the world, with the name of the model of its child.
 
     Raises:
         SceneError: a joint is wrong, or one of its ends does not exist.
     """
     for joint in world.all("joint"):
-        name, row = joint.attribute("name"), read_joint(joint, frames, version, reading)
-        if row[0].parent != WORLD:
-            message = f"the joint '{name}' between two models is not simulated: left out"
+        row = read_joint(joint, frames, version, reading)
+        owner, other = (end.partition("::")[0] for end in (row[-1].child, row[0].parent))
+        if other not in (owner, WORLD) and (len(row) > 1 or row[0].kind not in LOOP_KINDS):
+            name, kind = joint.attribute("name"), joint.attribute("type")
+            message = f"the joint '{name}' between two models is {kind}, which is not simulated: left out"
             reading.notes.warn(joint, Code.NRP260, message, subject=name)
         else:
-            yield row[-1].child.partition("::")[0], row
+            yield owner, row
+
+
+def tie_of(row: Row, poses: Mapping[str, Pose]) -> Tie | None:
+    """Return a joint of the world as one between two models; None if it is in one.
+
+    Args:
+        row: the joint, in the frame of the world.
+        poses: the poses of all models in the world.
+    """
+    (parent, _, holder), (child, _, held) = (end.partition("::") for end in (row[0].parent, row[-1].child))
+    if parent in (child, WORLD):
+        return None
+    joint = row[0]
+    in_parent, in_child = (poses[name].inverse() @ joint.pose for name in (parent, child))
+    return Tie(joint.name, joint.kind, (parent, holder), (child, held), in_parent, in_child, joint.axis)
 
 
 def in_model(row: Row, model: str, pose: Pose) -> Row:

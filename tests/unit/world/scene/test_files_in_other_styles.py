@@ -117,14 +117,37 @@ def test_a_joint_of_a_world_holds_a_model_as_one_in_the_model_does(world: WorldR
     assert outside.warnings == inside.warnings == ()
 
 
-def test_a_joint_between_two_models_is_left_out(world: WorldReader) -> None:
-    models = "".join(
-        f'<model name="{name}"><pose>{x} 0 0 0 0 0</pose>{LINK}</model>' for x, name in enumerate("ab")
-    )
-    scene = world(models + JOINT.format("a", "b"))
+PAIR = "".join(
+    f'<model name="{name}"><pose>{x} 0 0 0 0 {turn}</pose>{LINK}</model>'
+    for name, x, turn in (("a", 0, 0), ("b", 1, pi / 2))
+)
+
+
+def test_a_joint_of_a_world_ties_two_models(world: WorldReader) -> None:
+    scene = world(PAIR + JOINT.format("a", "b::base"))
+    (tie,) = scene.ties
+    assert scene.warnings == ()
+    assert (tie.name, tie.kind, tie.parent, tie.child) == ("j", "fixed", ("a", "base"), ("b", "base"))
+    for there, here in tie.points:  # the frame of the joint is that of its child, at (1, 0) and turned to y
+        x, y, z = here
+        assert there == pytest.approx((1 - y, x, z))
+    assert scene.without("a").ties == scene.without("b").ties == ()
+    assert world(PAIR).digest != scene.digest == world(PAIR + JOINT.format("a", "b::base")).digest
+
+
+def test_a_joint_between_two_models_that_has_a_position_is_left_out(world: WorldReader) -> None:
+    slide = JOINT.replace('type="fixed">', 'type="prismatic"><axis><xyz>1 0 0</xyz></axis>')
+    scene = world(PAIR + slide.format("a", "b"))
     (warning,) = scene.warnings
-    assert (warning.code, scene.model("b").joints) == (Code.NRP260, ())
-    assert "the joint 'j' between two models is not simulated" in str(warning)
+    assert "the joint 'j' between two models is prismatic, which is not simulated" in str(warning)
+    assert (warning.code, scene.ties) == (Code.NRP260, ())
+
+
+def test_a_joint_of_a_world_within_one_model_is_one_of_it(world: WorldReader) -> None:
+    two = f'<model name="a">{LINK}<link name="arm"><pose>1 0 0 0 0 0</pose><inertial/></link></model>'
+    scene = world(two + JOINT.format("a::base", "a::arm"))
+    (joint,) = scene.model("a").joints
+    assert (joint.parent, joint.child, scene.ties, scene.warnings) == ("base", "arm", (), ())
 
 
 def test_changes_of_an_included_model_are_reported(world: WorldReader) -> None:
