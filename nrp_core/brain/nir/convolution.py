@@ -22,7 +22,7 @@ def convolution(
         weight: shape ``(n_out, n_in / groups, *kernel)``.
         shape: channels and extent of the input.
         stride: one number, or one for each dimension, as the next two.
-        padding: or ``same`` or ``valid``.
+        padding: or a pair for each dimension, before and after, or ``same`` or ``valid``.
         dilation: distance of the kernel's elements.
         groups: number of groups of channels.
 
@@ -80,6 +80,9 @@ def _padding(
     """Return the padding before and after each dimension."""
     text = padding.decode() if isinstance(padding, bytes) else padding
     if not isinstance(text, str):
+        given = np.asarray(padding)
+        if given.shape == (len(kernel), 2):
+            return _each(given[:, 0], kernel), _each(given[:, 1], kernel)
         same = _each(padding, kernel)
         return same, same
     if text == "valid":

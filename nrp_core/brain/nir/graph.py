@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from nrp_core.errors import NetworkError
 from nrp_core.paths import existing_file
 
 INSTALL = "pip install nir"
+_CONVOLUTIONS: Final = frozenset({"Conv1d", "Conv2d"})
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ def read_graph(path: Path | str) -> Graph:
     path = existing_file(path)
     nir = library()
     try:
-        found = nir.read(path, type_check=False)
+        found = _read(nir, path)
     except Exception as error:  # the library raises whatever it meets
         raise NetworkError(f"is not a NIR file: {error or type(error).__name__}", path=path) from error
     nodes: dict[str, Any] = {}
@@ -75,6 +76,23 @@ def read_graph(path: Path | str) -> Graph:
     for name, node in nodes.items():
         _require_numbers(graph, name, vars(node))
     return graph
+
+
+def _read(nir: Any, path: Path) -> Any:
+    """Return the graph of a file, with no claim about the extent of inputs, which early files do not make."""
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        nodes = nir.serialization.hdf2dict(file["node"])
+    _forget_extents(nodes)
+    return nir.dict2NIRNode({**nodes, "type_check": False})
+
+
+def _forget_extents(node: dict[str, Any]) -> None:
+    if node.get("type") in _CONVOLUTIONS:
+        node["input_shape"] = None
+    for part in node.get("nodes", {}).values():
+        _forget_extents(part)
 
 
 def _require_numbers(graph: Graph, name: str, fields: Mapping[str, Any]) -> None:
@@ -97,22 +115,25 @@ def _require_numbers(graph: Graph, name: str, fields: Mapping[str, Any]) -> None
 def _flatten(graph: Any, prefix: str, nodes: dict[str, Any], edges: list[tuple[str, str]]) -> None:
     """Add a graph to flat nodes and edges.
 
-    An edge to a subgraph leads to its input, an edge from one begins at its output.
+    An edge to a subgraph leads to its input, an edge from one begins at its output; ``a.b`` is the node ``b``
+    of the subgraph ``a``.
     """
-    ends: dict[str, tuple[str, str]] = {}
+    inside: dict[str, Any] = {}
     for name, node in graph.nodes.items():
-        full = prefix + name
         if type(node).__name__ == "NIRGraph":
-            _flatten(node, f"{full}.", nodes, edges)
-            ends[name] = _only(node.inputs, full, "Input"), _only(node.outputs, full, "Output")
+            inside[name] = node
+            _flatten(node, f"{prefix}{name}.", nodes, edges)
         else:
-            nodes[full] = node
-            ends[name] = full, full
+            nodes[prefix + name] = node
+
+    def end_of(name: str, side: str, kind: str) -> str:
+        found = [*getattr(inside[name], side)] if name in inside else []
+        if name in inside and len(found) != 1:
+            raise NetworkError(
+                f"subgraph '{prefix}{name}' has {len(found)} nodes of kind {kind}; an edge must name one of "
+                f"them, such as '{name}.{found[0] if found else kind.lower()}'"
+            )
+        return ".".join([f"{prefix}{name}", *found])
+
     for start, end in graph.edges:
-        edges.append((ends.get(start, ("", prefix + start))[1], ends.get(end, (prefix + end, ""))[0]))
-
-
-def _only(found: Any, graph: str, kind: str) -> str:
-    if len(found) != 1:
-        raise NetworkError(f"subgraph '{graph}' has {len(found)} nodes of kind {kind}; there must be 1")
-    return f"{graph}.{next(iter(found))}"
+        edges.append((end_of(start, "outputs", "Output"), end_of(end, "inputs", "Input")))

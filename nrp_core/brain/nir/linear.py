@@ -191,16 +191,26 @@ def _shape(graph: Graph, name: str, after: tuple[str, ...]) -> Shape | None:
         own = (int(np.shape(node.weight)[-2]),)
     elif kind in NEURONS:
         own = np.broadcast_shapes(*(np.shape(value) for value in parameters_of(node).values()))
-    if own is not None and (prod(own) > 1 or kind not in NEURONS):
+    if own is not None and (kind not in NEURONS or (prod(own) > 1 and 1 not in own)):
         return own
     for start in graph.before[name] if name not in after else ():
         shape = _shape(graph, start, (*after, name))
         if shape is not None:
             try:
-                return shape if kind in NEURONS else _transformed(node, Signal(shape)).shape
+                return _spread(own, shape) if own is not None else _transformed(node, Signal(shape)).shape
             except (ValueError, KeyError) as error:
                 raise graph.error(name, str(error)) from error
     return own or None
+
+
+def _spread(own: Shape, arriving: Shape) -> Shape:
+    """Return the shape of cells whose parameters may hold for all cells, or for all of a channel."""
+    if prod(own) in {1, prod(arriving)}:
+        return arriving if prod(own) == 1 else own
+    try:
+        return np.broadcast_shapes(own, arriving)
+    except ValueError:
+        raise ValueError(f"parameters of shape {own} do not fit an input of shape {arriving}") from None
 
 
 def parameters_of(node: Any) -> dict[str, FloatArray]:

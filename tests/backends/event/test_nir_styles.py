@@ -1,0 +1,199 @@
+"""Files as different frameworks and versions write them.
+
+Each style was read from the exporter of a framework; the files are made here. The expected spikes are those
+of the equations in steps, computed by NumPy.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import h5py
+import nir
+import numpy as np
+import pytest
+from scipy.signal import correlate
+
+from nrp_core.errors import NetworkError
+from nrp_core.pynn import new_simulator
+
+DT, STEPS = 1e-4, 60
+
+
+def emitted(path: Path, inputs: dict[str, Any], **options: Any) -> dict[str, Any]:
+    """Return the spikes of each population at the steps of the file."""
+    sim = new_simulator()
+    sim.setup(timestep=1.0, options={"resolution": "1 ms"})
+    cells = sim.load_nir(path, method="euler", **options)
+    for name, trains in inputs.items():
+        cells[name].set(spike_times=[np.flatnonzero(train) + 1.0 for train in trains.T])
+    for each in cells.values():
+        each.record("spikes")
+    sim.run(STEPS + 20.0)
+    found = {name: np.zeros((STEPS, each.size), bool) for name, each in cells.items()}
+    for name, each in cells.items():
+        for cell, train in enumerate(each.get_data().segments[0].spiketrains):
+            steps = np.rint(np.asarray(train)).astype(int) - 1 - each.annotations["lag"]
+            found[name][steps[(steps >= 0) & (steps < STEPS)], cell] = True
+    return found
+
+
+def written(tmp_path: Path, nodes: dict[str, Any], edges: Any) -> Path:
+    nir.write(tmp_path / "net.nir", nir.NIRGraph(nodes, list(edges), type_check=False))
+    return tmp_path / "net.nir"
+
+
+def noise(n: int, seed: int = 5) -> Any:
+    return np.random.default_rng(seed).random((STEPS, n)) < 0.3
+
+
+def fired(drive: Any, beta: float, threshold: Any) -> Any:
+    """Return the spikes of ``v = beta v + drive`` with a reset to 0."""
+    spikes, v = np.zeros(drive.shape, bool), np.zeros(drive.shape[1:])
+    for step, x in enumerate(drive):
+        v = beta * v + x
+        spikes[step] = v > threshold
+        v[spikes[step]] = 0.0
+    return spikes
+
+
+def lif(shape: Any, beta: float = 0.9, threshold: Any = 1.0, kind: type = np.float32, **more: Any) -> Any:
+    """Return a node as snnTorch writes it: ``tau = dt / (1 - beta)`` and ``r = tau / dt``."""
+    full = np.ones(shape, kind)
+    tau = full * DT / (1.0 - beta)
+    return nir.LIF(tau=tau, r=tau / DT, v_leak=0 * full, v_threshold=full * np.asarray(threshold), **more)
+
+
+WEIGHT = np.random.default_rng(2).uniform(-0.3, 0.8, (3, 2))
+KERNEL = np.random.default_rng(3).uniform(-0.4, 0.8, (2, 1, 3, 3))
+CHAIN = [("input", "w"), ("w", "cells"), ("cells", "output")]
+
+
+def chain(cells: Any, weight: Any = WEIGHT) -> dict[str, Any]:
+    ends = {"input": nir.Input(np.array([2])), "output": nir.Output(np.array([3]))}
+    return {**ends, "w": nir.Linear(weight), "cells": cells}
+
+
+@pytest.mark.parametrize("shape", [(3,), (1,), (1, 3)], ids=["each", "one value", "batch of one"])
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_parameters_may_be_one_value_or_have_a_dimension_of_the_batch(
+    tmp_path: Path, shape: Any, kind: type
+) -> None:
+    inputs = noise(2)
+    found = emitted(written(tmp_path, chain(lif(shape, kind=kind)), CHAIN), {"input": inputs})
+    assert np.array_equal(found["cells"], fired(inputs @ WEIGHT.T, 0.9, 1.0))
+    assert found["cells"].sum() > 10
+
+
+def convolutional(node: Any, cells: Any) -> dict[str, Any]:
+    return {
+        "input": nir.Input(np.array([1, 4, 5])),
+        "w": node,
+        "cells": cells,
+        "output": nir.Output(np.array([2])),
+    }
+
+
+def convolved(images: Any, before: Any, after: Any) -> Any:
+    wide = np.pad(images.reshape(-1, 4, 5).astype(float), ((0, 0), *zip(before, after, strict=True)))
+    return np.stack([[correlate(x, kernel[0], "valid") for kernel in KERNEL] for x in wide])
+
+
+def conv(padding: Any, extent: Any = (4, 5)) -> Any:
+    return nir.Conv2d(extent, KERNEL, 1, padding, 1, 1, np.zeros(2))
+
+
+def test_parameters_may_hold_for_all_cells_of_a_channel(tmp_path: Path) -> None:
+    threshold = np.array([[[0.5]], [[1.5]]])
+    inputs = noise(20)
+    path = written(tmp_path, convolutional(conv(0), lif((2, 1, 1), threshold=threshold)), CHAIN)
+    expected = fired(convolved(inputs, (0, 0), (0, 0)), 0.9, threshold)
+    assert np.array_equal(emitted(path, {"input": inputs})["cells"], expected.reshape(STEPS, -1))
+    assert expected[:, 0].sum() > expected[:, 1].sum() > 10
+
+
+@pytest.mark.parametrize(
+    ("padding", "before", "after"),
+    [
+        (1, (1, 1), (1, 1)),
+        ((1, 0), (1, 0), (1, 0)),
+        ("same", (1, 1), (1, 1)),
+        ("valid", (0, 0), (0, 0)),
+        (np.array([[1, 1], [0, 0]]), (1, 0), (1, 0)),
+        (np.array([[0, 1], [2, 0]]), (0, 2), (1, 0)),
+    ],
+    ids=["number", "pair", "same", "valid", "pairs", "uneven pairs"],
+)
+def test_padding_may_be_given_in_each_form(tmp_path: Path, padding: Any, before: Any, after: Any) -> None:
+    inputs = noise(20)
+    drive = convolved(inputs, before, after)
+    simple = padding if not isinstance(padding, np.ndarray) else 0
+    path = written(tmp_path, convolutional(conv(simple), lif(drive.shape[1:])), CHAIN)
+    if simple is not padding:  # the library itself cannot write it
+        with h5py.File(path, "a") as file:
+            del file["node/nodes/w/padding"]
+            file["node/nodes/w/padding"] = padding
+    expected = fired(drive, 0.9, 1.0)
+    assert np.array_equal(emitted(path, {"input": inputs})["cells"], expected.reshape(STEPS, -1))
+    assert expected.sum() > 50
+
+
+def test_files_of_early_versions_lack_what_later_ones_have(tmp_path: Path) -> None:
+    inputs = noise(20)
+    drive = convolved(inputs, (0, 0), (0, 0))
+    path = written(tmp_path, convolutional(conv(0), lif(drive.shape[1:])), CHAIN)
+    with h5py.File(path, "a") as file:
+        for name in ("version", "node/nodes/w/input_shape", "node/nodes/cells/v_reset"):
+            del file[name]
+    expected = fired(drive, 0.9, 1.0)
+    assert np.array_equal(emitted(path, {"input": inputs})["cells"], expected.reshape(STEPS, -1))
+
+
+def test_an_edge_may_name_one_of_several_inputs_of_a_subgraph(tmp_path: Path) -> None:
+    part = {
+        "left": nir.Input(np.array([2])), "right": nir.Input(np.array([2])), "a": nir.Linear(WEIGHT),
+        "b": nir.Linear(-WEIGHT), "cells": lif(3), "out": nir.Output(np.array([3])),
+    }  # fmt: skip
+    inner = [("left", "a"), ("right", "b"), ("a", "cells"), ("b", "cells"), ("cells", "out")]
+    graph = {
+        "x": nir.Input(np.array([2])), "y": nir.Input(np.array([2])),
+        "part": nir.NIRGraph(part, inner, type_check=False), "output": nir.Output(np.array([3])),
+    }  # fmt: skip
+    x, y = noise(2), noise(2, seed=6)
+    path = written(tmp_path, graph, [("x", "part.left"), ("y", "part.right"), ("part", "output")])
+    found = emitted(path, {"x": x, "y": y})
+    assert np.array_equal(found["part.cells"], fired(x @ WEIGHT.T - y @ WEIGHT.T, 0.9, 1.0))
+    path = written(tmp_path, graph, [("x", "part"), ("y", "part.right"), ("part", "output")])
+    with pytest.raises(
+        NetworkError, match=r"'part' has 2 nodes of kind Input; an edge must name one of them"
+    ):
+        emitted(path, {})
+
+
+def test_cells_with_feedback_are_a_subgraph_as_in_snntorch_and_rockpool(tmp_path: Path) -> None:
+    feedback = np.random.default_rng(4).uniform(-0.5, 0.3, (3, 3))
+    part = {
+        "input": nir.Input(np.array([3])), "lif": lif(3), "w_rec": nir.Linear(feedback),
+        "output": nir.Output(np.array([3])),
+    }  # fmt: skip
+    inner = [("input", "lif"), ("lif", "w_rec"), ("w_rec", "lif"), ("lif", "output")]
+    inputs = noise(2)
+    found = emitted(written(tmp_path, chain(nir.NIRGraph(part, inner)), CHAIN), {"input": inputs})
+    v, last = np.zeros(3), np.zeros(3)
+    for step, x in enumerate(inputs):
+        v = 0.9 * v + WEIGHT @ x + feedback @ last
+        last = (v > 1.0).astype(float)
+        v[v > 1.0] = 0.0
+        assert found["cells.lif"][step].tolist() == last.astype(bool).tolist()
+
+
+def test_names_and_order_of_nodes_do_not_matter(tmp_path: Path) -> None:
+    names = ["10", "2_Linear", "1.b", "layer-0"]
+    nodes = dict(zip(names, chain(lif(3)).values(), strict=True))
+    order = [names[0], names[2], names[3], names[1]]  # input, weights, cells, output
+    inputs = noise(2)
+    shuffled = {name: nodes[name] for name in sorted(nodes, reverse=True)}
+    found = emitted(written(tmp_path, shuffled, pairwise(order)), {"10": inputs})
+    assert np.array_equal(found["layer-0"], fired(inputs @ WEIGHT.T, 0.9, 1.0))
