@@ -1,6 +1,8 @@
-"""Array types of the interfaces."""
+"""Array types of the interfaces, and arrays that processors read fast."""
 
 from __future__ import annotations
+
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -10,3 +12,19 @@ BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.int64]
 IndexArray = npt.NDArray[np.int32]
 """Indices within one population or mesh, in half the memory."""
+
+CACHE_LINE: Final = 64
+"""Size of a cache line, bytes."""
+
+
+def aligned_copy(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return a contiguous copy that begins at a cache line.
+
+    NumPy's arrays begin at any multiple of 16 bytes. Where each vector is in two cache lines, a loop over
+    vectors takes up to a third longer.
+    """
+    memory = np.empty(array.nbytes + CACHE_LINE, np.uint8)
+    first = -memory.ctypes.data % CACHE_LINE
+    copied = memory[first : first + array.nbytes].view(array.dtype).reshape(array.shape)
+    copied[...] = array
+    return copied

@@ -35,8 +35,6 @@ try:
 except ImportError:
     COMPILED = False
 
-CACHE_LINE = 64
-"""Size of a cache line, bytes."""
 _logger = logging.getLogger(__name__)
 
 
@@ -212,6 +210,16 @@ if COMPILED:
 
         return types.none(array, index, offset), generate
 
+    @intrinsic  # type: ignore[untyped-decorator]
+    def fma(_typing: Any, _a: Any, _b: Any, _c: Any) -> Any:
+        """Return ``a * b + c``, rounded once: the same result in vectors and in single instructions."""
+
+        def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+            return builder.fma(*arguments)
+
+        number = types.float64
+        return number(number, number, number), generate
+
     class _Compiling(event.Listener):  # type: ignore[misc]
         """Reports once that compiling delays the first start, and pauses the work clock meanwhile."""
 
@@ -233,6 +241,10 @@ else:
     def borrowed(arrays: A) -> A:
         """Return the array or arrays."""
         return arrays
+
+    def fma(a: float, b: float, c: float) -> float:
+        """Return ``a * b + c``."""
+        return a * b + c
 
     def prefetch(_array: A, _index: int, _offset: int) -> None:
         """Do nothing."""

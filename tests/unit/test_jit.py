@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from nrp_core._support import jit
-from nrp_core._support.jit import borrowed
+from nrp_core._support.jit import borrowed, fma
 from nrp_core._support.stopwatch import Stopwatch, work
 
 
@@ -19,6 +19,12 @@ def _write_borrowed(array: np.ndarray) -> float:
     view = borrowed(array)
     view[0] = 7.0
     return float(view.sum())
+
+
+@jit.jit
+def _multiply_and_add(x: np.ndarray, sums: np.ndarray) -> None:
+    for i in range(len(x)):
+        sums[i] = fma(x[i], x[i], -1.0 - 2.0**-29)
 
 
 def _let_time_pass() -> None:
@@ -106,3 +112,10 @@ def test_the_users_choice_of_a_cache_is_respected() -> None:
     before = numba.config.CACHE_DIR
     jit.jit(lambda x: x)
     assert before == numba.config.CACHE_DIR
+
+
+@pytest.mark.skipif(not jit.COMPILED, reason="Python rounds the product")
+def test_a_product_and_a_sum_are_rounded_once_in_vectors_and_in_what_is_left_of_them() -> None:
+    sums = np.empty(37)
+    _multiply_and_add(np.full(37, 1.0 + 2.0**-30), sums)
+    assert (sums == 2.0**-60).all()

@@ -31,7 +31,8 @@ from nrp_brain_event.records import (
 )
 from nrp_brain_event.runge_kutta import state_at
 from nrp_brain_event.synaptic_inputs import remaining_at
-from nrp_core._support.jit import CACHE_LINE, inlined, jit, prefetch
+from nrp_core._support.arrays import CACHE_LINE
+from nrp_core._support.jit import inlined, jit, prefetch
 
 READABLE = ("v", "u", "w", "gsyn_exc", "gsyn_inh")
 """State variables by number, see :func:`read`."""

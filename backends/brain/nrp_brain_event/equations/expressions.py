@@ -20,7 +20,7 @@ from math import (
 
 from nrp_brain_event.equations.functions import driven, exprel, sign
 from nrp_brain_event.random_numbers import uniform_at
-from nrp_core._support.jit import jit
+from nrp_core._support.jit import fma, jit
 """
 """The names in the source of a kernel."""
 _UNCHANGED: Final = frozenset({TIME, WEIGHT, RANDOM, STEP})

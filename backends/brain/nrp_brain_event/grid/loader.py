@@ -17,7 +17,7 @@ from nrp_brain_event.grid.runs import load_runs, load_state
 from nrp_brain_event.grid.tables import load_tables, targets_of_plastic
 from nrp_brain_event.plastic_connections import load_plastic
 from nrp_brain_event.records import Array, Event, Work
-from nrp_core._support.arrays import IntArray
+from nrp_core._support.arrays import IntArray, aligned_copy
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.grid import Grid as TimeGrid
 
@@ -123,4 +123,4 @@ def _widened(spikes: Array, n_rows: int) -> Array:
 
 def changing(grid: Grid) -> dict[str, Array]:
     """Return copies of all arrays that change while running, by name."""
-    return {name: getattr(grid, name).copy() for name in CHANGING}
+    return {name: aligned_copy(getattr(grid, name)) for name in CHANGING}

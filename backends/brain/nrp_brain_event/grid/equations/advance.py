@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from nrp_brain_event.equations.compiled import call
+from nrp_brain_event.grid.equations.layout import length_of_row
 from nrp_brain_event.grid.records import Grid, GridClock, Run
-from nrp_core._support.jit import jit
+from nrp_core._support.jit import inlined, jit
 
 _S_PER_MS = 1e-3
+_length_of_row = inlined(length_of_row)
 
 
 @jit
@@ -21,8 +23,8 @@ def update_blocks(clock: GridClock, grid: Grid, part: Run, step: int) -> None:
             block.code,
             (
                 grid.values, grid.constants, grid.state, grid.drive, grid.fired, block.value, block.constant,
-                block.last - block.first, block.first, first - block.first, last - block.first,
-                len(grid.drive), clock.n_fired, step, clock.h * _S_PER_MS,
+                _length_of_row(block.last - block.first), block.first, first - block.first,
+                last - block.first, len(grid.drive), clock.n_fired, step, clock.h * _S_PER_MS,
             ),
         )  # fmt: skip
         if n_fired < 0:

@@ -16,6 +16,7 @@ from nrp_brain_event.grid.equations.layout import (
     constants_of,
     courses_of,
     factors_of,
+    length_of_row,
     multiplied,
     propagated,
     values_of,
@@ -66,7 +67,8 @@ def load_blocks(network: Network, row_of: IntArray, step_ms: float) -> dict[str,
         block["last"] = block["first"] + population.size
         block["value"], block["constant"] = sum(map(len, values)), sum(map(len, constants))
         values.append(_values(population, cell))
-        constants.append(_constants(cell.model, cell.in_si(population.parameters), population.size, step_ms))
+        known = cell.in_si(population.parameters)
+        constants.append(_constants(cell.model, known, population.size, step_ms))
     every = np.concatenate(constants)
     coded = _with_code(blocks, every, network)
     return {"blocks": coded, "values": np.concatenate(values), "constants": every}
@@ -148,7 +150,7 @@ def places_of(grid: Grid, network: Network, rows: IntArray, variable: str) -> tu
             raise no_variable(population.label, variable, [*model.variables, *model.recorded])
         prefix = STATE if variable in model.variables else DEFINITION
         number = values_of(model).index(prefix + variable)
-        places[own] = block["value"] + number * population.size + rows[own] - block["first"]
+        places[own] = block["value"] + number * length_of_row(population.size) + rows[own] - block["first"]
         sizes[own] = unit.scale
     return places, sizes
 
@@ -158,7 +160,7 @@ def begin_cell_streams(grid: Grid, network: Network, seeds: Seeds) -> None:
     for block, (population, cell) in zip(grid.blocks, _owners(network), strict=True):
         if cell.model.is_random:
             number = values_of(cell.model).index(STREAM)
-            first = block["value"] + number * population.size
+            first = block["value"] + number * length_of_row(population.size)
             seed = seeds.integer(f"population/{population.label}", 62)
             grid.values[first : first + population.size] = streams(population.size, seed)
 
@@ -189,12 +191,13 @@ def _with_code(blocks: Array, constants: FloatArray, network: Network) -> Array:
 def _values(population: Population, cell: CellEquations) -> FloatArray:
     """Return the initial values of variables, of what is hidden, and of recorded definitions."""
     model = cell.model
-    found = np.zeros((len(values_of(model)), population.size))
+    found = np.zeros((len(values_of(model)), length_of_row(population.size)))
+    used = found[:, : population.size]
     known: dict[str, Any] = {TIME: 0.0, **cell.in_si(population.parameters)}
-    for row, (name, variable) in zip(found, model.variables.items(), strict=False):
+    for row, (name, variable) in zip(used, model.variables.items(), strict=False):
         row[:] = population.initial_values.get(name, np.zeros(1)) * variable.unit.scale
         known[name] = row
-    for row, name in zip(found[len(found) - len(model.recorded) :], model.recorded, strict=True):
+    for row, name in zip(used[len(used) - len(model.recorded) :], model.recorded, strict=True):
         row[:] = value_of(model.definitions[name], known, model.definitions)
     return found.ravel()
 
@@ -207,8 +210,9 @@ def _parameters(grid: Grid, block: Any, n: int, model: Model) -> dict[str, Float
 
 def _rows(constants: FloatArray, block: Any, n: int, model: Model) -> dict[str, FloatArray]:
     """Return the constants of a population of n cells by their names in a kernel."""
-    names, first = constants_of(model), block["constant"]
-    return dict(zip(names, constants[first : first + len(names) * n].reshape(len(names), n), strict=True))
+    names, first, length = constants_of(model), block["constant"], length_of_row(n)
+    rows = constants[first : first + len(names) * length].reshape(len(names), length)
+    return dict(zip(names, rows[:, :n], strict=True))
 
 
 def _constants(model: Model, known: Mapping[str, FloatArray], n: int, step_ms: float) -> FloatArray:
@@ -224,7 +228,10 @@ def _constants(model: Model, known: Mapping[str, FloatArray], n: int, step_ms: f
         rows += list(moved[:, multiplied(part, held=course.held)].T)
     if factors_of(model):
         rows += _factors(model, known, n, step_ms * _S_PER_MS)
-    return np.concatenate([np.empty(0), *(np.broadcast_to(row, (n,)) for row in rows)])
+    found = np.zeros((len(rows), length_of_row(n)))
+    for whole, row in zip(found, rows, strict=True):
+        whole[:n] = row
+    return found.ravel()
 
 
 def _factors(model: Model, known: Mapping[str, FloatArray], n: int, step_s: float) -> list[FloatArray]:

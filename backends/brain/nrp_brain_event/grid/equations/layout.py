@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from nrp_brain_event.equations.expressions import DEFINITION, PARAMETER, STATE
 from nrp_brain_event.runge_kutta import NODES
+from nrp_core._support.arrays import CACHE_LINE
 from nrp_core.brain.network.equations.driven import columns, driven
 from nrp_core.brain.network.equations.linear import ONE, linear_part
 from nrp_core.brain.network.equations.model import EXACT, INPUT, Model
@@ -30,6 +31,7 @@ DRIVE: Final = "drive"
 INPUTS: Final = "in_"
 GAIN: Final = "gain_"
 _ELEMENT: Final = "element_"
+_IN_LINE: Final = CACHE_LINE // np.dtype(np.float64).itemsize
 _FEW: Final = 32
 """Cells that are searched at once for one that needs more than the others."""
 CHANGE: Final = "change"
@@ -64,6 +66,11 @@ def constants_of(model: Model) -> list[str]:
         *([CHANGE] if driven_by else []),
         *(name for factors in driven_by.values() for row in factors for name in row.values()),
     ]
+
+
+def length_of_row(n: int) -> int:
+    """Return the length of a row of values or constants of n cells, so that each begins at a cache line."""
+    return -(-n // _IN_LINE) * _IN_LINE
 
 
 class Course(NamedTuple):
@@ -149,8 +156,18 @@ def factors_of(model: Model) -> dict[str, Factors]:
 
 def product(elements: Mapping[str, str]) -> str:
     """Return the source of a row of a propagator times the state, the current and 1."""
-    parts = (f"{name} * {factor(key)}" if factor(key) else name for key, name in elements.items())
-    return " + ".join(parts)
+    return sum_of((name, factor(key)) for key, name in elements.items())
+
+
+def sum_of(products: Iterable[tuple[str, str]]) -> str:
+    """Return the source of a sum of products, in which nothing as a factor stands for 1."""
+    source = ""
+    for one, other in reversed(list(products)):
+        if not other:
+            source = f"{one} + {source}" if source else one
+        else:
+            source = f"fma({one}, {other}, {source})" if source else f"{one} * {other}"
+    return source
 
 
 def factor(column: str) -> str:

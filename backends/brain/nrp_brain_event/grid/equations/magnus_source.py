@@ -12,7 +12,15 @@ from collections.abc import Iterator
 from typing import Final
 
 from nrp_brain_event.equations.expressions import STATE
-from nrp_brain_event.grid.equations.layout import LIMITS, Course, elements_of, factor, factors_of, product
+from nrp_brain_event.grid.equations.layout import (
+    LIMITS,
+    Course,
+    elements_of,
+    factor,
+    factors_of,
+    product,
+    sum_of,
+)
 from nrp_core.brain.network.equations.model import Model
 
 MOST_CHANGE: Final = 0.1
@@ -29,8 +37,8 @@ def advanced(model: Model) -> Iterator[str]:
         yield f"a_1 = {product(factors.moment_a) or '0.0'}"
         yield f"b_0 = {product(factors.whole_b) or '0.0'}"
         yield f"b_1 = {product(factors.moment_b) or '0.0'}"
-        yield "b_0 = b_0 - (a_0 * b_1 - a_1 * b_0)"
-        yield f"y_{name} = {x} + (a_0 * {x} + b_0) / (1.0 + a_0 * (a_0 * {1.0 / 12.0!r} - 0.5))"
+        yield "b_0 = fma(-a_0, b_1, fma(a_1, b_0, b_0))"
+        yield f"y_{name} = {x} + fma(a_0, {x}, b_0) / fma(a_0, fma(a_0, {1.0 / 12.0!r}, -0.5), 1.0)"
         if model.variables[name].held:
             yield f"y_{name} = {x} if held else y_{name}"
 
@@ -40,9 +48,9 @@ def tested(model: Model) -> Iterator[str]:
     for name, factors in factors_of(model).items():
         least, slope, reach = (factors.bound[key] for key in LIMITS)
         sizes = {key: size for key, size in factors.bound.items() if key not in LIMITS}
-        total = " + ".join(f"{size} * abs({factor(key)})" for key, size in sizes.items()) or "0.0"
+        total = sum_of((size, f"abs({factor(key)})") for key, size in sizes.items()) or "0.0"
         yield f"near = {reach} if abs({STATE}{name}) > {reach} else abs({STATE}{name})"
-        yield f"done = done and {total} < {least} + {slope} * near"
+        yield f"done = done and {total} < fma({slope}, near, {least})"
 
 
 def bounded(model: Model) -> set[str]:

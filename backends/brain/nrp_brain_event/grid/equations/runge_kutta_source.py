@@ -28,6 +28,7 @@ from nrp_brain_event.grid.equations.layout import (
     product,
     propagated,
     searched,
+    sum_of,
 )  # fmt: skip
 from nrp_brain_event.grid.equations.tolerance import TOLERANCE, scale_of
 from nrp_brain_event.runge_kutta import ERROR, NODES, STAGES, WEIGHTS
@@ -274,7 +275,7 @@ def _tried(model: Model) -> Iterator[str]:
 def _stage(stage: int, length: str, model: Model, names: Iterable[str], of: str) -> Iterator[str]:
     """Yield a later stage of a sub-step, for variables; the last one is at its end."""
     for name in names:
-        yield f"y_{name} = {STATE}{name} + {length} * ({_sum(WEIGHTS[stage].tolist()[:stage], name)})"
+        yield f"y_{name} = fma({length}, {_sum(WEIGHTS[stage].tolist()[:stage], name)}, {STATE}{name})"
     yield from _slopes_of(stage + 1, f"t + {float(NODES[stage])!r} * {length}", "y_", model, names, of)
 
 
@@ -296,4 +297,4 @@ def _allowed(variable: Variable) -> str:
 
 
 def _sum(weights: Sequence[float], name: str) -> str:
-    return " + ".join(f"{weight!r} * k{j + 1}_{name}" for j, weight in enumerate(weights) if weight)
+    return sum_of((repr(weight), f"k{j + 1}_{name}") for j, weight in enumerate(weights) if weight)

@@ -10,7 +10,7 @@ vector instructions; what few cells do, as to fire, is a loop of its own. How a 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from re import findall
 from typing import Final
 
@@ -39,7 +39,7 @@ from nrp_core.brain.network.equations.model import EXACT, Model
 
 ARGUMENTS: Final = (
     ("values", "*float64"), ("constants", "*float64"), ("state", "*float64"), ("drive", "*float64"),
-    ("fired", "*int32"), ("first_value", "int64"), ("first_constant", "int64"), ("size", "int64"),
+    ("fired", "*int32"), ("first_value", "int64"), ("first_constant", "int64"), ("length", "int64"),
     ("first_row", "int64"), ("a", "int64"), ("b", "int64"), ("n_rows", "int64"), ("n_fired", "int64"),
     ("step", "int64"), ("h", "float64"),
 )  # fmt: skip
@@ -66,11 +66,11 @@ def kernel_source(model: Model, *, equal: bool, driven: bool = False) -> str:
     exact, load, arrays = model.method == EXACT, list(loaded(model, equal=equal)), _arrays(model, equal=equal)
     functions = {"move": [*_moving(model, load, driven=driven)]}
     if not exact:
-        ended = [*_arrived(model), *stored(kept(model))]
-        if not _searched(model, driven=driven):
+        ended = [*_arrived(model), *stored(kept(model)), *_refused(model)]
+        if not _searched(model):
             ended += [*_tested(model), *_fired(model)]
         functions["divide"] = [*runge_kutta_source.divide(model, load, ended)]
-    if _searched(model, driven=driven):
+    if _searched(model):
         functions["fire"] = [*_firing(model, load)]
     if model.recorded:
         functions["note"] = [*_noting(model, load)]
@@ -88,21 +88,24 @@ def _advance(functions: Iterable[str], names: Sequence[str], arrays: Mapping[str
     yield f"    n = min({_BLOCK}, b - first)"
     yield from (f"    {name} = {value}" for name, value in arrays.items())
     given = ", ".join(names).replace("first_row", "first_row + first")
-    yield f"    if move({given}):"
+    yield f"    due = move({given})"
+    yield "    if due < 0:"
+    yield "        return due - first"
+    yield "    if due:"
     for name in ("divide", "fire"):
         if name in functions:
             yield f"        n_fired = {name}({given})"
-            yield "        if n_fired < 0:"
-            yield "            return n_fired - first"
+    if "divide" in functions:
+        yield "        if n_fired < 0:"
+        yield "            return n_fired - first"
     if "note" in functions:
         yield f"    note({given})"
     yield "return n_fired"
 
 
-def _searched(model: Model, *, driven: bool) -> bool:
-    """Return whether cells may fire, or be not finite, whose step is not divided."""
-    again = model.method == EXACT or tested_again(model)
-    return again or not (driven and bounded(model).issuperset(model.variables))
+def _searched(model: Model) -> bool:
+    """Return whether cells may fire whose step is not divided."""
+    return model.method == EXACT or tested_again(model)
 
 
 def _arrays(model: Model, *, equal: bool) -> dict[str, str]:
@@ -113,12 +116,12 @@ def _arrays(model: Model, *, equal: bool) -> dict[str, str]:
 
     found = {every(DRIVE): cells("drive", "first_row")}
     for k, name in enumerate(values_of(model)):
-        found[every(name)] = cells("values", f"first_value + {k} * size")
+        found[every(name)] = cells("values", f"first_value + {k} * length")
     for receptor in model.receptors:
         line = X + model.receptor_number(receptor)
         found[every(INPUTS + receptor)] = cells("state", f"{line} * n_rows + first_row")
     for k, name in enumerate(constants_of(model)):
-        place = f"first_constant + {k} * size"
+        place = f"first_constant + {k} * length"
         found |= {name: f"constants[{place}]"} if equal else {every(name): cells("constants", place)}
     return found
 
@@ -128,16 +131,21 @@ def _moving(model: Model, load: Sequence[str], *, driven: bool) -> Iterator[str]
     exact = model.method == EXACT
     only = "" if exact else "done"
     names = exact_source.changed(model) if exact else changed(model, driven=driven)
-    yield "due = False"
+    yield "due, lost = False, False"
     yield "for i in range(n):"
     yield from indented(load)
     yield from indented(exact_source.advanced(model) if exact else attempted(model, driven=driven))
     yield from indented([*_arrived(model, only), *stored(names)])
-    again = exact or tested_again(model)
-    yield from indented(_tested(model) if again else _finite(model, driven=driven))
-    conditions = ["not finite", *(["met"] if again else []), *([] if exact else ["not done"])]
-    yield f"    due |= {' or '.join(conditions)}"
-    yield "return due"
+    again = _searched(model)
+    yield from indented(_tested(model) if again else [])
+    yield f"    due |= {' or '.join([*(['met'] if again else []), *([] if exact else ['not done'])])}"
+    finite = _finite(model, bounded(model) if driven else ())
+    if finite:
+        yield f"    lost |= not {finite}"
+    yield "if lost:"
+    yield "    for i in range(n):"
+    yield from indented(indented([*load, *_refused(model)]))
+    yield "return int(due)"
 
 
 def _arrived(model: Model, only: str = "") -> Iterator[str]:
@@ -151,42 +159,47 @@ def _arrived(model: Model, only: str = "") -> Iterator[str]:
         arrived = f"{every(INPUTS + receptor)}[i]"
         is_lost = model.variables[effect.variable].held and not effect.always
         condition = " and ".join([*(["not held"] if is_lost else []), *([only] if only else [])])
-        more = f"{GAIN}{receptor} * {arrived}" + (f" if {condition} else 0.0" if condition else "")
-        yield f"{STATE}{effect.variable} += {more}"
+        variable = STATE + effect.variable
+        more = f"fma({GAIN}{receptor}, {arrived}, {variable})"
+        yield f"{variable} = {more}" + (f" if {condition} else {variable}" if condition else "")
         yield f"{arrived} = 0.0" + (f" if {only} else {arrived}" if only else "")
 
 
 def _tested(model: Model) -> Iterator[str]:
-    """Yield the lines that find whether a cell meets its threshold, and whether its state is finite."""
+    """Yield the lines that find whether a cell meets its threshold."""
     yield "t = step * h"
     if model.is_random:
         yield f"{RANDOM} = uniform_at({STREAM}, step)"
         yield f"{STEP} = h"
     yield from needed([model.threshold], model)
     yield f"met = not held and not spiked and ({source_of(model.threshold, model)})"
-    yield from _finite(model, driven=False)
 
 
-def _finite(model: Model, *, driven: bool) -> Iterator[str]:
-    """Yield the line that finds whether the state is finite, as far as no other line does."""
-    known = bounded(model) if driven else ()
+def _finite(model: Model, known: Container[str] = ()) -> str:
+    """Return the condition that the state is finite, without variables that are known to be."""
     names = [STATE + name for name in model.variables if name not in known]
-    yield f"finite = abs({' + '.join(names)}) < inf" if names else "finite = True"
+    return f"abs({' + '.join(names)}) < inf" if names else ""
+
+
+def _refused(model: Model) -> Iterator[str]:
+    """Yield the lines that end a kernel if the state of a cell is not finite."""
+    if finite := _finite(model):
+        yield f"if not {finite}:"
+        yield "    return -1 - i"
 
 
 def _firing(model: Model, load: Sequence[str]) -> Iterator[str]:
     """Yield the lines that find the cells that fire, and reset them."""
     method = exact_source if model.method == EXACT else runge_kutta_source
-    test = [*load, *method.regime(model), *_tested(model)]
-    yield from searched([*test, "due |= met or spiked or not finite"], [*test, *_fired(model)])
+    begun = [*load, *method.regime(model)]
+    met = [*begun, *_tested(model), "due |= met or spiked"]
+    yield from searched(met, [*begun, *_tested(model), *_fired(model)])
     yield "return n_fired"
 
 
 def _fired(model: Model) -> Iterator[str]:
-    """Yield the lines by which a cell fires that is tested; a cell that is not finite ends them."""
+    """Yield the lines by which a cell fires that is tested."""
     method = exact_source if model.method == EXACT else runge_kutta_source
-    yield "if not finite:"
-    yield "    return -1 - i"
     yield "if met:"
     yield from indented([*method.fire(model), *stored(kept(model))])
     yield "if met or spiked:"
