@@ -174,6 +174,7 @@ def _keep(
         built.node_of = lambda neuron: nodes[neuron]
     recorded = _recorded_by_nest(kernel, made) if kernel.groups else _recorded_by_pynn(sim)
     built.recorded = [np.array(sorted(cells), dtype=np.int64) for cells in recorded if cells]
+    built.recorded_states = [] if kernel.groups else _states_recorded_by_pynn(sim)
 
 
 def _recorded_by_nest(kernel: Kernel, made: Conversion) -> list[list[int]]:
@@ -188,6 +189,16 @@ def _recorded_by_pynn(sim: ModuleType) -> list[list[int]]:
     return [
         [int(cell) for what, cells in recorded.items() if what.name == "spikes" for cell in cells]
         for recorded in recorders
+    ]
+
+
+def _states_recorded_by_pynn(sim: ModuleType) -> list[tuple[str, IntArray]]:
+    """Return the state variables that are recorded, each with cells of one population."""
+    return [
+        (what.name, np.array(sorted(map(int, cells)), dtype=np.int64))
+        for population in sim.state.populations
+        for what, cells in population.recorder.recorded.items()
+        if what.name != "spikes" and cells
     ]
 
 

@@ -20,6 +20,7 @@ from nrp_core.dsl.selection.selectors import evaluate
 from nrp_core.findings import Code
 from nrp_legacy.brain_root import Brain
 from nrp_legacy.devices import device_kinds, in_our_units, recovering_at_once
+from nrp_legacy.live.cells import Cells
 from nrp_legacy.notes import Notes
 from nrp_legacy.shims.graph import absolute, log
 from nrp_legacy.shims.modules import OpenMessage, module
@@ -138,6 +139,11 @@ class SameVariable(Variable):
             super().reset()
 
 
+def _holds_cells(value: Any) -> bool:
+    """Return whether a value has cells of the running brain, whose methods a function may call."""
+    return isinstance(value, Cells) or (isinstance(value, (list, tuple)) and any(map(_holds_cells, value)))
+
+
 def _is_of_users(value: Any) -> bool:
     return type(value).__module__.partition(".")[0] not in ("builtins", "numpy", "collections", "nrp_core")
 
@@ -181,7 +187,8 @@ def framework(
 
     class MapVariable(dsl.MapVariable):
         def _do_bind(self, binding: Binding) -> Variable:
-            initial = evaluate(self.initial_value, binding.root)
+            given = self.initial_value
+            initial = given if _holds_cells(given) else evaluate(given, binding.root)
             shared = {} if self.global_key is None else binding.variables
             name = self.global_key or self.parameter
             variable: Variable = shared.setdefault(name, SameVariable(name))

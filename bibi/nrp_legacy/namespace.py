@@ -47,7 +47,10 @@ _FILES_OF_STATES = (
     "WarningState",
 )  # fmt: skip
 """The files in which the platform defined its states; some machines import from them."""
-_INCOMPLETE = ("rospy", "smach", "smach_ros", _STATES, "tf", "future.utils")
+_INCOMPLETE = (
+    "rospy", "smach", "smach_ros", _STATES, "tf", "future.utils", "hbp_nrp_cle.brainsim",
+    "python_cle.brainsim",
+)  # fmt: skip
 """Modules that are implemented only as far as experiments are known to use them."""
 
 

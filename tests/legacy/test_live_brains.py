@@ -223,6 +223,35 @@ def test_spikes_under_a_constant_current_come_when_the_equation_says(played: Pla
     assert len(times) == run.result().spikes["cells"] == int((500.0 - times[0]) / period_ms) + 1
 
 
+READ_OUT = """
+from hbp_nrp_cle.brainsim import simulator as sim
+sim.setup(timestep=0.1)
+circuit = sim.Population(2, sim.IF_curr_exp())
+outputs = [sim.Population(1, sim.IF_curr_exp(i_offset=0.1 * i, v_thresh=0.0)) for i in range(3)]
+for output in outputs:
+    output.record('v')
+"""
+READING_OUT = """
+from hbp_nrp_cle.brainsim import simulator as sim
+@nrp.MapVariable("outputs", initial_value=nrp.config.brain_root.outputs)
+@nrp.MapVariable("read", initial_value=[])
+@nrp.Neuron2Robot()
+def function(t, outputs, read):
+    signals = [output.get_data(clear=True).segments[-1].analogsignalarrays[0] for output in outputs.value]
+    read.value.append([t, len(signals[0])] + [float(signal[-1]) for signal in signals])
+"""
+
+
+def test_functions_read_voltages_that_the_brain_file_records(played: Played) -> None:
+    run = played(READ_OUT, READING_OUT, until_s=0.1)
+    rows = np.array(run.loop.functions[0].adapters["read"].value)  # type: ignore[attr-defined]
+    # 20 ms at 0.1 ms each, because the data are cleared, and the value at time 0
+    assert rows[:, 1].tolist() == [201, 200, 200, 200, 200]
+    # i nA / 10 into 1 nF that leaks with 20 ms: towards 2 mV i above the resting potential of -65 mV
+    expected = -65.0 + np.outer(1.0 - np.exp(-np.arange(1, 6)), 2.0 * np.arange(3))
+    assert rows[:, 2:] == pytest.approx(expected, abs=1e-6)
+
+
 KEPT = """
 from collections import namedtuple
 import os, sys

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from itertools import islice
 from types import ModuleType
 from typing import Any
 
@@ -11,12 +12,16 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort
+from nrp_core.brain.devices.state_recorder import StateRecorder, StateRecorderPort
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.spikes import Spikes
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import LifecycleError
 from nrp_core.experiment.running.run import Run
+
+_STEP_MS = 0.1
+"""The time step of a script that sets none, as in PyNN."""
 
 
 class BuiltBrain:
@@ -27,6 +32,7 @@ class BuiltBrain:
         variables: variables of the file, with running cells and synapses.
         show: returns the value of a variable for transfer functions, by its value and name.
         recorded: neurons whose spikes the file records.
+        recorded_states: state variables that the file records, each with neurons.
         node_of: returns the number of a neuron's node in NEST.
         nest: the module ``nest`` for this network.
         import_path: ``sys.path`` for the code of the experiment.
@@ -38,6 +44,7 @@ class BuiltBrain:
         self.variables: Mapping[str, Any] = {}
         self.show: Callable[[Any, str], Any] = lambda value, _name: value
         self.recorded: list[IntArray] = []
+        self.recorded_states: list[tuple[str, IntArray]] = []
         self.node_of: Callable[[int], int] = lambda neuron: neuron + 1
         self.nest: ModuleType | None = None
         self.import_path = list(sys.path)
@@ -45,6 +52,7 @@ class BuiltBrain:
         self._run: Run | None = None
         self._parameters: dict[str, FloatArray] = {}
         self._recorders: list[SpikeRecorderPort] = []
+        self._states: list[StateRecorderPort] = []
 
     def __reduce__(self) -> tuple[type[BuiltBrain], tuple[()]]:
         """Return the pickled form, which is empty because other processes have no code of it."""
@@ -58,8 +66,11 @@ class BuiltBrain:
         """Connect to a run."""
         self.network, self._run = run.brain.network, run
         self._recorders.clear()
+        self._states.clear()
         for cells in self.recorded:
             self.record(cells)
+        for variable, cells in self.recorded_states:
+            self.record_state(variable, cells)
         run.loop.hooks.after_reset.append(lambda _loop: self._parameters.clear())
         for begin in self.on_begin:
             begin(run)
@@ -138,6 +149,34 @@ class BuiltBrain:
         spikes = port.spikes()
         chosen = np.isin(spikes.neurons, ids)
         return Spikes(spikes.neurons[chosen], spikes.times_ms[chosen])
+
+    def record_state(self, variable: str, ids: IntArray) -> None:
+        """Record a state variable of neurons at each time step of the script, if the brain can read it."""
+        if variable not in self.brain.capabilities.state_variables or any(self._covering(variable, ids)):
+            return
+        spec = StateRecorder(variable, dt=self.network.timestep_ms or _STEP_MS)
+        name = f"brain/recorded/{variable}/{len(self._states)}"
+        port = self.brain.add_sink(spec, ids, name=name)
+        assert isinstance(port, StateRecorderPort)
+        self._states.append(port)
+
+    def states(self, ids: IntArray) -> Iterator[tuple[str, FloatArray, FloatArray]]:
+        """Yield each recorded variable of neurons: its name, times (ms), and values, ``(n, n_ids)``."""
+        for variable in dict.fromkeys(port.variable for port in self._states):
+            for port in islice(self._covering(variable, ids), 1):
+                times_ms, values = port.samples()
+                yield variable, times_ms, values[:, np.searchsorted(port.neurons, ids)]
+
+    def _covering(self, variable: str, ids: IntArray) -> Iterator[StateRecorderPort]:
+        """Yield the recorders of a variable that have all these neurons, in order."""
+        ports = (port for port in self._states if port.variable == variable)
+        return (port for port in ports if np.isin(ids, port.neurons).all())
+
+    def clear(self, ids: IntArray) -> None:
+        """Forget what was recorded of neurons alone."""
+        for port in (*self._recorders, *self._states):
+            if np.isin(port.neurons, ids).all():
+                port.reset()
 
 
 def built_of(network: Network) -> BuiltBrain:

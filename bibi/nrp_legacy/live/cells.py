@@ -12,6 +12,7 @@ from nrp_core.dsl.selection.selection import Selection
 from nrp_core.dsl.selection.selectors import Selector
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_legacy.live.built import BuiltBrain
+from nrp_legacy.live.recorded import block_of
 
 _OWN = frozenset({"_find", "_text", "_built", "_ids"})
 
@@ -136,9 +137,12 @@ class Cells(Selector):
     # -- spikes
 
     def record(self, variables: Any = "spikes", *_where: Any, **_how: Any) -> None:
-        """Record their spikes from now on."""
-        if "spikes" in variables:
-            self._built.record(self._ids)
+        """Record their spikes, and state variables, from now on."""
+        for variable in [variables] if isinstance(variables, str) else variables or ():
+            if variable == "spikes":
+                self._built.record(self._ids)
+            else:
+                self._built.record_state(variable, self._ids)
 
     def getSpikes(self, *_how: Any, **_options: Any) -> FloatArray:  # noqa: N802 - PyNN 0.7
         """Return the spikes so far, shape ``(n, 2)``: index of the cell, time (ms)."""
@@ -147,19 +151,19 @@ class Cells(Selector):
         places = order[np.searchsorted(self._ids, spikes.neurons, sorter=order)]
         return np.column_stack([places.astype(float), spikes.times_ms])
 
-    def get_data(self, variables: Any = "all", *_how: Any, **_options: Any) -> Any:
-        """Return the spikes so far as a Neo block, one train per cell."""
-        import neo
+    def get_data(
+        self, variables: Any = "all", _gather: bool = True, clear: bool = False, **_options: Any
+    ) -> Any:
+        """Return the spikes and recorded state variables so far as a Neo block, one train per cell.
 
-        rows, now_ms = self.getSpikes(), self._built.now_ms
-        segment = neo.Segment()
-        for i, cell in enumerate(self._ids.tolist()):
-            times = np.minimum(rows[rows[:, 0] == i, 1], now_ms)
-            segment.spiketrains.append(
-                neo.SpikeTrain(times, t_stop=now_ms, units="ms", source_id=cell, source_index=i)
-            )
-        block = neo.Block(name=self._text)
-        block.segments.append(segment)
+        Args:
+            variables: accepted.
+            clear: whether they are forgotten then.
+        """
+        states = list(self._built.states(self._ids))
+        block = block_of(self._text, self._ids.tolist(), self.getSpikes(), states, self._built.now_ms)
+        if clear:
+            self._built.clear(self._ids)
         return block
 
     def get_spike_counts(self, *_how: Any, **_options: Any) -> dict[int, int]:
