@@ -108,7 +108,7 @@ class FunctionBody(Expressions):
 
     def _do_if(self, node: ast.If) -> None:
         self.shape(node.test)
-        asks = any(isinstance(one, ast.Name) and one.id in _ASKS for one in ast.walk(node.test))
+        asks = any(map(_asks, ast.walk(node.test)))
         self._guards += asks
         before = dict(self.names)
         self._walk(node.body)
@@ -185,6 +185,16 @@ class FunctionBody(Expressions):
 
     def _do_classdef(self, node: ast.ClassDef) -> None:
         self.names[node.name] = UNKNOWN
+
+
+def _asks(node: ast.AST) -> bool:
+    """Return whether code asks for the kind of a value: ``isinstance(value, type(None))`` asks for none."""
+    match node:
+        case ast.Call(ast.Name("isinstance"), [_, ast.Call(ast.Name("type"), [ast.Constant(None)])]):
+            return False
+        case ast.Call(ast.Name(name)):
+            return name in _ASKS
+    return False
 
 
 def _is_scalar(shape: Shape) -> bool:

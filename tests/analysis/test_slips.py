@@ -72,7 +72,7 @@ def see(t, camera, joints, states, eye, left, cells, rec, count, total, rows):
     eye.rate += state.position[state.name.index("left_wheel")]  # NRP332 has no joint 'left_wheel'
     if "front_left_weel" in joints.value.name:  # NRP332 did you mean 'front_left_joint'?
         eye.rate = 8.0
-    yaw = states.value.pose[0].orientation.z  # NRP233 is part of a quaternion, not an angle
+    yaw = states.value.pose[-1].orientation.z  # NRP233 is part of a quaternion, not an angle
     eye.rate += yaw
 
 
@@ -245,7 +245,7 @@ def see(t, camera, joints, states, eye, left, cells, rec, count, total, gain, ro
     state = joints.value
     if state is not None and "front_left_joint" in state.name:
         eye.rate += state.position[state.name.index("front_left_joint")]
-    q = states.value.pose[0].orientation
+    q = states.value.pose[-1].orientation
     yaw = 2 * math.atan2(q.z, q.w)
     for one in cells.voltage:
         if one > yaw:
@@ -263,7 +263,7 @@ def see(t, camera, joints, states, eye, left, cells, rec, count, total, gain, ro
 @nrp.MapVariable("mood", initial_value=0, scope=nrp.GLOBAL)
 @nrp.Robot2Neuron()
 def decide(t, states, last, mood):
-    states.value.pose[0].position.x = t
+    states.value.pose[-1].position.x = t
     last.value = states.value
     mood.value = t
 

@@ -1,4 +1,4 @@
-"""Angles in degrees and radians, and the parts of quaternions."""
+"""Angles in degrees and radians."""
 
 from __future__ import annotations
 
@@ -27,20 +27,16 @@ from nrp_core.world.rigid.pose import ROUNDED_TURN_RAD
 _OF_ANGLES: Final[tuple[Any, ...]] = (sin, cos, tan, np.sin, np.cos, np.tan)
 _TO_DEGREES: Final = ("degrees", "rad2deg")
 _FROM_DEGREES: Final = ("radians", "deg2rad")
-_TURNING: Final = ("sin", "cos", "tan")
-_NAMES_OF_ANGLES: Final = {f"{module}.{name}" for module in ("math", "numpy") for name in _TURNING}
-_ARCS: Final = ("atan2", "arctan2")
-_INVERSE: Final = (*_ARCS, "atan", "asin", "acos", "arctan", "arcsin", "arccos")
+CONVERSIONS: Final = (*_TO_DEGREES, *_FROM_DEGREES)
+TURNING: Final = ("sin", "cos", "tan")
+_NAMES_OF_ANGLES: Final = {f"{module}.{name}" for module in ("math", "numpy") for name in TURNING}
+ARCS: Final = ("atan2", "arctan2")
+_INVERSE: Final = (*ARCS, "atan", "asin", "acos", "arctan", "arcsin", "arccos")
 _ANGLES: Final = ("angle_min", "angle_max", "angle_increment")
 """Fields of messages of lasers."""
 _ROUNDED: Final = 0.05
 """How far 57.3 may be rounded, and:"""
 _NEARLY: Final = 2e-3
-_ORDERS: Final = {
-    "euler_from_quaternion": "xyzw", "quaternion_matrix": "xyzw", "from_quat": "xyzw", "quat2euler": "wxyz",
-    "quat2mat": "wxyz",
-}  # fmt: skip
-"""Functions of tf, SciPy and transforms3d, and the order in which they take a quaternion."""
 
 
 @checks_experiment(Code.NRP249)
@@ -210,10 +206,11 @@ def angles_stay_in_radians(function: Examined) -> Iterator[Finding]:
                         yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
             case ast.Call(func, [angle], []):
                 name = last_name(func)
-                if name in _FROM_DEGREES and _is_angle(angle, made):
-                    message = f"'{excerpt(node)}' takes an angle in radians as degrees"
+                if name in _FROM_DEGREES and (_is_angle(angle, made) or _is_turn_rate(angle)):
+                    what = "a turn rate in rad/s" if _is_turn_rate(angle) else "an angle in radians"
+                    message = f"'{excerpt(node)}' takes {what} as degrees"
                     yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
-                elif name in _TURNING and _counts(angle, made):
+                elif name in TURNING and _counts(angle, made):
                     message = f"'{excerpt(node)}' takes 0, 1, 2, ... as radians; is np.deg2rad meant?"
                     yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
 
@@ -258,6 +255,14 @@ def _is_angle(value: ast.expr, made: Mapping[str, ast.expr]) -> bool:
     return False
 
 
+def _is_turn_rate(value: ast.expr) -> bool:
+    """Return whether a value is a turn rate of a message, which is in rad/s."""
+    match value:
+        case ast.Attribute(ast.Attribute(_, "angular_velocity" | "angular"), "x" | "y" | "z"):
+            return True
+    return False
+
+
 def _counts(value: ast.expr, made: Mapping[str, ast.expr]) -> bool:
     """Return whether a value is a row of whole numbers with a step of 1."""
     match value:
@@ -273,30 +278,6 @@ def _counts(value: ast.expr, made: Mapping[str, ast.expr]) -> bool:
 
 
 @checks_function(Code.NRP249)
-def quaternions_are_read_in_order(function: Examined) -> Iterator[Finding]:
-    """Look for parts of quaternions in the order of another library, and for their angle upside down."""
-    own = {one.name for one in function.declared.source.tree.body if isinstance(one, ast.FunctionDef)}
-    for node in own_nodes(function.declared.node.body):
-        if not isinstance(node, ast.Call):
-            continue
-        name = last_name(node.func)
-        match node.args:
-            case [ast.Attribute(_, "w"), ast.Attribute(_, "x" | "y" | "z" as part)] if name in _ARCS:
-                message = f"'{excerpt(node)}': half the angle is {name}({part}, w), in this order"
-                yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
-            case [ast.List(parts) | ast.Tuple(parts), *_] if (
-                name in _ORDERS.keys() - own and not node.keywords
-            ):
-                order = "".join(one.attr for one in parts if isinstance(one, ast.Attribute))
-                if sorted(order) == sorted(_ORDERS[name]) and order != _ORDERS[name]:
-                    message = (
-                        f"'{excerpt(node)}' takes the parts as {', '.join(_ORDERS[name])}, and they "
-                        f"are given as {', '.join(order)}"
-                    )
-                    yield function.declared.finding(Code.NRP249, node, message, Level.WARNING)
-
-
-@checks_function(Code.NRP249)
 def angles_of_vectors_take_y_first(function: Examined) -> Iterator[Finding]:
     """Look for ``atan2(x, y)`` of one vector; ``pi/2 - atan2(x, y)`` and ``atan2(-x, y)`` are right."""
     from_north = {
@@ -305,7 +286,7 @@ def angles_of_vectors_take_y_first(function: Examined) -> Iterator[Finding]:
     }  # fmt: skip
     for node in own_nodes(function.declared.node.body):
         match node:
-            case ast.Call(func, [one, other], []) if last_name(func) in _ARCS and id(node) not in from_north:
+            case ast.Call(func, [one, other], []) if last_name(func) in ARCS and id(node) not in from_north:
                 x, y = _axis(one), _axis(other)
                 if x and y and x[-1:] == "x" and y == x[:-1] + "y":
                     name = last_name(func)

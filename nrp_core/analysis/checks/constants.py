@@ -18,6 +18,7 @@ from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.std_msgs import Float64
 
 _LARGER: Final = frozenset({"np.maximum", "numpy.maximum", "np.fmax", "numpy.fmax"})
+_SMALLER: Final = frozenset({"np.minimum", "numpy.minimum", "np.fmin", "numpy.fmin"})
 _CLIPS: Final = frozenset({"np.clip", "numpy.clip"})
 
 
@@ -126,6 +127,9 @@ def _ignored(node: ast.AST) -> str:
         case ast.Call(func, [ast.Attribute(one, "ranges"), ast.Attribute(other, "range_max")], []):
             if ast.unparse(func) in _LARGER and ast.dump(one) == ast.dump(other):
                 return f"'{text}' is never below the largest range: is the minimum meant?"
+        case ast.Call(func, [ast.Attribute(one, "ranges"), ast.Attribute(other, "range_min")], []):
+            if ast.unparse(func) in _SMALLER and ast.dump(one) == ast.dump(other):
+                return f"'{text}' is never above the smallest range: is 'range_max' meant?"
     return ""
 
 

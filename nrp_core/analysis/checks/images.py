@@ -1,4 +1,4 @@
-"""Bounds of colours with which no pixel is found."""
+"""Bounds of colours with which no pixel is found, and places in images that are read the wrong way round."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from nrp_core._support.dotted import last_name
 from nrp_core.analysis.events import Call
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Known
@@ -22,6 +23,7 @@ _ARITHMETIC: Final = {
 }  # fmt: skip
 _COPIES: Final = ("array", "asarray", "list", "tuple")
 """Functions that return the numbers they are given."""
+_LARGEST_BYTE: Final = 255
 
 
 @checks_function(Code.NRP320)
@@ -39,6 +41,61 @@ def colors_can_be_found(function: Examined) -> Iterator[Finding]:
                 if wrong:
                     message = f"no colour is found: {wrong}"
                     yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP320)
+def bounds_of_bytes_can_be_met(function: Examined) -> Iterator[Finding]:
+    """Look for bounds of ``cv2.inRange`` that exclude all bytes, or that no byte reaches."""
+    for node in own_nodes(function.declared.node.body):
+        match node:
+            case ast.Call(func, [_, low, high], []) if last_name(func) == "inRange":
+                lower, upper = _numbers(function, low), _numbers(function, high)
+                if not (_is_triple(lower) and _is_triple(upper) and len(lower) == len(upper)):
+                    continue
+                wrong = next((f"{one:g} is above {other:g}" for one, other in zip(lower, upper, strict=True)
+                              if one > other), "")  # fmt: skip
+                if wrong:
+                    message = f"no colour is found: the lower bound {wrong}, the upper one"
+                elif max(upper) > _LARGEST_BYTE:
+                    message = f"{max(upper):g} bounds nothing: bytes end at 255, and a hue of OpenCV at 179"
+                else:
+                    continue
+                yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP331)
+def centroids_have_columns_first(function: Examined) -> Iterator[Finding]:
+    """Look for differences of the column of a centroid and a height, and of its row and a width."""
+    found = {
+        event.node for event in function.events
+        if isinstance(event, Call) and event.callee == Known(find_centroid_hsv)
+    }  # fmt: skip
+    nodes = list(own_nodes(function.declared.node.body))
+    names = {
+        target.id
+        for node in nodes
+        if isinstance(node, ast.Assign) and node.value in found
+        for target in node.targets
+        if isinstance(target, ast.Name)
+    }
+    for node in nodes if names else ():
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub):
+            parts = [_part(one, names) for one in (node.left, node.right)]
+            if parts in (["height", "column"], ["column", "height"], ["width", "row"], ["row", "width"]):
+                message = f"'{excerpt(node)}' mixes {parts[0]} and {parts[1]}: a centroid is (column, row)"
+                yield function.declared.finding(Code.NRP331, node, message, Level.WARNING)
+
+
+def _part(node: ast.expr, centroids: set[str]) -> str:
+    """Return which length of an image, or which part of a centroid, a term is; empty for others."""
+    match node:
+        case ast.Subscript(ast.Name(name), ast.Constant(0 | 1 as index)) if name in centroids:
+            return "row" if index else "column"
+        case ast.Attribute(_, "width" | "height" as name):
+            return name
+        case ast.BinOp(inner, ast.Div() | ast.FloorDiv(), ast.Constant()):
+            return _part(inner, centroids)
+    return ""
 
 
 def _numbers(function: Examined, node: ast.expr) -> Any:

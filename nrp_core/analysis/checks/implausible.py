@@ -7,16 +7,17 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 from nrp_core.analysis.checks.sources import CURRENTS
-from nrp_core.analysis.events import Write
+from nrp_core.analysis.events import Read, Write
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.scopes import own_nodes
-from nrp_core.analysis.shapes import Known
+from nrp_core.analysis.shapes import Instance, Known
 from nrp_core.analysis.study import Examined
 from nrp_core.clock import milliseconds, seconds
 from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.dsl.devices.kinds import fixed_frequency
 from nrp_core.dsl.functions.mappings import MapSpikeSink, MapSpikeSource
+from nrp_core.dsl.tf_lib.vision import RedShares
 from nrp_core.experiment.making.doubtful_mappings import too_strong_source
 from nrp_core.findings import Code, Finding, Level
 
@@ -115,6 +116,26 @@ def rates_make_spikes(function: Examined) -> Iterator[Finding]:
                         "is it meant in kHz?"
                     )
                     yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP248)
+def rates_are_more_than_shares(function: Examined) -> Iterator[Finding]:
+    """Look for rates that are a share of an image, which is at most 1 Hz."""
+    shares = {
+        id(event.node) for event in function.events
+        if isinstance(event, Read) and event.owner == Instance(RedShares)
+    }  # fmt: skip
+    rates = {id(one.node) for one in function.events if isinstance(one, Write) and one.name == "rate"}
+    for node in own_nodes(function.declared.node.body):
+        match node:
+            case ast.Assign([target], ast.Attribute() as share) if (
+                id(share) in shares and id(target) in rates
+            ):
+                message = (
+                    f"'{ast.unparse(share)}' is a share from 0 to 1, so the rate is at most 1 Hz; "
+                    "is it meant in kHz?"
+                )
+                yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
 
 
 def _owners(events: list[Write]) -> list[Any]:

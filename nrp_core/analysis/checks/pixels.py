@@ -35,13 +35,8 @@ def images_have_rows_of_columns(function: Examined) -> Iterator[Finding]:
 @checks_function(Code.NRP331)
 def colours_keep_their_order(function: Examined) -> Iterator[Finding]:
     """Look for conversions of pixels as BGR that are RGB, as those of all cameras, and vice versa."""
-    nodes = list(own_nodes(function.declared.node.body))
     orders: dict[str, str] = {}
-    for step in sorted((one for one in nodes if isinstance(one, ast.Assign)), key=lambda one: one.lineno):
-        for target in step.targets:
-            if isinstance(target, ast.Name):
-                orders[target.id] = _order(step.value, orders)
-    for node in nodes:
+    for node in sorted(own_nodes(function.declared.node.body), key=_end):
         match node:
             case ast.Call(ast.Attribute(_, "cvtColor"), [image, ast.Attribute(_, code), *_]):
                 taken, is_, _ = code.removeprefix("COLOR_").partition("2")
@@ -52,6 +47,14 @@ def colours_keep_their_order(function: Examined) -> Iterator[Finding]:
                         f"and blue are exchanged; write COLOR_{given}2..."
                     )
                     yield function.declared.finding(Code.NRP331, node, message, Level.WARNING)
+            case ast.Assign(targets, value):
+                orders |= {one.id: _order(value, orders) for one in targets if isinstance(one, ast.Name)}
+
+
+def _end(node: ast.AST) -> tuple[int, int, bool]:
+    """Return where a piece of code ends; a statement comes after the expressions in it."""
+    line, column = getattr(node, "end_lineno", 0), getattr(node, "end_col_offset", 0)
+    return line, column, isinstance(node, ast.stmt)
 
 
 def _order(value: ast.expr, orders: Mapping[str, str]) -> str:

@@ -7,13 +7,16 @@ from collections.abc import Iterator, Mapping
 from typing import Final
 
 from nrp_core.analysis.declared import found_in
+from nrp_core.analysis.events import Read
 from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_experiment, checks_function
 from nrp_core.analysis.scopes import own_nodes
+from nrp_core.analysis.shapes import Instance
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.dsl.functions.mappings import MapRobotSubscriber
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.messages.gazebo_msgs import ModelStates
 
 _CHANGING: Final = (
     "sort",
@@ -28,7 +31,6 @@ _CHANGING: Final = (
     "resize",
 )
 """Methods that change a list or an array in place."""
-_ANGLES: Final = ("yaw", "heading", "theta", "angle", "roll", "pitch")
 
 
 @checks_function(Code.NRP300)
@@ -88,6 +90,29 @@ def joints_of_messages_exist(study: Study) -> Iterator[Finding]:
                         yield function.declared.finding(Code.NRP332, node, message, Level.WARNING)
 
 
+@checks_experiment(Code.NRP320)
+def places_in_states_are_of_moving_models(study: Study) -> Iterator[Finding]:
+    """Look for the state of a model by its place in a message, where a model is that never moves."""
+    if study.scene is None or not study.is_complete:
+        return
+    models = study.scene.models
+    for function in study.examined:
+        read = {id(one.node) for one in function.events if isinstance(one, Read) and _is_of_states(one)}
+        for node in own_nodes(function.declared.node.body):
+            match node:
+                case ast.Subscript(part, ast.Constant(int() as index)) if id(part) in read:
+                    if index < len(models) and models[index].static:
+                        message = (
+                            f"'{excerpt(node)}' is that of '{models[index].name}', which is static; "
+                            "msg.name.index('...') gives the place of a model"
+                        )
+                        yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
+
+
+def _is_of_states(read: Read) -> bool:
+    return read.owner == Instance(ModelStates) and read.name in ("pose", "twist")
+
+
 @checks_experiment(Code.NRP300)
 def preprocessed_messages_are_returned(study: Study) -> Iterator[Finding]:
     """Look for functions of preprocessed topics that return nothing, so that ``value`` is None."""
@@ -104,23 +129,6 @@ def preprocessed_messages_are_returned(study: Study) -> Iterator[Finding]:
                             f"'{name}' returns nothing, and its result is the message: it is always None"
                         )
                         yield found_in(source, Code.NRP300, node, message, Level.WARNING)
-
-
-@checks_function(Code.NRP233)
-def parts_of_quaternions_are_no_angles(function: Examined) -> Iterator[Finding]:
-    """Look for a component of an orientation that is kept as an angle."""
-    for node in own_nodes(function.declared.node.body):
-        match node:
-            case ast.Assign(
-                [ast.Name(name)], ast.Attribute(ast.Attribute(_, "orientation"), "x" | "y" | "z" | "w")
-            ):
-                if any(one in name.lower() for one in _ANGLES):
-                    text = ast.unparse(node.value)
-                    message = (
-                        f"'{text:.60}' is part of a quaternion, not an angle; the yaw of a level robot is "
-                        "2 * math.atan2(q.z, q.w)"
-                    )
-                    yield function.declared.finding(Code.NRP233, node, message, Level.WARNING)
 
 
 def _given(node: ast.AST) -> list[ast.expr]:

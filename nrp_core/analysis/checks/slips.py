@@ -39,8 +39,10 @@ def code_does_what_it_looks_like(study: Study) -> Iterator[Finding]:
 
 
 def _same_twice(node: ast.AST) -> str:
-    """Return that an operation has one operand twice: ``min(a, a)``, ``a - a``."""
+    """Return that an operation has one operand twice: ``min(a, a)``, ``a - a``, ``left.rate + left.rate``."""
     match node:
+        case ast.BinOp(ast.Attribute() as one, ast.Add(), other):
+            result = "twice the first one; is one of them another"
         case ast.Call(ast.Name("min" | "max"), [one, other], []):
             result = "the value itself"
         case ast.BinOp(one, ast.Sub(), other):

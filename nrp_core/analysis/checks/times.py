@@ -95,6 +95,24 @@ def measurements_come_during_the_run(function: Examined) -> Iterator[Finding]:
             yield function.declared.finding(Code.NRP248, node, message, Level.WARNING)
 
 
+@checks_function(Code.NRP233)
+def stamps_are_read_whole(function: Examined) -> Iterator[Finding]:
+    """Look for the nanoseconds of a stamp next to ``t``, which are those since its last whole second."""
+    for node in own_nodes(function.declared.node.body):
+        match node:
+            case (
+                ast.BinOp(ast.Name("t"), ast.Add() | ast.Sub(), ast.Attribute(_, "nanosec" | "nsecs" as name))
+                | ast.BinOp(ast.Attribute(_, "nanosec" | "nsecs" as name), ast.Sub(), ast.Name("t"))
+                | ast.Compare(ast.Attribute(_, "nanosec" | "nsecs" as name), [_], [ast.Name("t")])
+                | ast.Compare(ast.Name("t"), [_], [ast.Attribute(_, "nanosec" | "nsecs" as name)])
+            ):
+                message = (
+                    f"'t' is in seconds, and '{name}' are the nanoseconds since the last whole second; "
+                    "stamp.to_sec() is the time in seconds"
+                )
+                yield function.declared.finding(Code.NRP233, node, message, Level.WARNING)
+
+
 @checks_experiment(Code.NRP238)
 def paths_take_time(study: Study) -> Iterator[Finding]:
     """Report the latency of each path from a sensor to an actuator."""
