@@ -31,7 +31,7 @@ from nrp_legacy.shims.futurized import futurized_modules
 from nrp_legacy.shims.graph import Graph, log
 from nrp_legacy.shims.import_path import ImportPath
 from nrp_legacy.shims.libraries import libraries_of_old
-from nrp_legacy.shims.logs import ClientLogger
+from nrp_legacy.shims.logs import ClientLogger, log_modules
 from nrp_legacy.shims.missing import StandIns, with_missing_parts
 from nrp_legacy.shims.modules import message_modules, module, service_modules
 from nrp_legacy.shims.paths import Paths
@@ -48,8 +48,8 @@ _FILES_OF_STATES = (
 )  # fmt: skip
 """The files in which the platform defined its states; some machines import from them."""
 _INCOMPLETE = (
-    "rospy", "smach", "smach_ros", _STATES, "tf", "future.utils", "hbp_nrp_cle.brainsim",
-    "python_cle.brainsim",
+    "rospy", "smach", "smach_ros", _STATES, "tf", "future.utils",
+    *(f"{root}.brainsim{part}" for root in ("hbp_nrp_cle", "python_cle") for part in ("", ".simulator")),
 )  # fmt: skip
 """Modules that are implemented only as far as experiments are known to use them."""
 
@@ -97,18 +97,19 @@ class Namespace:
         self._libraries = libraries_of_old(
             library.environment(), partial(sleep, self.graph), seed, built.import_path, Paths(library)
         )
+        nest = built.nest or nest_module(Kernel(seed))
         substitutes = {
             **self._libraries,
             **messages,
             **service_modules(),
-            **_cle(nrp, logger, nrp_states_module(self.graph, services)),
+            **_cle(nrp, logger, nrp_states_module(self.graph, services), nest),
             "rospy": (rospy := rospy_module(self.graph, services)),
             **{f"rospy.{name}": getattr(rospy, name) for name in ("rostime", "names")},
             "rospy.numpy_msg": module("rospy.numpy_msg", numpy_msg=lambda message: message),
             **dict.fromkeys(("smach", "smach.state", "smach.state_machine"), smach_module()),
             "smach_ros": smach_ros_module(self.graph, services),
             "cv_bridge": cv_bridge_module(),
-            "nest": built.nest or nest_module(Kernel(seed)),
+            "nest": nest,
             "roslib": module("roslib", load_manifest=lambda _name: None),
             **action_modules(self.graph),
             "tf": tf_module(),
@@ -158,7 +159,9 @@ class Namespace:
         return dict(self._first_names)
 
 
-def _cle(nrp: ModuleType, logger: ClientLogger, states: ModuleType) -> dict[str, ModuleType]:
+def _cle(
+    nrp: ModuleType, logger: ClientLogger, states: ModuleType, nest: ModuleType
+) -> dict[str, ModuleType]:
     """Return the packages of the platform itself, by the names in all of its versions."""
     interface = module("RobotInterface", Topic=topic, PreprocessedTopic=nrp.PreprocessedTopic)
     found: dict[str, ModuleType] = {}
@@ -168,11 +171,11 @@ def _cle(nrp: ModuleType, logger: ClientLogger, states: ModuleType) -> dict[str,
         found[f"{root}.robotsim"] = module("robotsim", RobotInterface=interface)
         found[f"{root}.robotsim.RobotInterface"] = interface
         found[f"{root}.brainsim"] = module("brainsim")
+        found[f"{root}.brainsim.simulator"] = module("simulator", nest=nest)
         found[f"{root}.tf_framework.config"] = nrp.config
-    logs = module("logs", clientLogger=logger)
     return {
         **found,
-        "hbp_nrp_excontrol.logs": logs,
+        **log_modules(logger),
         _STATES: states,
         **{f"{_STATES}._{file}": states for file in _FILES_OF_STATES},
     }

@@ -152,6 +152,27 @@ def test_a_network_whose_weights_are_numbers_of_numpy_is_kept_in_a_file(tmp_path
     assert read_network(tmp_path / "brain.nrpnet").digest == network.digest
 
 
+def test_a_brain_of_2019_logs_divides_and_scales_its_synapses_by_a_function_of_nest(tmp_path: Path) -> None:
+    text = (
+        f"from __future__ import division\n{SETUP}from past.utils import old_div\nimport nest\n"
+        "from hbp_nrp_excontrol.logs import clientLogger\n"
+        "circuit = sim.Population(old_div(7, 2), sim.IF_curr_exp())\n"
+        "scale = nest.ll_api.sli_func('LambertWm1', -0.1)\nclientLogger.info('scale', scale)\n"
+        "sim.Projection(circuit[0:1], circuit[1:3], sim.AllToAllConnector(), "
+        "sim.StaticSynapse(weight=[[-scale, 2.0]]))\n"
+    )
+    network, notes = loaded(tmp_path, text)
+    assert not list(notes)
+    weight = network.projections[0].weight
+    # the lower branch of w exp(w) = -0.1 is below -1
+    assert weight[0] > 1.0
+    assert weight[0] * np.exp(-weight[0]) == pytest.approx(0.1, rel=1e-12)
+    with pytest.raises(
+        NetworkError, match=r"sli_func\('LambertW1', ...\) is not supported; did you mean 'Lamb"
+    ):
+        loaded(tmp_path, text.replace("LambertWm1", "LambertW1"))
+
+
 def test_negative_weights_of_conductances_inhibit_by_their_size_as_in_nest(tmp_path: Path) -> None:
     line = "sim.Projection(circuit, circuit, sim.OneToOneConnector(), sim.StaticSynapse(weight={}, delay=1.0)"
     sizes = "sim.RandomDistribution('uniform', ({}, {}), rng=sim.NumpyRNG(seed=3))"

@@ -69,7 +69,7 @@ def nest_module(made: Kernel) -> ModuleType:
     quiet = dict.fromkeys(_QUIET, _nothing)
     random = module("nest.random", uniform=of.uniform, normal=of.normal, lognormal=of.lognormal,
                     exponential=of.exponential)  # fmt: skip
-    here = module("nest", **functions, **quiet, random=random, __version__="2.18.0")
+    here = module("nest", **functions, **quiet, random=random, sli_func=_sli_func, __version__="2.18.0")
     vars(here).update(ll_api=here, hl_api=here, NodeCollection=lambda nodes: Nodes.of(made, nodes))
     vars(here)["__getattr__"] = _unknown(tuple(vars(here)))
     return here
@@ -82,6 +82,19 @@ _QUIET = (
     "EnableStructuralPlasticity",
 )  # fmt: skip
 """Functions that do nothing here."""
+
+
+_BRANCHES = {"LambertW0": 0, "LambertWm1": -1}
+"""Functions of NEST's own language that brains call, to scale synaptic potentials."""
+
+
+def _sli_func(name: str, *values: float) -> float:
+    """Return the result of a function of NEST's own language."""
+    if name not in _BRANCHES:
+        raise AttributeError(f"nest.sli_func('{name}', ...) is not supported{did_you_mean(name, _BRANCHES)}")
+    from scipy.special import lambertw
+
+    return float(lambertw(*values, k=_BRANCHES[name]).real)
 
 
 class _Interface:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from types import ModuleType
+
 from nrp_legacy.shims.graph import Graph, log
-from nrp_legacy.shims.modules import OpenMessage
+from nrp_legacy.shims.modules import OpenMessage, module
 
 LOGS = "/ros_cle_simulation/logs"
 """The topic of the texts, which is there if somebody listens."""
@@ -34,3 +36,8 @@ class ClientLogger:
 
     def clear_advertisements(self) -> None:
         """Do nothing, because shown texts stay."""
+
+
+def log_modules(logger: ClientLogger) -> dict[str, ModuleType]:
+    """Return the module with a logger, by its name."""
+    return {"hbp_nrp_excontrol.logs": module("logs", clientLogger=logger)}
