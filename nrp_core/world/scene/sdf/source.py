@@ -16,6 +16,7 @@ from nrp_core.world.scene.reading.left_out import leave_out
 from nrp_core.world.scene.reading.repeated import check_repeated
 from nrp_core.world.scene.reading.resources import main_file
 from nrp_core.world.scene.reading.xml import Element, read_xml
+from nrp_core.world.scene.sdf.params import change_included
 from nrp_core.world.scene.sdf.vocabulary import check_names, check_vocabulary
 from nrp_core.world.scene.urdf import to_sdf
 from nrp_core.world.scene.urdf.expand import expanded, is_xacro
@@ -76,7 +77,7 @@ class Source:
         """Open the file that an ``<include>`` refers to; None if it is missing and the reading is lenient.
 
         Raises:
-            SceneError: it is missing, or includes form a cycle.
+            SceneError: it is missing, cannot be changed as the include says, or includes form a cycle.
         """
         uri = include.require("uri")
         if reading.lenient and uri.text and reading.resources.locate(uri) is None:
@@ -86,7 +87,9 @@ class Source:
         if path.resolve() in self.trail:
             circle = " -> ".join(file.name for file in (*self.trail, path))
             raise include.error(f"files include each other in a cycle: {circle}")
-        return Source.open(path, reading, self.trail)
+        source = Source.open(path, reading, self.trail)
+        change_included(source.root.find("world") or source.root, include)
+        return source
 
 
 def _in_archive(archive: Path) -> Path:

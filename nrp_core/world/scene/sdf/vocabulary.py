@@ -130,8 +130,6 @@ _FLAGS: Final = frozenset(
 )  # fmt: skip
 """Elements that are true or false; those that are used are refused where they are read."""
 _TRUTH: Final = ("", "0", "1", "false", "true")
-_PARAMS: Final = "experimental:params"
-"""Changes of an included model (http://sdformat.org/tutorials?tut=param_passing_proposal)."""
 
 
 def check_vocabulary(element: Element, notes: Notes) -> None:
@@ -140,9 +138,6 @@ def check_vocabulary(element: Element, notes: Notes) -> None:
     for child in element.children:
         if known is not None and ":" not in child.tag:
             _check(element, child, known, notes)
-        if child.tag == _PARAMS:
-            message = f"the changes in <{_PARAMS}> are not made: the included model is as in its file"
-            notes.warn(child, Code.NRP263, message, subject=_PARAMS)
         if child.tag == "pose":
             _check_angles(child, notes)
         if child.tag not in _OPAQUE:

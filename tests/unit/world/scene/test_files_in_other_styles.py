@@ -150,15 +150,6 @@ def test_a_joint_of_a_world_within_one_model_is_one_of_it(world: WorldReader) ->
     assert (joint.parent, joint.child, scene.ties, scene.warnings) == ("base", "arm", (), ())
 
 
-def test_changes_of_an_included_model_are_reported(world: WorldReader) -> None:
-    scene = world(
-        '<include><uri>model://sun</uri><experimental:params xmlns:experimental="x">'
-        '<light element_id="sun" action="remove"/></experimental:params></include>'
-    )
-    (warning,) = scene.warnings
-    assert "<experimental:params> are not made" in str(warning)
-
-
 def test_a_frame_of_a_nested_model_is_found_by_its_name(model: ModelReader) -> None:
     nested = f'<model name="hand"><pose>0 0 1 0 0 0</pose>{LINK}</model>'
     read = model(
