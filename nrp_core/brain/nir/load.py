@@ -12,6 +12,7 @@ from nrp_core.brain.nir.graph import Graph, read_graph
 from nrp_core.brain.nir.linear import NEURONS, Signal, Signals, emitting
 from nrp_core.brain.nir.neurons import Cells, Method, Step, cells_of, relays
 from nrp_core.brain.nir.silent_nodes import never_fires
+from nrp_core.brain.nir.subtraction import Reset, step_down, subtracting
 from nrp_core.brain.nir.timing import lags_of, returning
 from nrp_core.errors import NetworkError, did_you_mean
 
@@ -23,6 +24,7 @@ _CURRENTS: Final = frozenset({"CubaLIF", "CubaLI"})
 _TIMES: Final = ("tau", "tau_mem", "tau_syn")
 _SHORT: Final = 1.0 - 1e-6
 _GRADED: Final = frozenset({"LI", "CubaLI", "I"})
+_SUBTRACTING: Final = frozenset({"LIF", "IF", "CubaLIF"})
 
 
 def load_nir(
@@ -33,6 +35,7 @@ def load_nir(
     method: Method | None = None,
     inputs: Inputs = "sources",
     refractory: int | None = None,
+    reset: Reset | None = None,
 ) -> dict[str, Any]:
     """Build the network of a file, at the time step of ``setup``.
 
@@ -45,6 +48,9 @@ def load_nir(
             metadata, or ``exact``.
         refractory: steps after a spike in which a voltage stays at its reset value; the equations have none.
             By default the ``refractory`` in the metadata, or 0.
+        reset: ``value`` if a cell that fires goes to its ``v_reset``, which all files say; ``subtract`` if its
+            threshold is subtracted, ``subtract_next`` if that is in the next step, after the decay, as in
+            snnTorch. By default the ``reset`` in the metadata, or ``value``.
         inputs: ``sources`` for spike sources, or ``cells`` that fire when a device sends them a weight of 1.
 
     Returns:
@@ -57,7 +63,10 @@ def load_nir(
     graph = read_graph(path)
     method = graph.metadata.get("method", "exact") if method is None else method
     refractory = graph.metadata.get("refractory", 0) if refractory is None else refractory
-    for name, value, valid in (("method", method, get_args(Method)), ("inputs", inputs, get_args(Inputs))):
+    reset = graph.metadata.get("reset", "value") if reset is None else reset
+    choices: Any = (("method", method, Method), ("inputs", inputs, Inputs), ("reset", reset, Reset))
+    for name, value, kind in choices:
+        valid = get_args(kind)
         if value not in valid:
             raise NetworkError(f"load_nir: {name} is '{value}'{did_you_mean(str(value), valid)}")
     length = graph.metadata.get("dt", DT_S) if dt is None else dt
@@ -70,12 +79,18 @@ def load_nir(
     if refractory not in range(_MOST_REFRACTORY):
         raise NetworkError(f"load_nir: refractory is {refractory}; it must be a number of steps, 0 or more")
     step = Step(dt_s, float(sim.get_time_step()), method, int(refractory))
-    return _Loader(sim, graph, step, inputs).load()
+    if reset == "value" and graph.metadata.get("reset_mechanism") == "subtract":
+        sim.state.remark(
+            "the metadata of the file say that cells subtract their threshold, and here they go to v_reset: "
+            "is load_nir(..., reset='subtract_next') meant, as in snnTorch, or 'subtract'?"
+        )
+    return _Loader(sim, graph, step, inputs, reset).load()
 
 
 class _Loader:
-    def __init__(self, sim: Any, graph: Graph, step: Step, inputs: Inputs) -> None:
+    def __init__(self, sim: Any, graph: Graph, step: Step, inputs: Inputs, reset: Reset) -> None:
         self._sim, self._graph, self._step, self._inputs = sim, graph, step, inputs
+        self._reset = reset
         kinds = {name: type(node).__name__ for name, node in graph.nodes.items()}
         own = {name for name, kind in kinds.items() if kind == "Input" and not graph.before[name]}
         self._order = [name for name, kind in kinds.items() if name in own or kind in NEURONS]
@@ -169,12 +184,20 @@ class _Loader:
         if self._kinds[name] == "Input" and self._inputs == "sources":
             population = sim.Population(n, sim.SpikeSourceArray(), label=name)
         else:
-            values = {key: value.tolist() for key, value in cells.parameters.items()}
-            population = sim.Population(n, getattr(sim, cells.cell_type)(**values), label=name)
+            population = sim.Population(n, self._cell_type(name, cells), label=name)
             if cells.initial:
                 population.initialize(**self._started(name, cells))
         population.annotate(lag=self._lags[name], kind=self._kinds[name])
         return population
+
+    def _cell_type(self, name: str, cells: Cells) -> Any:
+        """Return a cell type with its parameters."""
+        if self._reset != "value" and self._kinds[name] in _SUBTRACTING:
+            limits = np.broadcast_to(self._graph.nodes[name].v_threshold, self._shapes[name]).ravel()
+            down = step_down(cells, limits.astype(float), self._step.h_ms, self._reset)
+            return subtracting(self._sim, cells, down)
+        values = {key: value.tolist() for key, value in cells.parameters.items()}
+        return getattr(self._sim, cells.cell_type)(**values)
 
     def _started(self, name: str, cells: Cells) -> dict[str, Any]:
         """Return the initial state; where a cell would fire at once, that without the time before its lag."""

@@ -197,3 +197,64 @@ def test_names_and_order_of_nodes_do_not_matter(tmp_path: Path) -> None:
     shuffled = {name: nodes[name] for name in sorted(nodes, reverse=True)}
     found = emitted(written(tmp_path, shuffled, pairwise(order)), {"10": inputs})
     assert np.array_equal(found["layer-0"], fired(inputs @ WEIGHT.T, 0.9, 1.0))
+
+
+def subtracted(drive: Any, beta: float, *, later: bool) -> Any:
+    """Return the spikes of cells that subtract their threshold of 1, after the next decay or before it."""
+    spikes, v = np.zeros(drive.shape, bool), np.zeros(drive.shape[1:])
+    for step, x in enumerate(drive):
+        before = spikes[step - 1] if later and step else 0.0
+        v = beta * v + x - before
+        spikes[step] = v > 1.0
+        v = v - (0.0 if later else spikes[step])
+    return spikes
+
+
+@pytest.mark.parametrize("reset", ["subtract", "subtract_next"])
+@pytest.mark.parametrize("beta", [0.9, 0.5])
+def test_cells_may_subtract_their_threshold(tmp_path: Path, reset: str, beta: float) -> None:
+    inputs = noise(2)
+    path = written(tmp_path, chain(lif(3, beta, kind=np.float64), 2.0 * WEIGHT), CHAIN)
+    found = emitted(path, {"input": inputs}, reset=reset)["cells"]
+    drive = 2.0 * inputs @ WEIGHT.T
+    expected = subtracted(drive, beta, later=reset == "subtract_next")
+    assert np.array_equal(found, expected)
+    others = fired(drive, beta, 1.0), subtracted(drive, beta, later=reset != "subtract_next")
+    assert not any(np.array_equal(expected, other) for other in others)
+
+
+@pytest.mark.parametrize("later", [False, True])
+def test_cells_with_a_current_and_without_a_leak_subtract_too(tmp_path: Path, later: bool) -> None:
+    alpha, beta, full = 0.6, 0.9, np.ones(3)
+    tau_syn, tau = full * DT / (1 - alpha), full * DT / (1 - beta)
+    first = nir.CubaLIF(tau_syn, tau, tau / DT, 0 * full, full, 0 * full, tau_syn / DT)
+    second = nir.IF(full / DT, full, 0 * full)
+    nodes = {**chain(first), "w2": nir.Linear(np.diag([0.7, 0.4, 0.9])), "last": second}
+    edges = [("input", "w"), ("w", "cells"), ("cells", "w2"), ("w2", "last"), ("last", "output")]
+    inputs = noise(2)
+    path = written(tmp_path, nodes, edges)
+    found = emitted(path, {"input": inputs}, reset="subtract_next" if later else "subtract")
+    current, drive = np.zeros(3), np.zeros((STEPS, 3))
+    for step, x in enumerate(inputs @ WEIGHT.T):
+        current = alpha * current + x
+        drive[step] = current
+    expected = subtracted(drive, beta, later=later)
+    assert np.array_equal(found["cells"], expected)
+    assert np.array_equal(found["last"], subtracted(expected * [0.7, 0.4, 0.9], 1.0, later=later))
+    assert 10 < found["last"].sum() < expected.sum()
+
+
+def test_metadata_that_say_subtract_are_asked_about(tmp_path: Path) -> None:
+    graph = nir.NIRGraph(chain(lif(3)), CHAIN, metadata={"reset_mechanism": "subtract"})
+    nir.write(tmp_path / "net.nir", graph)
+    for reset, told in ((None, 1), ("subtract", 0)):
+        sim = new_simulator()
+        sim.setup(timestep=1.0)
+        sim.load_nir(tmp_path / "net.nir", reset=reset)
+        assert sum("cells subtract their threshold" in text for text in sim.network().remarks) == told
+
+
+def test_another_reset_is_refused(tmp_path: Path) -> None:
+    path = written(tmp_path, chain(lif(3)), CHAIN)
+    with pytest.raises(NetworkError, match="reset is 'subtrct'; did you mean 'subtract'"):
+        emitted(path, {}, reset="subtrct")
