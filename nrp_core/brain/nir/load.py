@@ -8,9 +8,10 @@ from typing import Any, Final, Literal, get_args
 
 import numpy as np
 
+from nrp_core.brain.nir.graded import GRADED, currents
 from nrp_core.brain.nir.graph import Graph, read_graph
 from nrp_core.brain.nir.linear import NEURONS, Signal, Signals, emitting
-from nrp_core.brain.nir.neurons import Cells, Method, Step, cells_of, relays
+from nrp_core.brain.nir.neurons import Cells, Method, Step, cells_of, late_of, relays
 from nrp_core.brain.nir.silent_nodes import never_fires
 from nrp_core.brain.nir.subtraction import Reset, step_down, subtracting
 from nrp_core.brain.nir.timing import lags_of, returning
@@ -23,7 +24,6 @@ _MOST_REFRACTORY: Final = 10**6
 _CURRENTS: Final = frozenset({"CubaLIF", "CubaLI"})
 _TIMES: Final = ("tau", "tau_mem", "tau_syn")
 _SHORT: Final = 1.0 - 1e-6
-_GRADED: Final = frozenset({"LI", "CubaLI", "I"})
 _SUBTRACTING: Final = frozenset({"LIF", "IF", "CubaLIF"})
 
 
@@ -48,8 +48,8 @@ def load_nir(
             metadata, or ``exact``.
         refractory: steps after a spike in which a voltage stays at its reset value; the equations have none.
             By default the ``refractory`` in the metadata, or 0.
-        reset: ``value`` if a cell that fires goes to its ``v_reset``, which all files say; ``subtract`` if its
-            threshold is subtracted, ``subtract_next`` if that is in the next step, after the decay, as in
+        reset: ``value`` if a cell that fires goes to its ``v_reset``, which all files say; ``subtract`` if
+            its threshold is subtracted, ``subtract_next`` if that is in the next step, after the decay, as in
             snnTorch. By default the ``reset`` in the metadata, or ``value``.
         inputs: ``sources`` for spike sources, or ``cells`` that fire when a device sends them a weight of 1.
 
@@ -97,14 +97,14 @@ class _Loader:
         self._kinds = kinds
         self._shapes = emitting(graph, set(self._order))
         signals = Signals(graph, self._shapes)
-        self._signals = {name: signals.into(name) for name in self._order if name not in own}
+        into = {name: signals.into(name) for name in self._order if name not in own}
+        self._signals, self._currents = currents(graph, self._shapes, into)
 
     def load(self) -> dict[str, Any]:
         """Build all populations and projections; return the populations by name."""
-        self._refuse_graded()
         edges = [(key[0], end) for end, signal in self._signals.items() for key in signal.parts]
         self._back = returning(self._order, edges)
-        late = {name: self._step.late * (self._kinds[name] in _CURRENTS) for name in self._order}
+        late = {name: self._late(name) for name in self._order}
         self._lags = lags_of(self._order, self._shortest(), late)
         cells = {name: self._cells(name) for name in self._order}
         populations = {name: self._population(name, cells[name]) for name in self._order}
@@ -112,7 +112,7 @@ class _Loader:
             for (start, delay_s), matrix in signal.parts.items():
                 self._connect(populations, start, end, delay_s, matrix, cells[end])
             reason = never_fires(cells[end], signal.parts.values(), self._step)
-            if reason and self._kinds[end] not in _GRADED:
+            if reason and self._kinds[end] not in GRADED:
                 self._sim.state.remark(f"no cell of '{end}' can fire: {reason}")
         self._remark_loose_ends({start for start, _ in edges})
         self._remark_short_times()
@@ -138,16 +138,11 @@ class _Loader:
             elif kind != "Output" and kind not in NEURONS and name not in leaving:
                 self._sim.state.remark(f"no edge leaves the node '{name}' ({kind})")
 
-    def _refuse_graded(self) -> None:
-        for end, signal in self._signals.items():
-            for start, _ in signal.parts:
-                if self._kinds[start] in _GRADED:
-                    kind = self._kinds[start]
-                    raise self._graph.error(
-                        end,
-                        f"its input comes from '{start}' ({kind}), which does not spike; only the outputs of "
-                        "a network can be graded",
-                    )
+    def _late(self, name: str) -> int:
+        kind = self._kinds[name]
+        if kind not in _CURRENTS and name not in self._currents:
+            return 0
+        return late_of(self._step, follows=kind == "Threshold")
 
     def _shortest(self) -> Mapping[tuple[str, str], int]:
         shortest: dict[tuple[str, str], int] = {}
@@ -175,7 +170,8 @@ class _Loader:
         signal: Signal = self._signals[name]
         bias = np.broadcast_to(signal.bias, int(np.prod(shape))).astype(float)
         try:
-            return cells_of(self._graph.nodes[name], shape, bias, self._step, self._lags[name])
+            node, current = self._graph.nodes[name], self._currents.get(name)
+            return cells_of(node, shape, bias, self._step, self._lags[name], current)
         except ValueError as error:
             raise self._graph.error(name, str(error)) from error
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.filters import driven
+from nrp_core.brain.nir.graded import Current
 from nrp_core.brain.nir.linear import Shape, parameters_of
 
 Method = Literal["exact", "euler"]
@@ -26,6 +27,8 @@ _RELAYED: Final = 3e-9
 """The same for relays, whose threshold is far from any input: a time constant that looks like one."""
 
 _driven = np.vectorize(driven)
+_BEHIND_A_CURRENT: Final = {"tau": "tau_mem", "threshold": "v_threshold"}
+"""Names of parameters of LIF, LI and Threshold as those of CubaLIF."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +95,9 @@ class Step:
         return np.asarray(tau_ms * (self.dt_s / self.h_ms))
 
 
-def cells_of(node: Any, shape: Shape, bias: FloatArray, step: Step, lag: int) -> Cells:
+def cells_of(
+    node: Any, shape: Shape, bias: FloatArray, step: Step, lag: int, current: Current | None = None
+) -> Cells:
     """Return the cells of a node.
 
     Args:
@@ -101,14 +106,19 @@ def cells_of(node: Any, shape: Shape, bias: FloatArray, step: Step, lag: int) ->
         bias: the constant input of each cell.
         step: the step.
         lag: steps by which its spikes come later than in the file.
+        current: the current through which all other input passes.
 
     Raises:
         ValueError: the node has impossible parameters.
     """
     kind = type(node).__name__
     given = {name: np.broadcast_to(value, shape).ravel() for name, value in parameters_of(node).items()}
+    if current is not None:
+        own = {"v_leak": np.zeros(len(bias))} | {_BEHIND_A_CURRENT.get(k, k): v for k, v in given.items()}
+        own |= {"tau_syn": current.tau_s, "w_in": np.ones(len(bias))}
+        return _current_based(own, current.bias, step, lag, bias)
     if kind in {"CubaLIF", "CubaLI"}:
-        return _current_based(given, bias, step, lag)
+        return _current_based(given, bias, step, lag, np.zeros(len(bias)))
     return _delta(given, bias, step, lag)
 
 
@@ -147,29 +157,51 @@ def _delta(given: dict[str, FloatArray], bias: FloatArray, step: Step, lag: int)
     return Cells("IF_curr_delta", parameters, rise, initial={"v": rest + start})
 
 
-def _current_based(given: dict[str, FloatArray], bias: FloatArray, step: Step, lag: int) -> Cells:
-    """Return cells with a current that decays: CubaLIF, CubaLI."""
+def _current_based(
+    given: dict[str, FloatArray], bias: FloatArray, step: Step, lag: int, direct: FloatArray
+) -> Cells:
+    """Return cells with a current that decays: CubaLIF, CubaLI, and others behind a node LI.
+
+    Args:
+        given: the parameters of a CubaLIF; without ``tau_mem`` the voltage is the current.
+        bias: the constant input of the current of each cell.
+        step: the step.
+        lag: steps by which its spikes come later than in the file.
+        direct: the constant input of each voltage.
+    """
     n = len(bias)
-    kept, faded = step.kept(given["tau_mem"]), step.kept(given["tau_syn"])
+    follows = "tau_mem" not in given
+    kept = np.full(n, _NO_MEMORY) if follows else step.kept(given["tau_mem"])
+    faded = step.kept(given["tau_syn"])
     tau, tau_syn = step.tau_ms(kept), step.tau_ms(faded)
     threshold = given.get("v_threshold", np.full(n, np.inf))
     parameters = _membrane(kept, step, threshold, given["v_leak"], given.get("v_reset", np.zeros(n)))
     area = driven_by(step.h_ms, tau, tau_syn)
-    rise = given["r"] * step.dt_s / given["tau_mem"]
-    cm = area / rise if step.method == "euler" else tau / given["r"]
+    rise = np.ones(n) if follows else given["r"] * step.dt_s / given["tau_mem"]
+    at_once = late_of(step, follows=follows)
+    cm = area / rise if at_once else tau / given["r"]
     settled = given["w_in"] * bias
     gain = (1.0 - kept) * tau / cm
     effect = area / cm
     # the current of the bias rises with tau_syn: all of it at once, less a current that decays
-    offset = settled * (rise if step.method == "euler" else (1.0 - kept) * given["r"]) / gain
+    offset = (settled + direct) * (rise if at_once else (1.0 - kept) * given["r"]) / gain
     parameters |= {"tau_m": tau, "cm": cm, "tau_syn_E": tau_syn, "tau_syn_I": tau_syn, "i_offset": offset}
-    late = step.late
-    current = -settled * faded ** float(late - lag)
+    current = -settled * faded ** float(at_once - lag)
     drives = [offset * gain + effect * current * faded**k for k in range(lag)]
     start = -sum((drive * kept ** (lag - 1 - k) for k, drive in enumerate(drives)), np.zeros(n)) / kept**lag
     initial = {"v": given["v_leak"] + start, "isyn_exc": current}
     per_weight = given["w_in"] * step.dt_s / given["tau_syn"]
-    return Cells("IF_curr_exp", parameters, per_weight, late, initial)
+    return Cells("IF_curr_exp", parameters, per_weight, at_once, initial)
+
+
+def late_of(step: Step, *, follows: bool) -> int:
+    """Return the steps that an input takes through a current to a voltage, beyond those of the file.
+
+    Args:
+        step: the step.
+        follows: whether the voltage is the current, without memory.
+    """
+    return max(step.late, int(follows))
 
 
 def _membrane(

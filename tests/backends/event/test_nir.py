@@ -175,11 +175,40 @@ def lif(n: int, tau: float = 10 * DT) -> Any:
     return nir.LIF(np.full(n, tau), np.full(n, tau / DT), np.zeros(n), np.ones(n), np.zeros(n))
 
 
+def li(n: int) -> Any:
+    return nir.LI(np.full(n, 10 * DT), np.ones(n), np.zeros(n))
+
+
 WRONG = {
     "graded": (
-        {"li": nir.LI(np.ones(1), np.ones(1), np.zeros(1)), "w": nir.Linear(np.ones((1, 1))), "lif": lif(1)},
-        [("input", "li"), ("li", "w"), ("w", "lif"), ("lif", "output")],
-        r"node 'lif' \(LIF\): its input comes from 'li' \(LI\), which does not spike",
+        {"i": nir.I(np.ones(1)), "w": nir.Linear(np.ones((1, 1))), "lif": lif(1)},
+        [("input", "i"), ("i", "w"), ("w", "lif"), ("lif", "output")],
+        r"node 'lif' \(LIF\): its input comes from 'i' \(I\), which does not spike; only a node LI may drive",
+    ),
+    "both": (
+        {"li": li(1), "lif": lif(1)},
+        [("input", "li"), ("li", "lif"), ("input", "lif"), ("lif", "output")],
+        r"node 'lif' \(LIF\): its input comes from 'li' \(LI\), .* and spikes reach it too",
+    ),
+    "three": (
+        {"a": li(1), "b": li(1), "lif": lif(1)},
+        [("input", "a"), ("a", "b"), ("b", "lif"), ("lif", "output")],
+        r"node 'lif' \(LIF\): .* and it is itself driven by a node that does not",
+    ),
+    "rest": (
+        {"li": nir.LI(np.ones(1), np.ones(1), np.ones(1)), "lif": lif(1)},
+        [("input", "li"), ("li", "lif"), ("lif", "output")],
+        r"node 'lif' \(LIF\): .* and its v_leak is not 0",
+    ),
+    "times": (
+        {
+            "li": nir.LI(np.array([DT, 2 * DT]) * 10, np.ones(2), np.zeros(2)),
+            "lif": lif(1),
+            "w": nir.Linear(np.ones((2, 1))),
+            "w2": nir.Linear(np.ones((1, 2))),
+        },
+        [("input", "w"), ("w", "li"), ("li", "w2"), ("w2", "lif"), ("lif", "output")],
+        r"node 'li' \(LI\): .* cell 0 gets input from nodes LI with 0.001 s and 0.002 s",
     ),
     "loop": (
         {"w": nir.Linear(np.ones((1, 1))), "lif": lif(1)},
