@@ -8,6 +8,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import spynnaker_scripts
 from spynnaker_scripts import HEAD, run
@@ -133,3 +134,25 @@ def test_the_state_is_set_like_a_parameter_until_the_network_runs(tmp_path: Path
 
 def test_a_connector_has_the_name_of_earlier_versions_too(script: Any) -> None:
     assert script.p.extra_models.WTAConnector is script.p.extra_models.AllButMeConnector
+
+
+def test_positions_have_a_row_for_each_cell(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        HEAD + "cells = p.Population(6, p.IF_curr_exp(), structure=p.Grid2D(3 / 2))\n"
+        "near = p.DistanceDependentProbabilityConnector('d < 1.1', allow_self_connections=False)\n"
+        "wires = p.Projection(cells, cells, near).get('weight', 'list')\n"
+        "one, nearest = cells[4].position, cells.nearest((2.1, 0.2, 0.0))\n"
+        "network = p.network()\n",
+    )
+    places = [[x, y, 0.0] for x in (0.0, 1.0, 2.0) for y in (0.0, 1.0)]
+    assert script.cells.positions.tolist() == places
+    assert script.cells[1:3].positions.tolist() == places[1:3]
+    assert script.one.tolist() == places[4]
+    assert script.cells.id_to_index(script.nearest) == 4
+    pairs = {(int(pre), int(post)) for pre, post, _ in script.wires}
+    near = {(i, j) for i in range(6) for j in range(6) if sum(abs(np.subtract(places[i], places[j]))) == 1.0}
+    assert pairs == near
+    assert script.network.populations["population0"].positions_um.tolist() == places
+    script.cells.save_positions(tmp_path / "places.txt")
+    assert np.loadtxt(tmp_path / "places.txt")[:, 1:].tolist() == places

@@ -174,6 +174,13 @@ def test_cores_of_cells_that_are_not_made_after_it_are_told(
     assert all(words in text for words, text in zip(told, script.network.remarks, strict=True))
 
 
+@pytest.mark.parametrize(("given", "kept"), [("200 / 3", 66.0), ("(9.5, 2)", 18.0), ("None", None)])
+def test_parts_of_a_cell_on_a_core_are_left_out(tmp_path: Path, given: str, kept: float | None) -> None:
+    setting = f"p.set_number_of_neurons_per_core(p.IF_curr_exp, {given})\n"
+    script = run(tmp_path, f"{HEAD}{setting}cells = p.Population(9, p.IF_curr_exp())\n")
+    assert script.cells.hints.get("neurons_per_core") == kept
+
+
 def test_its_own_connectors_make_the_synapses_that_they_name(tmp_path: Path) -> None:
     script = run(
         tmp_path,

@@ -40,6 +40,48 @@ def test_initial_voltages_lead_to_the_spikes_of_a_machine(tmp_path: Path) -> Non
     assert trains(script.cells) == [[76.0], [75.0], [74.0], [73.0], [72.0]]
 
 
+@pytest.mark.parametrize(
+    ("setting", "expected"),
+    [
+        (
+            "i_offset=1.0",
+            [-65.0, -64.024658203125, -63.09686279296875, -62.214324951171875, -61.37481689453125],
+        ),
+        (
+            "i_offset=1.0, v=-60.0",
+            [-60.0, -59.26849365234375, -58.5726318359375, -57.91070556640625, -57.28106689453125],
+        ),
+    ],
+)
+def test_voltages_are_those_of_a_machine_in_every_bit_after_a_reset_too(
+    tmp_path: Path, setting: str, expected: list[float]
+) -> None:
+    """The values are those of ``test_no_change`` of sPyNNaker's integration tests."""
+    script = run(
+        tmp_path,
+        HEAD + f"cells = p.Population(1, p.IF_curr_exp, {{}})\ncells.set({setting})\ncells.record('v')\n"
+        "p.run(2)\ncells.set(tau_syn_E=1)\np.run(3)\nfirst = cells.spinnaker_get_data('v')\n"
+        "p.reset()\ncells.set(tau_syn_E=1)\np.run(5)\nsecond = cells.spinnaker_get_data('v')\n",
+    )
+    assert script.first[:, 2].tolist() == script.second[:, 2].tolist() == expected
+
+
+def test_a_synfire_chain_fires_as_often_as_on_a_machine(tmp_path: Path) -> None:
+    """A ring of 200 cells with delays of 17 ms; a spike goes round in 200 (17 + 2) ms."""
+    script = run(
+        tmp_path,
+        HEAD + "n = 200\nring = [(i, (i + 1) % n, 2.0, 17) for i in range(n)]\n"
+        f"cells = p.Population(n, p.IF_curr_exp({MEMBRANE}))\n"
+        "first = p.Population(1, p.SpikeSourceArray([[0]]))\n"
+        "p.Projection(cells, cells, p.FromListConnector(ring), p.StaticSynapse())\n"
+        "p.Projection(first, cells, p.FromListConnector([(0, 0)]), p.StaticSynapse(weight=2.0, delay=1))\n"
+        "cells.record('spikes')\np.run(5000)\n",
+    )
+    spikes = trains(script.cells)
+    assert sum(map(len, spikes)) == 263  # of sPyNNaker's tests of synfire chains
+    assert spikes[0] == [3.0, 3803.0]
+
+
 CHAIN = """
 inputs = p.Population(2, p.SpikeSourceArray([[0.0, 10.0], [4.3]]))
 cells = p.Population(2, p.IF_curr_exp(tau_syn_E=5.0))

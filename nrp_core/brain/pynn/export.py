@@ -80,7 +80,7 @@ def _population(population: Population, label: str, current_na: FloatArray) -> d
         parameters=parameters,
         initial_values=_beginnings(population, label, parameters),
         spike_times_ms=tuple(np.asarray(train.value, dtype=float) for train in trains),
-        positions_um=np.ascontiguousarray(population.positions.T) if population.has_space else None,
+        positions_um=np.ascontiguousarray(population.places) if population.has_space else None,
         hints=dict(population.hints),
         equations=getattr(population.celltype, "equations", None),
     )

@@ -337,6 +337,11 @@ class Population(_Cells, common.Population):
 
     positions = property(_get_positions, _set_positions)
 
+    @property
+    def places(self) -> FloatArray:
+        """The positions of the cells, um, shape ``(n, 3)``."""
+        return self._get_positions().T
+
 
 class PopulationView(_Cells, common.PopulationView):
     """Some cells of a population."""

@@ -159,8 +159,11 @@ class Dialect:
         def set_number_of_neurons_per_core(neuron_type: Any, max_permitted: Any) -> None:
             """Set the largest number of cells on a core, for populations of a type that are made later."""
             cell = _cell_class(neuron_type, names)
-            count = cells_per_core(f"set_number_of_neurons_per_core({cell.__name__})", max_permitted)
-            state.hints_by_cell.setdefault(cell, {})["neurons_per_core"] = count
+            hints = state.hints_by_cell.setdefault(cell, {})
+            hints.pop("neurons_per_core", None)
+            if max_permitted is not None:
+                owner = f"set_number_of_neurons_per_core({cell.__name__})"
+                hints["neurons_per_core"] = cells_per_core(owner, max_permitted)
 
         def set_number_of_synapse_cores(neuron_type: Any, n_synapse_cores: int | None) -> None:
             """Set the number of synapse-only cores for each core, for populations that are made later."""

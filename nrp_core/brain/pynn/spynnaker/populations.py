@@ -21,7 +21,34 @@ from nrp_core.errors import CapabilityError, NetworkError
 
 
 class _Cells:
-    """Values of parameters as sPyNNaker returns them."""
+    """Parameters and positions as sPyNNaker returns them."""
+
+    @property
+    def positions(self) -> FloatArray:
+        """The positions of the cells, um, shape ``(n, 3)``."""
+        cells: Any = self
+        found: FloatArray = cells._owner().places[cells._indices()]
+        return found
+
+    @property
+    def position_generator(self) -> Any:
+        """A function that returns the position of the cell at an index."""
+        return lambda index: self.positions[index]
+
+    def nearest(self, position: Any) -> Any:
+        """Return the cell that is closest to a position."""
+        cells: Any = self
+        return cells[int(((self.positions - np.asarray(position)) ** 2).sum(axis=1).argmin())]
+
+    def save_positions(self, file: Any) -> None:
+        """Write the index and the position of each cell to a file."""
+        rows = np.column_stack([np.arange(len(self.positions)), self.positions])
+        np.savetxt(file, rows, fmt=["%d", "%g", "%g", "%g"])
+
+    def _get_cell_position(self, cell: Any) -> FloatArray:
+        cells: Any = self
+        found: FloatArray = self.positions[cells.id_to_index(cell)]
+        return found
 
     def get(self, parameter_names: Any, gather: bool = True, simplify: bool = True) -> Any:
         """Return a value for each cell, by name if there are several names."""

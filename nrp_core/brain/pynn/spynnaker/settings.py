@@ -50,16 +50,18 @@ class Splitter:
 def cells_per_core(owner: str, given: Any) -> float:
     """Return the number of cells on a core, given as a number or, for a grid of cells, one for each axis.
 
+    Parts of a cell are left out, as in sPyNNaker.
+
     Raises:
         InvalidValueError: it is not a whole number of 1 or more.
     """
     numbers = given if isinstance(given, (tuple, list)) else [given]
-    if not numbers or not all(isinstance(n, (int, np.integer)) and n >= 1 for n in numbers):
+    if not numbers or not all(isinstance(n, (int, float, np.number)) and 1 <= n < np.inf for n in numbers):
         raise InvalidValueError(
             f"{owner}: neurons_per_core is {given!r}; it must be a whole number of 1 or more, or one for "
             "each axis of a grid"
         )
-    return float(np.prod(numbers))
+    return float(np.prod([int(n) for n in numbers]))
 
 
 def hints_of(owner: str, given: Mapping[str, Any]) -> dict[str, float]:
