@@ -67,7 +67,7 @@ def expanded(
             text = xacro.process_file(str(path), mappings=given).toxml(encoding="utf-8")
     except (Exception, SystemExit) as error:  # noqa: BLE001  whatever Python in the file does
         reason = " ".join(str(error).split()) or type(error).__name__
-        reason = _CLASS.sub("", reason).removeprefix(f"{path}: ")
+        reason = _once(_CLASS.sub("", reason).removeprefix(f"{path}: "), path)
         if "maximum recursion depth" in reason:
             reason = "it includes itself, or one of its macros calls itself without an end"
         reason = _WITHOUT_VALUE.sub(_asking_for, reason)
@@ -88,6 +88,12 @@ def _early(path: Path) -> dict[str, str]:
         for name in sorted(needed)
         if (default := defaults.get(name)) is not None and not any(mark in default for mark in _SUBSTITUTION)
     }
+
+
+def _once(reason: str, path: Path) -> str:
+    """Return what xacro says of an error in a substitution, which it says twice."""
+    twice = re.fullmatch(rf"(.+) (?:{re.escape(str(path))}: )?\1", reason)
+    return reason if twice is None else twice[1]
 
 
 def _asking_for(missing: re.Match[str]) -> str:

@@ -470,6 +470,9 @@ def test_a_link_without_mass_at_a_force_sensor_gets_a_little_because_it_moves_al
     [
         ('<xacro:include filename="robot.urdf"/>', "it includes itself"),
         ('<xacro:include filename="$(find nowhere)/x.xacro"/>', "file: there is no package 'nowhere'"),
+        ('<link name="$(env NRP_NOWHERE)"/>', "environment variable 'NRP_NOWHERE' is not set"),
+        ('<link name="$(fnd x)"/>', "Unknown substitution command [fnd x]"),
+        ('<link name="${half}"/>', "name 'half' is not defined"),
     ],
 )
 def test_a_xacro_file_that_cannot_be_expanded_is_an_error_in_plain_words(
@@ -478,5 +481,6 @@ def test_a_xacro_file_that_cannot_be_expanded_is_an_error_in_plain_words(
     pytest.importorskip("xacro")
     with pytest.raises(SceneError) as caught:
         urdf(TWO_LINKS + body)
+    assert str(caught.value).count(words.removeprefix("file: ")) == 1
     assert words in str(caught.value)
     assert "class" not in str(caught.value)
