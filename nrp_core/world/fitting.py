@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.added_sensors import AddedSensor, with_added_sensors
 from nrp_core.world.controllers.joint_plugins import TOPICS
-from nrp_core.world.scene.acting import JointController, Pid, TrajectoryController
+from nrp_core.world.scene.acting import GroupController, JointController, Pid, TrajectoryController
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Joint, Link, Model
 from nrp_core.world.topics import resolve_name
@@ -27,10 +27,12 @@ class JointControl:
     Args:
         mode: the commanded quantity; joints with trajectories go along them together.
         gains: of each joint; None: it follows with any load within its limits.
+        group: the name of a group, all joints of which take one message; empty for a topic of its own.
     """
 
     mode: Literal["position", "velocity", "effort", "trajectory"] = "position"
     gains: Pid | None = None
+    group: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,13 +85,26 @@ def fitted(model: Model, fitting: Fitting) -> Model:
             if (joint, control.mode) in told:
                 raise SceneError(f"two patterns give the joint '{joint}' of '{model.name}' a {control.mode}")
             told[joint, control.mode] = control
-    single = [_controller(model, joint, each) for (joint, mode), each in told.items() if mode != "trajectory"]
+    single = [
+        _controller(model, joint, each)
+        for (joint, mode), each in told.items()
+        if mode != "trajectory" and not each.group
+    ]
+    groups = (
+        *(
+            each
+            for each in model.group_controllers
+            if not told.keys() & {(j, each.kind) for j in each.joints}
+        ),
+        *_groups(model, told),
+    )
     led = {joint: each for (joint, mode), each in told.items() if mode == "trajectory"}
     kept = [each for each in model.controllers if (each.joint, each.kind) not in told]
     leaders = model.trajectory_controllers
     if led:
         leaders = (*(each for each in leaders if not led.keys() & {*each.joints}), _leader(model, led))
-    result = replace(model, controllers=(*kept, *single), trajectory_controllers=leaders)
+    controllers = (*kept, *single)
+    result = replace(model, controllers=controllers, trajectory_controllers=leaders, group_controllers=groups)
     if result.joint_states_topic is None and commandable(result):
         result = replace(result, joint_states_topic=resolve_name("joint_states", model.name))
     result.check()
@@ -153,6 +168,26 @@ def _controller(model: Model, joint: str, control: JointControl) -> JointControl
     topic = resolve_name(f"{joint}/{TOPICS[control.mode]}".replace("::", "/"), model.name)
     gains = Pid() if control.mode == "effort" else control.gains
     return JointController(joint, control.mode, topic, gains)
+
+
+def _groups(model: Model, told: Mapping[tuple[str, str], JointControl]) -> Iterator[GroupController]:
+    """Yield the controllers of groups; the numbers of each are in the order of the joints in the file."""
+    groups: dict[str, dict[str, JointControl]] = {}
+    for joint in model.joints:
+        for (name, _), control in told.items():
+            if name == joint.name and control.group:
+                groups.setdefault(control.group, {})[name] = control
+                modes = {each.mode for each in groups[control.group].values()}
+                if len(modes) > 1:
+                    several = " and ".join(sorted(modes))
+                    raise SceneError(f"the group '{control.group}' of '{model.name}' mixes {several}")
+    for group, joints in groups.items():
+        mode = next(iter(joints.values())).mode
+        assert mode != "trajectory"
+        gains = {name: Pid() if mode == "effort" else each.gains for name, each in joints.items()}
+        given = tuple((name, each) for name, each in gains.items() if each is not None)
+        topic = resolve_name(f"{group}/commands", model.name)
+        yield GroupController(group, tuple(joints), mode, topic, given)
 
 
 def _leader(model: Model, led: Mapping[str, JointControl]) -> TrajectoryController:

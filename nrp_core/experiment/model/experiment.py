@@ -160,6 +160,8 @@ class ControlSection(Section):
     """Effort for each unit of the error's integral."""
     d: float = Field(default=0.0, ge=0)
     """Effort for each unit of the error's rate."""
+    group: Name | None = None
+    """Joints of a group take one message with a number for each."""
 
     @model_validator(mode="after")
     def _gains_together(self) -> ControlSection:
@@ -167,12 +169,15 @@ class ControlSection(Section):
             raise ValueError("'i' and 'd' need 'p'; without gains the joint follows with any load")
         if self.mode == "effort" and self.p is not None:
             raise ValueError("an effort is applied as it is commanded, so it has no gains")
+        if self.mode == "trajectory" and self.group is not None:
+            raise ValueError("joints with the mode 'trajectory' are led together already, without a group")
         return self
 
     @property
     def control(self) -> JointControl:
         """The same for a scene."""
-        return JointControl(self.mode, None if self.p is None else Pid(self.p, self.i, self.d))
+        gains = None if self.p is None else Pid(self.p, self.i, self.d)
+        return JointControl(self.mode, gains, self.group or "")
 
 
 class RobotSection(Section):

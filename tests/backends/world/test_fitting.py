@@ -6,6 +6,7 @@ import pytest
 from jointed import axis, command, joint, limit, link
 
 from nrp_core.world.fitting import Fitting, JointControl, fitted
+from nrp_core.world.messages.std_msgs import Float64MultiArray
 
 ARM = (
     link("base", at=(0, 0, 1))
@@ -29,3 +30,18 @@ def test_a_robot_without_controllers_is_held_starts_and_obeys_as_the_experiment_
     assert states.positions[0] == pytest.approx(1.2, abs=1e-3)
     assert states.velocities[1] == pytest.approx(3.0, rel=0.01)
     assert world.engine.link_motion("robot", "base").pose.position == pytest.approx((0, 0, 1), abs=1e-9)
+
+
+@pytest.mark.parametrize(("mode", "expected"), [("position", [0.9, 1.5]), ("velocity", [0.9, 0.9])])
+def test_a_group_of_joints_obeys_one_message(open_world, read, advance, mode, expected) -> None:
+    """Positions are reached; velocities turn the joints from 0.5 and 0 for 0.6 s."""
+    control = ((".*", JointControl(mode, group="all")),)
+    world = open_world(fitted(read(ARM), Fitting(True, (("j", 0.5),), control)))
+    together = world.advertise("/robot/all/commands")
+    together.publish(Float64MultiArray(data=[0.9, 1.5] if mode == "position" else [0.4 / 0.6, 1.5]))
+    advance(world, 0.6)
+    states = world.joint_states("robot")
+    reached = states.positions.tolist()
+    assert reached == pytest.approx(expected, abs=2e-3 if mode == "position" else 0.08)
+    if mode == "velocity":
+        assert states.velocities.tolist() == pytest.approx([0.4 / 0.6, 1.5], rel=0.01)

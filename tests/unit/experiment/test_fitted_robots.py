@@ -66,6 +66,26 @@ def test_every_joint_can_be_given_commands_by_patterns(arm):
     assert leader.gains == ()
 
 
+def test_joints_of_a_group_take_one_message(arm):
+    model = arm(
+        control={
+            "slide": {"mode": "position", "group": "both"},
+            "shoulder": {"mode": "position", "p": 5, "group": "both"},
+            "elbow|slide": {"mode": "effort", "group": "strong"},
+            "elbow": {"mode": "velocity"},
+        }
+    )
+    assert [(each.joint, each.topic) for each in model.controllers] == [("elbow", "/arm/elbow/cmd_vel")]
+    both, strong = model.group_controllers
+    assert (both.name, both.joints, both.kind, both.topic) == (
+        "both", ("shoulder", "slide"), "position", "/arm/both/commands",
+    )  # fmt: skip
+    assert both.gains == (("shoulder", Pid(5)),)
+    assert (strong.joints, strong.kind, strong.gains) == (
+        ("elbow", "slide"), "effort", (("elbow", Pid()), ("slide", Pid())),
+    )  # fmt: skip
+
+
 def test_the_root_of_a_robot_is_held_wherever_its_file_has_it(arm, tmp_path):
     base, rest = ARM.split(LINK.format("upper", 1))[0].splitlines()[-1], LINK.format("upper", 1)
     (tmp_path / "arm.xacro").write_text(ARM.replace(base + rest, rest + base))
@@ -88,6 +108,10 @@ def test_a_robot_stands_as_the_experiment_says(arm):
         ({"control": {"elbw": {}}}, "no joint of 'arm' that can be commanded matches 'elbw'; did you mean"),
         ({"control": {"(": {}}}, "is not a regular expression for joints"),
         ({"control": {"elbow": {}, "e.*": {}}}, "two patterns give the joint 'elbow' of 'arm' a position"),
+        (
+            {"control": {"elbow": {"group": "g"}, "slide": {"mode": "velocity", "group": "g"}}},
+            "the group 'g' of 'arm' mixes position and velocity",
+        ),
         ({"args": {"tol": 1}}, "this file has no argument 'tol'; did you mean 'tool'"),
     ],
 )
@@ -101,6 +125,8 @@ def test_what_does_not_fit_is_refused(arm, keys, message):
     [
         ({"d": 1}, "need 'p'"),
         ({"mode": "effort", "p": 1}, "has no gains"),
+        ({"mode": "trajectory", "group": "g"}, "led together already"),
+        ({"group": "a b"}, "group"),
         ({"mode": "positon"}, "'position', 'velocity', 'effort' or 'trajectory'"),
     ],
 )
