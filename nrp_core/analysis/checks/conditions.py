@@ -16,6 +16,7 @@ from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.model.tree import Key
 from nrp_core.experiment.reading.reader import experiment_of
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.quantities import time_ns
 from nrp_core.world.raycast.extent import size_m, width_m
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.model import Model
@@ -65,7 +66,11 @@ def _never_counts(during: During, experiment: Experiment) -> str:
     """Return why a period is empty; an empty text if it is not, or if this is unknown."""
     since, until = (_time_of(moment, experiment) for moment in (during.since, during.until))
     if isinstance(since, int) and isinstance(until, int):
-        return f"{seconds(since):g} s is not before {seconds(until):g} s" if since >= until else ""
+        if since >= until:
+            return f"{seconds(since):g} s is not before {seconds(until):g} s"
+        step_ns = experiment.timestep
+        is_between = until // step_ns == (since - 1) // step_ns  # no multiple of the step lies in the period
+        return f"no step of {seconds(step_ns):g} s ends in this period" if is_between else ""
     if since == until:
         return f"'{since}' is both its beginning and its end"
     if isinstance(during.since, str) and during.until in causes_of(during.since, experiment.events):
@@ -197,7 +202,7 @@ def aliases_name_different_topics(study: Study) -> Iterator[Finding]:
             yield study.experiment.place("aliases", alias).finding(Code.NRP305, message, Level.WARNING)
 
 
-@checks_experiment(Code.NRP215)
+@checks_experiment(Code.NRP215, Code.NRP248)
 def varied_settings_exist(study: Study) -> Iterator[Finding]:
     """Try a value from each range of a comparison."""
     experiment = study.experiment
@@ -216,6 +221,13 @@ def varied_settings_exist(study: Study) -> Iterator[Finding]:
                 f"there is no '{name}'{did_you_mean(name, known)}" for name in _named(changed) - known
             )
             message = message or "; ".join(one for one in _wrong_parameters(changed) if one not in own)
+        end_ns = experiment.duration
+        if not message and key.startswith("events.") and key.endswith((".at", ".when.after")):
+            latest_ns = time_ns(f"{values.high:.9g} {values.unit}")
+            if latest_ns >= end_ns:
+                late = f"up to {seconds(latest_ns):g} s, and the run ends at {seconds(end_ns):g} s"
+                place = experiment.place("comparison", "vary", key)
+                yield place.finding(Code.NRP248, f"'{key}' is {late}", Level.WARNING)
         if message:
             message = f"'{key}' cannot be varied: {message}"
             yield experiment.place("comparison", "vary", key).finding(Code.NRP215, message)

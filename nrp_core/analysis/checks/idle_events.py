@@ -70,6 +70,20 @@ def own_topics_are_used(study: Study) -> Iterator[Finding]:
             yield place.finding(Code.NRP279, message, Level.NOTE)
 
 
+@checks_experiment(Code.NRP279)
+def aliases_are_used(study: Study) -> Iterator[Finding]:
+    """Look for further names of topics that no function, event or criterion uses."""
+    if not study.is_complete:
+        return
+    experiment = study.experiment
+    used = {topic.name for one in study.declared for topic in one.function.published} | read_topics(study)
+    used |= {one.topic for event in experiment.events.values() for one in event.publish}
+    used |= set(experiment.world.sensors) | set(experiment.aliases.values())
+    for alias in sorted(experiment.aliases.keys() - used):
+        message = f"no function, event or criterion uses the alias '{alias}'"
+        yield experiment.place("aliases", alias).finding(Code.NRP279, message, Level.NOTE)
+
+
 @checks_experiment(Code.NRP320)
 def colors_change(study: Study) -> Iterator[Finding]:
     """Look for visuals to which all events give the colour that they have in their file."""

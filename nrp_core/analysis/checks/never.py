@@ -65,6 +65,17 @@ def limits_of_criteria_end_in_time(study: Study) -> Iterator[Finding]:
             yield experiment.place("criteria", name, "within_of", "time").finding(
                 Code.NRP248, message, Level.WARNING
             )
+        elif criterion.within_of is not None and criterion.within_of.event in experiment.events:
+            first_ns = earliest_ns(criterion.within_of.event, experiment.events)
+            if first_ns < experiment.duration < first_ns + criterion.within_of.time:
+                message = (
+                    f"'{name}' allows {seconds(criterion.within_of.time):g} s after "
+                    f"'{criterion.within_of.event}', which is at {seconds(first_ns):g} s at the earliest, "
+                    f"and the run ends at {seconds(experiment.duration):g} s"
+                )
+                yield experiment.place("criteria", name, "within_of", "time").finding(
+                    Code.NRP248, message, Level.NOTE
+                )
 
 
 def _comes_too_late(name: str, experiment: Experiment) -> Iterator[Finding]:

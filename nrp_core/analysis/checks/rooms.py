@@ -55,6 +55,25 @@ def things_are_seen_and_felt(study: Study) -> Iterator[Finding]:
 
 
 @checks_experiment(Code.NRP298)
+def things_stand_apart(study: Study) -> Iterator[Finding]:
+    """Look for two models of the room with the same shapes at the same place: one changes nothing."""
+    if study.scene is None:
+        return
+    first: dict[tuple[object, ...], str] = {}
+    for model in study.scene.models:
+        if model.name in study.experiment.world.robots or not _is_felt(model):
+            continue
+        shapes = [(link.pose, one.pose, one.geometry) for link in model.links for one in link.collisions]
+        other = first.setdefault((model.pose, *shapes), model.name)
+        if other != model.name:
+            message = (
+                f"'{model.name}' is exactly where '{other}' is, and has the same collision shapes: is one of "
+                "them meant to be elsewhere?"
+            )
+            yield study.experiment.place("world", "scene").finding(Code.NRP298, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP298)
 def meshes_face_outward(study: Study) -> Iterator[Finding]:
     """Look for closed meshes that are turned inside out, so that no image shows them from outside."""
     if study.scene is None or not any(sensor.views for _, sensor in read_sensors(study)):

@@ -23,6 +23,8 @@ from nrp_core.world.render.scene_mesh import MAX_EXTENT_M
 from nrp_core.world.scene.implausible import FASTEST_HZ
 from nrp_core.world.scene.model import Model, Scene
 from nrp_core.world.scene.sensing import MountedSensor
+from nrp_core.world.sensors.event_camera import EventCamera
+from nrp_core.world.sensors.intensity import BLACK_TO_WHITE
 from nrp_core.world.sight import Sight, enclosed, sights
 
 _COVERED: Final = 2 / 3
@@ -38,6 +40,8 @@ _HOUSING: Final = 0.1
 """How far a camera stands inside its housing, of the same size; in public robots at most 0.03."""
 _FASTER: Final = 2.001
 """Files for Gazebo, whose steps take 1 ms, have sensors of 1 kHz, which also run with steps of 2 ms."""
+_SLOWEST_HZ: Final = 1.0
+_FEWEST: Final = 10.0
 _LEAST_PIXELS: Final = 4
 """Images with fewer columns have no left and right part."""
 
@@ -111,6 +115,35 @@ def sensors_keep_the_time_of_physics(study: Study) -> Iterator[Finding]:
             )
             place = study.experiment.place("world", "robots", model.name)
             yield place.finding(Code.NRP298, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP298)
+def sensors_measure_often(study: Study) -> Iterator[Finding]:
+    """Look for scanners and cameras that are read, and that give a few messages in the whole run."""
+    run_s = study.experiment.duration / NS_PER_S
+    for model, sensor in read_sensors(study):
+        if 0 < sensor.rate_hz < _SLOWEST_HZ and 1 < sensor.rate_hz * run_s < _FEWEST:
+            message = (
+                f"the {_kind(sensor)} '{sensor.name}' has a rate of {sensor.rate_hz:g} Hz, which gives "
+                f"{int(sensor.rate_hz * run_s)} messages in {run_s:g} s; is that its period in s?"
+            )
+            place = study.experiment.place("world", "robots", model.name)
+            yield place.finding(Code.NRP298, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP298)
+def event_cameras_see_changes(study: Study) -> Iterator[Finding]:
+    """Look for thresholds that a change from black to white does not reach."""
+    for model in _robots(study):
+        for sensor in (sensor for link in model.links for sensor in link.sensors):
+            if isinstance(sensor, EventCamera) and sensor.threshold > BLACK_TO_WHITE:
+                message = (
+                    f"the event camera '{sensor.name}' has a threshold of {sensor.threshold:g}, and the "
+                    f"logarithm of the intensity changes by at most {BLACK_TO_WHITE:.2g}, from black to "
+                    "white: it has no events"
+                )
+                place = study.experiment.place("world", "robots", model.name)
+                yield place.finding(Code.NRP298, message, Level.WARNING)
 
 
 @checks_experiment(Code.NRP298)

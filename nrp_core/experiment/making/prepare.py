@@ -38,7 +38,7 @@ from nrp_core.world.drives.planar import planar_drives
 from nrp_core.world.engine_kit.backend import PhysicsBackend
 from nrp_core.world.engine_kit.planar_servo import servo_of
 from nrp_core.world.interface import WorldBackend
-from nrp_core.world.raycast.footing import below_ground
+from nrp_core.world.raycast.footing import below_ground, buried
 from nrp_core.world.scene import implausible as scene_plausibility
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Model, Scene
@@ -334,13 +334,20 @@ class Examination:
             self.collector.add(Code.NRP298, sentence, *keys, level=Level.WARNING)
         for robot, sentence in self._wrong_drives(self.scene):
             self.collector.add(Code.NRP298, sentence, "world", "robots", robot, level=Level.WARNING)
-        for model, ground in below_ground(self.scene, self._experiment.world.robots):
-            message = f"the model '{model}' lies below '{ground}', which the robots stand on"
-            self.collector.add(Code.NRP316, message, "world", "scene", level=Level.WARNING)
+        self._check_depths(self.scene)
         for message in falling(self.scene, self._experiment.world.robots):
             self.collector.add(Code.NRP292, message, "world", "scene", level=Level.WARNING)
         for name, code, message in wrong_starts(self.scene, self._experiment.world.robots):
             self.collector.add(code, message, "world", "robots", name, level=Level.WARNING)
+
+    def _check_depths(self, scene: Scene) -> None:
+        """Look for models and robots below the ground."""
+        for model, ground in below_ground(scene, self._experiment.world.robots):
+            message = f"the model '{model}' lies below '{ground}', which the robots stand on"
+            self.collector.add(Code.NRP316, message, "world", "scene", level=Level.WARNING)
+        for robot, top_m, ground in buried(scene, self._experiment.world.robots):
+            message = f"the robot '{robot}' reaches up to z {top_m:.3g} m, which is below '{ground}'"
+            self.collector.add(Code.NRP316, message, "world", "robots", robot, level=Level.WARNING)
 
     def _check_light(self) -> None:
         renderer = getattr(self.world.options, "renderer", None) if self.world else None

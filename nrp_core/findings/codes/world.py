@@ -180,8 +180,8 @@ STARTS_HIGH = Explanation(
 )
 
 BELOW_GROUND = Explanation(
-    "A model of the room lies below the ground that the robots stand on.",
-    "No robot sees or touches it.",
+    "A model lies below the ground that robots stand on.",
+    "What is above the ground neither sees nor touches it.",
     "Correct z of its pose; poses of models are in m, from the origin of the room.",
     "{n} models lie below the ground",
     Weight.REMARK,

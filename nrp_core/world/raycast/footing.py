@@ -15,6 +15,7 @@ import numpy as np
 from nrp_core._support.arrays import FloatArray
 from nrp_core.world.raycast.solids import Solid, room_of, solids_of
 from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.implausible_shapes import box_around, solid_or_seen
 from nrp_core.world.scene.model import Heightmap, Model, Plane, Scene
 
 _LEAST_M, _MOST_M = 0.02, 0.05
@@ -93,6 +94,23 @@ def below_ground(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str, str
         covers = [one for one in others if one.highest_m < min(feet) + _MOST_M and _covers(one, points)]
         if covers and not any(one.is_below(points) for one in others if one not in covers):
             yield model.name, covers[0].name
+
+
+def buried(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str, float, str]]:
+    """Yield each robot that cannot fall and is below a ground without end, its top (m), and the ground.
+
+    Those that can fall start inside the ground, which :func:`deepest_overlap` finds.
+    """
+    names = set(robots)
+    grounds = [solid for solid in room_of(scene) if solid.is_endless and solid.highest_m < inf]
+    lowest = min(grounds, key=lambda solid: solid.highest_m, default=None)
+    for model in scene.models if lowest else ():
+        if model.name not in names or can_fall(model, scene):
+            continue
+        shapes = ((link, one) for link in model.links for one in solid_or_seen(link))
+        box = box_around((model.pose @ link.pose @ one.pose, one.geometry) for link, one in shapes)
+        if lowest is not None and box is not None and box[1][2] < lowest.highest_m - _MOST_M:
+            yield model.name, float(box[1][2]), lowest.name
 
 
 def _covers(ground: Solid, points: FloatArray) -> bool:

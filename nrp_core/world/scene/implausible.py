@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from math import degrees, hypot, inf, isfinite
+from math import degrees, hypot, inf, isfinite, radians
 from typing import Final
 
 import numpy as np
@@ -18,7 +18,7 @@ from nrp_core.world.scene.implausible_links import has_dense_link, of_links
 from nrp_core.world.scene.implausible_looks import of_looks
 from nrp_core.world.scene.implausible_shapes import box_around, of_radii, solid_or_seen, without_strays
 from nrp_core.world.scene.model import Geometry, Light, Link, Model, Plane, Scene
-from nrp_core.world.scene.sensing import MountedSensor, View
+from nrp_core.world.scene.sensing import MountedSensor, Noise, View
 
 _DENSEST: Final = 22_590.0
 """Density of osmium, kg/m^3: CRC Handbook of Chemistry and Physics, the densest of all elements."""
@@ -41,6 +41,8 @@ _FINEST: Final = 1e-4
 """The smallest angle between two beams, rad; the finest scanners have 0.0009 (0.05 degrees)."""
 _NOISY: Final = 0.5
 """The largest noise as a share of the largest value: beyond it a measurement says hardly anything."""
+_FASTEST_TURN: Final = radians(4000)
+"""The widest range of gyroscopes, rad/s (ISM330DHCX data sheet: 4000 degrees per second)."""
 _SHORT: Final = 0.1
 """The smallest range of a sensor of distances, in sizes of the robot."""
 _SENSOR_TIMES: Final = 10.0
@@ -109,6 +111,14 @@ def _of_measurements(model: Model) -> Iterator[str]:
         largest = [(1.0, "full brightness")] if sensor.view is not None else []
         largest += [(one, "its range") for one in [getattr(sensor, "range_max", inf)] if isfinite(one)]
         noise = max(abs(sensor.noise.mean), sensor.noise.stddev)
+        for field in sensor.noises:
+            own: Noise | None = getattr(sensor, field)
+            largest_turn = 0.0 if own is None else max(abs(own.mean), own.stddev)
+            if largest_turn > _FASTEST_TURN:
+                yield (
+                    f"the noise of the turn rates of {owner} is {largest_turn:g} rad/s, and gyroscopes "
+                    f"measure up to {_FASTEST_TURN:.3g} rad/s"
+                )
         for limit, what in largest:
             if noise > _NOISY * limit:
                 yield f"the noise of {owner} is {noise:g}, and {what} is {limit:g}"

@@ -42,6 +42,9 @@ def of_joints(model: Model) -> Iterator[str]:
     for joint in joints.values():
         owner = f"the joint '{joint.name}' of '{model.name}'"
         yield from _of_limits(owner, joint)
+        led = joint.mimic
+        if led is not None and led.multiplier == 0:
+            yield f"{owner} mimics '{led.leader}' by a factor of 0: it stays at {led.offset:g}"
         if joint.kind != "prismatic" and joint.stiffness > 0 and abs(joint.rest) > _TURNS_RAD:
             yield f"the spring of {owner} rests at {joint.rest:g} rad, more than two turns; is it in degrees?"
         for value, what in ((joint.damping, "damping"), (joint.friction, "friction")):

@@ -66,6 +66,7 @@ class MountedSensor:
             :class:`~nrp_core.world.capabilities.WorldCapabilities`.
         tag: name of the kind of sensor in digests of scenes.
         frame_suffix: what a frame of its own has after the name of the sensor.
+        noises: fields with the noise of some of the numbers in place of ``noise``; None is none of their own.
     """
 
     noise: Noise = field(default=Noise(), kw_only=True)
@@ -79,6 +80,7 @@ class MountedSensor:
     needs: ClassVar[tuple[str, ...]] = ()
     tag: ClassVar[str] = ""
     frame_suffix: ClassVar[str] = ""
+    noises: ClassVar[tuple[str, ...]] = ()
 
     @property
     def view(self) -> View | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
+from typing import Any
 
 from nrp_core.errors import TopicError, did_you_mean
 from nrp_core.world.scene.model import Model, Scene
@@ -29,7 +30,7 @@ def with_imperfection(
     Raises:
         TopicError: no sensor publishes on that topic.
     """
-    given = {"noise": noise, "delay": delay, "drop_out": drop_out}
+    given: dict[str, Any] = {"noise": noise, "delay": delay, "drop_out": drop_out}
     changes = {name: value for name, value in given.items() if value is not None}
     served = [each for _, link in scene.links() for sensor in link.sensors for each in _topics(sensor)]
     if topic not in served:
@@ -40,11 +41,17 @@ def with_imperfection(
             return model
         links = []
         for link in model.links:
-            sensors = [replace(each, **changes) if topic in _topics(each) else each for each in link.sensors]  # type: ignore[arg-type]
+            sensors = [_with(each, changes) if topic in _topics(each) else each for each in link.sensors]
             links.append(replace(link, sensors=tuple(sensors)))
         return replace(model, links=tuple(links))
 
     return replace(scene, models=tuple(map(changed, scene.models)))
+
+
+def _with(sensor: MountedSensor, changes: dict[str, Any]) -> MountedSensor:
+    """Return a sensor with other properties; noise on every number replaces that of some of them."""
+    own: dict[str, Any] = dict.fromkeys(sensor.noises) if "noise" in changes else {}
+    return replace(sensor, **changes, **own)
 
 
 def _topics(sensor: MountedSensor) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from nrp_core.findings import Code
@@ -11,6 +11,7 @@ from nrp_core.world.messages.geometry_msgs import Quaternion, Vector3
 from nrp_core.world.messages.sensor_msgs import Imu as ImuMessage
 from nrp_core.world.rigid.motion import ModelMotion
 from nrp_core.world.rigid.pose import Pose, Vector
+from nrp_core.world.scene.digest import LATER
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.plugins import plugin_name
@@ -31,21 +32,22 @@ class Imu(Sensor):
     tag: ClassVar[str] = "imu"
 
     needs: ClassVar[tuple[str, ...]] = ("links",)
+    noises: ClassVar[tuple[str, ...]] = ("turn_noise",)
 
     pose: Pose = Pose()
+    turn_noise: Noise | None = field(default=None, kw_only=True, metadata=LATER)
 
     @classmethod
     def read(cls, sensor: Element, mount: Mount, reading: Reading) -> Imu:
-        """Read an inertial sensor; the noise of the acceleration along x is used for all."""
+        """Read an inertial sensor; the noise along x is used for all axes."""
         name = sensor.attribute("name")
-        noise = noise_of(sensor.section("imu").section("linear_acceleration").section("x"), reading)
-        for other in sensor.section("imu").all("noise"):
-            message = "this <noise> is ignored: that of <linear_acceleration><x> is used for all values"
-            reading.notes.warn(other, Code.NRP263, message, subject=name)
-        for plugin in sensor.all("plugin") if not noise else ():
-            noise = Noise(0.0, plugin.number("gaussianNoise", 0.0))
+        noise = _noise_of_axes(sensor, "linear_acceleration", reading)
+        turn_noise = _noise_of_axes(sensor, "angular_velocity", reading)
+        for plugin in sensor.all("plugin") if not (noise or turn_noise) else ():
+            noise = turn_noise = Noise(0.0, plugin.number("gaussianNoise", 0.0))
         topic = topic_of(sensor, reading.topic_of(mount.name, f"{name}/imu"), _TOPICS, reading)
-        return cls(name, topic, rate_of(sensor, reading), mount.place(sensor), noise=noise)
+        own = None if turn_noise == noise else turn_noise
+        return cls(name, topic, rate_of(sensor, reading), mount.place(sensor), noise=noise, turn_noise=own)
 
     @classmethod
     def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> tuple[str, Imu]:
@@ -60,6 +62,20 @@ class Imu(Sensor):
 
     def part(self, model: Model, link: str, engine: Engine) -> ImuPart:
         return ImuPart(self, model.name, link, engine)
+
+
+def _noise_of_axes(sensor: Element, quantity: str, reading: Reading) -> Noise:
+    """Return the noise of a vector, that along x; other noise along y and z is reported."""
+    section = sensor.section("imu").section(quantity)
+    along_x = noise_of(section.section("x"), reading)
+    for axis in "yz":
+        if noise_of(section.section(axis), reading) != along_x:
+            message = (
+                f"the noise of <x> is used for all axes of <{quantity}>, and that of <{axis}> is another"
+            )
+            reading.notes.warn(sensor, Code.NRP263, message, subject=sensor.attribute("name"))
+            break
+    return along_x
 
 
 def _is_hector(plugin: Element) -> bool:
@@ -92,7 +108,8 @@ class ImuPart(SensorPart):
             a - g for a, g in zip(self._acceleration(motion, now_ns), self._engine.scene.gravity, strict=True)
         ]
         acceleration = to_sensor.rotate((felt[0], felt[1], felt[2]))
-        turning, feeling = self._noisy(topic, now_ns, to_sensor.rotate(motion.angular), acceleration)
+        vectors = to_sensor.rotate(motion.angular), acceleration
+        turning, feeling = self._noisy(topic, now_ns, *vectors, own=(self._imu.turn_noise, None))
         message = ImuMessage(self._header(now_ns), Quaternion(*motion.pose.orientation))
         message.angular_velocity, message.linear_acceleration = Vector3(*turning), Vector3(*feeling)
         return message

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import log
+
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
@@ -11,6 +13,8 @@ LUMA = np.array([0.299, 0.587, 0.114]) / 255
 """Weights of red, green and blue in the intensity (ITU-R BT.601), which is 1 for white."""
 DARK = 0.001
 """Added to the intensity, so that black has a logarithm."""
+BLACK_TO_WHITE = log(1 + 1 / DARK)
+"""The largest change of the logarithm."""
 
 
 def log_intensity(image: ImageArray) -> FloatArray:

@@ -8,6 +8,7 @@ entry points in the group ``nrp_core.sensors``: their names are the types of ``<
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -24,7 +25,7 @@ from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.registered import ModelParts
 from nrp_core.world.scene.reading.sensors import Mount
 from nrp_core.world.scene.reading.xml import Element
-from nrp_core.world.scene.sensing import MountedSensor
+from nrp_core.world.scene.sensing import MountedSensor, Noise
 from nrp_core.world.topics import Direction, TopicInfo
 
 
@@ -93,12 +94,21 @@ class SensorPart(Part):
     def _noise(self, topic: str, now_ns: int, shape: Any) -> npt.NDArray[np.float64] | float:
         """Return noise for an array of a shape; it depends only on the seed, the topic and the time."""
         noise = self._imperfect.noise
-        if not noise:
-            return 0.0
-        stream = Seeds(self._engine.seed).child("world/noise").stream(f"{topic}@{now_ns}")
-        return np.asarray(stream.normal(noise.mean, noise.stddev, shape))
+        return self._drawn(topic, now_ns, noise.mean, noise.stddev, shape) if noise else 0.0
 
-    def _noisy(self, topic: str, now_ns: int, *vectors: Vector) -> list[Vector]:
-        """Return vectors with noise."""
-        numbers = np.array(vectors) + self._noise(topic, now_ns, (len(vectors), 3))
+    def _drawn(self, topic: str, now_ns: int, mean: Any, stddev: Any, shape: Any) -> npt.NDArray[np.float64]:
+        stream = Seeds(self._engine.seed).child("world/noise").stream(f"{topic}@{now_ns}")
+        return np.asarray(stream.normal(mean, stddev, shape))
+
+    def _noisy(
+        self, topic: str, now_ns: int, *vectors: Vector, own: Sequence[Noise | None] = ()
+    ) -> list[Vector]:
+        """Return vectors with noise; ``own`` is that of each vector, None for the noise of all numbers."""
+        shape = len(vectors), 3
+        if any(one is not None for one in own):
+            noises = [self._imperfect.noise if one is None else one for one in own]
+            means, deviations = ([[one.mean] for one in noises], [[one.stddev] for one in noises])
+            numbers = np.array(vectors) + self._drawn(topic, now_ns, means, deviations, shape)
+        else:
+            numbers = np.array(vectors) + self._noise(topic, now_ns, shape)
         return [(x, y, z) for x, y, z in numbers.tolist()]

@@ -30,6 +30,7 @@ from nrp_core.world.sensors.camera import Camera
 from nrp_core.world.sensors.contact import ContactSensor
 from nrp_core.world.sensors.force_torque import ForceTorque
 from nrp_core.world.sensors.ground_truth import GroundTruth
+from nrp_core.world.sensors.imperfect import with_imperfection
 from nrp_core.world.sensors.imu import Imu
 from nrp_core.world.sensors.laser import Laser
 
@@ -252,6 +253,19 @@ def test_at_rest_an_imu_feels_gravity_upwards(open_world, parts, advance):
     message = sense(world, "/imu", advance, 0.04)
     assert vector(message.linear_acceleration) == pytest.approx((0.0, GRAVITY, 0.0), abs=0.02)
     assert vector(message.angular_velocity) == pytest.approx((0.0, 0.0, 0.0), abs=1e-3)
+
+
+def test_its_turn_rates_and_accelerations_have_noise_of_their_own(open_world, advance):
+    noisy = imu(noise=Noise(0.0, 0.5), turn_noise=Noise(0.0, 0.01))
+    everywhere = with_imperfection(Scene((carrier(noisy),)), "/imu", noise=Noise(0.0, 2.0))
+    for scene, deviations in ((Scene((carrier(noisy),)), (0.01, 0.5)), (everywhere, (2.0, 2.0))):
+        world = open_world(replace(scene, gravity=(0.0, 0.0, 0.0)))
+        heard = world.subscribe("/imu", depth=500)
+        advance(world, 4.0)
+        read = [stamped.message for stamped in heard.since(-1)]
+        turns = np.array([vector(one.angular_velocity) for one in read])
+        felt = np.array([vector(one.linear_acceleration) for one in read])
+        assert (turns.std(), felt.std()) == pytest.approx(deviations, rel=0.1)
 
 
 def test_in_free_fall_it_feels_nothing(open_world, advance):

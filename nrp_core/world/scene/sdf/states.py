@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from math import atan2, pi, radians, remainder
 
+from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.checks import WORLD
@@ -30,6 +31,7 @@ class State:
         joints: the positions of joints (rad, m), by model and joint.
         inserted: elements whose children are added.
         deleted: the names of what is removed.
+        named: the models and lights that have a state.
     """
 
     poses: dict[tuple[str, str], Pose] = field(default_factory=dict)
@@ -37,6 +39,7 @@ class State:
     joints: dict[str, dict[str, float]] = field(default_factory=dict)
     inserted: list[Element] = field(default_factory=list)
     deleted: set[str] = field(default_factory=set)
+    named: dict[str, Element] = field(default_factory=dict)
 
     @classmethod
     def read(cls, states: Iterable[Element], notes: Notes) -> State:
@@ -51,6 +54,7 @@ class State:
                 kind, name = thing.tag.removesuffix("_state"), thing.attribute("name")
                 if thing.find("pose") is not None:
                     result.poses[kind, name] = read_pose(thing, WORLD)[0]
+                result.named[name] = thing
                 _warn_of_scale(thing, kind, notes)
                 result.links[name] = dict(_links(thing, ""))
                 result.joints[name] = dict(_joints(thing, ""))
@@ -59,6 +63,15 @@ class State:
                 name.text for deletions in state.all("deletions") for name in deletions.all("name")
             }
         return result
+
+    def warn_of_misspelt(self, names: Iterable[str], notes: Notes) -> None:
+        """Report each state of nothing in the world whose name is nearly that of a thing without a state."""
+        others = [name for name in names if name not in self.named]
+        for name in self.named.keys() - set(names) - self.deleted:
+            hint = did_you_mean(name, others)
+            if hint.instead is not None:
+                message = f"the <state> of '{name}' has no effect: the world has no such model or light{hint}"
+                notes.warn(self.named[name], Code.NRP263, message, subject=name)
 
     def of(self, model: Model) -> Model:
         """Return a model where it was last, with its joints where they were."""

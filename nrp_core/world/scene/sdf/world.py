@@ -41,6 +41,7 @@ def read_world(world: Element, source: Source, reading: Reading) -> Scene:
         for thing in read_placed(part, source, reading, "model", "light")
         if thing.name not in state.deleted
     ]
+    state.warn_of_misspelt([thing.name for thing in placed], reading.notes)
     things = [thing for thing in placed if thing.element.tag == "model"]
     read, ties = _models(world, things, source.version, reading)
     models = [state.of(model) for model in read]
