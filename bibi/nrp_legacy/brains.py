@@ -30,9 +30,11 @@ from nrp_legacy.injections import Injection, kept_injections
 from nrp_legacy.live.built import BuiltBrain
 from nrp_legacy.live.contents import Contents
 from nrp_legacy.nest.api import nest_module
+from nrp_legacy.nest.joining import join
 from nrp_legacy.nest.kernel import Kernel
 from nrp_legacy.nest.models import SPIKE_RECORDERS
 from nrp_legacy.nest.network import Conversion, network_of
+from nrp_legacy.nest.pynn_cells import PyNNCells
 from nrp_legacy.nest.running import RunningKernel
 from nrp_legacy.notes import Notes, unnoted
 from nrp_legacy.pynn07 import add_spellings
@@ -135,6 +137,9 @@ def load_script(
 
     def by_nest(variables: Mapping[str, Any]) -> Network | None:
         kept.append(variables)  # type: ignore[arg-type] # of a module
+        if kernel.beside:
+            join(kernel, sims[0], kept[0])
+            kernel.beside = None
         return network_of(kernel, variables) if kernel.groups else None
 
     def adapt(sim: ModuleType) -> None:
@@ -143,6 +148,7 @@ def load_script(
         add_spinnaker(sim)
         modules.update(dict.fromkeys(EXTERNAL_DEVICES, sim.external_devices))
         vars(sim)["nest"] = built.nest
+        kernel.beside = PyNNCells(sim)
         sims.append(sim)
         currents = kept_injections(sim)
 

@@ -116,7 +116,7 @@ def int_of(value: Any = 0, *base: int) -> int:
 
 
 def _only(value: Any) -> Any:
-    return value.item() if getattr(value, "ndim", 0) and value.size == 1 else value
+    return value.item() if isinstance(value, np.ndarray) and value.size == 1 else value
 
 
 def reload(module: Any) -> Any:

@@ -219,3 +219,98 @@ def test_parrots_repeat_what_comes_to_them_from_anywhere(tmp_path: Path) -> None
     assert first == pytest.approx([6.0, 6.2, 10.0], abs=0.11)
     assert second == pytest.approx([8.0], abs=0.11)
     assert cell == pytest.approx([8.0, 8.2, 10.0, 12.0], abs=0.21)
+
+
+CELLS_OF_PYNN = """
+from hbp_nrp_cle.brainsim import simulator as sim
+import nest
+circuit = sim.Population(4, sim.IF_cond_alpha())
+relays = sim.Population(2, sim.native_cell_type('parrot_neuron'))
+"""
+
+
+def test_nest_connects_cells_of_pynn_in_its_own_units(tmp_path: Path) -> None:
+    text = CELLS_OF_PYNN + (
+        "nest.Connect(list(map(int, circuit.all_cells)), relays, 'all_to_all', {'weight': 50.0})\n"
+        "synapse = {'model': 'tsodyks_synapse', 'U': 0.3, 'weight': [[-1.0, 2.0]] * 4, 'delay': 1.5}\n"
+        "nest.Connect(tuple(relays.all_cells), circuit.all_cells, 'all_to_all', synapse)\n"
+        "nest.SetStatus(nest.GetConnections(relays, circuit[:1]), 'weight', 3.0)\n"
+    )
+    network = loaded(tmp_path, text)
+    summary = [(one.pre, one.post, one.receptor, one.size, one.synapse_type) for one in network.projections]
+    assert summary == [
+        ("population0", "population1", "excitatory", 8, "static"),
+        ("population1", "population0", "excitatory", 5, "tsodyks_markram"),
+        ("population1", "population0", "inhibitory", 3, "tsodyks_markram"),
+    ]
+    assert network.projections[0].weight[0] == 50.0
+    assert network.projections[1].weight.tolist() == pytest.approx([0.003, 0.003, 0.002, 0.002, 0.002])
+    assert network.projections[2].weight.tolist() == pytest.approx([0.001, 0.001, 0.001])
+    assert set(network.projections[2].delay_ms.tolist()) == {1.5}
+    assert set(network.projections[1].synapse_parameters["U"].tolist()) == {0.3}
+
+
+def test_nodes_of_nest_beside_cells_of_pynn_become_populations(tmp_path: Path) -> None:
+    text = CELLS_OF_PYNN + (
+        "nest.Connect(nest.Create('poisson_generator', 1, {'rate': 100.0}), circuit[:3], "
+        "syn_spec={'weight': 10.0})\n"
+        "nest.Connect(nest.Create('dc_generator', 1, {'amplitude': 500.0}), circuit[:1])\n"
+        "nest.Connect(circuit[1:], nest.Create('spike_detector'))\n"
+        "more = nest.Create('iaf_psc_exp', 3, {'C_m': 100.0})\n"
+        "nest.Connect(circuit, more, syn_spec={'model': 'stdp_synapse', 'weight': 10.0, 'Wmax': 20.0})\n"
+    )
+    network = loaded(tmp_path, text)
+    sizes = {label: population.size for label, population in network.populations.items()}
+    assert sizes == {"population0": 4, "population1": 2, "poisson_generator": 3, "iaf_psc_exp": 3}
+    assert network.views["more"].tolist() == [6, 7, 8]
+    assert network.populations["iaf_psc_exp"].parameters["cm"].tolist() == [0.1] * 3
+    assert network.populations["population0"].parameters["i_offset"].tolist() == [0.5, 0, 0, 0]
+    assert [cells.tolist() for cells in network.built.recorded] == [[1, 2, 3]]
+    plastic = {one.post: one for one in network.projections}["iaf_psc_exp"]
+    assert set(plastic.synapse_parameters["w_max"].tolist()) == {0.02}
+
+
+def test_nest_changes_and_reads_cells_of_pynn(tmp_path: Path) -> None:
+    text = CELLS_OF_PYNN + (
+        "nest.SetStatus(list(circuit.all_cells[:2]), {'V_th': -48.0, 'g_L': 20.0, 'V_m': -60.0})\n"
+        "read = nest.GetStatus([int(circuit[1])], ['V_th', 'C_m', 'g_L'])\n"
+    )
+    network = loaded(tmp_path, text)
+    cells = network.populations["population0"]
+    assert cells.parameters["v_thresh"].tolist() == [-48.0, -48.0, -50.0, -50.0]
+    assert cells.parameters["tau_m"].tolist() == [50.0, 50.0, 20.0, 20.0]
+    assert cells.initial_values["v"].tolist() == [-60.0, -60.0, -65.0, -65.0]
+    assert network.built.variables["read"] == ((-48.0, 1000.0, 20.0),)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        ("nest.SetStatus(list(circuit.all_cells), {'V_thr': 1.0})", "no 'V_thr'.*did you mean 'V_th'"),
+        ("nest.Connect([3], [77])", "node 77 does not exist"),
+        ("nest.SetStatus([77], {'V_th': 1.0})", "node 77 does not exist"),
+    ],
+)
+def test_cells_and_parameters_that_do_not_exist_are_named(tmp_path: Path, call: str, message: str) -> None:
+    with pytest.raises(NetworkError, match=message):
+        loaded(tmp_path, CELLS_OF_PYNN + call + "\n")
+
+
+def test_nodes_and_cells_with_the_same_numbers_are_refused(tmp_path: Path) -> None:
+    early = CELLS_OF_PYNN.replace("import nest\n", "import nest\nnodes = nest.Create('spike_detector')\n")
+    with pytest.raises(NetworkError, match=r"'spike_detector'.*before PyNN's populations.*create the popul"):
+        loaded(tmp_path, early + "nest.Connect(circuit, nodes)\n")
+
+
+def test_native_synapses_have_weights_in_the_units_of_nest(tmp_path: Path) -> None:
+    connect = "sim.Projection(circuit, circuit, sim.AllToAllConnector(), sim.native_synapse_type"
+    text = CELLS_OF_PYNN + (
+        f"{connect}('static_synapse')(weight=2.0))\n"
+        f"{connect}('static_synapse')(weight=sim.random.RandomDistribution('uniform', low=2.0, high=3.0)))\n"
+        f"{connect}('stdp_synapse')(weight=2.0, Wmax=5.0, alpha=2.0))\n"
+    )
+    static, drawn, plastic = loaded(tmp_path, text).projections
+    assert set(static.weight.tolist()) == {0.002}
+    assert 0.002 <= drawn.weight.min() < drawn.weight.max() <= 0.003
+    assert (plastic.synapse_type, plastic.synapse_parameters["w_max"][0]) == ("stdp", 0.005)
+    assert plastic.synapse_parameters["A_minus"][0] == pytest.approx(0.02)

@@ -6,7 +6,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -25,6 +25,8 @@ from nrp_legacy.nest.models import (
     initial_mv,
 )
 
+_AFTER_CELLS = 10**9
+"""The number of the first node in a script that has created cells otherwise."""
 _UNKNOWN = "is not supported: its nodes do nothing"
 
 
@@ -126,6 +128,18 @@ class Block:
     kernel: Kernel
 
 
+class CellsBeside(Protocol):
+    """Cells that something else than calls of NEST creates, by numbers from 0."""
+
+    def __len__(self) -> int: ...
+
+    def get(self, cell: int) -> dict[str, Any]:
+        """Return the parameters of a cell."""
+
+    def set(self, cell: int, values: Mapping[str, Any]) -> None:
+        """Change parameters of a cell."""
+
+
 class Kernel:
     """Everything that one brain file creates.
 
@@ -134,7 +148,10 @@ class Kernel:
 
     Attributes:
         notes: calls that are not supported.
+        beside: cells that are not nodes; nodes that are created later have larger numbers than any cell.
     """
+
+    beside: CellsBeside | None = None
 
     def __init__(self, seed: int) -> None:
         self.random = np.random.RandomState(Seeds(seed).child("network").stream("nest").bit_generator)
@@ -215,7 +232,8 @@ class Kernel:
     def create(self, name: str, size: int, values: Any) -> Nodes:
         """Create nodes."""
         base, defaults = self.model(name)
-        first = self.groups[-1].first + self.groups[-1].size if self.groups else 1
+        after_cells = _AFTER_CELLS if self.beside else 1
+        first = self.groups[-1].first + self.groups[-1].size if self.groups else after_cells
         self.groups.append(Group(name, base, first, size, dict(defaults)))
         nodes = Nodes.of(self, range(first, first + size))
         if values:
@@ -240,12 +258,17 @@ class Kernel:
             values = [{name: column[i] for name, column in spread.items()} for i in range(len(nodes))]
         with self.changing():
             for node, given in zip(nodes, values, strict=True):
+                if self.beside and node < len(self.beside):
+                    self.beside.set(int(node), given)
+                    continue
                 group = self.group_of(node)
                 for name, value in given.items():
                     group.set(name, [node - group.first], [value])
 
     def node_values(self, node: int) -> dict[str, Any]:
         """Return the parameters of a node."""
+        if self.beside and node < len(self.beside):
+            return self.beside.get(int(node))
         group = self.group_of(node)
         own = {name: values[node - group.first] for name, values in group.values.items()}
         known: dict[str, Any] = {"global_id": int(node), "model": group.model, "element_type": "neuron"}

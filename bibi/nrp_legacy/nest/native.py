@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import ModuleType
 from typing import Any
 
+import numpy as np
+from pyNN.parameters import LazyArray
+
 from nrp_core.brain.files.sonata.models import LEAK_NS
+from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.errors import CapabilityError, did_you_mean
 from nrp_legacy.nest.kernel import Kernel
@@ -45,19 +50,35 @@ def native_cell(sim: ModuleType, name: str, kernel: Kernel) -> type:
 def native_synapse(sim: ModuleType, name: str, kernel: Kernel) -> type:
     """Return the PyNN synapse type for a model of NEST; its parameters are NEST's, in NEST's units.
 
-    Parameters without a counterpart are left out.
+    PyNN passes such parameters on as they are, weights in nS or pA. Those without a counterpart are left out.
     """
     known = kernel.synapse_model(name)
 
-    def begin(self: Any, weight: Any = 1.0, delay: Any = None, **given: Any) -> None:
+    def begin(self: Any, weight: Any = None, delay: Any = None, **given: Any) -> None:
+        values = {**known.defaults, **given}
+        sent = values["weight"] if weight is None else weight
+        weight = sent * _KILO if isinstance(sent, (int, float, np.ndarray)) else LazyArray(sent) * _KILO
         own = {"weight": weight} | ({} if delay is None else {"delay": delay})
         if known.kind == TSODYKS_MARKRAM:
-            values = {**known.defaults, **given}
             own |= {name: values[theirs] for name, theirs in _TSODYKS}
+        elif known.kind == STDP:
+            own |= _pair_rule(sim, values)
         base.__init__(self, **own)
 
-    base: Any = sim.TsodyksMarkramSynapse if known.kind == TSODYKS_MARKRAM else sim.StaticSynapse
+    base = getattr(sim, _BASES.get(known.kind, "StaticSynapse"))
     return type(base.__name__, (base,), {"__init__": begin})
 
 
+def _pair_rule(sim: ModuleType, values: Mapping[str, Any]) -> dict[str, Any]:
+    rate = values["lambda"]
+    timing = {"tau_plus": values["tau_plus"], "A_plus": rate, "A_minus": rate * values["alpha"]}
+    weight = sim.MultiplicativeWeightDependence if values["mu_plus"] else sim.AdditiveWeightDependence
+    return {
+        "timing_dependence": sim.SpikePairRule(**timing),
+        "weight_dependence": weight(w_min=0.0, w_max=values["Wmax"] * _KILO),
+    }
+
+
+_KILO = 1e-3
+_BASES = {TSODYKS_MARKRAM: "TsodyksMarkramSynapse", STDP: "STDPMechanism"}
 _TSODYKS = (("U", "U"), ("tau_rec", "tau_rec"), ("tau_facil", "tau_fac"))

@@ -89,7 +89,7 @@ class Conversion:
         self.ids |= {group.first + i: first + i for i in range(group.size)}
         self._labels[group.first] = label
         if group.base in CELLS:
-            self._populations[label] = _cells(group, label, self._currents(group))
+            self._populations[label] = cells_from(group, label, self._currents(group))
         else:
             trains = group.values.get("spike_times", [()] * group.size)
             times = tuple(np.sort(np.asarray(train, float).ravel()) for train in trains)
@@ -139,7 +139,7 @@ class Conversion:
         post, scale = self._labels[link.target.first], CELLS[link.target.base].weight_scale
         weight = values["weight"] * scale
         conducts = self._populations[post].is_conductance_based
-        kind, parameters, plasticity = _changing(link.kind, values, scale)
+        kind, parameters, plasticity = plasticity_of(link.kind, values, scale)
         label = unique([*(one.label for one in self._projections), f"{pre}→{post} {receptor}"])[-1]
         self._projections.append(
             Projection(
@@ -181,7 +181,14 @@ def _links(kernel: Kernel) -> Iterator[Link]:
             yield Link(*ends_of, pre, post, values, block.base.kind, block, chosen)
 
 
-def _cells(group: Group, label: str, current_na: FloatArray) -> Population:
+def cells_from(group: Group, label: str, current_na: FloatArray) -> Population:
+    """Return the nodes of a group as a population.
+
+    Args:
+        group: nodes of a model of cells.
+        label: the label of the population.
+        current_na: a constant current into each.
+    """
     model, base = CELLS[group.base], getattr(standard, CELLS[group.base].cell_type)
     parameters = {
         name: _parameter(group, model.parameters.get(name, Parameter(name, 1.0, default)))
@@ -206,10 +213,16 @@ def _poisson(label: str, rate: FloatArray, start: FloatArray, duration: FloatArr
     return Population(label, len(rate), "SpikeSourcePoisson", parameters)
 
 
-def _changing(
+def plasticity_of(
     kind: str, values: Mapping[str, FloatArray], scale: float
 ) -> tuple[str, dict[str, FloatArray], dict[str, str]]:
-    """Return the plasticity of synapses: kind, parameters, and the names of the rules."""
+    """Return the plasticity of synapses: kind, parameters of each, and the names of the rules.
+
+    Args:
+        kind: the synapse type of their model.
+        values: their values in NEST's names and units.
+        scale: the factor from NEST's unit of weights.
+    """
     if kind == TSODYKS_MARKRAM:
         return kind, dict(_tsodyks(values)), {}
     if kind == STDP and (values["weight"] >= 0).all() and (values["Wmax"] > 0).all():

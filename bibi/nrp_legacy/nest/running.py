@@ -21,8 +21,8 @@ from nrp_legacy.live.built import BuiltBrain
 from nrp_legacy.nest.kernel import Block, Group, Kernel
 from nrp_legacy.nest.models import CELLS, SPIKE_RECORDERS, SPIKES, SynapseModel
 from nrp_legacy.nest.network import Conversion
+from nrp_legacy.nest.pynn_cells import NEST_OF
 
-_NEST_OF = {model.cell_type: name for name, model in reversed(list(CELLS.items()))}
 _SYNAPSES = {STATIC: "static_synapse", TSODYKS_MARKRAM: "tsodyks_synapse", STDP: "stdp_synapse"}
 _TSODYKS = {"tau_facil": "tau_fac"}
 
@@ -150,7 +150,7 @@ def _describe(built: BuiltBrain, kernel: Kernel) -> list[str]:
     groups: dict[str, Group] = {}
     network = built.network
     for label, population in network.populations.items():
-        base = _NEST_OF.get(population.cell_type, SPIKES)
+        base = NEST_OF.get(population.cell_type, SPIKES)
         first = network.offsets[label] + 1
         columns = _columns(base, built, network.ids_of(label))
         groups[label] = Group(base, base, first, population.size, dict(kernel.defaults(base)), columns)

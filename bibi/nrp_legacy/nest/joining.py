@@ -1,0 +1,158 @@
+"""A script with populations of PyNN and calls of NEST: the nodes and synapses of NEST become PyNN's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from nrp_core._support.arrays import IntArray
+from nrp_core.brain.network.synapses.stdp import STDP
+from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
+from nrp_core.errors import NetworkError
+from nrp_legacy.nest.kernel import Block, Group, Kernel, Node
+from nrp_legacy.nest.models import CELLS, CURRENT, POISSON, SPIKE_RECORDERS, SPIKES
+from nrp_legacy.nest.network import cells_from, plasticity_of
+from nrp_legacy.nest.pynn_cells import scale_of
+
+_DIRECT = {"amplitude": 0.0, "start": 0.0, "stop": 1e12}
+
+
+def join(kernel: Kernel, sim: ModuleType, variables: dict[str, Any]) -> None:
+    """Give PyNN's simulator what was made by calls of NEST beside it; the kernel is empty afterwards.
+
+    Cells and generators of spikes become populations, and so do Poisson generators, with a source for each
+    synapse, as each target gets a train of its own. Generators of direct current become current sources, and
+    recorders of spikes record. Variables with nodes become populations or views of them.
+
+    Args:
+        kernel: the nodes and synapses.
+        sim: the simulator, with populations.
+        variables: of the script.
+
+    Raises:
+        NetworkError: a node does not exist, or its number is that of a cell of PyNN too.
+    """
+    joining = _Joining(kernel, sim)
+    for block in kernel.blocks:
+        joining.connect(block)
+    for name, value in list(variables.items()):
+        if (found := joining.seen(value)) is not None:
+            variables[name] = found
+    kernel.groups, kernel.blocks = [], []
+
+
+class _Joining:
+    def __init__(self, kernel: Kernel, sim: ModuleType) -> None:
+        self._kernel, self._sim = kernel, sim
+        self._ends: list[tuple[int, int, Any]] = [
+            (int(one.first_id), one.size, one) for one in sim.state.populations
+        ]
+        if kernel.groups and kernel.groups[0].first < sim.state.n_cells:
+            raise NetworkError(
+                f"nest.Create('{kernel.groups[0].model}') comes before PyNN's populations are created, so "
+                "the same numbers mean nodes and cells: create the populations first"
+            )
+        for group in kernel.groups:
+            self._ends.append((group.first, group.size, self._population(group)))
+        self._starts = [first for first, _size, _thing in self._ends]
+
+    def _population(self, group: Group) -> Any:
+        """Return the population that a group of nodes becomes; the group itself if it has no cells."""
+        sim = self._sim
+        if group.base in CELLS:
+            cells = cells_from(group, group.model, np.zeros(group.size))
+            made = sim.Population(
+                group.size, getattr(sim, cells.cell_type)(**cells.parameters), label=group.model
+            )
+            made.initialize(**cells.initial_values)
+            return made
+        if group.base == SPIKES:
+            trains = group.values.get("spike_times", [()] * group.size)
+            times = [sim.Sequence(np.sort(np.asarray(train, float).ravel())) for train in trains]
+            return sim.Population(group.size, sim.SpikeSourceArray(spike_times=times), label=group.model)
+        return group
+
+    def connect(self, block: Block) -> None:
+        """Connect as the synapses of one call do."""
+        for source, target, chosen in self._links(block):
+            pre = block.pre[chosen] - self._starts[source]
+            post = block.post[chosen] - self._starts[target]
+            values = {name: column[chosen] for name, column in block.values.items()}
+            sender, receiver = self._ends[source][2], self._ends[target][2]
+            if isinstance(receiver, Group):
+                if receiver.base in SPIKE_RECORDERS and not isinstance(sender, Group):
+                    sender[np.unique(pre)].record("spikes")
+            elif not isinstance(sender, Group):
+                self._project(sender, receiver, pre, post, values, block)
+            elif sender.base == POISSON:
+                self._project(self._poisson(sender, pre), receiver, np.arange(len(pre)), post, values, block)
+            elif sender.base == CURRENT:
+                self._inject(sender, receiver, pre, post, values["weight"])
+
+    def _links(self, block: Block) -> Iterator[tuple[int, int, IntArray]]:
+        ends = np.stack([self._places(nodes) for nodes in (block.pre, block.post)])
+        for source, target in np.unique(ends, axis=1).T.tolist():
+            yield source, target, np.flatnonzero((ends[0] == source) & (ends[1] == target))
+
+    def _places(self, nodes: IntArray) -> IntArray:
+        places: IntArray = np.searchsorted(self._starts, nodes, "right") - 1
+        ends = np.array([first + size for first, size, _thing in self._ends])
+        for node in nodes[(places < 0) | (nodes >= ends[places])].tolist():
+            raise NetworkError(f"nest: node {node} does not exist")
+        return places
+
+    def _poisson(self, group: Group, pre: IntArray) -> Any:
+        sim, start = self._sim, group.column("start", 0.0)[pre]
+        lasts = np.minimum(group.column("stop", np.inf)[pre], 1e10) - start
+        kind = sim.SpikeSourcePoisson(rate=group.column("rate", 0.0)[pre], start=start, duration=lasts)
+        return sim.Population(len(pre), kind, label=group.model)
+
+    def _inject(self, group: Group, cells: Any, pre: IntArray, post: IntArray, weight: Any) -> None:
+        columns = [group.column(name, default) for name, default in _DIRECT.items()]
+        for i, place, factor in zip(pre.tolist(), post.tolist(), weight.tolist(), strict=True):
+            amplitude, start, stop = (float(column[i]) for column in columns)
+            source = self._sim.DCSource(amplitude=amplitude * factor * 1e-3, start=start, stop=stop)
+            cells[place : place + 1].inject(source)
+
+    def _project(
+        self, sender: Any, receiver: Any, pre: IntArray, post: IntArray, values: dict[str, Any], block: Block
+    ) -> None:
+        is_negative = values["weight"] < 0
+        for receptor, chosen in (("excitatory", ~is_negative), ("inhibitory", is_negative)):
+            if chosen.any():
+                own = {name: column[chosen] for name, column in values.items()}
+                law, columns = self._law(block.base.kind, own, scale_of(receiver))
+                weight = own["weight"] * scale_of(receiver)
+                columns["weight"] = np.abs(weight) if receiver.conductance_based else weight
+                columns["delay"] = own["delay"]
+                listed = np.column_stack([pre[chosen], post[chosen], *columns.values()])
+                connector = self._sim.FromListConnector(listed, column_names=list(columns))
+                self._sim.Projection(sender, receiver, connector, law, receptor_type=receptor)
+
+    def _law(self, kind: str, values: dict[str, Any], scale: float) -> tuple[Any, dict[str, Any]]:
+        """Return the synapse type and its parameters for each synapse."""
+        sim = self._sim
+        kind, parameters, parts = plasticity_of(kind, values, scale)
+        if kind == STDP:
+            made = {name: getattr(sim, part)() for name, part in parts.items()}
+            return sim.STDPMechanism(**made), parameters
+        return sim.TsodyksMarkramSynapse() if kind == TSODYKS_MARKRAM else sim.StaticSynapse(), parameters
+
+    def seen(self, value: Any) -> Any:
+        """Return the cells for a variable with nodes, None if it has none."""
+        nodes = [value] if isinstance(value, Node) else value
+        if not (isinstance(nodes, (list, tuple)) and nodes and all(isinstance(one, Node) for one in nodes)):
+            return None
+        numbers = np.array([int(node) for node in nodes])
+        places = self._places(numbers)
+        parts = []
+        for place in dict.fromkeys(places.tolist()):
+            first, size, thing = self._ends[place]
+            chosen = numbers[places == place] - first
+            if isinstance(thing, Group):
+                return None
+            parts.append(thing if len(chosen) == size else thing[chosen])
+        return parts[0] if len(parts) == 1 else self._sim.Assembly(*parts)
