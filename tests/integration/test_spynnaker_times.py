@@ -109,6 +109,23 @@ def test_sources_fire_at_the_beginning_of_a_step(tmp_path: Path) -> None:
     assert trains(script.inputs) == [[0.0, 10.0], [5.0]]
 
 
+@pytest.mark.parametrize(
+    "times",
+    ["[9, 2, 5]", "[[9, 2, 5], [9.0, 5, 2]]", "[np.array([9, 2, 5]), (2, 5, 9)]", "np.array([9, 2, 5])"],
+)
+def test_spike_times_need_no_order(tmp_path: Path, times: str) -> None:
+    script = run(
+        tmp_path,
+        HEAD
+        + f"import numpy as np\nsources = p.Population(2, p.SpikeSourceArray, {{'spike_times': {times}}})\n"
+        "sources.record('spikes')\np.run(10)\nfirst = sources.get_data('spikes').segments[0].spiketrains\n"
+        f"p.reset()\nsources.set(spike_times=[3, 1])\np.run(10)\n",
+    )
+    assert [train.magnitude.tolist() for train in script.first] == [[2.0, 5.0, 9.0]] * 2
+    second = script.sources.get_data("spikes").segments[1].spiketrains
+    assert [train.magnitude.tolist() for train in second] == [[1.0, 3.0]] * 2
+
+
 def test_noise_is_on_the_steps_and_acts_there(tmp_path: Path) -> None:
     script = run(
         tmp_path,

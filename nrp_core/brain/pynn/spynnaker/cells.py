@@ -7,10 +7,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
+import numpy as np
 from pyNN.parameters import Sequence
 
 from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.pynn.invalid import WrongKindError
+from nrp_core.brain.pynn.populations import SPIKE_TIMES
 
 _SYNAPTIC: Final = ("gsyn_exc", "gsyn_inh")
 """Its names of the synaptic input of all cells, conductances (uS) and currents (nA) alike."""
@@ -49,6 +51,8 @@ def _own(cell: Any, name: str, cell_type: str) -> type:
         if len(values) > len(in_order):
             raise WrongKindError(f"{name}: give its parameters by name, such as {name}({example}=...)")
         parameters |= zip(in_order, values, strict=False)
+        if SPIKE_TIMES in parameters:
+            parameters[SPIKE_TIMES] = ascending(parameters[SPIKE_TIMES])
         self.given_state = {key: parameters.pop(key) for key in variables.keys() & parameters.keys()}
         cell.__init__(self, **parameters)
 
@@ -59,6 +63,17 @@ def _own(cell: Any, name: str, cell_type: str) -> type:
         body["units"] = {**dict.fromkeys(_SYNAPTIC, unit), **cell.units}
         body["recordable"] = list(dict.fromkeys([*cell.recordable, *synaptic, *_OF_ALL_CELLS]))
     return type(name, (cell,), body)
+
+
+def ascending(times: Any) -> Any:
+    """Return spike times of one or of all cells in ascending order, which sPyNNaker does not ask for."""
+    if isinstance(times, Sequence):
+        return Sequence(np.sort(times.value))
+    if not isinstance(times, (list, tuple, range, np.ndarray)):
+        return times
+    if len(times) and (np.iterable(times[0]) or isinstance(times[0], Sequence)):
+        return [ascending(each) for each in times]
+    return np.sort(times)
 
 
 def spike_injector(array: Any) -> type:

@@ -13,7 +13,9 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.changes import Synapses
 from nrp_core.brain.network.data import RECEPTORS
 from nrp_core.brain.pynn import populations, projections
+from nrp_core.brain.pynn.populations import SPIKE_TIMES
 from nrp_core.brain.pynn.spynnaker import neo_convertor
+from nrp_core.brain.pynn.spynnaker.cells import ascending
 from nrp_core.brain.pynn.spynnaker.kernels import ConvolutionConnector
 from nrp_core.brain.pynn.spynnaker.refused import POPULATIONS, refuse_attribute
 from nrp_core.brain.pynn.spynnaker.settings import cells_per_core, hints_of, remarks_on
@@ -104,6 +106,8 @@ class Population(_Cells, populations.Population):
             )
         if state:
             self.initialize(**state)
+        if SPIKE_TIMES in parameters:
+            parameters[SPIKE_TIMES] = ascending(parameters[SPIKE_TIMES])
         super().set(**parameters)
 
     def set_max_atoms_per_core(self, max_atoms_per_core: Any) -> None:
