@@ -28,6 +28,7 @@ from nrp_core.brain.devices.sources import SourcePort, SourceSpec
 from nrp_core.brain.devices.state_recorder import StateRecorderPort, Trace, divided, run_halting
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.grid import Grid
+from nrp_core.brain.network.names import require_complete
 from nrp_core.brain.report import Report
 from nrp_core.brain.selection import drivable, selected, source_among
 from nrp_core.brain.spikes import Spikes, SynapticEvents
@@ -66,6 +67,7 @@ class Brain(Simulation):
         self.network = network
         self.warnings = Findings()
         capabilities.require(network, type(self).__name__)
+        require_complete(network)
         self.capabilities = capabilities.extended(network)
         step_ns = capabilities.resolution_ns
         self._grid_of_stops = None if step_ns is None else Grid(step_ns, type(self).__name__)

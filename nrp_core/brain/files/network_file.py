@@ -67,9 +67,11 @@ def save_network(network: Network, path: Path | str) -> None:
         path: the file; by convention its name ends in ``.nrpnet``.
 
     Raises:
-        NetworkError: the file cannot be written.
+        NetworkError: the file cannot be written, or this is not a network.
     """
     path = path_of(path, NetworkError)
+    if not isinstance(network, Network):
+        raise NetworkError(f"a network is saved, not {network!r:.60}")
     library()
     from nrp_core._support.hdf5 import new_file
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from math import inf
 from numbers import Integral
-from typing import Any, NoReturn
+from typing import Any, NoReturn, cast
 
 import numpy as np
 
+from nrp_core._support.arrays import IntArray
 from nrp_core._support.numbers import is_number
 from nrp_core.errors import NetworkError
 
@@ -71,6 +72,21 @@ def require_identity(label: object, size: object) -> None:
         raise NetworkError(f"population '{label}' has a whole number of cells, not {size!r:.60}")
 
 
+def require_own_labels(labels: Iterable[object]) -> None:
+    """Check the labels of projections, by which their weights are read and written.
+
+    Raises:
+        NetworkError: one is not a text, or two are the same.
+    """
+    seen = set()
+    for label in labels:
+        if not isinstance(label, str) or not label:
+            raise NetworkError(f"the label of a projection is a text, not {label!r:.60}")
+        if label in seen:
+            raise NetworkError(f"two projections have the label '{label}'; each needs its own")
+        seen.add(label)
+
+
 def require_numbers(what: str, values: Any, size: int) -> None:
     """Check that there is a number for each cell.
 
@@ -81,6 +97,30 @@ def require_numbers(what: str, values: Any, size: int) -> None:
         raise NetworkError(f"{what} is {values!r:.60}, not an array of {size} numbers")
     if values.shape != (size,):
         raise NetworkError(f"{what} has shape {values.shape}, not ({size},)")
+
+
+def require_values(what: str, values: Any) -> Any:
+    """Return values of synapses: an array of numbers, or values that are drawn again for each read.
+
+    Raises:
+        NetworkError: they are neither.
+    """
+    is_array = isinstance(values, np.ndarray)
+    if (is_array and values.dtype.kind not in "iuf") or not (is_array or hasattr(values, "whole")):
+        raise NetworkError(f"{what} must be an array of numbers, one for each synapse, not {values!r:.60}")
+    return values
+
+
+def global_ids(name: str, ids: Any) -> IntArray:
+    """Return the neurons of a view, given by their global ids.
+
+    Raises:
+        NetworkError: they are not whole numbers.
+    """
+    is_array = isinstance(ids, np.ndarray) and ids.ndim == 1
+    if not is_array or ids.dtype.kind not in "iuf" or (ids != np.floor(ids)).any():
+        raise NetworkError(f"view '{name}' must be an array of whole numbers, global ids, not {ids!r:.60}")
+    return cast("IntArray", fixed(ids.astype(np.int64, copy=False)))
 
 
 def require_timestep(timestep_ms: object) -> None:

@@ -11,7 +11,7 @@ Neurons are addressed by *global ids*: the populations are numbered one after an
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Any, Final
@@ -22,10 +22,13 @@ from nrp_core._support.arrays import BoolArray, FloatArray, IndexArray, IntArray
 from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.checked import (
     fixed,
+    global_ids,
     keep_mappings,
     require_identity,
     require_numbers,
+    require_own_labels,
     require_timestep,
+    require_values,
 )
 from nrp_core.brain.network.drawing.drawn import kept, redrawn
 from nrp_core.brain.network.equations.cell import CellEquations
@@ -44,6 +47,7 @@ from nrp_core.brain.network.limits import (
     limits_of_cells,
     limits_of_synapses,
 )
+from nrp_core.brain.network.names import require_cell_names, require_parts, require_synapse_names
 from nrp_core.brain.network.neuromodulation import MODULATORY, Neuromodulation
 from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.brain.network.synapses.laws import LAWS, PLASTIC
@@ -212,7 +216,7 @@ class Projection:
         owner = f"projection '{self.label}'"
         keep_mappings(self, owner, "synapse_parameters", "plasticity", "initial_values")
         for name in ("weight", "delay_ms"):
-            object.__setattr__(self, name, fixed(kept(self, name)))
+            object.__setattr__(self, name, require_values(f"{owner}: its {name}", fixed(kept(self, name))))
         sources, targets = len(indices_of(self, "pre_index")), len(indices_of(self, "post_index"))
         if sources != targets:
             raise NetworkError(f"{owner}: {sources} pre_index and {targets} post_index; it needs as many")
@@ -280,13 +284,21 @@ class Network:
 
     def __post_init__(self) -> None:
         keep_mappings(self, "network", "populations", "views")
+        object.__setattr__(self, "views", {name: global_ids(name, ids) for name, ids in self.views.items()})
+        keep_mappings(self, "network", "views")
+        if not isinstance(self.projections, Iterable):
+            raise NetworkError(f"the projections of a network are a sequence, not {self.projections!r:.60}")
         object.__setattr__(self, "projections", tuple(self.projections))  # an iterator would end here
+        require_parts("populations", Population, self.populations.values())
+        require_parts("projections", Projection, self.projections)
         require_timestep(self.timestep_ms)
         for label, population in self.populations.items():
+            require_cell_names(population)
             if label != population.label:
                 raise NetworkError(f"population '{population.label}' is stored under the name '{label}'")
             if population.equations is None:
                 check_cells(f"population '{label}'", population.parameters)
+        require_own_labels(projection.label for projection in self.projections)
         for projection in self.projections:
             self._check(projection)
         for name, ids in self.views.items():
@@ -418,6 +430,7 @@ class Network:
             )
         if self.populations[projection.post].is_source:
             raise NetworkError(f"{where} ends on '{projection.post}', which only emits spikes")
+        require_synapse_names(projection)
         self._check_values(where, projection)
 
     def _check_values(self, where: str, projection: Projection) -> None:

@@ -42,8 +42,8 @@ class Indices:
     def of(values: npt.ArrayLike) -> Indices:
         """Return indices in their smallest form."""
         array = np.asarray(values)
-        if array.dtype.kind not in "iu" and (array != np.asarray(array, np.int32)).any():
-            raise NetworkError(f"indices of cells are whole numbers, not {array[:3]}")
+        if array.ndim != 1 or (array.dtype.kind not in "iu" and not _are_whole(array)):
+            raise NetworkError(f"indices of cells are whole numbers, not {array.ravel()[:3]}")
         if len(array) < _FEW:
             return Indices(np.asarray(array, np.int32))
         plain = Indices(array)
@@ -102,6 +102,10 @@ class Indices:
                 return False
             last = int(part[-1])
         return True
+
+
+def _are_whole(array: npt.NDArray[Any]) -> bool:
+    return array.dtype.kind == "f" and bool((array == np.asarray(array, np.int32)).all())
 
 
 def index_type(size: int) -> type[np.integer[Any]]:

@@ -1,17 +1,21 @@
 """Networks are checked when they are made, and known by their digest."""
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from nrp_core.brain.files.network_file import save_network
+from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.dsl.testing.mocks import MockBrain
 from nrp_core.errors import NetworkError, NeuronSelectionError
 
 
 def population(label: str, size: int, cell_type: str = "IF_curr_exp", **values: float) -> Population:
-    parameters = {"tau_m": 20.0, **values}
+    parameters = values if cell_type.startswith("SpikeSource") else {"tau_m": 20.0, **values}
     return Population(label, size, cell_type, {name: np.full(size, v) for name, v in parameters.items()})
 
 
@@ -126,8 +130,61 @@ def test_a_constant_weight_takes_no_memory_and_is_hashed_without_being_spread_ou
         (lambda: projection(pre_index=np.array([0])), "1 pre_index and 2 post_index"),
         (lambda: network(timestep_ms=float("nan")), "a time above 0 in ms, not nan"),
         (lambda: network(timestep_ms="1"), "a time above 0 in ms, not '1'"),
+        (lambda: Network({"a": 3}), "the populations of a network are each a Population, not 3"),  # type: ignore[dict-item]
+        (lambda: network("a to b"), "the projections of a network are each a Projection, not 'a to b'"),  # type: ignore[arg-type]
+        (lambda: Network({}, 7), "the projections of a network are a sequence, not 7"),  # type: ignore[arg-type]
+        (lambda: network(projection(), projection()), "two projections have the label 'a to b'"),
+        (lambda: network(projection(label=3)), "the label of a projection is a text, not 3"),
+        (lambda: projection(weight=0.5), "its weight must be an array of numbers, one for each synapse, not"),
+        (lambda: projection(delay_ms="1 ms"), "its delay_ms must be an array of numbers"),
+        (lambda: projection(pre_index="ab"), r"whole numbers, not \['ab'\]"),
+        (lambda: projection(pre_index=np.array([True, False])), r"whole numbers, not \[ True False\]"),
+        (
+            lambda: network(views={"v": "a"}),
+            "view 'v' must be an array of whole numbers, global ids, not 'a'",
+        ),  # type: ignore[dict-item]
+        (lambda: network(views={"v": np.array([0.5])}), "view 'v' must be an array of whole numbers"),
+        (
+            lambda: network(projection(synapse_parameters={"U": np.ones(2)})),
+            r"'a to b' \(static\) has no parameter 'U'",
+        ),
+        (
+            lambda: Network({"c": population("c", 1, tau_n=3.0)}),
+            r"'c' \(IF_curr_exp\) has no parameter 'tau_n'; did you mean 'tau_m'\?",
+        ),
+        (
+            lambda: Network({"c": replace(population("c", 1), initial_values={"V": np.zeros(1)})}),
+            r"'c' \(IF_curr_exp\) has no state variable 'V'; did you mean 'v'\?",
+        ),
     ],
 )
 def test_impossible_values_are_refused_where_they_are_given(make: Any, words: str) -> None:
     with pytest.raises(NetworkError, match=words):
         make()
+
+
+def test_views_may_be_lists_and_cells_of_other_simulators_have_names_of_their_own() -> None:
+    other = Population("x", 2, "MyCell", {"gain": np.ones(2)}, {"memory": np.zeros(2)})
+    made = Network({"x": other}, views={"all": [0, 1], "none": []})  # type: ignore[dict-item]
+    assert made.neurons("all").tolist() == [0, 1]
+    assert made.neurons("none").dtype == np.int64
+    synapses = Population("s", 1, "IF_cond_exp", {}, {"v": np.zeros(1), "gsyn_exc": np.zeros(1)})
+    assert Network({"s": synapses}).size == 1  # a description needs no parameters
+
+
+@pytest.mark.parametrize("missing", ["tau_m", "i_offset"])
+def test_a_simulator_names_the_parameter_that_a_network_lacks(missing: str) -> None:
+    cell = CELLS["IF_curr_exp"].parameters
+    values = {name: np.full(2, one.default) for name, one in cell.items() if name != missing}
+    made = Network({"a": Population("a", 2, "IF_curr_exp", values)})
+    with pytest.raises(NetworkError, match=rf"'a' \(IF_curr_exp\) needs the parameter '{missing}'"):
+        MockBrain(made)
+    whole = {**values, missing: np.full(2, cell[missing].default)}
+    with MockBrain(Network({"a": Population("a", 2, "IF_curr_exp", whole)})) as brain:
+        assert brain.network.size == 2
+
+
+def test_only_a_network_is_saved(tmp_path: Path) -> None:
+    with pytest.raises(NetworkError, match="a network is saved, not None"):
+        save_network(None, tmp_path / "none.nrpnet")  # type: ignore[arg-type]
+    assert not list(tmp_path.iterdir())
