@@ -1,20 +1,24 @@
 """``python -m nrp_core.pynn [--as NAME] SCRIPT [ARGUMENTS]`` runs a script written for another simulator.
 
-By default the script asks for its simulator by name, and finds ``pyNN.nrp``; PyNN's own examples run so.
-With ``--as spinnaker`` it is a script of sPyNNaker, which imports ``pyNN.spiNNaker`` or ``spynnaker.pyNN``;
-it runs on the emulated machine, and nothing of it stays in ``sys.modules``.
+By default the script asks for its simulator by name, and finds ``pyNN.nrp``, as PyNN's own examples do; or it
+imports a simulator of PyNN, such as ``pyNN.nest``: then this one takes its place, and a note says so. With
+``--as spinnaker`` it is a script of sPyNNaker, which imports ``pyNN.spiNNaker`` or ``spynnaker.pyNN``; it
+runs on the emulated machine, and nothing of it stays in ``sys.modules``.
 """
 
 from __future__ import annotations
 
 import argparse
-import runpy
 import sys
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 import nrp_core.pynn
+from nrp_core.brain.files.script import scope_of
 from nrp_core.brain.pynn.api import SIMULATOR_NAME
-from nrp_core.errors import NrpError
+from nrp_core.brain.pynn.spynnaker import Dialect
+from nrp_core.errors import ExperimentError, NetworkError, NrpError
 
 _SIMULATORS = (SIMULATOR_NAME, "spinnaker")
 
@@ -36,17 +40,41 @@ def main(arguments: list[str]) -> None:
     if not script.is_file():
         parser.error(f"there is no file {given.script}")
     sys.argv = [given.script, *given.arguments]
-    if given.simulator == SIMULATOR_NAME:
-        sys.modules[f"pyNN.{SIMULATOR_NAME}"] = nrp_core.pynn
-        sys.path.insert(0, str(script.parent))
-        runpy.run_path(given.script, run_name="__main__")
-        return
-    from nrp_core.pynn.spynnaker import run_script
-
     try:
-        run_script(script.resolve())
+        if given.simulator == SIMULATOR_NAME:
+            _run(script.resolve())
+        else:
+            from nrp_core.pynn.spynnaker import run_script
+
+            run_script(script.resolve())
     except NrpError as error:
         sys.exit(f"error: {error}")
+
+
+class _NotAsked(Dialect):
+    """The modules of sPyNNaker for a script that was not started as one of its own."""
+
+    def module(self, name: str) -> ModuleType | None:
+        if super().module(name) is not None:
+            raise ExperimentError(f"imports '{name}', so it is run with `--as spinnaker`")
+        return None
+
+
+def _run(script: Path) -> None:
+    """Run a script as the main program; each simulator of PyNN that it imports is this one."""
+    sim = nrp_core.pynn
+    sys.modules[f"pyNN.{SIMULATOR_NAME}"] = sim
+    sys.path.insert(0, str(script.parent))
+    asking = {name: import_module(name) for name in ("pyNN.utility", "pyNN.utility.script_tools")}
+    scope = scope_of(sim, modules=asking, spynnaker=_NotAsked(sim), replaced=_tell)
+    try:
+        scope.run(script, name="__main__")
+    except NrpError as error:
+        raise scope.located(error, NetworkError, script) from error
+
+
+def _tell(simulator: str) -> None:
+    print(f"note: {simulator} is nrp_core.pynn here, which runs the network in nrp-core", file=sys.stderr)
 
 
 if __name__ == "__main__":

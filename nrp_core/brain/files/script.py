@@ -150,6 +150,7 @@ def scope_of(
     missing: Missing | None = None,
     compiled: Callable[[Path], CodeType] | None = None,
     spynnaker: Dialect | None = None,
+    replaced: Callable[[str], object] = str,
 ) -> Scope:
     """Return a scope in which every PyNN simulator is ``sim``, and PyNN's library uses ``sim``'s classes.
 
@@ -161,20 +162,13 @@ def scope_of(
         missing: returns a placeholder for modules that do not exist.
         compiled: returns the code of a file; by default it is Python.
         spynnaker: the modules of sPyNNaker, by default over ``sim``.
+        replaced: is called once with the name of each other simulator that is imported.
     """
     from nrp_core.brain.pynn.api import SIMULATOR_NAME, overlaid
     from nrp_core.brain.pynn.spynnaker import PACKAGES, Dialect
 
     dialect = spynnaker or Dialect(sim)
-
-    more = dict.fromkeys(simulators, sim)
-    for name in list(more):
-        parent, dot, child = name.rpartition(".")
-        if not dot:
-            continue
-        package = more.setdefault(parent, ModuleType(parent))
-        setattr(package, child, sim)
-    more.update(modules)
+    more = {**_with_packages(simulators, sim), **modules}
 
     @cache
     def substitute(name: str) -> ModuleType | None:
@@ -190,8 +184,11 @@ def scope_of(
             return None
         if child in _LIBRARY:
             return overlaid(importlib.import_module(name), vars(sim)) if find_spec(name) else None
-        known = child == SIMULATOR_NAME or child in _FORMER_SIMULATORS or find_spec(f"pyNN.{child}")
-        return sim if known else None
+        if child != SIMULATOR_NAME and not _is_simulator(child):
+            return None
+        if child != SIMULATOR_NAME:
+            replaced(f"pyNN.{child}")
+        return sim
 
     return Scope(
         {"pyNN", "nrp_core", *PACKAGES, *(name.partition(".")[0] for name in more)},
@@ -200,3 +197,17 @@ def scope_of(
         missing,
         compiled,
     )
+
+
+def _with_packages(simulators: Iterable[str], sim: ModuleType) -> dict[str, ModuleType]:
+    """Return modules that are a simulator, by their dotted names, and the packages that they are in."""
+    more = dict.fromkeys(simulators, sim)
+    for name in list(more):
+        parent, dot, child = name.rpartition(".")
+        if dot:
+            setattr(more.setdefault(parent, ModuleType(parent)), child, sim)
+    return more
+
+
+def _is_simulator(name: str) -> bool:
+    return name in _FORMER_SIMULATORS or find_spec(f"pyNN.{name}") is not None
