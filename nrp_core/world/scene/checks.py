@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from math import hypot, isfinite
+from typing import Final
 
+from nrp_core._support.numbers import is_number
 from nrp_core.errors import SceneError, did_you_mean
+from nrp_core.world.rigid.pose import Pose
 
 WORLD = "world"
 """The name of the parent of a joint that fixes a link to the world."""
@@ -12,6 +16,24 @@ MODEL = "__model__"
 """SDF's name of the frame of a model."""
 SECOND_AXIS = "_axis2"
 """The suffix of a joint's name that is the second axis of another one."""
+
+_ROUNDING: Final = 1e-3
+"""Of the length of a quaternion."""
+
+
+def check_pose(pose: object, owner: str) -> None:
+    """Refuse a pose that is not a position and a unit quaternion."""
+    if not isinstance(pose, Pose):
+        raise SceneError(f"the pose of {owner} is {pose!r:.60}, not a Pose")
+    for what, values, n in (("position", pose.position, 3), ("orientation", pose.orientation, 4)):
+        numbers = tuple(values) if isinstance(values, Iterable) else (values,)
+        if len(numbers) != n or not all(is_number(one) and isfinite(one) for one in numbers):
+            raise SceneError(f"the {what} of {owner} must be {n} finite numbers, not {values!r:.60}")
+    length = hypot(*pose.orientation)
+    if abs(length - 1.0) > _ROUNDING:
+        raise SceneError(
+            f"the orientation of {owner} must be a quaternion x, y, z, w of length 1; it is {length:g}"
+        )
 
 
 def check_unique(names: Iterable[str], kind: str, owner: str) -> None:

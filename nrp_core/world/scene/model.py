@@ -23,7 +23,7 @@ from nrp_core.world.scene.acting import (
     PairController,
     TrajectoryController,
 )
-from nrp_core.world.scene.checks import WORLD, check_tree, check_unique, require
+from nrp_core.world.scene.checks import WORLD, check_pose, check_tree, check_unique, require
 from nrp_core.world.scene.digest import LATER, digest_of
 from nrp_core.world.scene.finish import Finish as Finish
 from nrp_core.world.scene.loops import Loop as Loop
@@ -311,12 +311,15 @@ class Model:
 
         Raises:
             SceneError: it has no link, two parts have the same name, a joint or drive names a part that does
-                not exist, a link is held by two joints, or joints form a loop.
+                not exist, a pose is none, a link is held by two joints, or joints form a loop.
         """
         owner = f"the model '{self.name}'"
         links = [link.name for link in self.links]
         if not links:
             raise SceneError(f"{owner} has no link")
+        check_pose(self.pose, owner)
+        for link in self.links:
+            check_pose(link.pose, f"the link '{link.name}' of {owner}")
         check_unique(links, "links", owner)
         check_unique((joint.name for joint in self.joints), "joints", owner)
         check_unique((name for joint in self.joints for name in joint.coordinates), "coordinates", owner)

@@ -2,11 +2,14 @@ from __future__ import annotations
 
 from math import cos, hypot, isclose, pi, sin
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from nrp_core.errors import SceneError
 from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.model import Link, Model, Scene
 
 metres = st.floats(-10, 10)
 vectors = st.tuples(metres, metres, metres)
@@ -104,3 +107,27 @@ def test_pointing_down_turns_upside_down() -> None:
 def test_yaw_is_the_heading(yaw: float) -> None:
     x, y, _ = Pose.from_rpy((1, 2, 3), 0, 0, yaw).rotate((1.0, 0.0, 0.0))
     assert (x, y) == pytest.approx((cos(yaw), sin(yaw)), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("pose", "words"),
+    [
+        (Pose((1.0, 2.0)), r"the position of the model 'm' must be 3 finite numbers, not \(1.0, 2.0\)"),  # type: ignore[arg-type]
+        (Pose(1.0), "the position of the model 'm' must be 3 finite numbers, not 1.0"),  # type: ignore[arg-type]
+        (Pose((0.0, float("nan"), 0.0)), "must be 3 finite numbers"),
+        (Pose(orientation=(0.0, 0.0, 1.57)), "the orientation of the model 'm' must be 4 finite numbers"),  # type: ignore[arg-type]
+        (Pose(orientation=(0.0, 0.0, 0.0, 2.0)), "x, y, z, w of length 1; it is 2"),
+        ((0.0, 0.0, 1.0), "the pose of the model 'm' is .*, not a Pose"),
+    ],
+)
+def test_a_scene_refuses_what_is_no_pose(pose: Pose, words: str) -> None:
+    with pytest.raises(SceneError, match=words):
+        Scene((Model("m", (Link("body"),), pose=pose),))
+    with pytest.raises(SceneError, match=words.replace("the model", "the link 'body' of the model")):
+        Scene((Model("m", (Link("body", pose=pose),)),))
+
+
+def test_a_scene_takes_poses_of_whole_numbers_arrays_and_rounded_quaternions() -> None:
+    position, orientation = np.array([1.0, 2.0, 3.0], np.float32), (0.0, 0.0, 0.70711, 0.70711)
+    for pose in (Pose((1, 2, 0)), Pose(position, orientation)):  # type: ignore[arg-type]
+        assert Scene((Model("m", (Link("body"),), pose=pose),)).model("m").pose is pose
