@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import h5py
 
 INSTALL = "pip install h5py"
+_LARGEST_ID = np.iinfo(np.int64).max
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
@@ -108,6 +109,10 @@ def array(parent: Any, name: str, dtype: type | None = None) -> np.ndarray[Any, 
     if values.dtype.kind not in "iuf" or (dtype is not float and values.dtype.kind == "f"):
         raise NetworkError(
             f"the dataset '{found.name}' holds {values.dtype}, not numbers of kind {dtype.__name__}"
+        )
+    if values.dtype == np.uint64 and dtype is not float and values.max(initial=0) > _LARGEST_ID:
+        raise NetworkError(
+            f"the dataset '{found.name}' holds {values.max()}; a number in it can be at most {_LARGEST_ID}"
         )
     return values.astype(dtype, copy=False)
 

@@ -341,6 +341,8 @@ def _cut(folder: Path) -> None:
         (_data("nodes.h5", "nodes/v1/node_group_id", [0, 0, 0, 0, 1, 7]), NetworkError,
          "nodes 'v1': node 5 is in the group 7, and the groups are 0, 1"),
         (_text("models/exc.json", "{", '{"C_m": 9.0, '), NetworkError, "all_types.csv:2: .*'C_m' is given"),
+        (_data("nodes.h5", "nodes/v1/node_id", np.arange(6, dtype=np.uint64) + 2**63), NetworkError,
+         "'/nodes/v1/node_id' holds 9223372036854775813; a number in it can be at most 9223372036854775807"),
         (_text("models/exc.json", "200.0", '"200 pF"'), NetworkError,
          r"node type 100 of 'v1' \(dynamics_params 'exc.json'\): C_m is '200 pF', not a number"),
         (_text("models/exc.json", "200.0", "[200.0, 210.0]"), NetworkError,
@@ -468,6 +470,11 @@ def test_a_circuit_that_cannot_be_used_says_where_and_why(
             _data("nodes.h5", "nodes/v1/node_group_index", [3, 2, 2, 0, 0, 1]),
             "the nodes 1 and 2 of 'v1' have the same place 2 in their group (node_group_index), and so the "
             "same attributes",
+        ),
+        (
+            _text("models/exc.json", "{", '{"adaptation": [1, 2], "V_m": -60.0, '),
+            "'adaptation' ([1, 2]) in 'exc.json', the parameters of the nodes 'v1', is not used: their "
+            "models have no such parameter",
         ),
         (
             _data("nodes.h5", "nodes/v1/0/dynamics_params/I_e", [1, np.nan, 3, 400]),

@@ -11,12 +11,19 @@ import numpy as np
 from nrp_core._support.arrays import IntArray
 from nrp_core.brain.files.hdf5 import attribute, group, groups, reading
 from nrp_core.brain.files.sonata.config import Config, Files, read_config
-from nrp_core.brain.files.sonata.doubts import misspelt, not_numbers, of_other_models, shared_places
+from nrp_core.brain.files.sonata.doubts import (
+    misspelt,
+    not_numbers,
+    not_parameters,
+    of_other_models,
+    shared_places,
+)
 from nrp_core.brain.files.sonata.edges import EDGE_NAMES, read_edges
 from nrp_core.brain.files.sonata.items import SonataItems, read_items, read_types
 from nrp_core.brain.files.sonata.node_sets import read_node_sets
 from nrp_core.brain.files.sonata.nodes import Nodes, read_nodes
 from nrp_core.brain.files.sonata.spikes import Trains, read_spikes
+from nrp_core.brain.files.sonata.synapses import MODEL_NAMES
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
@@ -59,7 +66,7 @@ def read_sonata(
         remarks = list(config.unused)
         for part in nodes.values():
             used = {name for model, _ in part.models for name in model.names}
-            for doubts in (misspelt, not_numbers, of_other_models):
+            for doubts in (misspelt, not_numbers, of_other_models, not_parameters):
                 remarks += doubts(part.items, used)
             remarks += shared_places(part.items)
         remarks += _unused_spikes(spikes, nodes)
@@ -112,6 +119,7 @@ def _projections(config: Config, nodes: Mapping[str, Nodes], remarks: list[str])
         if not len(items):
             remarks.append(f"the edges '{items.name}' are none: they connect nothing")
         remarks.extend([*misspelt(items, EDGE_NAMES), *not_numbers(items, EDGE_NAMES)])
+        remarks.extend(not_parameters(items, EDGE_NAMES | MODEL_NAMES))
         remarks.extend(shared_places(items))
         if functions := {name for name in items.texts("weight_function").values() if name}:
             shown = ", ".join(f"'{name}'" for name in sorted(functions))

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.files.sonata.items import SonataItems
+from nrp_core.brain.files.sonata.items import DYNAMICS, SonataItems
 from nrp_core.brain.files.sonata.models import NEST_CELLS
 from nrp_core.errors import NetworkError
 
@@ -17,7 +17,13 @@ _OWN: Final = frozenset(
     {"x", "y", "z", "g_L", "V_m", "tau_minus", "pop_name", "model_type", "model_template"}
 )
 """Attributes that are used beside those of models."""
+_EVERY: Final = frozenset(name for model in NEST_CELLS.values() for name in model.names if len(name) > 1)
+"""The parameters of any cell; a letter may be anything."""
 _ALIKE: Final = 0.75
+_NOTES: Final = frozenset(
+    {"comment", "comments", "description", "id", "note", "notes", "specimen_id", "version"}
+)
+"""What a file of parameters says about itself."""
 _RUN: Final = {"tstop": "the experiment's duration", "dt": "the brain's timestep"}
 
 
@@ -38,9 +44,7 @@ def misspelt(items: SonataItems, known: Collection[str]) -> Iterator[str]:
 
 def of_other_models(items: SonataItems, known: Collection[str]) -> Iterator[str]:
     """Yield a sentence for each parameter that only other cells have, or that is not where it is read."""
-    every = {name for model in NEST_CELLS.values() for name in model.names}
-    others = {name for name in every if len(name) > 1}  # a letter may be anything
-    for name in sorted((items.names() & others) - set(known) - _OWN):
+    for name in sorted((items.names() & _EVERY) - set(known) - _OWN):
         yield f"'{name}' of the {items.kind}s '{items.name}' is not used: their models have no such parameter"
     given = (pair for one in items.types.values() for pair in one.items())
     nested = {name: value.keys() & set(known) for name, value in given if isinstance(value, Mapping)}
@@ -49,6 +53,30 @@ def of_other_models(items: SonataItems, known: Collection[str]) -> Iterator[str]
             held = ", ".join(f"'{one}'" for one in sorted(inside))
             owner = f"the {items.kind}s '{items.name}'"
             yield f"'{name}' of {owner} holds {held}, which is only read outside of it"
+
+
+def not_parameters(items: SonataItems, known: Collection[str]) -> Iterator[str]:
+    """Yield a sentence for each value in a file of parameters that the model does not have."""
+    told = set(known) | _OWN
+    for attributes in items.used_types():
+        for name in sorted(attributes.parameters - told):
+            near = get_close_matches(name.lower(), [one.lower() for one in known], 1, _ALIKE)
+            if near or name in _EVERY or name.strip("_").lower() in _NOTES:  # others say so
+                continue
+            if not _is_meant(attributes[name]):
+                continue
+            told.add(name)
+            shown = f"{attributes[name]!r:.40}"
+            yield (
+                f"'{name}' ({shown}) in '{attributes[DYNAMICS]}', the parameters of the {items.kind}s "
+                f"'{items.name}', is not used: their models have no such parameter"
+            )
+
+
+def _is_meant(value: object) -> bool:
+    """Return whether a value is a number that is not 0, or a list with one."""
+    values = value if isinstance(value, list) else [value]
+    return all(isinstance(one, int | float) for one in values) and any(values)
 
 
 def not_numbers(items: SonataItems, known: Collection[str]) -> Iterator[str]:

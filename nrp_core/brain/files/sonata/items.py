@@ -19,7 +19,18 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.files.hdf5 import array, group
 from nrp_core.errors import NetworkError
 
-Types = Mapping[int, Mapping[str, Any]]
+
+class Attributes(dict[str, Any]):
+    """The attributes of a type.
+
+    Attributes:
+        parameters: the names of those that its parameter file holds.
+    """
+
+    parameters: frozenset[str] = frozenset()
+
+
+Types = Mapping[int, Attributes]
 
 DYNAMICS = "dynamics_params"
 _NOTHING = frozenset({"", "null", "none", "nan"})
@@ -78,6 +89,10 @@ class SonataItems:
         """Return a string for each used type; an empty string if it has none."""
         found = {number: self.types[number].get(name) for number in self._used}
         return {number: "" if value is None else str(value) for number, value in found.items()}
+
+    def used_types(self) -> list[Attributes]:
+        """Return the attributes of each type that an item has."""
+        return [self.types[number] for number in self._used]
 
     def names(self) -> set[str]:
         """Return the names of all attributes."""
@@ -159,7 +174,7 @@ def read_types(path: Path | None, kind: str, parameters: Path) -> Types:
         NetworkError: a file is missing or not valid.
     """
     if path is None:
-        return {0: {}}
+        return {0: Attributes()}
     try:
         with path.open(newline="", encoding="utf-8") as file:
             rows = list(csv.DictReader(file, delimiter=" ", quotechar='"', skipinitialspace=True))
@@ -176,7 +191,9 @@ def read_types(path: Path | None, kind: str, parameters: Path) -> Types:
             )
             raise NetworkError(f"has no number in the column '{kind}_type_id'{hint}", path=path, line=line)
         values = {name: value for name, value in row.items() if name and _is_given(value)}
-        found[int(number)] = {**_parameters(values.get(DYNAMICS), parameters, path, line), **values}
+        given = _parameters(values.get(DYNAMICS), parameters, path, line)
+        found[int(number)] = Attributes({**given, **values})
+        found[int(number)].parameters = frozenset(given)
     return found
 
 

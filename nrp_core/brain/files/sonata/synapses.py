@@ -115,6 +115,11 @@ _MODELS: Final[Mapping[str, Callable[[Chosen], Synapses]]] = {
     "stdp_synapse": _stdp,
 }
 
+MODEL_NAMES: Final = frozenset(name for law in LAWS.values() for name in law.parameters) | {
+    "tau_psc", "tau_fac", "mu_plus", "mu_minus", "lambda", "alpha", "Wmax",
+}  # fmt: skip
+"""The attributes of edges that a model of synapses uses."""
+
 
 def models_of(
     items: SonataItems,
