@@ -228,6 +228,34 @@ def test_spikes_inhibit_by_what_they_subtract(effect: str, *, is_reported: bool)
     assert ["inhibitory spikes take v above" in one for one in found] == [True] * is_reported
 
 
+EXPONENTIAL = """
+dv/dt = (v_rest - v + delta*exp((v - v_t)/delta))/tau + (ge*(e_exc - v) + gi*(e_inh - v))/cm : mV
+dge/dt = -ge/tau_syn : nS
+dgi/dt = -gi/tau_syn : nS
+"""
+
+
+@pytest.mark.parametrize(
+    ("e_inh", "peak", "is_reported"),
+    [
+        ("-80 mV", "0 mV", False), ("-60 mV", "0 mV", False), ("-60 mV", "20 mV", False),
+        ("0 mV", "0 mV", True), ("10 mV", "0 mV", True), ("10 mV", "20 mV", True),
+    ],
+)  # fmt: skip
+def test_inhibition_is_judged_before_the_upstroke_of_a_spike(
+    e_inh: str, peak: str, *, is_reported: bool
+) -> None:
+    values = {"v_rest": "-70 mV", "delta": "2 mV", "v_t": "-50 mV", "tau": "9 ms", "cm": "0.28 nF"}
+    reversals = {"e_exc": "30 mV", "e_inh": e_inh, "tau_syn": "5 ms", "peak": peak}
+    changed = {
+        "equations": EXPONENTIAL, "threshold": "v > peak", "reset": "v = v_rest", "refractory": "2 ms",
+        "parameters": values | reversals, "initial": {"v": "-70 mV"},
+        "receptors": {"excitatory": "ge", "inhibitory": "gi"},
+    }  # fmt: skip
+    found = doubts_of_pair(changed, {"excitatory": 5.0, "inhibitory": 5.0})
+    assert ["inhibitory spikes take v above" in one for one in found] == [True] * is_reported
+
+
 def doubts_of_pair(changed: dict[str, Any], weights: dict[str, float]) -> list[str]:
     """Return the doubts about a source that is connected to the receptors of a cell with these weights."""
     sim = builder()

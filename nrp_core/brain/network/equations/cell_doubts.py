@@ -24,6 +24,7 @@ from nrp_core.brain.network.equations.linear import rates
 from nrp_core.brain.network.equations.model import INPUT, Model
 from nrp_core.brain.network.equations.responses import (
     Crossing,
+    before_upstroke,
     beginning,
     crossing,
     direction,
@@ -117,7 +118,7 @@ def doubts_about_weights(
         return
     is_inhibitory = receptor == "inhibitory"
     if is_inhibitory:
-        state = {**state, limit.variable: limit.value}
+        state = {**state, limit.variable: before_upstroke(model, state, limit)}
     elif weight.min() < 0.0:  # inhibition by its sign
         return
     effect = model.receptors[receptor]

@@ -23,6 +23,10 @@ _SHIFT: Final = 5.0
 """In the unit of a variable: where a term is not linear, its slope is another one so far away."""
 _SMALL: Final = 1e-6
 """A share of the largest rate that stands for none."""
+_ON_THE_WAY: Final = (1.0, 0.75, 0.5, 0.25)
+"""From where a variable begins to its threshold."""
+_UPSTROKE: Final = 1e6
+"""A rate, in the unit of a variable for each second, that input does not change; 1 V/ms."""
 _RISING: Final = (ast.Gt, ast.GtE)
 _FALLING: Final = (ast.Lt, ast.LtE)
 State = Mapping[str, Any]
@@ -79,6 +83,21 @@ def crossing(model: Model, state: State) -> Crossing | None:
                     is_rising = isinstance(op, _RISING) == bool(slope.flat[0] > 0.0)
                     return Crossing(name, -rest / slope, 1 if is_rising else -1)
     return None
+
+
+def before_upstroke(model: Model, state: State, limit: Crossing) -> FloatArray:
+    """Return the value nearest to a threshold at which input decides whether the cell fires.
+
+    A threshold is often the peak of a spike, where the cell rises by itself, so fast that no input matters.
+    """
+    variable = model.variables[limit.variable]
+    begins = np.asarray(state.get(limit.variable, limit.value))
+    for share in _ON_THE_WAY:
+        value: FloatArray = begins + share * (limit.value - begins)
+        rate = known_value(variable.rate, {**state, limit.variable: value}, model.definitions)
+        if rate is None or np.abs(rate).max() < _UPSTROKE * variable.unit.scale:
+            return value
+    return limit.value
 
 
 def _set_back(model: Model, names: list[str]) -> str:
