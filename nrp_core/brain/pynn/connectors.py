@@ -41,6 +41,10 @@ _IMPOSSIBLE = (
 """Exceptions that the constructor of a connector may raise."""
 _ALONE = "a cell that may not connect to itself has no other to connect to"
 _RULES = "probabilities and numbers of synapses are 0 or more, flags are True or False"
+_RULES_OF = {
+    "IndexBasedProbabilityConnector": "its expression is an object of a subclass of "
+    "pyNN.core.IndexBasedExpression, whose calculate(self, i, j) returns the probabilities"
+}
 
 
 class Connector(connectors.Connector):
@@ -56,9 +60,8 @@ class Connector(connectors.Connector):
         except _IMPOSSIBLE as error:  # PyNN gives no more details
             shown = ", ".join([*map(repr, args), *(f"{key}={value!r}" for key, value in options.items())])
             distance = "; the distance is d" if isinstance(error, NameError) else ""
-            raise WrongKindError(
-                f"{name}({shown}): an argument is impossible; {str(error) or _RULES}{distance}"
-            ) from None
+            rules = str(error) or _RULES_OF.get(name, _RULES)
+            raise WrongKindError(f"{name}({shown}): an argument is impossible; {rules}{distance}") from None
         given = inspect.signature(super().__init__).bind(*args, **options).arguments
         if hasattr(self, "rng") and given.get("rng") is None:
             self.rng = self._simulator.types["NumpyRNG"]()
