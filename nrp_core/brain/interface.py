@@ -28,7 +28,6 @@ from nrp_core.brain.devices.sources import SourcePort, SourceSpec
 from nrp_core.brain.devices.state_recorder import StateRecorderPort, Trace, divided, run_halting
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.grid import Grid
-from nrp_core.brain.network.names import require_complete
 from nrp_core.brain.report import Report
 from nrp_core.brain.selection import drivable, selected, source_among
 from nrp_core.brain.spikes import Spikes, SynapticEvents
@@ -58,7 +57,13 @@ class Brain(Simulation):
         seed: the seed of the brain's random numbers.
         capabilities: the backend's capabilities.
         identity: a text that names the backend and its options.
+
+    Attributes:
+        reads_parameters: whether it needs the parameters of all cells and synapses; a brain without a
+            simulator has enough with a description.
     """
+
+    reads_parameters: ClassVar[bool] = True
 
     def __init__(
         self, network: Network, *, seed: int, capabilities: BrainCapabilities, identity: str
@@ -67,7 +72,8 @@ class Brain(Simulation):
         self.network = network
         self.warnings = Findings()
         capabilities.require(network, type(self).__name__)
-        require_complete(network)
+        if self.reads_parameters:
+            network.require_complete()
         self.capabilities = capabilities.extended(network)
         step_ns = capabilities.resolution_ns
         self._grid_of_stops = None if step_ns is None else Grid(step_ns, type(self).__name__)

@@ -24,7 +24,7 @@ from nrp_brain_event.records import (
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.data import Network, Population
 from nrp_core.brain.network.equations.model import INPUT
-from nrp_core.errors import NetworkError, did_you_mean
+from nrp_core.errors import NetworkError
 
 NANO: Final = 1e-9
 _IZHIKEVICH_PEAK_MV: Final = 30.0
@@ -109,7 +109,6 @@ def _parameters_of(cells: Array, kind: CellType) -> dict[str, FloatArray]:
 def _load_population(cells: Array, population: Population, first_id: int) -> None:
     kind = CELL_TYPES[population.cell_type]
     where = f"population '{population.label}' ({population.cell_type})"
-    _check_names(where, "parameter", population.parameters, kind.parameters)
     numbers = cells["id"] - first_id
     _check_parameters(where, population.parameters, kind, numbers)
     cells["membrane"], cells["synapse"] = kind.membrane, kind.synapse
@@ -122,21 +121,11 @@ def _load_population(cells: Array, population: Population, first_id: int) -> Non
             cells[name] = population.parameters[name]
     _derive(cells, kind)
     _check_reset(where, cells, kind, numbers)
-    states = (*kind.initial, *(GATES if kind.membrane == HODGKIN_HUXLEY else ()), *_REMAINING)
-    _check_names(where, "state variable", population.initial_values, states)
     _load_state(cells, kind, population.initial_values)
-
-
-def _check_names(where: str, what: str, given: Mapping[str, FloatArray], known: tuple[str, ...]) -> None:
-    for name in given:
-        if name not in known:
-            raise NetworkError(f"{where} has no {what} '{name}'{did_you_mean(name, known)}")
 
 
 def _check_parameters(where: str, given: Mapping[str, FloatArray], kind: CellType, numbers: IntArray) -> None:
     for name in kind.parameters:
-        if name not in given:
-            raise NetworkError(f"{where} needs the parameter '{name}'")
         if name not in _MAY_BE_INFINITE and not np.isfinite(given[name]).all():
             cell = int(np.flatnonzero(~np.isfinite(given[name]))[0])
             raise NetworkError(

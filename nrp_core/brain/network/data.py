@@ -36,6 +36,7 @@ from nrp_core.brain.network.equations.model import INHIBITORY
 from nrp_core.brain.network.equations.model import RECEPTORS as RECEPTORS
 from nrp_core.brain.network.equations.synapse import SynapseEquations
 from nrp_core.brain.network.equations.units import Unit, unit_of
+from nrp_core.brain.network.hashed import feed
 from nrp_core.brain.network.indices import ends_of, folded, indices_of
 from nrp_core.brain.network.limits import (
     check_cells,
@@ -47,7 +48,12 @@ from nrp_core.brain.network.limits import (
     limits_of_cells,
     limits_of_synapses,
 )
-from nrp_core.brain.network.names import require_cell_names, require_parts, require_synapse_names
+from nrp_core.brain.network.names import (
+    require_all_parameters,
+    require_cell_names,
+    require_parts,
+    require_synapse_names,
+)
 from nrp_core.brain.network.neuromodulation import MODULATORY, Neuromodulation
 from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.brain.network.synapses.laws import LAWS, PLASTIC
@@ -293,10 +299,11 @@ class Network:
         require_parts("projections", Projection, self.projections)
         require_timestep(self.timestep_ms)
         for label, population in self.populations.items():
-            require_cell_names(population)
             if label != population.label:
                 raise NetworkError(f"population '{population.label}' is stored under the name '{label}'")
             if population.equations is None:
+                names = population.parameters, population.initial_values
+                require_cell_names(label, population.cell_type, *names)
                 check_cells(f"population '{label}'", population.parameters)
         require_own_labels(projection.label for projection in self.projections)
         for projection in self.projections:
@@ -371,33 +378,49 @@ class Network:
                 times[self.ids_of(label)] = population.parameters[name]
         return times[neurons]
 
+    def require_complete(self) -> None:
+        """Check that all parameters are given that simulators read; a description of a network has only some.
+
+        Raises:
+            NetworkError: one is missing.
+        """
+        for one in self.populations.values():
+            if one.equations is None and one.cell_type in CELLS:
+                owner = f"population '{one.label}' ({one.cell_type})"
+                require_all_parameters(owner, one.parameters, CELLS[one.cell_type].parameters)
+        for each in self.projections:
+            law = LAWS.get(each.synapse_type)
+            if law is not None and not law.parts:  # a part that is not chosen needs none
+                owner = f"projection '{each.label}' ({each.synapse_type})"
+                require_all_parameters(owner, each.synapse_parameters, law.parameters)
+
     @cached_property
     def digest(self) -> str:
         """Hash of everything in the network; equal digests, equal networks."""
         state = hashlib.blake2b(digest_size=16)
         for population in self.populations.values():
-            _feed(state, (population.label, population.size, population.cell_type))
-            _feed(state, dict(population.parameters), dict(population.initial_values))
-            _feed(state, population.spike_times_ms, population.positions_um)
+            feed(state, (population.label, population.size, population.cell_type))
+            feed(state, dict(population.parameters), dict(population.initial_values))
+            feed(state, population.spike_times_ms, population.positions_um)
             if population.hints:  # a population without them has the digest that it always had
-                _feed(state, dict(population.hints))
+                feed(state, dict(population.hints))
             if population.equations is not None:
-                _feed(state, population.equations.data())
+                feed(state, population.equations.data())
         for projection in self.projections:
-            _feed(state, (projection.label, projection.pre, projection.post, projection.receptor))
+            feed(state, (projection.label, projection.pre, projection.post, projection.receptor))
             for name in ("pre_index", "post_index"):
-                state.update(f"int32{(projection.size,)}False".encode())  # broadcast, as in _feed
+                state.update(f"int32{(projection.size,)}False".encode())  # broadcast, as in feed
                 for part in indices_of(projection, name).parts():
                     state.update(part.tobytes())
-            _feed(state, projection.weight, projection.delay_ms, projection.synapse_type)
-            _feed(state, dict(projection.synapse_parameters), dict(projection.plasticity))
-            _feed(state, asdict(projection.origin))
+            feed(state, projection.weight, projection.delay_ms, projection.synapse_type)
+            feed(state, dict(projection.synapse_parameters), dict(projection.plasticity))
+            feed(state, asdict(projection.origin))
             if projection.equations is not None:
-                _feed(state, projection.equations.data())
+                feed(state, projection.equations.data())
             if projection.initial_values:
-                _feed(state, dict(projection.initial_values))
-            _feed(state, *_changes_of(projection))
-        _feed(state, dict(self.views), self.timestep_ms)
+                feed(state, dict(projection.initial_values))
+            feed(state, *_changes_of(projection))
+        feed(state, dict(self.views), self.timestep_ms)
         return state.hexdigest()
 
     def _check(self, projection: Projection) -> None:
@@ -430,7 +453,8 @@ class Network:
             )
         if self.populations[projection.post].is_source:
             raise NetworkError(f"{where} ends on '{projection.post}', which only emits spikes")
-        require_synapse_names(projection)
+        if projection.equations is None:
+            require_synapse_names(projection.label, projection.synapse_type, projection.synapse_parameters)
         self._check_values(where, projection)
 
     def _check_values(self, where: str, projection: Projection) -> None:
@@ -472,20 +496,3 @@ def _check_beginning(where: str, projection: Projection) -> None:
             raise NetworkError(f"{where}: its initial {name} must be one number a synapse, {limit.rule}")
     if law is not None:
         law.require_shares(where, projection.initial_values)
-
-
-def _feed(state: hashlib.blake2b, *values: object) -> None:
-    """Add values to a hash; arrays by dtype, shape and bytes, without copying broadcast ones whole."""
-    for value in values:
-        if isinstance(value, np.ndarray):
-            constant = value.ndim == 1 and value.strides == (0,) and value.size > 1
-            state.update(f"{value.dtype}{value.shape}{bool(constant)}".encode())
-            state.update(np.ascontiguousarray(value[:1] if constant else value).ravel().view(np.uint8).data)
-        elif isinstance(value, dict):
-            for key in sorted(value):
-                _feed(state, key, value[key])
-        elif isinstance(value, tuple):
-            for item in value:
-                _feed(state, item)
-        else:
-            state.update(repr(value).encode() + b";")

@@ -45,9 +45,9 @@ class CapabilityTests(BrainKit):
 
     def test_undeclared_cells_are_refused(self) -> None:
         for name in sorted({*SAMPLES, "NoSuchCell"} - self.capabilities.cells):
-            known = cells(self.sample, "n")
+            unknown = replace(cells(self.sample, "n"), cell_type="NoSuchCell")
             with pytest.raises(CapabilityError):
-                self.open(replace(known, cell_type=name))
+                self.open(cells(SAMPLES[name], "n") if name in SAMPLES else unknown)
 
     def test_unknown_source_cells_are_refused(self) -> None:
         with pytest.raises(CapabilityError):

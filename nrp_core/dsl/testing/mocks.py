@@ -51,6 +51,8 @@ class MockBrain(Brain):
         CapabilityError: the given capabilities do not cover the network.
     """
 
+    reads_parameters = False
+
     def __init__(
         self,
         populations: Mapping[str, int] | Network,

@@ -162,7 +162,7 @@ def test_a_spike_cannot_be_at_two_neurons_at_once(
 
 
 def test_short_term_plasticity_needs_its_parameters(cells: Cells, connect: Connect, open_brain: Open) -> None:
-    with pytest.raises(NetworkError, match="'a-a-excitatory': tsodyks_markram synapses need 'tau_rec'"):
+    with pytest.raises(NetworkError, match="needs the parameters 'tau_rec', 'tau_facil'"):
         open_brain(cells("a", "IF_curr_exp"), connect("a", "a", 0.1, kind=TSODYKS_MARKRAM, U=0.5))
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from nrp_brain_event import EventBackend
 
 from nrp_core.brain.files.network_file import save_network
 from nrp_core.brain.network.cells.types import CELLS
@@ -178,10 +179,13 @@ def test_a_simulator_names_the_parameter_that_a_network_lacks(missing: str) -> N
     values = {name: np.full(2, one.default) for name, one in cell.items() if name != missing}
     made = Network({"a": Population("a", 2, "IF_curr_exp", values)})
     with pytest.raises(NetworkError, match=rf"'a' \(IF_curr_exp\) needs the parameter '{missing}'"):
-        MockBrain(made)
+        EventBackend().open(made, seed=0, options=EventBackend.options())
     whole = {**values, missing: np.full(2, cell[missing].default)}
-    with MockBrain(Network({"a": Population("a", 2, "IF_curr_exp", whole)})) as brain:
+    complete = Network({"a": Population("a", 2, "IF_curr_exp", whole)})
+    with EventBackend().open(complete, seed=0, options=EventBackend.options()) as brain:
         assert brain.network.size == 2
+    with MockBrain(made) as mock:
+        assert mock.network is made
 
 
 def test_only_a_network_is_saved(tmp_path: Path) -> None:
