@@ -68,9 +68,10 @@ def _first_ms(population: Population) -> float:
     if population.cell_type == "SpikeSourceArray":
         return min((float(train[0]) for train in population.spike_times_ms if len(train)), default=inf)
     if population.is_source and "duration" in population.parameters:
-        rates = np.asarray(population.parameters.get("rate", 1.0))
-        lasting = (np.asarray(population.parameters["duration"]) > 0) & (rates > 0)
-        return float(np.min(np.asarray(population.parameters["start"])[lasting], initial=inf))
+        rates = np.asarray(population.parameters.get("rate", population.parameters.get("beta", 1.0)))
+        starts_ms, lasts_ms = (np.asarray(population.parameters[name]) for name in ("start", "duration"))
+        fires = (lasts_ms > 0) & (starts_ms + lasts_ms > 0) & (rates > 0)
+        return float(np.min(np.maximum(starts_ms[fires], 0.0), initial=inf))
     return 0.0
 
 

@@ -118,6 +118,8 @@ _SOUND = {
     [
         ({"first": "5e4"}, "the source 'late' does not fire before 50000 ms, and the run ends at 40000 ms"),
         ({"first": ""}, "the source 'late' does not fire"),
+        ({"start": "-50.0, duration=50.0"}, "the source 'noise' does not fire"),
+        ({"start": "-50.0, duration=60.0"}, ""),
         ({"start": "1e6"}, "the source 'noise' does not fire before 1e+06 ms"),
         ({"connector": "FixedProbabilityConnector(0.0)"}, "the projection 'a' has no synapse"),
         ({"weight": "0.0"}, "the projection 'a' has no effect: all its weights are 0"),
@@ -132,6 +134,14 @@ def test_parts_of_a_brain_without_an_effect_are_noted(
     found = [finding for finding in validate_file(husky) if finding.code.name == "NRP248"]
     assert len(found) == bool(message)
     assert message in _messages(found)
+
+
+@pytest.mark.parametrize("source", ["SpikeSourceGamma(beta=50.0)", "SpikeSourcePoissonRefractory(rate=50.0)"])
+def test_sources_of_other_intervals_are_checked_as_others(source: str, husky: Path) -> None:
+    text = _BRAIN.format(**_SOUND).replace("SpikeSourcePoisson(rate=10.0, start=0.0)", source)
+    assert source in text
+    (husky / "brain.py").write_text(text)
+    assert not [one for one in validate_file(husky) if one.code.name in ("NRP204", "NRP208", "NRP248")]
 
 
 def test_a_brain_script_does_not_get_the_arguments_of_the_command(husky: Path) -> None:

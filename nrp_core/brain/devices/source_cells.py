@@ -125,7 +125,7 @@ class PopulationTrains:
         """Open one port for each distinct start and duration among Poisson cells; one for other laws."""
         self._ports: list[PoissonPort | RenewalTrains] = []
         again = f"/{self._generation}" if self._generation else ""
-        if self._renews:
+        if self._renews and "duration" in self._parameters:  # a description of a network has none
             name = f"population/{self.label}{again}"
             kind = self._population.cell_type
             self._ports = [RenewalTrains(kind, self._parameters, self._neurons, self._seeds, name)]

@@ -120,6 +120,10 @@ def load_network(
                 network = replace(network, remarks=(*network.remarks, *late))
             return with_views(network, populations or {})
         sim.state.remarks.extend(late)
+        for population, _, file in sim.state.write_on_end:
+            sim.state.remark(
+                f"the data of '{population.label}' are not written to '{file}': the script only builds"
+            )
         return network_of(sim.state, views_of(vars(module), populations or {}, sim.state))
     except ExperimentError as error:
         error.path = error.path or file

@@ -18,6 +18,7 @@ from nrp_core.brain.network.data import RECEPTORS, Network, Population, Projecti
 from nrp_core.brain.network.drawing.drawn import extremes, kept
 from nrp_core.brain.network.equations.cell_doubts import doubts_about_cells, doubts_about_weights
 from nrp_core.brain.network.equations.synapse_doubts import doubts_about_synapses
+from nrp_core.brain.network.learning_doubts import doubts_about_learning
 from nrp_core.brain.network.limits import distinct
 
 
@@ -43,6 +44,7 @@ _CELLS: Final = {
     "delta_T": Plausible(0.008, 500.0, "mV", "V", "uV"),
     "i_offset": Plausible(0.0, 50.0, "nA", "uA", "pA"),
     "b": Plausible(0.0, 10.0, "nA", "uA", "pA"),
+    "a": Plausible(0.0, 1_000.0, "nS", "uS", "pS"),
     "gbar_Na": Plausible(0.02, 5_000.0, "uS", "mS", "nS"),
     "gbar_K": Plausible(0.006, 1_500.0, "uS", "mS", "nS"),
 }
@@ -116,6 +118,7 @@ def _of_cells(population: Population, step_ms: float | None) -> Iterator[str]:
             yield from _outside(f"{name} of {owner}", population.parameters[name], plausible)
     for name in _VOLTAGES:
         yield from _in_volts(f"{name} of {owner}", population.parameters.get(name, np.empty(0)))
+    yield from _of_threshold(owner, population)
     yield from _of_offset(owner, population)
     yield from _of_beginning(owner, population)
     excites, inhibits = (population.parameters.get(f"e_rev_{kind}", np.zeros(1)) for kind in "EI")
@@ -145,6 +148,23 @@ def _of_reversals(owner: str, population: Population) -> Iterator[str]:
     if (cells["e_rev_I"] >= np.maximum(cells["v_thresh"], cells["v_rest"])).any():
         pair = f"{cells['e_rev_I'].max():g} mV, and v_thresh {cells['v_thresh'].min():g} mV"
         yield f"e_rev_I of {owner} is {pair}: inhibitory input makes cells fire"
+
+
+def _of_threshold(owner: str, population: Population) -> Iterator[str]:
+    """Yield the thresholds that no input reaches, and the cells without the current that makes a spike."""
+    cells = population.parameters
+    if "gbar_Na" in cells and not cells["gbar_Na"].any():
+        yield f"gbar_Na of {owner} is 0: its cells cannot fire"
+    if not {"v_thresh", "v_rest"} <= cells.keys() or "delta_T" in cells:
+        return
+    threshold, rest = cells["v_thresh"], cells["v_rest"]
+    mirrored = (threshold > 0.0) & (rest < -threshold)
+    if mirrored.any():
+        high, low = threshold[mirrored][0], rest[mirrored][0]
+        yield f"v_thresh of {owner} is {high:g} mV, {high - low:g} mV above v_rest: is a sign wrong?"
+    elif "e_rev_E" in cells and ((cells["e_rev_E"] <= threshold) & (cells["e_rev_E"] > rest)).any():
+        pair = f"{cells['e_rev_E'].min():g} mV, and v_thresh {threshold.max():g} mV"
+        yield f"e_rev_E of {owner} is {pair}: no excitatory input takes a cell to its threshold"
 
 
 def _of_poisson(owner: str, sources: Population) -> Iterator[str]:
@@ -219,7 +239,6 @@ def _of_synapses(projection: Projection, post: Population) -> Iterator[str]:
         return
     owner = f"the projection '{projection.label}'"
     yield from _outside(f"a delay of {owner}", _extremes(projection, "delay_ms"), _DELAY)
-    yield from _beyond_limits(owner, projection)
     if projection.equations is not None:
         scale = projection.equations.weight_scale(post.weight_unit(projection.receptor))
         sizes = np.abs(projection.weight) * scale
@@ -233,7 +252,7 @@ def _of_synapses(projection: Projection, post: Population) -> Iterator[str]:
         if name in projection.synapse_parameters:
             values = projection.synapse_parameters[name]
             yield from _outside(f"{name} of {owner}", values[values > _AT_ONCE_MS], plausible)
-    yield from _of_pairs(owner, projection)
+    yield from doubts_about_learning(owner, projection)
     yield from _of_weights(owner, projection, post)
     if "U" in projection.synapse_parameters and not projection.synapse_parameters["U"].any():
         yield f"U of {owner} is 0: its synapses never transmit"
@@ -268,23 +287,6 @@ def _of_weights(owner: str, projection: Projection, post: Population) -> Iterato
     formed = 0.0 if projection.rewiring is None else projection.rewiring.initial_weight
     if not weights.any() and not formed and "w_max" not in projection.synapse_parameters:
         yield f"all weights of {owner} are 0: it has no effect"
-
-
-def _of_pairs(owner: str, projection: Projection) -> Iterator[str]:
-    """Yield the doubtful amplitudes of spike-timing-dependent plasticity."""
-    for name in ("A_plus", "A_minus"):
-        values = np.abs(projection.synapse_parameters.get(name, _NOTHING))
-        if values.size and values.max() > 1.0:
-            yield (
-                f"{name} of {owner} is {values.max():g}: a pair of spikes changes a weight by more than the "
-                "whole range from w_min to w_max"
-            )
-    plus, minus = (projection.synapse_parameters.get(name, _NOTHING) for name in ("A_plus", "A_minus"))
-    if plus.size and minus.size and plus.min() > 0 and minus.max() < 0:
-        yield (
-            f"A_minus of {owner} is {minus.max():g}: PyNN subtracts it, so that every pair of "
-            "spikes strengthens a synapse; is it meant without the sign?"
-        )
 
 
 def too_strong(weight: float, post: Population) -> str:
@@ -354,20 +356,3 @@ def _extremes(projection: Projection, name: str) -> FloatArray:
 def _largest(values: FloatArray) -> float:
     """Return the largest size of values, without a copy of all of them."""
     return max(-float(values.min()), float(values.max()))
-
-
-def _beyond_limits(owner: str, projection: Projection) -> Iterator[str]:
-    limits = projection.synapse_parameters
-    if not {"w_min", "w_max"} <= limits.keys():
-        return
-    # a current of the inhibitory receptor is negative, the limits of its size are not
-    sizes = np.abs(projection.weight)
-    above, below = sizes > limits["w_max"], sizes < limits["w_min"]
-    for beyond, name, change in ((above, "w_max", "above"), (below, "w_min", "below")):
-        if beyond.any():
-            first = int(np.flatnonzero(beyond)[0])
-            limit = np.broadcast_to(limits[name], sizes.shape)[first]
-            yield (
-                f"{int(beyond.sum())} of {projection.size} weights of {owner} begin {change} {name}: "
-                f"{sizes[first]:g}, and {name} is {limit:g}"
-            )

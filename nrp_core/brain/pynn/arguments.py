@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import inspect
 import reprlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -51,6 +51,20 @@ def require_arguments(owner: str, function: Callable[..., Any], given: Iterable[
     parameters = inspect.signature(function).parameters.values()
     if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
         require_names(owner, given, (parameter.name for parameter in parameters if parameter.name != "self"))
+
+
+def require_by_name(owner: str, arguments: Sequence[Any], valid: Iterable[str]) -> None:
+    """Check that a model is given its parameters by name.
+
+    Raises:
+        WrongKindError: it is given some by place, or as a dictionary.
+    """
+    if arguments:
+        example = next(iter(valid), "name")
+        raise WrongKindError(
+            f"{owner} takes its parameters by name, as {owner}({example}=...), not {arguments[0]!r:.60}; "
+            f"those of a dictionary as {owner}(**parameters)"
+        )
 
 
 def require_kind(owner: str, what: str, value: Any, kinds: Any, valid: str) -> None:

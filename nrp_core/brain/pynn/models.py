@@ -22,7 +22,7 @@ from nrp_core.brain.network.cells.cell_type import CellType
 from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.synapses.law import RulePart, SynapseLaw
 from nrp_core.brain.network.synapses.laws import LAWS
-from nrp_core.brain.pynn.arguments import require_names, require_values
+from nrp_core.brain.pynn.arguments import require_by_name, require_names, require_values
 from nrp_core.brain.pynn.own_names import own_name
 from nrp_core.errors import CapabilityError
 
@@ -63,7 +63,8 @@ def checked(base: Any) -> type:
     # PyNN lists a receptor for gap junctions in NEURON with HH_cond_exp
     receptors = tuple(name for name in base.receptor_types if name.isidentifier())
 
-    def begin(self: Any, **parameters: Any) -> None:
+    def begin(self: Any, *arguments: Any, **parameters: Any) -> None:
+        require_by_name(base.__name__, arguments, base.default_parameters)
         require_names(base.__name__, parameters, base.default_parameters)
         require_values(base.__name__, parameters)
         base.__init__(self, **parameters)

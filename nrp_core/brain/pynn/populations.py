@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from neo.io.baseio import BaseIO
 from pyNN import common, errors, standardmodels
 from pyNN.models import BaseCellType
 from pyNN.parameters import ArrayParameter, LazyArray, ParameterSpace, simplify
@@ -146,6 +147,12 @@ class _Cells(common.BasePopulation):
             values = LazyArray(value, shape=(self.size,), dtype=float)
             self._set_initial_value_array(variable, values)
 
+    def inject(self, current_source: Any) -> None:
+        """Inject a current into all cells."""
+        owner, kind = f"population '{self._owner().label}'", standardmodels.StandardCurrentSource
+        require_kind(owner, "current source", current_source, kind, "one such as sim.DCSource()")
+        super().inject(current_source)
+
     def record(self, variables: Any, *arguments: Any, **options: Any) -> None:
         """Record variables of all cells, see PyNN.
 
@@ -157,6 +164,7 @@ class _Cells(common.BasePopulation):
         require_kind(owner, "list of variables", names, Iterable, "names such as 'spikes' and 'v'")
         require_existing(self._owner().label, self, self._owner()._simulator.state)
         file = arguments[0] if arguments else options.get("to_file")
+        require_kind(owner, "file (to_file)", file, (str, BaseIO, type(None)), "a name such as 'data.pkl'")
         if (
             isinstance(file, str) and Path(file).suffix not in _WRITTEN
         ):  # or the data would be lost at the end

@@ -94,6 +94,10 @@ class Projection(common.Projection):
         )  # fmt: skip
         if own:
             self.receptor_type = str(receptor_type)
+        if source is not None:
+            self._simulator.state.remark(
+                f"'source' of the projection '{label}' is {source!r} and has no effect: cells are points"
+            )
         for cells in (self.pre, self.post):
             require_existing(cells.label, cells, self._simulator.state)
         self._simulator.state.before_change()

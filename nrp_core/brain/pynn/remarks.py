@@ -30,6 +30,7 @@ def remarks_on(state: State, populations: Sequence[str], projections: Sequence[s
         *_repeated(state.projections, projections),
         *_unused(state),
         *_changed_later(state),
+        *_set_in_vain(state.projections),
         *_unplaced(state),
         *_beyond(state, projections),
         *_unpaired(state, projections),
@@ -87,6 +88,17 @@ def _changed_later(state: State) -> Iterator[str]:
             yield (
                 f"{name} of the cell type {type(kind).__name__} has no effect: it is changed after "
                 f"'{one.label}' was made; a population is changed by its set({name}=...)"
+            )
+
+
+def _set_in_vain(projections: Sequence[Any]) -> Iterator[str]:
+    """Yield the synapse types of which an attribute was set, which changes no synapse."""
+    for one in {id(one.synapse_type): one for one in projections}.values():
+        kind = type(one.synapse_type).__name__
+        for name in sorted(getattr(one.synapse_type, "set_in_vain", ())):
+            yield (
+                f"{name} of the synapse type {kind} has no effect: it is set as an attribute; give it to "
+                f"{kind}({name}=...), or change '{one.label}' by its set({name}=...)"
             )
 
 

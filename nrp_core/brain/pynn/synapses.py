@@ -13,7 +13,7 @@ from pyNN.standardmodels import StandardSynapseType, synapses
 from nrp_core.brain.network.synapses.law import SynapseLaw
 from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.pynn.arguments import require_arguments, require_kind, require_names
+from nrp_core.brain.pynn.arguments import require_arguments, require_by_name, require_kind, require_names
 from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.models import RULE_PARTS, untranslated
 from nrp_core.brain.pynn.simulator import Simulator
@@ -38,6 +38,7 @@ class SynapseType(StandardSynapseType):
     def __init__(self, *args: Any, **parameters: Any) -> None:
         name, own = type(self).__name__, type(self).default_parameters
         if own:
+            require_by_name(name, args, own)
             require_names(name, parameters, own)
         else:  # a rule composed of parts takes the parts' parameters
             require_arguments(name, super().__init__, parameters)
@@ -48,6 +49,12 @@ class SynapseType(StandardSynapseType):
             "weight": 0.0 if weight is None else weight,
             "delay": self._get_minimum_delay() if delay is None else delay,
         }
+        self._made_of = frozenset(vars(self))
+
+    @property
+    def set_in_vain(self) -> set[str]:
+        """The parameters that were set as attributes, which PyNN does not read."""
+        return (vars(self).keys() - self._made_of) & set(self.get_parameter_names())
 
     def _require_possible(self, parameters: Mapping[str, Any]) -> None:
         """Check errors that PyNN reports only later, or without a name.

@@ -98,6 +98,12 @@ CASES = {
     CELL + "a['x']": "'a' has no cells at 'x'",
     CELL + "(a[:1] + a[1:])[2]": "has no cells at 2; they are numbered 0..1",
     CELL + "a[0].tau_n = 3.0": "population 'a': IF_cond_exp has no parameter 'tau_n'; did you mean 'tau_m'?",
+    "sim.IF_cond_exp({'tau_m': 10.0})":
+        "IF_cond_exp takes its parameters by name, as IF_cond_exp(v_rest=...), not {'tau_m': 10.0}; those of",
+    "sim.StaticSynapse(0.1, 1.0)": "StaticSynapse takes its parameters by name, as StaticSynapse(weight=...)",
+    CELL + "a.inject(sim.DCSource)": "population 'a': its current source is DCSource; it must be one such as",
+    CELL + "a.record('v', to_file=3)": "population 'a': its file (to_file) is 3; it must be a name such as",
+    "sim.IndexBasedProbabilityConnector('i + j')": "its expression is an object of a subclass of pyNN.core.",
     CELL + "a.record(5)": "population 'a': its list of variables is 5; it must be names such as 'spikes'",
     CELL + "sim.DCSource().inject_into(5)": "DCSource: its target is 5; it must be a population, view,",
     "sim.DCSource().inject_into(sim.Population(1, sim.SpikeSourceArray(), label='s'))":

@@ -47,6 +47,15 @@ WRONG_UNITS = [
         {"e_rev_I": -10.0},
         "e_rev_I of the population 'cells' is -10 mV, and v_thresh -50 mV: inhibitory input makes cells fire",
     ),
+    (
+        {"v_thresh": 50.0, "e_rev_E": 60.0},
+        "v_thresh of the population 'cells' is 50 mV, 115 mV above v_rest: is a sign wrong?",
+    ),
+    (
+        {"v_thresh": 5.0, "v_rest": 0.0, "v_reset": 0.0, "e_rev_E": 2.0, "v": 0.0},
+        "e_rev_E of the population 'cells' is 2 mV, and v_thresh 5 mV: no excitatory input takes a cell to "
+        "its threshold",
+    ),
     ({"e_rev_I": -70_000.0}, "e_rev_I of the population 'cells' is -70000 mV; is it meant in uV?"),
 ]
 
@@ -60,6 +69,66 @@ def test_a_parameter_in_another_unit_is_reported_with_that_unit(
     values = {name: value for name, value in parameters.items() if name != "v"}
     sim.Population(3, sim.IF_cond_exp(**values), initial_values=begins, label="cells")
     assert implausible(sim.network()) == [sentence]
+
+
+@pytest.mark.parametrize(
+    "parameters",
+    [
+        {"v_thresh": 15.0, "v_rest": 0.0, "v_reset": 10.0, "e_rev_E": 70.0, "e_rev_I": -10.0},
+        {"v_thresh": -20.0},
+    ],
+)
+def test_other_scales_of_the_voltage_and_high_thresholds_are_not_reported(
+    parameters: dict[str, float],
+) -> None:
+    sim = builder()
+    begins = {"v": parameters.get("v_rest", -65.0)}
+    sim.Population(3, sim.IF_cond_exp(**parameters), initial_values=begins, label="cells")
+    assert implausible(sim.network()) == []
+
+
+@pytest.mark.parametrize(
+    ("cell", "values", "words"),
+    [
+        (
+            "EIF_cond_exp_isfa_ista",
+            {"a": 4000.0},
+            "a of the population 'cells' is 4000 nS; is it meant in pS?",
+        ),
+        ("EIF_cond_exp_isfa_ista", {"a": -11.0}, ""),
+        ("HH_cond_exp", {"gbar_Na": 0.0}, "gbar_Na of the population 'cells' is 0: its cells cannot fire"),
+        ("HH_cond_exp", {"gbar_K": 0.0}, ""),
+    ],
+)
+def test_conductances_of_cells_are_judged(cell: str, values: dict[str, float], words: str) -> None:
+    sim = builder()
+    sim.Population(2, getattr(sim, cell)(**values), label="cells")
+    assert implausible(sim.network()) == [words] * bool(words)
+
+
+@pytest.mark.parametrize(
+    ("limits", "amplitudes", "words"),
+    [
+        ((0.0, 0.02), (0.01, 0.0), ""),
+        ((0.0, 0.02), (0.0, 0.0), "A_plus and A_minus are 0"),
+        ((0.01, 0.01), (0.01, 0.01), "w_min and w_max are both 0.01"),
+        ((0.01, 0.010001), (0.01, 0.01), ""),
+    ],
+)
+def test_a_rule_that_changes_no_weight_is_reported(
+    limits: tuple[float, float], amplitudes: tuple[float, float], words: str
+) -> None:
+    sim = builder()
+    cells = sim.Population(2, sim.IF_cond_exp(), label="cells")
+    rule = sim.STDPMechanism(
+        timing_dependence=sim.SpikePairRule(A_plus=amplitudes[0], A_minus=amplitudes[1]),
+        weight_dependence=sim.AdditiveWeightDependence(w_min=limits[0], w_max=limits[1]),
+        weight=0.01,
+        delay=1.0,
+    )
+    sim.Projection(cells, cells, sim.AllToAllConnector(), rule, label="p")
+    expected = f"the weights of the projection 'p' cannot change: {words}"
+    assert implausible(sim.network()) == [expected] * bool(words)
 
 
 @pytest.mark.parametrize(
@@ -359,3 +428,46 @@ def test_many_cells_do_not_hide_that_none_notices_a_projection(weight: float, is
     cells = sim.Population(400, sim.IF_curr_exp(cm=0.25, tau_m=20.0), label="cells")
     sim.Projection(cells, cells, sim.OneToOneConnector(), sim.StaticSynapse(weight=weight), label="loop")
     assert any("together move a cell by" in one for one in implausible(sim.network())) is is_reported
+
+
+IN_VAIN = {
+    "sim.Projection(a, a, sim.AllToAllConnector(), rule, source='axon', label='p')":
+        "'source' of the projection 'p' is 'axon' and has no effect: cells are points",
+    "sim.Projection(a, a, sim.AllToAllConnector(), rule, label='p'); rule.weight = 0.3":
+        "weight of the synapse type StaticSynapse has no effect: it is set as an attribute; give it to "
+        "StaticSynapse(weight=...), or change 'p' by its set(weight=...)",
+    "rule.delay = 3.0; sim.Projection(a, a, sim.AllToAllConnector(), rule, label='p')":
+        "delay of the synapse type StaticSynapse has no effect: it is set as an attribute; give it to "
+        "StaticSynapse(delay=...), or change 'p' by its set(delay=...)",
+    "a.record('v', to_file='v.pkl')": "the data of 'a' are not written to 'v.pkl': the script only builds",
+    "circuit = 'a'": "'circuit' is 'a'; it must be a population, view, assembly or a dictionary of them",
+    "circuit = {'a': a, 'b': 3}": "'b' of 'circuit' is 3, not cells, so it names none",
+}  # fmt: skip
+AS_MEANT = [
+    "sim.Projection(a, a, sim.AllToAllConnector(), rule, source=None, label='p')",
+    "rule.note = 'strong'; sim.Projection(a, a, sim.AllToAllConnector(), rule, label='p')",
+    "rule = stdp(); sim.Projection(a, a, sim.AllToAllConnector(), rule, label='p')",
+    "sim.Projection(a, a, sim.AllToAllConnector(), rule, label='p').set(weight=0.02)",
+    "a.record('v')",
+    "circuit = a",
+    "circuit = {'a': a, 'half': a[:1], 'all': a + sim.Population(1, sim.IF_cond_exp())}",
+    "def circuit(): pass",
+    "import math as circuit",
+]
+SCRIPT = """\
+import nrp_core.pynn as sim
+
+sim.setup(timestep=0.1)
+a = sim.Population(2, sim.IF_cond_exp(), label="a")
+rule = sim.StaticSynapse(weight=0.01, delay=1.0)
+stdp = lambda: sim.STDPMechanism(
+    timing_dependence=sim.SpikePairRule(), weight_dependence=sim.AdditiveWeightDependence(), weight=0.01
+)
+"""
+
+
+@pytest.mark.parametrize("line", [*IN_VAIN, *AS_MEANT])
+def test_a_line_of_a_script_that_has_no_effect_is_told(line: str, tmp_path: Path) -> None:
+    path = tmp_path / "brain.py"
+    path.write_text(SCRIPT + line + "\n")
+    assert load_network(path).remarks == ((IN_VAIN[line],) if line in IN_VAIN else ())

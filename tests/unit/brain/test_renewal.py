@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from nrp_core.brain.devices.renewal import RenewalTrains
+from nrp_core.brain.network.data import Network, Population
+from nrp_core.dsl.testing.mocks import MockBrain
 from nrp_core.errors import NetworkError
 from nrp_core.pynn import new_simulator
 from nrp_core.seeds import Seeds
@@ -107,3 +109,13 @@ def test_scripts_have_both_and_change_them_while_they_run(sim: ModuleType) -> No
 def test_a_dead_time_that_leaves_no_time_is_refused(sim: ModuleType) -> None:
     with pytest.raises(NetworkError, match=r"rate of cell 0 is 300 Hz; .* must be less than 250 Hz"):
         sim.Population(1, sim.SpikeSourcePoissonRefractory(rate=300.0, tau_refrac=4.0))
+
+
+@pytest.mark.parametrize(
+    "cell_type", ["SpikeSourceGamma", "SpikeSourcePoissonRefractory", "SpikeSourcePoisson"]
+)
+def test_a_description_without_rates_makes_a_mock_brain(cell_type: str) -> None:
+    described = Network({"s": Population("s", 2, cell_type, {})})
+    with MockBrain(described) as brain:
+        brain.run_until(10_000_000)
+        assert not brain.devices
