@@ -279,6 +279,9 @@ def _of_weights(owner: str, projection: Projection, post: Population) -> Iterato
     size = too_strong(_largest(weights), post)
     if size:
         yield f"a weight of {owner} is {size}"
+    of_currents = post.equations is None and not post.is_conductance_based
+    if of_currents and projection.receptor == "inhibitory" and weights.max() > 0.0:
+        yield f"weights of {owner} are positive on the inhibitory receptor of currents: they excite"
     highest = limits.get("w_max", _NOTHING)
     size = too_strong(float(highest.max()), post) if highest.size and not size else ""
     if size:

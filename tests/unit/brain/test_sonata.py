@@ -18,6 +18,7 @@ from pyNN.serialization import export_to_sonata
 
 from nrp_core.brain.files.sonata import read_sonata
 from nrp_core.brain.network.data import Network
+from nrp_core.brain.network.implausible import implausible
 from nrp_core.brain.pynn import builder
 from nrp_core.errors import CapabilityError, NetworkError, NeuronSelectionError
 
@@ -323,6 +324,15 @@ def _data(name: str, key: str, values: object) -> Change:
     return change
 
 
+def _sets(sets: dict[str, Any]) -> Change:
+    def change(folder: Path) -> None:
+        (folder / "sets.json").write_text(json.dumps(sets))
+        config = json.loads((folder / "circuit_config.json").read_text())
+        (folder / "circuit_config.json").write_text(json.dumps({**config, "node_sets_file": "sets.json"}))
+
+    return change
+
+
 def _cut(folder: Path) -> None:
     path = folder / "edges.h5"
     path.write_bytes(path.read_bytes()[:-500])
@@ -341,6 +351,15 @@ def _cut(folder: Path) -> None:
         (_data("nodes.h5", "nodes/v1/node_group_id", [0, 0, 0, 0, 1, 7]), NetworkError,
          "nodes 'v1': node 5 is in the group 7, and the groups are 0, 1"),
         (_text("models/exc.json", "{", '{"C_m": 9.0, '), NetworkError, "all_types.csv:2: .*'C_m' is given"),
+        (_text("models/exc.json", "12.0", "true"), NetworkError, "tau_m is True, not a number"),
+        (_text("all_types.csv", "5 virtual", "101 point_neuron nest:iaf_cond_exp NULL Other e\n5 virtual"),
+         NetworkError, "all_types.csv:5: the node_type_id 101 is given a second time"),
+        (_text("edge_types.csv", "-250.0 2.0", "-250.0 2.0 7.0"), NetworkError,
+         "edge_types.csv:3: has 1 more values than there are columns, from '7.0' on"),
+        (_text("circuit_config.json", "point_neuron_models_dir", "point_neurons_models_dir"), NetworkError,
+         "components has no key 'point_neurons_models_dir'; did you mean 'point_neuron_models_dir'"),
+        (_text("circuit_config.json", "node_types_file", "nodes_types_file"), NetworkError,
+         "an entry of 'nodes' has no key 'nodes_types_file'; did you mean 'node_types_file'"),
         (_data("nodes.h5", "nodes/v1/node_id", np.arange(6, dtype=np.uint64) + 2**63), NetworkError,
          "'/nodes/v1/node_id' holds 9223372036854775813; a number in it can be at most 9223372036854775807"),
         (_text("models/exc.json", "200.0", '"200 pF"'), NetworkError,
@@ -472,6 +491,33 @@ def test_a_circuit_that_cannot_be_used_says_where_and_why(
             "same attributes",
         ),
         (
+            _text("all_types.csv", "exc.json Exc e", "exc.json lgn e"),
+            "the pop_name 'lgn' of nodes 'v1' names none of them: other nodes have this name",
+        ),
+        (_text("all_types.csv", "exc.json Exc e", "exc.json v1 e"), ""),
+        (_text("edge_types.csv", "-250.0 2.0", "-250.0 2.0 "), ""),
+        (
+            _text(
+                "edge_types.csv",
+                "delay\n1 static_synapse 100.0 1.5",
+                "delay U\n1 static_synapse 100.0 1.5 0.5",
+            ),
+            "'U' of the edges 'lgn_to_v1' is not used: static_synapse has no such parameter",
+        ),
+        (
+            _text(
+                "edge_types.csv",
+                "delay\n1 static_synapse 100.0 1.5",
+                "delay U\n1 pynn:TsodyksMarkramSynapse 100.0 1.5 0.5",
+            ),
+            "",
+        ),
+        (
+            _sets({"all": {"population": "v1"}, "none": {"population": "V1"}, "layer": {"layer": 4}}),
+            "the node sets of 'sets.json' contain no node: 'none', 'layer'",
+        ),
+        (_sets({"all": {"population": "v1"}}), ""),
+        (
             _text("models/exc.json", "{", '{"adaptation": [1, 2], "V_m": -60.0, '),
             "'adaptation' ([1, 2]) in 'exc.json', the parameters of the nodes 'v1', is not used: their "
             "models have no such parameter",
@@ -485,3 +531,17 @@ def test_a_circuit_that_cannot_be_used_says_where_and_why(
 def test_an_attribute_that_is_not_used_is_told(change: Change, remark: str, circuit: Path) -> None:
     change(circuit.parent)
     assert read_sonata(circuit).remarks == ((remark,) if remark else ())
+
+
+@pytest.mark.parametrize(("receptor", "is_told"), [("inhibitory", True), ("excitatory", False)])
+def test_positive_weights_on_an_inhibitory_receptor_are_told(
+    receptor: str, *, is_told: bool, circuit: Path
+) -> None:
+    table = circuit.parent / "edge_types.csv"
+    table.write_text(
+        "edge_type_id model_template syn_weight delay receptor_type\n"
+        f"1 static_synapse 100.0 1.5 {receptor}\n2 static_synapse -250.0 2.0 inhibitory\n"
+    )
+    found = [one for one in implausible(read_sonata(circuit)) if "they excite" in one]
+    told = "weights of the projection 'lgn_to_v1 (lgn→v1/IF_curr_alpha) inhibitory' are positive on the"
+    assert [one.startswith(told) for one in found] == [True] * is_told

@@ -20,10 +20,10 @@ from nrp_core.brain.files.sonata.doubts import (
 )
 from nrp_core.brain.files.sonata.edges import EDGE_NAMES, read_edges
 from nrp_core.brain.files.sonata.items import SonataItems, read_items, read_types
-from nrp_core.brain.files.sonata.node_sets import read_node_sets
+from nrp_core.brain.files.sonata.node_sets import read_node_sets, without_nodes
 from nrp_core.brain.files.sonata.nodes import Nodes, read_nodes
 from nrp_core.brain.files.sonata.spikes import Trains, read_spikes
-from nrp_core.brain.files.sonata.synapses import MODEL_NAMES
+from nrp_core.brain.files.sonata.synapses import MODEL_NAMES, unused_of_synapses
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
@@ -72,9 +72,12 @@ def read_sonata(
         remarks += _unused_spikes(spikes, nodes)
         network = Network(cells, tuple(_projections(config, nodes, remarks)))
         views = _views(network, nodes)
+        remarks += _hidden_names(nodes)
         ids = {name: views[name] for name in nodes}
         for path_of_sets in config.node_sets:
-            _add_sets(views, path_of_sets, read_node_sets(path_of_sets, nodes, ids))
+            sets = read_node_sets(path_of_sets, nodes, ids)
+            remarks += without_nodes(path_of_sets, sets)
+            _add_sets(views, path_of_sets, sets)
         network = Network(cells, network.projections, views, remarks=tuple(remarks))
         return with_views(network, populations or {})
     except ExperimentError as error:
@@ -120,6 +123,7 @@ def _projections(config: Config, nodes: Mapping[str, Nodes], remarks: list[str])
             remarks.append(f"the edges '{items.name}' are none: they connect nothing")
         remarks.extend([*misspelt(items, EDGE_NAMES), *not_numbers(items, EDGE_NAMES)])
         remarks.extend(not_parameters(items, EDGE_NAMES | MODEL_NAMES))
+        remarks.extend(unused_of_synapses(items))
         remarks.extend(shared_places(items))
         if functions := {name for name in items.texts("weight_function").values() if name}:
             shown = ", ".join(f"'{name}'" for name in sorted(functions))
@@ -161,6 +165,13 @@ def _unused_spikes(spikes: Mapping[str, Trains], nodes: Mapping[str, Nodes]) -> 
         elif lost := trains.keys() - set(nodes[name].node_ids.tolist()):
             many = f"{len(lost)} nodes that '{name}' does not have"
             yield f"the input has spikes of {many}, such as {min(lost)}"
+
+
+def _hidden_names(nodes: Mapping[str, Nodes]) -> Iterator[str]:
+    """Yield a sentence for each name of a type of nodes that is that of a population of nodes."""
+    for name, part in nodes.items():
+        for label in sorted({*part.items.texts("pop_name").values()} & nodes.keys() - {name}):
+            yield f"the pop_name '{label}' of nodes '{name}' names none of them: other nodes have this name"
 
 
 def _views(network: Network, nodes: Mapping[str, Nodes]) -> dict[str, IntArray]:

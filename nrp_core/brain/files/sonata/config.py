@@ -13,6 +13,9 @@ from nrp_core.brain.files.sonata.doubts import unused_settings
 from nrp_core.errors import NetworkError
 
 _NETWORKS: Final = ("nodes", "edges")
+_FOLDERS: Final = ("point_neuron_models_dir", "synaptic_models_dir")
+"""The folders of 'components' that are read; circuits have others."""
+_ALIKE: Final = 0.85
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +63,7 @@ def read_config(path: Path) -> Config:
     for key in networks:
         if key not in _NETWORKS and (near := get_close_matches(key, _NETWORKS, 1)):
             raise NetworkError(f"'networks' has no key '{key}'; did you mean '{near[0]}'?", path=path)
+    _require_spelt(path, "components", components, _FOLDERS)
     sets = {name: None for part in (circuit, given) if isinstance(name := part.get("node_sets_file"), str)}
     for name in ("conditions", "run", "inputs", "reports"):
         _section(path, given, name)
@@ -75,6 +79,14 @@ def read_config(path: Path) -> Config:
         node_sets=tuple(map(Path, sets)),
         unused=tuple(unused_settings(given)),
     )
+
+
+def _require_spelt(path: Path, what: str, given: Mapping[str, Any], known: tuple[str, ...]) -> None:
+    """Refuse a key that is nearly one that is missing."""
+    missing = [name for name in known if name not in given]
+    for key in given:
+        if key not in known and (near := get_close_matches(key, missing, 1, _ALIKE)):
+            raise NetworkError(f"{what} has no key '{key}'; did you mean '{near[0]}'?", path=path)
 
 
 def _spikes(path: Path, inputs: Mapping[str, Mapping[str, Any]]) -> Iterator[Path]:
@@ -140,5 +152,6 @@ def _put_in(text: str, variables: Mapping[str, str]) -> str:
 def _files(path: Path, entry: Any, kind: str) -> Files:
     if not isinstance(entry, Mapping) or not isinstance(entry.get(f"{kind}s_file"), str):
         raise NetworkError(f"an entry of '{kind}s' names no '{kind}s_file': {entry!r:.80}", path=path)
+    _require_spelt(path, f"an entry of '{kind}s'", entry, (f"{kind}s_file", f"{kind}_types_file"))
     types = entry.get(f"{kind}_types_file")
     return Files(Path(entry[f"{kind}s_file"]), Path(types) if isinstance(types, str) else None)

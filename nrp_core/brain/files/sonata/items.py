@@ -102,6 +102,8 @@ class SonataItems:
     def _number(self, number: int, name: str) -> float:
         value = self.types[number].get(name)
         try:
+            if isinstance(value, bool):
+                raise TypeError
             return np.nan if value is None else float(value)
         except (TypeError, ValueError):
             parameters = self.types[number].get(DYNAMICS)
@@ -190,6 +192,13 @@ def read_types(path: Path | None, kind: str, parameters: Path) -> Types:
                 else ""
             )
             raise NetworkError(f"has no number in the column '{kind}_type_id'{hint}", path=path, line=line)
+        if surplus := [value for value in row.get(None) or () if value]:  # type: ignore[call-overload]
+            raise NetworkError(
+                f"has {len(surplus)} more values than there are columns, from '{surplus[0]}' on",
+                path=path, line=line,
+            )  # fmt: skip
+        if int(number) in found:
+            raise NetworkError(f"the {kind}_type_id {number} is given a second time", path=path, line=line)
         values = {name: value for name, value in row.items() if name and _is_given(value)}
         given = _parameters(values.get(DYNAMICS), parameters, path, line)
         found[int(number)] = Attributes({**given, **values})

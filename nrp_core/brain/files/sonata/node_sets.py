@@ -56,6 +56,12 @@ def read_node_sets(
     }
 
 
+def without_nodes(path: Path, sets: Mapping[str, IntArray]) -> list[str]:
+    """Return a sentence about the sets of a file that contain no node, if there are any."""
+    empty = [f"'{name}'" for name, ids in sets.items() if not len(ids)]
+    return [f"the node sets of '{path.name}' contain no node: {', '.join(empty)}"] if empty else []
+
+
 def _resolved(
     name: str, sets: Mapping[str, Any], nodes: Mapping[str, Nodes], above: tuple[str, ...]
 ) -> dict[str, Mask]:

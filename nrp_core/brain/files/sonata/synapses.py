@@ -115,10 +115,24 @@ _MODELS: Final[Mapping[str, Callable[[Chosen], Synapses]]] = {
     "stdp_synapse": _stdp,
 }
 
-MODEL_NAMES: Final = frozenset(name for law in LAWS.values() for name in law.parameters) | {
-    "tau_psc", "tau_fac", "mu_plus", "mu_minus", "lambda", "alpha", "Wmax",
-}  # fmt: skip
+_NAMES_OF: Final[Mapping[str, frozenset[str]]] = {
+    "static_synapse": frozenset(),
+    **{law.pynn: frozenset(law.defaults) for law in LAWS.values() if not law.parts},
+    "tsodyks_synapse": frozenset({"U", "tau_rec", "tau_fac", "tau_psc"}),
+    "stdp_synapse": frozenset({"lambda", "alpha", "mu_plus", "mu_minus", "tau_plus", "Wmax"}),
+}
+"""The attributes of edges that each model uses, besides those of all."""
+MODEL_NAMES: Final = frozenset().union(*_NAMES_OF.values())
 """The attributes of edges that a model of synapses uses."""
+
+
+def unused_of_synapses(items: SonataItems) -> Iterator[str]:
+    """Yield a sentence for each attribute of edges that only other models of synapses use."""
+    models = {text.rpartition(":")[2] or "static_synapse" for text in items.texts("model_template").values()}
+    used = frozenset().union(*(_NAMES_OF[name] for name in models))
+    for name in sorted((items.names() & MODEL_NAMES) - used):
+        of = ", ".join(sorted(models))
+        yield f"'{name}' of the edges '{items.name}' is not used: {of} has no such parameter"
 
 
 def models_of(
