@@ -23,6 +23,16 @@ class GivenParameters:
         self._values = dict(values)
         self._declared: dict[str, Parameter] = {}
 
+    @property
+    def unused(self) -> list[str]:
+        """The given values that the script has not asked for so far."""
+        return [name for name in self._values if name not in self._declared]
+
+    @property
+    def declared(self) -> list[str]:
+        """The parameters that the script has declared so far."""
+        return list(self._declared)
+
     def parameter(
         self,
         name: str,

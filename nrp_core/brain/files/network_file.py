@@ -27,7 +27,7 @@ from dataclasses import asdict
 from hashlib import blake2b
 from pathlib import Path
 from tempfile import NamedTemporaryFile
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
@@ -58,6 +58,12 @@ _LAYOUT = ("v110", "v110")
 
 T = TypeVar("T")
 
+_OTHERS: Final = {
+    ".py": "scripts", ".nir": "files that save_nir writes", ".json": "configurations of circuits",
+    ".yaml": "experiments", ".yml": "experiments",
+}  # fmt: skip
+"""Suffixes by which a network would be read as something else."""
+
 
 def save_network(network: Network, path: Path | str) -> None:
     """Write a network to a file. An existing file is replaced once the new one is complete.
@@ -70,6 +76,11 @@ def save_network(network: Network, path: Path | str) -> None:
         NetworkError: the file cannot be written, or this is not a network.
     """
     path = path_of(path, NetworkError)
+    if path.suffix in _OTHERS:
+        raise NetworkError(
+            f"'{path.suffix}' is the suffix of {_OTHERS[path.suffix]}; that of networks is '.nrpnet'",
+            path=path,
+        )
     if not isinstance(network, Network):
         raise NetworkError(f"a network is saved, not {network!r:.60}")
     library()

@@ -20,7 +20,7 @@ from nrp_core._support.global_generators import seeded
 from nrp_core._support.scoped_import import Missing, Scope
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.picking import Selection, with_views
-from nrp_core.errors import ExperimentError, NetworkError
+from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
 from nrp_core.paths import MissingFileError, existing_file
 from nrp_core.seeds import Seeds, require_seed
 
@@ -120,6 +120,10 @@ def load_network(
                 network = replace(network, remarks=(*network.remarks, *late))
             return with_views(network, populations or {})
         sim.state.remarks.extend(late)
+        given = vars(sim)["parameter"].__self__
+        for name in given.unused:
+            hint = did_you_mean(name, given.declared) if given.declared else ""
+            sim.state.remark(f"the script declares no parameter '{name}', so its value has no effect{hint}")
         for population, _, file in sim.state.write_on_end:
             sim.state.remark(
                 f"the data of '{population.label}' are not written to '{file}': the script only builds"

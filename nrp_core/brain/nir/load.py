@@ -115,6 +115,7 @@ class _Loader:
             if reason and self._kinds[end] not in GRADED:
                 self._sim.state.remark(f"no cell of '{end}' can fire: {reason}")
         self._remark_loose_ends({start for start, _ in edges})
+        self._remark_unheard_outputs()
         self._remark_short_times()
         return populations
 
@@ -143,6 +144,14 @@ class _Loader:
         if kind not in _CURRENTS and name not in self._currents:
             return 0
         return late_of(self._step, follows=kind == "Threshold")
+
+    def _remark_unheard_outputs(self) -> None:
+        """Remark on outputs that nodes without cells lead to, since only cells are kept."""
+        for name, kind in self._kinds.items():
+            before = self._graph.before[name] if kind == "Output" else ()
+            if before and not any(one in self._order for one in before):
+                given = ", ".join(f"'{one}' ({self._kinds[one]})" for one in before)
+                self._sim.state.remark(f"the output '{name}' is that of no cell: {given} leads to it")
 
     def _shortest(self) -> Mapping[tuple[str, str], int]:
         shortest: dict[tuple[str, str], int] = {}

@@ -38,6 +38,8 @@ def save_nir(network: Network, path: Path | str, *, method: Method = "exact") ->
         NetworkError: NIR has no node for something in the network, or the file cannot be written.
     """
     path = path_of(path, NetworkError)
+    if not isinstance(network, Network):
+        raise NetworkError(f"save_nir: a network is saved, not {network!r:.60}")
     if method not in get_args(Method):
         raise NetworkError(f"save_nir: method is '{method}'{did_you_mean(str(method), get_args(Method))}")
     if network.timestep_ms is None:

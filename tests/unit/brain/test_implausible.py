@@ -471,3 +471,20 @@ def test_a_line_of_a_script_that_has_no_effect_is_told(line: str, tmp_path: Path
     path = tmp_path / "brain.py"
     path.write_text(SCRIPT + line + "\n")
     assert load_network(path).remarks == ((IN_VAIN[line],) if line in IN_VAIN else ())
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({}, ()),
+        ({"gain": 2.0}, ()),
+        ({"gian": 2.0}, ("no parameter 'gian', so its value has no effect; did you mean 'gain'?",)),
+    ],
+)
+def test_a_value_for_a_parameter_that_a_script_does_not_declare_is_told(
+    given: dict[str, float], told: tuple[str, ...], tmp_path: Path
+) -> None:
+    path = tmp_path / "brain.py"
+    path.write_text(SCRIPT + "gain = sim.parameter('gain', 1.0)\n")
+    found = load_network(path, parameters=given).remarks
+    assert [one.removeprefix("the script declares ") for one in found] == list(told)

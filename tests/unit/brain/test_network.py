@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from nrp_brain_event import EventBackend
 
-from nrp_core.brain.files.network_file import save_network
+from nrp_core import save_nir
+from nrp_core.brain.files.network_file import read_network, save_network
 from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.dsl.testing.mocks import MockBrain
@@ -189,6 +190,20 @@ def test_a_simulator_names_the_parameter_that_a_network_lacks(missing: str) -> N
 
 
 def test_only_a_network_is_saved(tmp_path: Path) -> None:
-    with pytest.raises(NetworkError, match="a network is saved, not None"):
-        save_network(None, tmp_path / "none.nrpnet")  # type: ignore[arg-type]
+    for save in (save_network, save_nir):
+        with pytest.raises(NetworkError, match="a network is saved, not None"):
+            save(None, tmp_path / "none.net")  # type: ignore[arg-type]
+    for suffix in (".py", ".nir", ".json"):
+        with pytest.raises(NetworkError, match=rf"'\{suffix}' is the suffix of .*; that of networks is"):
+            save_network(network(), tmp_path / f"net{suffix}")
     assert not list(tmp_path.iterdir())
+
+
+def test_populations_to_be_picked_are_given_by_name(tmp_path: Path) -> None:
+    save_network(network(), tmp_path / "net.nrpnet")
+    assert read_network(tmp_path / "net.nrpnet", populations={"first": "0:2"}).views["first"].tolist() == [
+        0,
+        1,
+    ]
+    with pytest.raises(NeuronSelectionError, match="populations are selections of cells by name"):
+        read_network(tmp_path / "net.nrpnet", populations=["first"])  # type: ignore[arg-type]

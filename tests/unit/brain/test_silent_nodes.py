@@ -120,3 +120,18 @@ def test_a_node_without_edges_is_reported(
     always = [("eyes", "weights"), ("weights", "wheels"), ("wheels", "output")]
     nir.write(tmp_path / "net.nir", nir.NIRGraph(nodes, [*always, *edges], type_check=False))
     assert list(read_nir(tmp_path / "net.nir").remarks) == ([words] if words else [])
+
+
+@pytest.mark.parametrize(("start", "is_told"), [("wheels", False), ("weights", True)])
+def test_an_output_of_no_cell_is_reported(tmp_path: Path, start: str, is_told: bool) -> None:
+    tau, each = np.full(2, DT / (1.0 - KEPT)), np.ones(2)
+    nodes = {
+        "eyes": nir.Input(np.array([3])),
+        "weights": nir.Affine(np.full((2, 3), 0.5), np.zeros(2)),
+        "wheels": nir.LIF(tau=tau, r=tau / DT, v_leak=0 * each, v_threshold=each, v_reset=0 * each),
+        "output": nir.Output(np.array([2])),
+    }
+    edges = [("eyes", "weights"), ("weights", "wheels"), (start, "output")]
+    nir.write(tmp_path / "net.nir", nir.NIRGraph(nodes, edges))
+    found = "the output 'output' is that of no cell: 'weights' (Affine) leads to it"
+    assert list(read_nir(tmp_path / "net.nir").remarks) == [found] * is_told
