@@ -12,6 +12,8 @@ from nrp_core.cli.options import Json, beginning_with, usage_errors
 from nrp_core.cli.output import document
 
 FORMATS = ("nwb", "sonata", "csv")
+_FILES = (".csv", ".h5", ".nwb")
+"""Suffixes of the files in an exported folder, or of one that is a file itself."""
 
 
 def export(
@@ -58,6 +60,11 @@ def export(
             "the recording is truncated or damaged: only its intact part is exported",
             label="warning",
             color="yellow",
+        )
+    if kind != Format.NWB and target.suffix in _FILES:
+        raise typer.BadParameter(
+            f"{kind} is written as a folder of files, and '{target.name}' is the name of a file",
+            param_hint="--output",
         )
     files = write(source, Format(kind), target)
     if json:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -68,11 +68,7 @@ def inspect(
     if overrides and is_recording(file):
         raise typer.BadParameter("a recording has the settings of its run; omit this option", param_hint="-s")
     if check:
-        from nrp_core.cli.inspection.check import check_recording
-
-        if not is_recording(file):
-            raise typer.BadParameter(f"only a recording can be checked, not {file}", param_hint="--check")
-        check_recording(file, as_json=json)
+        _check(file, {"--image": image, "--models": models}, as_json=json)
     given = overrides_of(overrides, brain=None, world=None, models=models)
     if image is not None:
         _check_image(image)
@@ -200,6 +196,18 @@ def _topics(model: Model) -> list[dict[str, str]]:
         {"topic": topic.name, "direction": "listens" if topic.commands else "serves", "of": topic.of}
         for topic in topics_of(model)
     ]
+
+
+def _check(file: Path, others: Mapping[str, object], *, as_json: bool) -> None:
+    from nrp_core.cli.inspection.check import check_recording
+    from nrp_core.cli.inspection.recording import is_recording
+
+    if not is_recording(file):
+        raise typer.BadParameter(f"only a recording can be checked, not {file}", param_hint="--check")
+    for name, value in others.items():
+        if value:
+            raise typer.BadParameter("it has no effect with --check", param_hint=name)
+    check_recording(file, as_json=as_json)
 
 
 def _check_image(path: Path) -> None:

@@ -76,6 +76,10 @@ def sweep(
     require_folder_of(plot, "--plot")
     if emit is not None and plan:
         raise typer.BadParameter("it has no effect with --emit, which makes no run", param_hint="--plan")
+    if emit is not None and on != "local":
+        raise typer.BadParameter(
+            f"it has no effect with --emit {emit}, which makes no run", param_hint="--on"
+        )
     if plot is None and (measure is not None or kind is not None):
         complain("--measure and --kind have no effect without --plot", label="note")
     made = _opened(Path(target), out, only or [], retry_failed=retry_failed, record=record, confirmed=yes)

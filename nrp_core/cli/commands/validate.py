@@ -47,6 +47,10 @@ def validate(
     """
     from nrp_core.analysis.validate import validate_file
 
+    if json and format not in (FindingFormat.TEXT, FindingFormat.JSON):
+        raise typer.BadParameter(
+            f"--json and --format {format.value} contradict each other", param_hint="--json"
+        )
     findings = validate_file(experiment, overrides_of(overrides, brain=brain, world=world, models=models))
     code = _exit_code(findings)
     _write(findings, FindingFormat.JSON if json else format, is_valid=code == 0)

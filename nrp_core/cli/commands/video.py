@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from nrp_core.recording.video import Vector
 
 _VIEWS = "follow|above|free"
+_SIZE = "640x480"
 
 
 def video(
@@ -33,7 +34,9 @@ def video(
     speed: Annotated[float, typer.Option(min=0.01, max=1000, help="Speed relative to simulated time.")] = 1.0,
     begin: Annotated[str, typer.Option("--from", metavar="TIME", help="Begin at this time, e.g. 2s.")] = "0s",
     until: Annotated[str | None, typer.Option("--until", metavar="TIME", help="End at this time.")] = None,
-    size: Annotated[str, typer.Option(metavar="WxH", help="Size of drawn images, pixels.")] = "640x480",
+    size: Annotated[
+        str | None, typer.Option(metavar="WxH", help="Size of drawn images, pixels; by default 640x480.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Write a video of a recorded run: the images of a camera, or the scene from another viewpoint."""
@@ -61,14 +64,16 @@ def video(
         if end_s <= begin_s:
             raise ValueError(f"expected a time after {begin}, not {until}")
     with usage_errors("--size"):
-        width, height = _size(size)
+        width, height = _size(size or _SIZE)
     with usage_errors("--eye"):
         from_where = _vector(eye)
     with usage_errors("--target"):
         to_where = _vector(target)
         if from_where is not None and from_where == to_where:
             raise ValueError("it is the position of the view, so there is no direction to look in")
-    _refuse_ignored(view, {"--camera": camera, "--robot": robot, "--eye": eye, "--target": target})
+    _refuse_ignored(
+        view, {"--camera": camera, "--robot": robot, "--eye": eye, "--target": target, "--size": size}
+    )
     options = VideoOptions(
         camera, View(view), speed, begin_s, end_s, width, height, robot=robot, eye=from_where, target=to_where
     )
@@ -94,9 +99,10 @@ def _refuse_ignored(view: str, given: dict[str, str | None]) -> None:
     for name in names:
         if "--camera" in names and (name != "--camera" or view != "follow"):
             raise typer.BadParameter(
-                "shows recorded images: leave out --view and its options", param_hint="--camera"
+                "shows recorded images: leave out --view, --size and the options of a view",
+                param_hint="--camera",
             )
-        if name not in ("--camera", *used):
+        if name not in ("--camera", "--size", *used):
             raise typer.BadParameter(f"has no effect with --view {view}", param_hint=name)
 
 

@@ -2,6 +2,7 @@
 
 import signal
 from collections.abc import Callable
+from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -159,7 +160,10 @@ def test_events_far_ahead_arrive_in_their_time(
     brain = open_brain(
         spike_source("source", [1.0]),
         cells("relay", "IF_curr_delta", 50),
-        *(connect("source", "relay", 100.0, 0.1 + 97.3 * k, pairs=[(0, k)]) for k in range(50)),
+        *(
+            replace(connect("source", "relay", 100.0, 0.1 + 97.3 * k, pairs=[(0, k)]), label=f"{k}")
+            for k in range(50)
+        ),
         connect("relay", "relay", 0.0, 0.1, pairs=[(0, 1)]),
     )
     times_ms = spikes_of(brain, 5000.0).times_ms

@@ -63,6 +63,7 @@ def test_options_of_figures_without_effect_are_told(
         (("--eye", "1,2,3"), "has no effect with --view follow"),
         (("--view", "above", "--robot", "husky"), "has no effect with --view above"),
         (("--camera", "eye", "--view", "above"), "shows recorded images: leave out --view"),
+        (("--camera", "eye", "--size", "100x100"), "shows recorded images: leave out --view, --size"),
         (("--view", "free", "--eye", "1,2,3", "--target", "1,2,3.0"), "there is no direction to look in"),
     ],
 )
@@ -72,6 +73,22 @@ def test_an_option_of_another_view_of_a_video_is_refused(
     done = nrp("video", PLAIN, *options)
     assert done.code == 2
     assert words in " ".join(done.err.split())
+
+
+def test_an_option_beside_a_check_or_a_format_that_it_contradicts_is_refused(
+    nrp: Nrp, experiment: Path, tmp_path: Path
+) -> None:
+    for arguments, words in (
+        (("inspect", PLAIN, "--check", "--image", "a.png"), "it has no effect with --check"),
+        (("validate", experiment, "--format", "sarif", "--json"), "--json and --format sarif contradict"),
+        (("export", PLAIN, "--format", "csv", "-o", tmp_path / "out.csv"), "csv is written as a folder of"),
+    ):
+        done = nrp(*arguments)
+        assert done.code == 2
+        assert words in " ".join((done.out + done.err).split())
+    assert not list(tmp_path.glob("out*"))
+    assert nrp("inspect", PLAIN, "--check").code == 0
+    assert nrp("validate", experiment, "--format", "json", "--json").code == 0
 
 
 def test_settings_of_a_recording_and_its_difference_from_itself_are_refused(nrp: Nrp) -> None:

@@ -296,6 +296,9 @@ def test_a_plan_is_not_asked_for_with_jobs_that_are_only_written(sweep: Sweep) -
     code, _, err = sweep("sweep.yaml", "--plan", "--emit", "slurm")
     assert code == 2
     assert "it has no effect with --emit, which makes no run" in " ".join(err.split())
+    code, _, err = sweep("sweep.yaml", "--emit", "slurm", "--on", "dask")
+    assert code == 2
+    assert "it has no effect with --emit slurm, which makes no run" in " ".join(err.split())
 
 
 def test_emitted_jobs_are_collected_by_the_same_command(sweep: Sweep) -> None:

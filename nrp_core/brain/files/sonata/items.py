@@ -192,7 +192,7 @@ def read_types(path: Path | None, kind: str, parameters: Path) -> Types:
                 else ""
             )
             raise NetworkError(f"has no number in the column '{kind}_type_id'{hint}", path=path, line=line)
-        if surplus := [value for value in row.get(None) or () if value]:  # type: ignore[call-overload]
+        if surplus := [value for value in row.get(None) or () if value]:
             raise NetworkError(
                 f"has {len(surplus)} more values than there are columns, from '{surplus[0]}' on",
                 path=path, line=line,
