@@ -7,7 +7,7 @@ from __future__ import annotations
 import inspect
 import reprlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from pyNN import errors
@@ -16,6 +16,18 @@ from pyNN.parameters import LazyArray
 from nrp_core.brain.pynn.invalid import InvalidValueError, WrongKindError
 from nrp_core.errors import NetworkError, did_you_mean
 
+_FORMER: Final = {
+    "weights": "StaticSynapse(weight=...), which is an argument of the projection",
+    "delays": "StaticSynapse(delay=...), which is an argument of the projection",
+    "target": "receptor_type",
+    "synapse_dynamics": "synapse_type",
+    "method": "connector",
+    "A_plus": "an argument of the timing dependence, such as SpikePairRule(A_plus=...)",
+    "A_minus": "an argument of the timing dependence, such as SpikePairRule(A_minus=...)",
+    "v_init": "initialize(v=...)",
+    "u_init": "initialize(u=...)",
+}
+"""The arguments of PyNN 0.7, and what PyNN has since 0.8 in their place."""
 _NO_NUMBERS = "USc"
 """NumPy's kind codes of strings and complex numbers."""
 
@@ -43,7 +55,10 @@ def require_names(owner: str, given: Iterable[str], valid: Iterable[str]) -> Non
     known = list(valid)
     for name in given:
         if name not in known:
-            raise UnknownParameterError(f"{owner} has no parameter '{name}'{did_you_mean(name, known)}")
+            hint = f"; it was PyNN 0.7's; today it is {_FORMER[name]}" if name in _FORMER else ""
+            raise UnknownParameterError(
+                f"{owner} has no parameter '{name}'{hint or did_you_mean(name, known)}"
+            )
 
 
 def require_arguments(owner: str, function: Callable[..., Any], given: Iterable[str]) -> None:

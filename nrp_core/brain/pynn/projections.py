@@ -40,6 +40,7 @@ _PARTS = (
     ("space", (Space, _NONE), "one such as sim.Space()"),
 )
 """The arguments of a projection: name, classes and an example for messages."""
+_ARGUMENTS = ("connector", "synapse_type", "source", "receptor_type", "space", "label")
 _OPERATIONS = {"sum": (np.add, 0.0), "min": (np.minimum, np.inf), "max": (np.maximum, -np.inf)}
 
 
@@ -63,11 +64,12 @@ class Projection(common.Projection):
     initial_state: dict[str, FloatArray]
 
     def __init__(
-        self, presynaptic_population: Any, postsynaptic_population: Any, connector: Any,
+        self, presynaptic_population: Any, postsynaptic_population: Any, connector: Any = None,
         synapse_type: Any = None, source: str | None = None, receptor_type: str | None = None,
-        space: Space | None = None, label: str | None = None,
+        space: Space | None = None, label: str | None = None, **unknown: Any,
     ) -> None:  # fmt: skip
         ends = (presynaptic_population, postsynaptic_population)
+        require_names("a projection", unknown, _ARGUMENTS)
         self.has_own_label, self.made_at = bool(label), _line_of_the_script()
         label = label or "→".join(str(getattr(cells, "label", cells)) for cells in ends)
         for (what, kinds, valid), part in zip(_PARTS, (*ends, connector, synapse_type, space), strict=True):

@@ -28,6 +28,18 @@ CASES = {
     # names
     "sim.Population(2, sim.IF_cond_alfa())": "PyNN has no 'IF_cond_alfa'; did you mean 'IF_cond_alpha'?",
     "sim.AllToAlConnector()": "PyNN has no 'AllToAlConnector'; did you mean 'AllToAllConnector'?",
+    "sim.OneToOneConnector(weights=2.0)": (
+        "OneToOneConnector has no parameter 'weights'; it was PyNN 0.7's; today it is StaticSynapse(weight="
+    ),
+    CELL + "sim.Projection(a, a, sim.AllToAllConnector(), target='inhibitory')": (
+        "a projection has no parameter 'target'; it was PyNN 0.7's; today it is receptor_type"
+    ),
+    CELL + "sim.Projection(a, a, method=sim.AllToAllConnector())": (
+        "a projection has no parameter 'method'; it was PyNN 0.7's; today it is connector"
+    ),
+    CELL + "sim.Projection(a, a, sim.AllToAllConnector(), receptor='inhibitory')": (
+        "a projection has no parameter 'receptor'; did you mean 'receptor_type'?"
+    ),
     "sim.IF_cond_exp(tau_n=2)": "IF_cond_exp has no parameter 'tau_n'; did you mean 'tau_m'?",
     CELL + "a.set(tau_n=2)": "population 'a': IF_cond_exp has no parameter 'tau_n'; did you mean 'tau_m'?",
     CELL + "a[:1].set(tau_n=2)": "population 'a': IF_cond_exp has no parameter 'tau_n'",

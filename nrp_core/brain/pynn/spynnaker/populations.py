@@ -212,9 +212,9 @@ class Projection(projections.Projection):
     negative: Projection | None = None
 
     def __init__(
-        self, pre_synaptic_population: Any, post_synaptic_population: Any, connector: Any,
+        self, pre_synaptic_population: Any, post_synaptic_population: Any, connector: Any = None,
         synapse_type: Any = None, source: Any = None, receptor_type: str | None = None, space: Any = None,
-        label: str | None = None, download_synapses: bool = False, partition_id: Any = None,
+        label: str | None = None, download_synapses: bool = False, partition_id: Any = None, **unknown: Any,
     ) -> None:  # fmt: skip
         ends = (pre_synaptic_population, post_synaptic_population)
         if hasattr(synapse_type, "rewiring") and not all(isinstance(end, Population) for end in ends):
@@ -225,7 +225,8 @@ class Projection(projections.Projection):
         signed = isinstance(connector, ConvolutionConnector)
         if signed:
             receptor_type = connector.positive_receptor_type if receptor_type is None else receptor_type
-        super().__init__(*ends, connector, synapse_type, source, receptor_type or "excitatory", space, label)
+        receptor_type = receptor_type or "excitatory"
+        super().__init__(*ends, connector, synapse_type, source, receptor_type, space, label, **unknown)
         if signed and (other := connector.negative()) is not None:
             self.negative = type(self)(
                 *ends, other, synapse_type, source, connector.negative_receptor_type, space,
