@@ -33,6 +33,13 @@ _LEFT_OUT: Final = {
 }
 """What a run lacks whose element is misspelt."""
 _OF_POSE: Final = ("x", "y", "z", "roll", "pitch", "yaw", "ux", "uy", "uz", "theta", "robotId")
+_ATTRIBUTES: Final[Mapping[str, tuple[str, ...]]] = {
+    FUNCTION: ("type", "src", "active", "priority"),
+    "populations": ("type", "population", "from", "to", "step"),
+    "bodyModel": ("robotId", "model", "assetPath", "src"),
+    "stateMachine": ("type", "id", "src"),
+}
+"""Attributes that are read; others may be anything."""
 _LEAST_MS: Final = 0.1
 """A tenth of the smallest time step that the platform accepts."""
 _LARGEST_PART: Final = 1.1
@@ -51,6 +58,9 @@ def doubts_about(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
     yield from _named_twice(bibi)
     yield from _functions(bibi)
     yield from _robots_named_twice(bibi)
+    yield from _machines_named_twice(exc)
+    for root in (exc.element, bibi.element):
+        yield from _attributes(root)
     if bibi.timestep is not None and bibi.timestep.text.strip().replace(".", "", 1).isdigit():
         step_ms = float(bibi.timestep.text)
         if 0 < step_ms < _LEAST_MS:
@@ -80,6 +90,29 @@ def _misspelt(root: Element, known: tuple[str, ...]) -> Iterator[Finding]:
             code = _LEFT_OUT.get(meant, Code.NRP287)
             message = f"<{tag}> is ignored; did you mean <{meant}>?"
             yield Finding(code, message, Level.WARNING, element.path, element.line)
+
+
+def _attributes(root: Element) -> Iterator[Finding]:
+    """Yield the attributes whose names are nearly those of attributes that are read."""
+    for element in root.children:
+        tag = local(element.tag)
+        known = _ATTRIBUTES.get(FUNCTION if tag.startswith(FUNCTION) else tag, ())
+        given = [local(name) for name in element.attributes]
+        for name in given:
+            near = get_close_matches(name, [one for one in known if one not in given], n=1, cutoff=0.7)
+            if near and name not in known:
+                yield _doubt(element, f"the attribute '{name}' is ignored; did you mean '{near[0]}'?")
+        yield from _attributes(element)
+
+
+def _machines_named_twice(exc: Experiment) -> Iterator[Finding]:
+    """Yield the state machines with the id of an earlier one."""
+    lines: dict[str, int] = {}
+    for place in children(exc.element, "experimentControl", "experimentEvaluation"):
+        for machine in children(place, "stateMachine"):
+            name = attribute(machine, "id") or ""
+            if name and lines.setdefault(name, machine.line) != machine.line:
+                yield _doubt(machine, f"the state machine in line {lines[name]} has the same id, '{name}'")
 
 
 def _settings(exc: Experiment) -> Iterator[Finding]:

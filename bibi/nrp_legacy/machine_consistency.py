@@ -16,8 +16,11 @@ from nrp_legacy.shims.monitor_states import MonitorState, PollingState
 from nrp_legacy.shims.smach import GOES_ON, CBState, Container, State, StateMachine
 from nrp_legacy.shims.states import ClockDelayState, WaitToClockState
 
+_FAILURES = ("error", "aborted", "failed", "failure")
+"""Names of outcomes for what went wrong."""
 
-def inconsistencies(machine: Any) -> Iterator[tuple[Code, str]]:
+
+def inconsistencies(machine: Any, *, is_within: bool = False) -> Iterator[tuple[Code, str]]:
     """Yield a code and a sentence for each thing in a machine, and in those within it, that leads nowhere."""
     if not isinstance(machine, StateMachine):
         return
@@ -39,10 +42,48 @@ def inconsistencies(machine: Any) -> Iterator[tuple[Code, str]]:
                 f"the state '{label}' has no outcomes: {kind}.__init__ does not call State.__init__",
             )
             continue
+        if state.is_text:
+            text = "".join(state.get_registered_outcomes())
+            yield Code.NRP327, f"the outcomes of the state '{label}' are the text '{text}'; write ['{text}']"
+            continue
         yield from _of_state(label, state, machine)
         yield from _exchanged(label, state, machine)
-        yield from inconsistencies(state)
+        yield from inconsistencies(state, is_within=True)
     yield from _unreached(machine)
+    if not is_within:
+        yield from _of_keys(machine)
+    outcomes = machine.get_registered_outcomes()
+    for twice in sorted({one for one in outcomes if outcomes.count(one) > 1}):
+        yield Code.NRP327, f"the machine has the outcome '{twice}' twice; is one of them another?"
+
+
+def _of_keys(machine: StateMachine) -> Iterator[tuple[Code, str]]:
+    """Yield the keys of states that are nearly those that the machine has."""
+    known = {*vars(machine.userdata), *_written(machine)}
+    for label, state in machine._states.items():
+        if not isinstance(state, State) or not hasattr(state, "_outcomes"):
+            continue
+        names, own = machine._remappings.get(label, {}), {*state.reads, *state.writes}
+        for key in names.keys() - own if own else ():
+            hint = did_you_mean(key, sorted(own))
+            yield (
+                Code.NRP327,
+                f"the state '{label}' does not have the key '{key}', which gets another name{hint}",
+            )
+        for name in {names.get(key, key) for key in state.reads} - known:
+            hint = did_you_mean(name, sorted(known))
+            if hint.instead is not None:  # others may come from a line that runs later
+                yield Code.NRP327, f"the state '{label}' reads the key '{name}', which nothing writes{hint}"
+
+
+def _written(machine: StateMachine) -> set[str]:
+    """Return the keys that the states of a machine, and of those within it, write."""
+    keys = set[str]()
+    for label, state in machine._states.items():
+        names = machine._remappings.get(label, {})
+        keys |= {names.get(key, key) for key in getattr(state, "writes", ())}
+        keys |= _written(state) if isinstance(state, StateMachine) else set()
+    return keys
 
 
 def _of_state(label: str, state: State, machine: StateMachine) -> Iterator[tuple[Code, str]]:
@@ -85,6 +126,13 @@ def _of_state(label: str, state: State, machine: StateMachine) -> Iterator[tuple
 def _exchanged(label: str, state: State, machine: StateMachine) -> Iterator[tuple[Code, str]]:
     """Yield that a wait begins again as soon as it is over, where it should go on."""
     ways = machine._transitions[label]
+    success, failure = ways.get("succeeded", ""), ways.get("aborted", "error")
+    if success.lower() in _FAILURES and failure.lower() not in _FAILURES:
+        yield (
+            Code.NRP327,
+            f"the state '{label}' goes to '{success}' if it has succeeded, and to '{failure}' if it was "
+            "aborted: are they exchanged?",
+        )
     is_limited = isinstance(state, MonitorState) and state.is_limited  # then it also ends with 'valid'
     returns = ways.get("invalid") == label and ways.get("valid", label) != label
     if returns and isinstance(state, PollingState) and not is_limited:

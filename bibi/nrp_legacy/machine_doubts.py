@@ -41,7 +41,8 @@ def doubts_of(path: Path, duration_ns: int) -> Iterator[Finding]:
     """
     tree = _tree(path)
     doubts: tuple[Doubt, ...] = (
-        *_waits(tree, duration_ns), *_clocks(tree), *_uncalled(tree), *_subscribers(tree),
+        *_waits(tree, duration_ns), *_sleeps(tree, duration_ns), *_clocks(tree), *_uncalled(tree),
+        *_subscribers(tree),
         *doubtful_conditions(tree, seconds(duration_ns)),
         *((Code.NRP320, node, message) for node, message in without_choice(tree)),
     )  # fmt: skip
@@ -86,6 +87,18 @@ def _waits(tree: ast.Module, duration_ns: int) -> Iterator[Doubt]:
             till = "until" if kind == "WaitToClockState" else "for"
             message = f"the state waits {till} {wait_s:g} s, and the run ends at {seconds(duration_ns):g} s"
             yield Code.NRP248, node, message
+
+
+def _sleeps(tree: ast.Module, duration_ns: int) -> Iterator[Doubt]:
+    """Yield the sleeps that end after the run."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.Call(func, [given]) if ast.unparse(func) in ("rospy.sleep", "time.sleep"):
+                inner = given.args[0] if isinstance(given, ast.Call) and given.args else given
+                wait_s = number_of(inner)
+                if wait_s is not None and from_seconds(wait_s) >= duration_ns:
+                    message = f"'{excerpt(node)}' ends after the run of {seconds(duration_ns):g} s"
+                    yield Code.NRP248, node, message
 
 
 def _clocks(tree: ast.Module) -> Iterator[Doubt]:

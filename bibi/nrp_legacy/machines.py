@@ -8,6 +8,7 @@ from types import ModuleType
 from typing import Any
 
 from nrp_core.cle.engine import ClosedLoop
+from nrp_core.dsl.parameters.source_line import line_in
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
@@ -109,9 +110,10 @@ class StateMachines:
         if self._tasks[path].is_over:
             del self._tasks[path]
         if error is not None:
-            self._names.graph.warn(
-                Code.NRP273, f"state machine {path.name} stopped by {type(error).__name__}: {error}"
-            )
+            line = line_in(error.__traceback__, str(path))
+            where = path.name if line is None else f"{path.name}:{line}"
+            message = f"state machine {where} stopped by {type(error).__name__}: {error}"
+            self._names.graph.warn(Code.NRP273, message)
 
     def _restart(self, loop: ClosedLoop) -> None:
         self.close()

@@ -55,6 +55,8 @@ def test_an_experiment_without_slips_is_not_doubted(tmp_path: Path) -> None:
         ),
         ("<timestep>20", "<timestep>0.02", "the <timestep> is 0.02 ms; is it meant in s?"),
         ('"Range"', '"Rnage"', "the population 'all' is of an unknown type 'Rnage'; did you mean 'Range'?"),
+        ('priority="1"', 'priorty="1"', "the attribute 'priorty' is ignored; did you mean 'priority'?"),
+        ('step="1"', 'stpe="1"', "the attribute 'stpe' is ignored; did you mean 'step'?"),
         ('step="1"', 'step="0"', "'step' of the population 'all' must be a whole number of 1 or more, not 0"),
         ('from="0"', 'from="0.5"', "'from' of the population 'all' must be a whole number of 0 or more"),
         (
@@ -122,3 +124,14 @@ def test_experiments_of_the_platform_are_doubted_only_where_they_are_wrong(corpu
     assert doubted == [
         "priority of a transfer function is 'high', not a whole number: it is 0"
     ]  # of students_2018
+
+
+@pytest.mark.parametrize(("second", "is_reported"), [("b", False), ("a", True)])
+def test_two_state_machines_with_one_id_are_reported(tmp_path: Path, second: str, is_reported: bool) -> None:
+    machines = f"""<experimentControl>
+      <stateMachine id="a" src="one.exd"/>
+      <stateMachine id="{second}" src="two.exd"/></experimentControl>"""
+    found = _doubts(tmp_path, '<bibiConf src="old.bibi"/>', f'<bibiConf src="old.bibi"/>{machines}')
+    assert [one.startswith("the state machine in line 5 has the same id, 'a'") for one in found] == [
+        True
+    ] * is_reported

@@ -88,6 +88,8 @@ with sm:
          Code.NRP320, "compares a bool with a text: they are never equal"),
         ("Odometry, lambda ud, m: m.pose.pose.position.x < 0.2", "String, lambda ud, m: m.data != 1",
          Code.NRP320, "compares a text with a number: they are never equal"),
+        ("sleep(0.05)", "sleep(500)", Code.NRP248, "'rospy.sleep(500)' ends after the run of 60 s"),
+        ("sleep(0.05)", "sleep(rospy.Duration(60))", Code.NRP248, "ends after the run of 60 s"),
         ("rospy.sleep", "time.sleep", Code.NRP255, "'time.sleep(0.05)' waits in simulated time here"),
         ("rospy.sleep(0.05)", "userdata.t = time.time()", Code.NRP243, "'time.time' reads the clock on the"),
         ("PoseMonitorState(is_near)", "PoseMonitorState(lambda ud, p: p.position.x < 0.1)", Code.NRP327,
@@ -122,6 +124,7 @@ def test_a_doubtful_state_is_reported_before_a_run(
         ("/robot/odom", "/robot/odmo", Code.NRP268, "no message came on '/robot/odmo', to which the code "
          "of the experiment listens; did you mean '/robot/odom'?"),
         ('odom", Odometry', 'odom", Bool', Code.NRP228, "'/robot/odom' carries nav_msgs/msg/Odometry, and"),
+        ("rospy.sleep(0.05)", "1 / 0", Code.NRP273, "gate.exd:19 stopped by ZeroDivisionError: division by"),
         ("DelayState(0.04)", "DelayState(1.98)", Code.NRP248, "the wait of the state 'delay' ends at 2.02 s"),
         ('@smach.cb_interface(outcomes=["done"])\n', "", Code.NRP327, "'tell' does not name its outcomes, a"),
         ('self, outcomes=["done"]', "self", Code.NRP327, "the state 'ask' does not name its outcomes, and S"),
@@ -149,3 +152,16 @@ def test_the_machines_of_the_corpus_are_not_doubted() -> None:
     machines = list((Path(__file__).parent / "corpus").rglob("*.exd"))
     assert len(machines) > 3
     assert [str(one) for path in machines for one in doubts_of(path, 600 * NS_PER_S)] == []
+
+
+@pytest.mark.parametrize(("joint", "is_reported"), [("back_left_joint", False), ("back_left_jont", True)])
+def test_a_request_of_a_function_that_is_refused_is_reported(
+    opened: Callable[..., Run], corpus: Path, joint: str, is_reported: bool
+) -> None:
+    path = corpus / "screens_2016/screen.py"
+    path.write_text(path.read_text().replace("husky::back_left_joint", joint))
+    run = opened("screens_2016/ExDBraitenbergHuskyScreens.exc")
+    run.run_until(0.1)
+    refused = [one.message for one in run.problems if one.code is Code.NRP280]
+    expected = "service /gazebo/apply_joint_effort: no model has joint 'back_left_jont'"
+    assert [one.startswith(expected) for one in refused] == [True] * is_reported

@@ -92,6 +92,33 @@ def test_a_machine_that_smach_would_not_start_is_reported(
     assert all(words in sentence for _, sentence in found)
 
 
+@pytest.mark.parametrize(
+    ("state", "transitions", "outcomes", "remapping", "words"),
+    [
+        (State(["done"], ["count"], ["count"]), {"done": "END"}, ["END"], {}, ""),
+        (State(["done"], ["count"], ["count"]), {"done": "END"}, ["END"], {"count": "place"}, ""),
+        (State(["done"], ["other"]), {"done": "END"}, ["END"], {}, ""),  # a line may set it later
+        (State(["done"], ["cuont"]), {"done": "END"}, ["END"], {}, "reads the key 'cuont', which no"),
+        (State(["done"], ["count"]), {"done": "END"}, ["END"], {"cuont": "x"}, "does not have the key 'cu"),
+        (State("done"), {"done": "END"}, ["END"], {}, "the outcomes of the state 'a' are the text 'done'"),
+        (State(["done"]), {"done": "END"}, ["END", "BAD", "END"], {}, "has the outcome 'END' twice"),
+        (State(["succeeded", "aborted"]), {"succeeded": "END", "aborted": "ERROR"}, ["END", "ERROR"], {}, ""),
+        (State(["succeeded", "aborted"]), {"succeeded": "ERROR", "aborted": "END"}, ["END", "ERROR"], {},
+         "goes to 'ERROR' if it has succeeded, and to 'END' if it was aborted: are they exchanged?"),
+        (State(["succeeded", "aborted"]), {"succeeded": "ERROR", "aborted": "ERROR"}, ["ERROR"], {}, ""),
+    ],
+)  # fmt: skip
+def test_keys_and_outcomes_that_do_not_fit_are_reported(
+    state: State, transitions: dict[str, str], outcomes: list[str], remapping: dict[str, str], words: str
+) -> None:
+    machine = StateMachine(outcomes)
+    machine.userdata.count = machine.userdata.place = 0
+    with machine:
+        StateMachine.add("a", state, transitions, remapping)
+    found = [sentence for code, sentence in inconsistencies(machine) if code is Code.NRP327]
+    assert [words in one for one in found] == [True] * bool(words), found
+
+
 _EVERYTHING = Graph()
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from nrp_core.errors import NrpError
+from nrp_core.findings import Code
 from nrp_core.world.messages import gazebo_srvs, std_srvs
 from nrp_legacy.shims.graph import Graph, absolute
 from nrp_legacy.shims.modules import OpenMessage, Request
@@ -17,6 +18,9 @@ _UNUSED = ("attenuation_constant", "attenuation_linear", "attenuation_quadratic"
 """Fields of requests that worlds here know nothing of."""
 _SAME: Final = {"SpawnEntity": "SpawnModel", "DeleteEntity": "DeleteModel"}
 """Types of the platform's own version of Gazebo."""
+
+_ACTING = ("apply_", "set_", "spawn_")
+"""How the names of services begin that change something; others may ask whether a thing is there."""
 
 
 class ServiceException(Exception):  # noqa: N818 - the name that users catch
@@ -145,13 +149,18 @@ class Services:
         given = {key: value for key, value in fields.items() if value is not None}
         named = {_SPELLINGS.get(key, key): value for key, value in given.items()}
         try:
-            return self._graph.world.call(
+            answer = self._graph.world.call(
                 name,
                 *values[: max(1, len(known))],
                 **{key: value for key, value in named.items() if key in known or key not in _UNUSED},
             )
         except (NrpError, TypeError) as error:
             raise ServiceException(f"service {name}: {error}") from error
+        if name.rpartition("/")[2].startswith(_ACTING) and not getattr(answer, "success", True):
+            self._graph.warn(
+                Code.NRP280, f"service {name}: {getattr(answer, 'status_message', 'no success')}"
+            )
+        return answer
 
     def _require(self, name: str, kind: Any) -> None:
         """Check the type that a caller expects, as ROS does when a caller connects.

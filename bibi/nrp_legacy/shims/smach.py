@@ -71,7 +71,7 @@ class State:
 
     Args:
         outcomes: its possible outcomes.
-        input_keys, output_keys, io_keys: taken; all data is shared.
+        input_keys, output_keys, io_keys: what it reads and writes; all data is shared.
     """
 
     def __init__(
@@ -82,6 +82,8 @@ class State:
         io_keys: Iterable[str] = (),
     ) -> None:
         self._outcomes = list(outcomes)
+        self.is_text = isinstance(outcomes, str)
+        self.reads, self.writes = [*input_keys, *io_keys], [*output_keys, *io_keys]
         self.is_preempted = False
 
     def execute(self, userdata: Any) -> str:
