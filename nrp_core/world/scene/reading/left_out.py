@@ -27,7 +27,7 @@ _MOST = 300
 
 
 def read_without(read: Callable[[Places], Read]) -> tuple[Read, list[Finding]]:
-    """Return the contents of a file, and a finding for each element that is left out.
+    """Return the contents of a file, and the findings for which elements are left out, each once.
 
     Args:
         read: reads the file without the elements at some places.
@@ -40,7 +40,9 @@ def read_without(read: Callable[[Places], Read]) -> tuple[Read, list[Finding]]:
     last: SceneError | None = None
     while True:
         try:
-            return read(without), reasons
+            return read(without), list(
+                dict.fromkeys(reasons)
+            )  # a line may hold other elements that went first
         except SceneError as error:
             if error.path is None or error.line is None or len(reasons) >= _MOST:
                 raise last or error from None

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from nrp_core.errors import SceneError
 from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Box, Capsule, Cylinder, Scene, Sphere
+from nrp_core.world.scene.reading.left_out import read_without
 from nrp_core.world.scene.sdf import read_scene
 
 SHIPPED = Path(nrp_experiments.braitenberg_husky.__file__).parent
@@ -157,3 +158,13 @@ def test_a_file_cut_short_is_refused_with_its_line(folder: Path, data: st.DataOb
     with pytest.raises(SceneError, match="not well-formed XML") as refusal:
         read_scene(path)
     assert refusal.value.line
+
+
+def test_what_is_left_out_of_a_line_is_told_once(tmp_path: Path) -> None:
+    """Of a line with several elements a sound one may go first."""
+    path = tmp_path / "line.sdf"
+    bad = '<link name="l"><pose>0 0 0 0 0</pose><inertial/></link>'
+    path.write_text(f'<sdf version="1.9"><model name="m"><link name="k"/>{bad}</model></sdf>')
+    _, findings = read_without(lambda without: read_scene(path, without=without))
+    told = [str(each) for each in findings if "<pose> must hold 6 numbers" in str(each)]
+    assert len(told) == 1
