@@ -67,9 +67,10 @@ class NavSat(Sensor):
     def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> tuple[str, NavSat]:
         """Read ``hector_gazebo_ros_gps``; places on the Earth are those of the world."""
         name, topic, rate_hz, noise = plugin_sensor(plugin, reading, "fix")
-        for ignored in plugin.all(*_OF_HECTOR):
-            message = f"<{ignored.tag}> is not used: the world's <spherical_coordinates> say where it is"
-            reading.notes.warn(ignored, Code.NRP263, message, subject=ignored.tag)
+        if ignored := plugin.all(*_OF_HECTOR):
+            tags, verb = " and ".join(f"<{each.tag}>" for each in ignored), "are" if ignored[1:] else "is"
+            message = f"{tags} {verb} not used: the world's <spherical_coordinates> say where it is"
+            reading.notes.warn(ignored[0], Code.NRP263, message, subject=ignored[0].tag)
         link = model.link(plugin.require("bodyName")).name
         velocity = topic_in_namespace(plugin, plugin.word("velocityTopicName", "fix_velocity"), reading)
         return link, cls(name, topic, rate_hz, offset_of(plugin), velocity, noise=noise)

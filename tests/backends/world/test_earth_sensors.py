@@ -107,7 +107,8 @@ def test_another_planet_is_reported(tmp_path):
 
 HECTOR = """<sdf version="1.6"><model name="quad"><link name="base"><inertial/></link>
 <plugin name="gps" filename="libhector_gazebo_ros_gps.so"><bodyName>base</bodyName><updateRate>4</updateRate>
-<referenceLatitude>49.9</referenceLatitude><gaussianNoise>0.1 0.1 0.2</gaussianNoise>
+<referenceLatitude>49.9</referenceLatitude><referenceAltitude>3</referenceAltitude>
+<gaussianNoise>0.1 0.1 0.2</gaussianNoise>
 <xyzOffset>0 0 0.5</xyzOffset></plugin>
 <plugin name="imu" filename="libhector_gazebo_ros_imu.so"><bodyName>base</bodyName>
 <topicName>raw_imu</topicName><accelGaussianNoise>0.35 0.35 0.3</accelGaussianNoise></plugin>
@@ -122,7 +123,8 @@ def test_sensors_of_hector_are_read(tmp_path):
     assert gps.velocity_topic == "/quad/fix_velocity"
     assert gps.pose.position == (0, 0, 0.5)
     assert (type(imu), imu.topic, imu.noise.stddev) == (Imu, "/quad/raw_imu", 0.35)
-    assert any("<referenceLatitude> is not used" in str(warning) for warning in model.warnings)
+    (warning,) = (str(each) for each in model.warnings if "not used" in str(each))
+    assert "<referenceLatitude> and <referenceAltitude> are not used: the world's" in warning
 
 
 def test_a_receiver_of_hector_measures_its_velocity_in_the_world(open_world, tmp_path):
