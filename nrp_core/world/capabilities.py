@@ -32,7 +32,7 @@ class WorldCapabilities:
         ball_control: ball joints can be led to orientations. Otherwise a scene in which one is, is refused.
         coupled_joints: joints can follow others, as in gearboxes and screws. Otherwise a scene with one is
             refused.
-        loops: joints can close loops. Otherwise those that do are left out, with a warning.
+        loops: joints can close loops and tie two models. Otherwise such joints are left out, with a warning.
         own_actuators: it has the actuators that elements for it in a model's file describe.
         changes: models can be moved, added and deleted while it runs.
         real_time: time passes by itself, as on a robot, so the loop must keep up.
