@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import inf
 from typing import Final
 
-from nrp_brain_event.records import Array, Cell, Clock, Event, Link
+from nrp_brain_event.records import Array, Clock, Event, Link
 from nrp_core._support.jit import inlined, jit
 
 _BEYOND: Final = 1 << 61
@@ -69,20 +69,13 @@ def gather(clock: Clock, slots: Array, events: Array, sorting: Array, end: float
 
 
 @inlined
-def schedule(clock: Clock, slots: Array, links: Array, cell: Cell, row: int) -> None:
-    """Schedule a neuron for its next update; an earlier entry may stay."""
-    if cell.wake < cell.listed:
-        reschedule(clock, slots, links, cell, row)
-
-
-@jit
-def reschedule(clock: Clock, slots: Array, links: Array, cell: Cell, row: int) -> None:
-    """Schedule a neuron for its next update."""
+def schedule(clock: Clock, slots: Array, links: Array, wake: float, row: int) -> float:
+    """Schedule a neuron for its next update; return the latest time of its entry."""
     link, n = links[row], len(slots) - 1
-    window = _window(clock, n, cell.wake) if cell.wake < inf else _NEVER
-    cell.listed = min(window, clock.slot + n) * clock.width if window < _NEVER else inf
+    window = _window(clock, n, wake) if wake < inf else _NEVER
+    listed = min(window, clock.slot + n) * clock.width if window < _NEVER else inf
     if link.window == window:
-        return
+        return listed
     if link.window < _NEVER:
         _unlink(slots, links, link)
     link.window = window
@@ -92,28 +85,22 @@ def reschedule(clock: Clock, slots: Array, links: Array, cell: Cell, row: int) -
         if link.after >= 0:
             links[link.after].before = row
         slots[slot] = row
+    return listed
 
 
 @jit
-def next_round(
-    clock: Clock, event_slots: Array, cell_slots: Array, events: Array, links: Array, cells: Array
-) -> None:
+def next_round(clock: Clock, slots: Array, events: Array) -> None:
     """At the start of a round, distribute the events beyond the last one."""
-    n = len(event_slots) - 1
-    index = event_slots[n]
-    event_slots[n] = -1
+    n = len(slots) - 1
+    index = slots[n]
+    slots[n] = -1
     while index >= 0:
         event = events[index]
         following = event.after
         slot = _slot(_window(clock, n, event.time), n)
-        event.after = event_slots[slot]
-        event_slots[slot] = index
+        event.after = slots[slot]
+        slots[slot] = index
         index = following
-    row = cell_slots[n]
-    while row >= 0:
-        following = links[row].after
-        reschedule(clock, cell_slots, links, cells[row], row)
-        row = following
 
 
 @inlined

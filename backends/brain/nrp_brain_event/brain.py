@@ -102,7 +102,7 @@ class EventBrain(Brain):
         return values
 
     def _do_set_parameters(self, change: ParameterChange) -> None:
-        change_parameters(self._engine, self.network, change)
+        self._take(change_parameters(self._engine, self.network, change))
 
     def _do_read_weights(self, projection: Projection) -> FloatArray:
         return weights_now(self._engine, projection, self._rows_of[projection.label])

@@ -9,6 +9,7 @@ import numpy as np
 
 from nrp_brain_event.cells import load_cells
 from nrp_brain_event.connections import delay_range, load_connections
+from nrp_brain_event.modes import modes_of
 from nrp_brain_event.records import CONSTANT, Array, Clock, EngineArrays, Event, Link, Spike, Work
 from nrp_core.brain.network.data import Network
 
@@ -32,6 +33,7 @@ def build_engine(network: Network, tolerance_mv: float) -> EngineArrays:
     n_windows = min(max(int(longest_ms / width_ms) + 2, _FEWEST_WINDOWS), _MOST_WINDOWS)
     n_windows = 1 << (n_windows - 1).bit_length()
     cells, row_of = load_cells(network, tolerance_mv)
+    modes, kinds = modes_of(cells)
     clock, events = np.zeros(1, Clock.dtype()), np.zeros(_ROOM, Event.dtype())
     clock["width"], clock["per_width"] = width_ms, 1.0 / width_ms
     clock["arriving"] = -1
@@ -39,6 +41,8 @@ def build_engine(network: Network, tolerance_mv: float) -> EngineArrays:
     chain_free(clock, events, 0)
     return EngineArrays(
         cells=cells,
+        modes=modes,
+        kinds=kinds,
         row_of=row_of,
         **load_connections(network, cells, row_of),
         clock=clock,

@@ -8,10 +8,11 @@ from __future__ import annotations
 from math import inf, nextafter
 from typing import Final
 
-from nrp_brain_event.agenda import gather, next_round, post, release, reschedule, schedule
+from nrp_brain_event.agenda import gather, next_round, post, release, schedule
 from nrp_brain_event.compiled_laws import released_share
 from nrp_brain_event.handles import opened
 from nrp_brain_event.linear import is_linear, search
+from nrp_brain_event.modes import deliver, freeze, postpone, set_time, thaw, voltage_of
 from nrp_brain_event.neuron import fire, move, plan, receive, voltage_at
 from nrp_brain_event.plasticity import store_spike, transmit
 from nrp_brain_event.records import (
@@ -23,11 +24,14 @@ from nrp_brain_event.records import (
     HOT,
     SEARCH,
     START,
-    WAKE,
     Array,
+    Cell,
     Clock,
     EngineArrays,
     Event,
+    Kind,
+    Modes,
+    Work,
 )
 from nrp_brain_event.runge_kutta import state_at
 from nrp_brain_event.synaptic_inputs import remaining_at
@@ -50,8 +54,8 @@ def run(places: Array, until: float, end: float) -> int:
         ``DIVERGED`` if a neuron cannot be integrated.
     """
     engine = opened(EngineArrays, places)
-    clock, cells, events = engine.clock[0], engine.cells, engine.events
-    event_slots, cell_slots, links = engine.event_slots, engine.cell_slots, engine.links
+    clock, events = engine.clock[0], engine.events
+    event_slots = engine.event_slots
     last = len(event_slots) - 2
     while True:
         window_end = min((clock.slot + 1) * clock.width, end)
@@ -59,11 +63,11 @@ def run(places: Array, until: float, end: float) -> int:
         if clock.arriving < 0 and event_slots[slot] >= 0:
             gather(clock, event_slots, events, engine.sorting, window_end)
         while clock.arriving >= 0:
-            status = _arrive(engine, clock, cells, events[clock.arriving])
+            status = _arrive(engine, clock, events[clock.arriving])
             if status != DONE:
                 return status
             release(clock, events)
-        status = _wake(engine, clock, cells, links, slot, window_end)
+        status = _wake(engine, clock, slot, window_end)
         if status != DONE:
             return status
         if window_end >= end:
@@ -71,59 +75,105 @@ def run(places: Array, until: float, end: float) -> int:
             return DONE
         clock.slot += 1
         if clock.slot & last == 0:
-            next_round(clock, event_slots, cell_slots, events, links, cells)
+            next_round(clock, event_slots, events)
+            row = engine.cell_slots[last + 1]
+            while row >= 0:
+                following = engine.links[row].after
+                _list(clock, engine.cell_slots, engine.links, engine.cells[row], engine.modes[row], row)
+                row = following
 
 
 @inlined
-def _arrive(engine: EngineArrays, clock: Clock, cells: Array, event: Event) -> int:
+def _arrive(engine: EngineArrays, clock: Clock, event: Event) -> int:
     """Deliver a spike to all targets that it has not reached yet; returns as :func:`run`."""
     targets, weights, slots, t = engine.target, engine.weight, engine.cell_slots, event.time
     first, last = event.target, event.target + event.n - 1
+    alike = event.n > 0 and engine.modes[targets[first] >> 1].kind >= 0  # all as the first, or nearly all
+    if event.after >= 0:
+        _fetch_targets(engine.events[event.after], targets, weights)
     for k in range(clock.arrived, max(event.n, 1)):
         target, weight = event.target, event.weight
         if event.n > 0:
             target, weight = targets[first + k], weights[first + k]
-            _fetch(cells, targets[min(first + k + _AHEAD, last)] >> 1)
+            _fetch(engine.cells, engine.modes, targets[min(first + k + _AHEAD, last)] >> 1, alike)
         elif target < 0:
             target = engine.plastic[~target].target
         row = target >> 1
-        cell = cells[row]
-        if cell.wake <= t and cell.t < t:
+        cell, modes = engine.cells[row], engine.modes[row]
+        if modes.wake <= t and modes.t < t if modes.kind >= 0 else cell.wake <= t and cell.t < t:
             status = _pass(engine, row, nextafter(t, inf))
             if status != DONE:
                 clock.arrived = k
                 return status
-        move(cell, t)
         if event.n == 0 and event.target < 0:
             synapse = engine.plastic[~event.target]
             event.target, weight = (
                 target,
                 transmit(synapse, engine.rules[synapse.rule], cell, engine.events, t),
             )
-        receive(cell, target & 1, weight)
-        if is_linear(cell):
-            plan(cell, engine.work[0])
-        else:  # once for all arrivals at this time
-            cell.on_wake, cell.wake = START, t
-        schedule(clock, slots, engine.links, cell, row)
+        if modes.kind >= 0:
+            kind = engine.kinds[modes.kind]
+            _add(clock, slots, engine.links, modes, kind, row, target & 1, weight, t)
+        else:
+            _deliver(clock, slots, engine.links, cell, engine.work[0], row, target & 1, weight, t)
     return DONE
 
 
 @inlined
-def _wake(engine: EngineArrays, clock: Clock, cells: Array, links: Array, slot: int, end: float) -> int:
+def _add(
+    clock: Clock, slots: Array, links: Array, modes: Modes, kind: Kind, row: int, inhibitory: int,
+    weight: float, t: float,
+) -> None:  # fmt: skip
+    """Deliver a spike to a neuron that is a sum of exponentials, and plan its next update."""
+    if kind.t != t:
+        set_time(kind, t)
+    deliver(modes, kind, inhibitory, weight)
+    if modes.wake < modes.listed:  # else an earlier entry stays
+        modes.listed = schedule(clock, slots, links, modes.wake, row)
+
+
+@inlined
+def _deliver(
+    clock: Clock, slots: Array, links: Array, cell: Cell, work: Work, row: int, inhibitory: int,
+    weight: float, t: float,
+) -> None:  # fmt: skip
+    """Deliver a spike to another neuron, and plan its next update."""
+    move(cell, t)
+    receive(cell, inhibitory, weight)
+    if is_linear(cell):
+        plan(cell, work)
+    else:  # once for all arrivals at this time
+        cell.on_wake, cell.wake = START, t
+    if cell.wake < cell.listed:
+        cell.listed = schedule(clock, slots, links, cell.wake, row)
+
+
+@inlined
+def _wake(engine: EngineArrays, clock: Clock, slot: int, end: float) -> int:
     """Process the scheduled updates of the neurons in a window before ``end``; returns as :func:`run`."""
+    cells, every = engine.cells, engine.modes
     row = engine.cell_slots[slot]
     while row >= 0:
-        following = links[row].after
+        following = engine.links[row].after
         if following >= 0:
-            prefetch(cells, following, WAKE)
-        if cells[row].wake < end:
+            prefetch(every, following, 0)
+        if (every[row].wake if every[row].kind >= 0 else cells[row].wake) < end:
             status = _pass(engine, row, end)
             if status != DONE:
                 return status
-        reschedule(clock, engine.cell_slots, links, cells[row], row)
+        _list(clock, engine.cell_slots, engine.links, cells[row], every[row], row)
         row = following
     return DONE
+
+
+@inlined
+def _list(clock: Clock, slots: Array, links: Array, cell: Cell, modes: Modes, row: int) -> None:
+    """Move a neuron in the calendar to its next update."""
+    listed = schedule(clock, slots, links, modes.wake if modes.kind >= 0 else cell.wake, row)
+    if modes.kind >= 0:
+        modes.listed = listed
+    else:
+        cell.listed = listed
 
 
 @inlined
@@ -131,10 +181,15 @@ def _pass(engine: EngineArrays, row: int, end: float) -> int:
     """Process all scheduled updates of a neuron before ``end``; returns as :func:`run`."""
     clock, work, spikes, first = engine.clock[0], engine.work[0], engine.spikes, engine.first
     plastic, first_plastic = engine.plastic, engine.first_plastic
-    cell = engine.cells[row]
-    while cell.wake < end:
+    cell, modes = engine.cells[row], engine.modes[row]
+    while (modes.wake if modes.kind >= 0 else cell.wake) < end:
+        if modes.kind >= 0 and postpone(modes, engine.kinds[modes.kind], cell):
+            continue
         if cell.on_wake == SEARCH:
             search(cell, work)
+            modes.wake, modes.on_wake = cell.wake, cell.on_wake
+            prefetch(engine.bundle, first[cell.id], 0)  # it fires soon
+            prefetch(engine.delay, first[cell.id], 0)
             continue
         if cell.on_wake == FIRE:
             if clock.n_spikes == len(spikes) or clock.n_free <= first[cell.id + 1] - first[cell.id]:
@@ -152,14 +207,27 @@ def _pass(engine: EngineArrays, row: int, end: float) -> int:
         if not plan(cell, work):
             clock.failed = cell.id
             return DIVERGED
+        if modes.kind >= 0:
+            freeze(modes, engine.kinds[modes.kind], cell)
     return DONE
 
 
 @inlined
-def _fetch(cells: Array, row: int) -> None:
+def _fetch(cells: Array, modes: Array, row: int, of_modes: bool) -> None:
     """Prefetch the part of a neuron that every event needs."""
+    if of_modes:
+        prefetch(modes, row, 0)
+        return
     for byte in range(HOT, COLD, CACHE_LINE):
         prefetch(cells, row, byte)
+
+
+@inlined
+def _fetch_targets(event: Event, targets: Array, weights: Array) -> None:
+    """Prefetch the first targets of an event."""
+    if event.n > 0:
+        prefetch(targets, event.target, 0)
+        prefetch(weights, event.target, 0)
 
 
 @inlined
@@ -226,12 +294,13 @@ def spread(places: Array) -> bool:
 def set_currents(places: Array, currents: Array) -> None:
     """Set constant currents (nA, by global id); neurons with the same current are not updated."""
     engine = opened(EngineArrays, places)
-    cells = engine.cells
-    for row in range(len(cells)):
-        cell = cells[row]
+    for row in range(len(engine.cells)):
+        cell, modes = engine.cells[row], engine.modes[row]
         if currents[cell.id] != cell.current:
             _begin_anew(engine, row)
             cell.current = currents[cell.id]
+            if modes.kind >= 0:
+                freeze(modes, engine.kinds[modes.kind], cell)
 
 
 @jit
@@ -247,8 +316,11 @@ def read(places: Array, neurons: Array, variable: int, out: Array) -> None:
     engine = opened(EngineArrays, places)
     now = engine.clock[0].now
     for k in range(len(neurons)):
-        cell = engine.cells[engine.row_of[neurons[k]]]
-        if variable == 0:
+        row = engine.row_of[neurons[k]]
+        cell, modes = engine.cells[row], engine.modes[row]
+        if modes.kind >= 0:  # such cells show no other variable
+            out[k] = voltage_of(modes, engine.kinds[modes.kind], cell, now)
+        elif variable == 0:
             out[k] = voltage_at(cell, now)
         elif variable <= 2:
             out[k] = state_at(cell, 1, now)
@@ -258,9 +330,11 @@ def read(places: Array, neurons: Array, variable: int, out: Array) -> None:
 
 @jit
 def _begin_anew(engine: EngineArrays, row: int) -> None:
-    """Advance a cell to the present time and schedule a new prediction."""
-    clock, cells = engine.clock[0], engine.cells
-    cell = cells[row]
+    """Advance a cell to the present time and schedule a new prediction; its record is to be frozen again."""
+    clock, cell, modes = engine.clock[0], engine.cells[row], engine.modes[row]
+    if modes.kind >= 0:
+        thaw(modes, engine.kinds[modes.kind], cell)
     move(cell, clock.now)
     cell.on_wake, cell.wake = START, clock.now
-    schedule(clock, engine.cell_slots, engine.links, cell, row)
+    cell.listed = schedule(clock, engine.cell_slots, engine.links, cell.wake, row)
+    modes.wake, modes.listed = cell.wake, cell.listed

@@ -17,7 +17,7 @@ from nrp_brain_event.records import CONDUCTANCE, FIRE, LINEAR, SEARCH, Cell, Wor
 from nrp_brain_event.synaptic_inputs import charge, left_of, silent
 from nrp_core._support.jit import inlined, jit
 
-_NEAR: Final = 0.01
+NEAR: Final = 0.01
 """Distance from the threshold, in time constants, below which a spike is computed instead of excluded."""
 _SOON: Final = 0.05
 """Time constants within which it is searched first."""
@@ -66,7 +66,7 @@ def search(cell: Cell, work: Work) -> None:
     left_e, left_i = left_of(cell, 0, dt), left_of(cell, 1, dt)
     strongest = _strongest(cell, 0, dt, left_e) + _strongest(cell, 1, dt, left_i)
     _wait(cell, t, linear_voltage(cell, dt, left_e, left_i), strongest)
-    if cell.wake <= t + _NEAR * cell.tau_m:
+    if cell.wake <= t + NEAR * cell.tau_m:
         _find(cell, work, dt, _weakest(cell, 0, dt, left_e) + _weakest(cell, 1, dt, left_i))
 
 

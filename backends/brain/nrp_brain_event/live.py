@@ -7,15 +7,16 @@ import numpy as np
 from nrp_brain_event.cell_types import TIME_CONSTANTS
 from nrp_brain_event.cells import with_parameters
 from nrp_brain_event.kernels import begin_anew
+from nrp_brain_event.modes import modes_of
 from nrp_brain_event.plasticity import bring_up_to
-from nrp_brain_event.records import FROZEN, JUMP, CellParameters, EngineArrays
+from nrp_brain_event.records import FROZEN, JUMP, CellParameters, EngineArrays, Modes
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.network.data import Network, Projection
 
 
-def change_parameters(engine: EngineArrays, network: Network, change: ParameterChange) -> None:
-    """Change parameters of cells.
+def change_parameters(engine: EngineArrays, network: Network, change: ParameterChange) -> EngineArrays:
+    """Change parameters of cells, and return the engine with their coefficients.
 
     Raises:
         NetworkError: a parameter is impossible.
@@ -31,6 +32,11 @@ def change_parameters(engine: EngineArrays, network: Network, change: ParameterC
     engine.cells["x"][frozen] = input_mv / engine.cells["resistance"][frozen, None]
     if change.values.keys() & TIME_CONSTANTS.keys() and len(engine.short_term):
         _follow_time_constants(engine)
+    modes, kinds = modes_of(engine.cells)
+    others = np.delete(np.arange(len(modes)), rows)
+    for name in set(Modes.dtype().names or ()) - {"kind"}:
+        modes[name][others] = engine.modes[name][others]
+    return engine._replace(modes=modes, kinds=kinds)
 
 
 def weights_now(engine: EngineArrays, projection: Projection, rows: IntArray) -> FloatArray:

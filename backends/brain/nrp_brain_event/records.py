@@ -162,11 +162,58 @@ class Cell(CellParameters):
     """The list of its spikes, stored as events, that its plastic synapses may still have to process."""
 
 
+class Modes(Record):
+    """The state of a neuron that is a sum of exponentials, see :mod:`nrp_brain_event.modes`; a cache line."""
+
+    x_e: float
+    x_i: float
+    """Coefficients of the synapses, nA."""
+    membrane: float
+    """Coefficient of the membrane, mV; not a number in the refractory period."""
+    settled: float
+    """Steady-state voltage for the constant currents alone, mV."""
+    t: float
+    wake: float
+    listed: float
+    """As of a :class:`Cell`, whose fields are out of date; so is ``on_wake``."""
+    kind: Short
+    """-1: another neuron, of which the :class:`Cell` is everything."""
+    on_wake: Short
+
+
+class Kind(Record):
+    """Neurons with equal parameters, and the factors that they share at the time ``t``."""
+
+    tau_m: float
+    threshold: float
+    resistance: float
+    epoch: float
+    """Length of an epoch, ms: a power of two."""
+    rate_m: float
+    rate_e: float
+    rate_i: float
+    """Inverse time constants."""
+    reach_e: float
+    reach_i: float
+    """Voltage that belongs to a current which decays, mV per nA."""
+    t: float
+    begin: float
+    """Beginning of the epoch at ``t``."""
+    left_m: float
+    left_e: float
+    left_i: float
+    """Remaining shares since then."""
+    grown_e: float
+    grown_i: float
+    """Their inverses."""
+    step_e: float
+    step_i: float
+    """Change of the coefficient of the membrane by a weight of 1 nA, mV."""
+
+
 HOT: Final = int(Cell.dtype().fields["membrane"][1])  # type: ignore[index]
 COLD: Final = int(Cell.dtype().fields["path"][1]) + 8  # type: ignore[index]
 """Offset in the record of a neuron of the part that every event needs, bytes."""
-WAKE: Final = int(Cell.dtype().fields["wake"][1])  # type: ignore[index]
-"""Offset of the time of its next update, bytes."""
 
 
 class Event(Record):
@@ -282,6 +329,8 @@ class EngineArrays(NamedTuple):
 
     Args:
         cells: ``Cell``, the neurons that are not sources.
+        modes: ``Modes``, of the same neurons.
+        kinds: ``Kind``.
         row_of: row in ``cells`` by global id, -1 for sources.
         first, target, weight, delay, dynamics: the synapses of neuron ``i`` are those from
             ``first[i]`` to ``first[i + 1]``; ``dynamics`` is a row of ``short_term`` or -1, and empty if no
@@ -303,6 +352,8 @@ class EngineArrays(NamedTuple):
     """
 
     cells: Annotated[Array, Cell]
+    modes: Annotated[Array, Modes]
+    kinds: Annotated[Array, Kind]
     row_of: Annotated[Array, np.int64]
     first: Annotated[Array, np.int64]
     target: Annotated[Array, np.int32]
