@@ -3,10 +3,12 @@
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from nrp_brain_spinnaker import SpinnakerBackend, SpinnakerOptions
 
 from nrp_core.brain.interface import Brain
+from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.data import Network, Population, Projection
 
 _REFRACTORY_MS = 2.0
@@ -27,7 +29,8 @@ def cells(cells: Callable[..., Population]) -> Callable[..., Population]:
         if "v" not in initial:
             rest = standard.parameters.get("v_rest", standard.parameters.get("e_rev_leak"))
             standard = replace(standard, initial_values={**standard.initial_values, "v": rest})
-        return replace(standard, cell_type=cell_type)
+        own = {name: np.full(size, float(each.default)) for name, each in CELLS[cell_type].parameters.items()}
+        return replace(standard, cell_type=cell_type, parameters={**own, **standard.parameters})
 
     return make
 

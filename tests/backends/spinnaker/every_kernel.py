@@ -16,6 +16,7 @@ from nrp_brain_spinnaker import SpinnakerBackend, SpinnakerOptions
 
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import PoissonSource
+from nrp_core.brain.network.cells.types import CELLS as TYPES
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.neuromodulation import Neuromodulation
 from nrp_core.brain.network.rewiring import Rewiring
@@ -48,9 +49,9 @@ SHORT_TERM = {"U": 0.5, "tau_rec": 100.0, "tau_facil": 50.0}
 
 def population(cell_type: str, parameters: dict[str, float]) -> Population:
     initial = {"v": np.full(SIZE, -65.0)}
-    return Population(
-        cell_type, SIZE, cell_type, {k: np.full(SIZE, v) for k, v in parameters.items()}, initial
-    )
+    defaults = {name: each.default for name, each in TYPES[cell_type].parameters.items()}
+    values = {name: np.full(SIZE, float(parameters.get(name, value))) for name, value in defaults.items()}
+    return Population(cell_type, SIZE, cell_type, values, initial)
 
 
 def projection(

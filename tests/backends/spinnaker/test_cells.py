@@ -294,5 +294,5 @@ def test_synaptic_state_can_be_given(cells: Maker, open_brain: Open) -> None:
     brain = open_brain(Population("n", 1, "IF_cond_exp", parameters, initial))
     assert brain.read_state("gsyn_exc", [0])[0] == pytest.approx(0.01, abs=3.1e-5)
     assert _run(brain, 2) > -65.0
-    with pytest.raises(NetworkError, match="has no 'isyn'; did you mean 'isyn_"):
+    with pytest.raises(NetworkError, match="has no state variable 'isyn'; did you mean 'isyn_"):
         open_brain(Population("n", 1, "IF_cond_exp", parameters, {"isyn": np.array([0.01])}))
