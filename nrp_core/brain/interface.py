@@ -29,7 +29,7 @@ from nrp_core.brain.devices.state_recorder import StateRecorderPort, Trace, divi
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.report import Report
-from nrp_core.brain.selection import drivable, selected, source_among
+from nrp_core.brain.selection import drivable, require_spec, selected, source_among
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.brain.watched_weights import WatchedWeights
 from nrp_core.clock import NS_PER_MS, milliseconds
@@ -108,6 +108,7 @@ class Brain(Simulation):
             NeuronSelectionError: a neuron does not exist, or is a source itself.
         """
         self.require_ready()
+        require_spec(spec, SourceSpec, name)
         port = spec.open(drivable(self.network, neurons, name), self._seeds.child("device"), name)
         port.start(milliseconds(self.now_ns), self.network)
         self._attached.add(port)
@@ -122,6 +123,7 @@ class Brain(Simulation):
             CapabilityError: the sink records a state variable that the backend cannot read.
         """
         self.require_ready()
+        require_spec(spec, SinkSpec, name)
         port = spec.open(selected(self.network, neurons), self.network.size, name)
         port.receive(Spikes(), milliseconds(self.now_ns))
         if isinstance(port, StateRecorderPort):

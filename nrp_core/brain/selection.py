@@ -14,12 +14,28 @@ def selected(network: Network, neurons: npt.ArrayLike) -> IntArray:
     """Return global ids.
 
     Raises:
-        NeuronSelectionError: a neuron does not exist.
+        NeuronSelectionError: a neuron does not exist, or is not given by a whole number.
     """
-    ids = np.atleast_1d(np.asarray(neurons, dtype=np.int64))
+    given = np.asarray(neurons)
+    if given.size and given.dtype.kind not in "iu":
+        raise NeuronSelectionError(
+            f"neurons are given by their global ids, whole numbers, not by {neurons!r:.60}; "
+            "network.neurons(NAME) returns those of a population"
+        )
+    ids = np.atleast_1d(given.astype(np.int64, copy=False))
     if ids.size and not (ids.min() >= 0 and ids.max() < network.size):
         raise NeuronSelectionError(f"neuron ids lie in 0..{network.size - 1}, not {ids.tolist()}")
     return ids
+
+
+def require_spec(spec: object, kind: type, name: str) -> None:
+    """Check that a device is described as one that drives neurons, or as one that reads them.
+
+    Raises:
+        NeuronSelectionError: it is not.
+    """
+    if not isinstance(spec, kind):
+        raise NeuronSelectionError(f"the device '{name}' is {spec!r:.60}, not a {kind.__name__}")
 
 
 def drivable(network: Network, neurons: npt.ArrayLike, name: str) -> IntArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from nrp_core import Experiment, load_experiment, open_world
-from nrp_core.errors import LifecycleError, TopicError
+from nrp_core.errors import ExperimentError, LifecycleError, TopicError
 from nrp_core.experiment.model.collector import Collector
 from nrp_core.experiment.running import opening
 from nrp_core.world import World
@@ -38,3 +38,8 @@ def test_a_world_whose_topics_do_not_fit_the_experiment_is_closed(monkeypatch: p
         open_world(load_experiment("braitenberg_husky"))
     with pytest.raises(LifecycleError, match="closed"):
         opened[0].run_until(20_000_000)
+
+
+def test_only_an_experiment_has_a_world() -> None:
+    with pytest.raises(ExperimentError, match="open_world takes an experiment that is loaded, not 'nope'"):
+        open_world("nope")  # type: ignore[arg-type]

@@ -11,12 +11,13 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from math import inf
+from math import inf, isnan
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.numbers import is_number
 from nrp_core.brain.devices.ports import (
     NO_EVENTS,
     Setting,
@@ -66,6 +67,9 @@ class SpikeSourceSpec(SourceSpec):
 
     def __post_init__(self) -> None:
         check_synapse(self.weight, self.delay, self.receptor_type)
+        for name, time_ms in (("start", self.start), ("duration", self.duration)):
+            if not is_number(time_ms) or isnan(time_ms):
+                raise ValueError(f"{name} is a time in ms, not {time_ms!r:.60}")
         if self.n < 1:
             raise ValueError(f"n must be 1 or more, not {self.n}")
         if self.synapse_type is not None and self.n != 1:

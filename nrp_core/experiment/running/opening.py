@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from nrp_core.brain.network.data import Network
+from nrp_core.errors import ExperimentError
 from nrp_core.experiment.backends import named
 from nrp_core.experiment.making.prepare import Side, prepare
 from nrp_core.experiment.making.watch import declare_own
@@ -36,6 +37,8 @@ def open_world(experiment: Experiment) -> World:
         BackendError: a backend is missing, broken or does not open.
         InvalidExperimentError: the experiment is wrong; it carries all findings.
     """
+    if not isinstance(experiment, Experiment):
+        raise ExperimentError(f"open_world takes an experiment that is loaded, not {experiment!r:.60}")
     plan = prepare(experiment)
     world: World = open_side(experiment.world, plan.world, plan.scene, experiment.seed)
     collector = Collector(experiment.source)

@@ -16,7 +16,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -60,7 +60,11 @@ from nrp_core.experiment.running.unheard import UnheardCommands
 from nrp_core.experiment.running.until import end_ns
 from nrp_core.findings import Finding
 from nrp_core.findings.problems import is_complete
+from nrp_core.paths import path_of
 from nrp_core.world.world import World
+
+Added: TypeAlias = Iterable[TransferFunction | Path | str] | TransferFunction | Path | str
+"""Functions, or files of functions."""
 
 Observer = Callable[["Run"], None]
 
@@ -259,18 +263,20 @@ class Run(Closing):
         """
         self.run_until(seconds(self.experiment.duration) if until_s is None else until_s)
 
-    def change(self, add: Iterable[TransferFunction | Path] = (), remove: Iterable[str] = ()) -> None:
+    def change(self, add: Added = (), remove: Iterable[str] = ()) -> None:
         """Add, replace and remove transfer functions before the next step, or change nothing; any thread may.
 
         Args:
-            add: functions, or files with functions; each replaces the function of the same name.
+            add: functions, or files with functions, or one; each replaces the function of the same name.
             remove: names of functions to remove, or one name.
 
         Raises:
             ExperimentError: a file or a function is wrong, or a name does not exist.
         """
-        added, names = tuple(add), (remove,) if isinstance(remove, str) else tuple(remove)
-        given = ([one] if isinstance(one, TransferFunction) else self._load(one) for one in added)
+        one = (add,) if isinstance(add, TransferFunction | Path | str) else add
+        added = tuple(each if isinstance(each, TransferFunction) else path_of(each) for each in one)
+        names = (remove,) if isinstance(remove, str) else tuple(remove)
+        given = ([each] if isinstance(each, TransferFunction) else self._load(each) for each in added)
         functions = [function for some in given for function in some]
 
         def make() -> None:

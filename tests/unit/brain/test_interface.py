@@ -178,6 +178,27 @@ def test_neurons_that_do_not_exist_are_refused(brain: EchoBrain) -> None:
             brain.read_state("v", ids)
 
 
+@pytest.mark.parametrize("ids", [np.array([True, False, True]), [0.5], [1.0], "cells", ["0"]])
+def test_neurons_are_given_by_whole_numbers(brain: EchoBrain, ids: Any) -> None:
+    says = r"neurons are given by their global ids, whole numbers, not by .*network.neurons\(NAME\)"
+    for call in (
+        lambda: brain.add_source(PoissonSource(), ids, name="noise"),
+        lambda: brain.read_state("v", ids),
+        lambda: brain.set_parameters(ids, {"tau_m": 3.0}),
+    ):
+        with pytest.raises(NeuronSelectionError, match=says):
+            call()
+    assert brain.read_state("v", []).size == 0
+    assert brain.read_state("v", np.uint8(1)).shape == (1,)
+
+
+def test_devices_are_described_as_such(brain: EchoBrain) -> None:
+    with pytest.raises(NeuronSelectionError, match="the device 'noise' is 3, not a SourceSpec"):
+        brain.add_source(3, [0], name="noise")  # type: ignore[arg-type]
+    with pytest.raises(NeuronSelectionError, match=r"the device 'all' is PoissonSource.*, not a SinkSpec"):
+        brain.add_sink(PoissonSource(), [0], name="all")  # type: ignore[arg-type]
+
+
 def test_a_source_cannot_drive_cells_that_only_emit(brain: EchoBrain) -> None:
     with pytest.raises(NeuronSelectionError, match="'noise' cannot drive neurons of population 'list'"):
         brain.add_source(PoissonSource(), [0, 2], name="noise")

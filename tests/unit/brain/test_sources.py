@@ -270,6 +270,8 @@ def test_an_impossible_rate_is_refused_and_the_old_one_stays(value: object, says
         ("delay", -0.1, "delay must be 0 ms or more, not -0.1"),
         ("delay", np.nan, "delay must be 0 ms or more"),
         ("n", 0, "n must be 1 or more, not 0"),
+        ("start", "5", "start is a time in ms, not '5'"),
+        ("duration", float("nan"), "duration is a time in ms, not nan"),
         ("receptor_type", "exc", "excitatory or inhibitory, not 'exc'"),
     ],
 )

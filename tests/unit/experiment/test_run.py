@@ -384,3 +384,16 @@ def test_a_topic_that_only_a_function_added_later_reads_is_a_problem_as_long_as_
     assert len(silent()) == 1
     run.change(remove=["listen"])
     assert silent() == []
+
+
+@pytest.mark.parametrize("kind", [str, Path])
+def test_one_file_of_functions_is_changed_like_a_list_of_one(
+    open_run: Open, tmp_path: Path, kind: type
+) -> None:
+    run = open_run("strict=false")
+    (tmp_path / "reader.py").write_text(READER)
+    run.change(kind(tmp_path / "reader.py"))
+    assert "listen" in {function.name for function in run.loop.functions}
+    run.change(remove="listen")
+    with pytest.raises(ExperimentError, match=r"a path is a text or a pathlib\.Path, not 3"):
+        run.change([3])  # type: ignore[list-item]
