@@ -48,7 +48,20 @@ class Recorder(recording.Recorder):
     def start(self, brain: Brain) -> None:
         """Connect to a brain that was just opened."""
         self._ports, self._traces = [], []
+        self._tell_of_moments_between_steps(brain)
         self._listen_to_all()
+
+    def _tell_of_moments_between_steps(self, brain: Brain) -> None:
+        step_ns, interval_ns = brain.capabilities.resolution_ns, from_milliseconds(self.sampling_interval)
+        has_state = any(variable not in (SPIKES.name, REWIRING.name) for variable in self._names())
+        if has_state and step_ns is not None and interval_ns % step_ns:
+            self._simulator.state.tell([
+                f"sampling_interval of '{self.population.label}' is {milliseconds(interval_ns):g} ms, and "
+                f"there are values every {milliseconds(step_ns):g} ms: the others are NaN"
+            ])  # fmt: skip
+
+    def _names(self) -> set[str]:
+        return {variable.name for variable in self.recorded}
 
     def keep(self) -> None:
         """Keep what only the brain has, which is about to be closed."""

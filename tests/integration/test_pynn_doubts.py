@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from nrp_core.errors import NetworkError, NrpError
@@ -276,3 +277,21 @@ def test_a_delay_that_the_backend_refuses_is_named_at_the_line_of_its_projection
     assert caught.value.line is not None
     assert "delay=0.0" in lines[caught.value.line - 1]
     assert way in lines[caught.value.line - 1]
+
+
+@pytest.mark.parametrize(
+    ("interval_ms", "resolution", "is_told"), [(0.5, "1 ms", True), (2.0, "1 ms", False), (0.5, None, False)]
+)
+def test_moments_between_the_steps_of_a_brain_are_told(
+    interval_ms: float, resolution: str | None, is_told: bool, caplog: pytest.LogCaptureFixture
+) -> None:
+    sim = new_simulator()
+    sim.setup(timestep=0.1, options={} if resolution is None else {"resolution": resolution})
+    cells = sim.Population(1, sim.IF_curr_exp(i_offset=1.0), label="cells")
+    cells.record("v", sampling_interval=interval_ms)
+    expected = "sampling_interval of 'cells' is 0.5 ms, and there are values every 1 ms: the others are NaN"
+    with caplog.at_level("WARNING", "nrp_core.pynn"):
+        sim.run(4.0)
+    assert [one.getMessage() for one in caplog.records] == [expected] * is_told
+    values = cells.get_data("v").segments[0].analogsignals[0].magnitude
+    assert bool(np.isnan(values).any()) == is_told

@@ -272,6 +272,11 @@ def test_a_network_that_has_ended_does_not_run_again_from_the_start(tmp_path: Pa
             "p_form_forward is 1.5; it must be a number from 0 to 1",
         ),
         ("p.external_devices.add_poisson_live_rate_control(p.Population(1, cell))", "has no rate"),
+        ("p.setup(1.0, n_board_required=1)", "'n_board_required'; did you mean 'n_boards_required'"),
+        (
+            "p.external_devices.activate_live_output_for(p.Population(1, cell), databse_notify_port_num=3)",
+            "no argument 'databse_notify_port_num'; did you mean 'database_notify_port_num'",
+        ),
         ("p.external_devices.activate_live_output_for('cells')", "its population is 'cells'; it must be"),
         ("live(['a']); p.Population(1, cell); p.run(1)", "names 'a', which has no live output"),
         ("p.external_devices.activate_live_output_for(p.Population(1, cell), port=70000)", "port is 70000"),

@@ -273,11 +273,11 @@ class Run(Closing):
         Raises:
             ExperimentError: a file or a function is wrong, or a name does not exist.
         """
-        one = (add,) if isinstance(add, TransferFunction | Path | str) else add
-        added = tuple(each if isinstance(each, TransferFunction) else path_of(each) for each in one)
+        given: Iterable[Any] = (add,) if isinstance(add, TransferFunction | Path | str) else add
+        added = tuple(each if isinstance(each, TransferFunction) else path_of(each) for each in given)
         names = (remove,) if isinstance(remove, str) else tuple(remove)
-        given = ([each] if isinstance(each, TransferFunction) else self._load(each) for each in added)
-        functions = [function for some in given for function in some]
+        loaded = ([each] if isinstance(each, TransferFunction) else self._load(each) for each in added)
+        functions = [function for some in loaded for function in some]
 
         def make() -> None:
             self._silent.declare(functions)

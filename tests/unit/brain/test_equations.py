@@ -147,6 +147,7 @@ DOUBTS = {
     "ohms": (with_parameter(R="20 ohm"), "R is 2e-05 Mohm; is it in another unit"),
     "reset adds": ({"reset": "v += v_rest"}, "the reset takes v 55 mV beyond where it begins"),
     "to threshold": ({"reset": "v = v_thresh"}, "the reset takes v to its threshold, 'v > v_thresh'"),
+    "beyond threshold": ({"reset": "v += 5*mV"}, "the reset takes v beyond its threshold, 'v > v_thresh'"),
     "no synapse": ({"receptors": {"excitatory": "v += weight"}}, "'ge' stays at 0: no spike or input"),
     "equality": ({"threshold": "v == v_thresh"}, "'v == v_thresh', which a value that changes"),
     "flag": (

@@ -199,8 +199,9 @@ def _threshold(equations: CellEquations, limit: Crossing, state: dict[str, Any])
         fall = np.max(limit.sign * (state[name] - after))
         if fall > _DEEPEST_V:
             yield f"the reset takes {name} {fall * 1e3:g} mV beyond where it begins; is a sign or unit wrong?"
-        if (after == limit.value).all():
-            yield f"the reset takes {name} to its threshold, '{equations.threshold.strip()}'"
+        if (limit.sign * (after - limit.value) >= 0.0).all():
+            where = "to" if (after == limit.value).all() else "beyond"
+            yield f"the reset takes {name} {where} its threshold, '{equations.threshold.strip()}'"
     for value, where in ((state.get(name), "begins at"), (after, "is reset to")):
         if value is not None and np.abs(value - limit.value).max() > _FARTHEST_V:
             millivolts = np.atleast_1d(value).flat[0] * 1e3

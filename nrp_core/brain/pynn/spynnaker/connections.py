@@ -10,6 +10,7 @@ import logging
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -22,6 +23,14 @@ from nrp_core.errors import NetworkError, did_you_mean
 
 _logger = logging.getLogger(__name__)
 Callback: TypeAlias = Callable[..., Any]
+_LIVE_OUTPUT: Final = (
+    "database_notify_host", "database_notify_port_num", "database_ack_port_num", "board_address", "port",
+    "host", "tag", "strip_sdp", "use_prefix", "key_prefix", "prefix_type", "message_type", "right_shift",
+    "payload_as_time_stamps", "notify", "use_payload_prefix", "payload_prefix", "payload_right_shift",
+    "number_of_packets_sent_per_time_step",
+)  # fmt: skip
+"""The arguments of sPyNNaker; those that are not used here concern packets of the machine."""
+_ALIKE: Final = 0.8
 _EVENTS = ("start", "start_resume", "pause_stop", "init")
 _PORTS: Final = range(1, 1 << 16)
 _KEYS: Final = range(1 << 32)
@@ -113,7 +122,7 @@ class Hub:
     def activate_live_output_for(
         self, population: Any, database_notify_host: str | None = None,
         database_notify_port_num: int | None = None, *_: Any, port: int | None = None,
-        host: str | None = None, message_type: int = KEY_32_BIT, **__: Any,
+        host: str | None = None, message_type: int = KEY_32_BIT, **others: Any,
     ) -> None:  # fmt: skip
         """Let connections hear the spikes of a population, and send them to a UDP port if there is one.
 
@@ -123,6 +132,11 @@ class Hub:
             InvalidValueError: a port that cannot be one.
         """
         require_kind("activate_live_output_for", "population", population, Population, "a population")
+        for name in others.keys() - set(_LIVE_OUTPUT):
+            if near := get_close_matches(name, _LIVE_OUTPUT, 1, _ALIKE):
+                raise NetworkError(
+                    f"activate_live_output_for: there is no argument '{name}'; did you mean '{near[0]}'?"
+                )
         label = population.label
         self.heard[label] = population
         self.notify(database_notify_port_num, database_notify_host)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
+from difflib import get_close_matches
 from functools import cached_property, partial
 from types import MappingProxyType, ModuleType, SimpleNamespace
 from typing import Any, Final
@@ -37,6 +38,7 @@ _MACHINE: Final = (
     "database_socket_addresses", "graph_label", "machine",
 )  # fmt: skip
 """Arguments of ``setup`` that concern the machine alone."""
+_ALIKE: Final = 0.75
 _EXTRA: Final = (OneToOneOffsetConnector, AllButMeConnector)
 _CONNECTORS: Final = (*_EXTRA, ConvolutionConnector, KernelConnector)
 _SPLITTERS: Final = (
@@ -144,6 +146,9 @@ class Dialect:
 
             sPyNNaker ignores ``max_delay``, so delays may be longer.
             """
+            for name in extra.keys() - set(_MACHINE):
+                if near := get_close_matches(name, _MACHINE, 1, _ALIKE):
+                    raise NetworkError(f"setup: there is no setting '{name}'; did you mean '{near[0]}'?")
             step = DEFAULT_TIMESTEP_MS if timestep is None else timestep
             given = {name: value for name, value in extra.items() if name not in _MACHINE}
             if max_delay:
