@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from nrp_core.dsl.testing.mocks import MockBrain
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.figures.story import Story, Track
 from nrp_core.recording.figures.view import Bounds
@@ -19,8 +20,10 @@ from nrp_core.recording.video import VideoOptions, View, check_target, video
 from nrp_core.recording.video.drawn import _follower, drawn_frames
 from nrp_core.recording.video.timing import times_of
 from nrp_core.recording.video.views import FIELD_OF_VIEW, Follower, from_above, look_at
+from nrp_core.recording.writing.recorder import Recorder
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.model import Box, Link, Model, Scene, Texture, Visual
 
 NOTHING = np.empty((0, 2, 3))
 coordinates = st.floats(-10.0, 10.0)
@@ -66,6 +69,30 @@ def test_a_visual_that_turns_green_is_green_in_the_video(recording: Recording) -
     before, after = (image[32, 32].astype(int) for image in images)
     assert before[2] > 100 > before[1]
     assert after[1] > 100 > after[2]
+
+
+@pytest.mark.usefixtures("site")
+def test_an_image_on_a_wall_is_seen_upright_and_not_mirrored_in_the_video(
+    brain: MockBrain, tmp_path: Path
+) -> None:
+    """Red and green are above blue and white."""
+    from experiment_fakes import DiscBackend, DiscOptions
+
+    quadrants = np.array([[(0, 0, 255), (0, 255, 0)], [(255, 0, 0), (255, 255, 255)]], np.uint8)
+    cv2.imwrite(str(tmp_path / "q.png"), cv2.resize(quadrants, (64, 64), interpolation=cv2.INTER_NEAREST))
+    picture = Visual("picture", Box((0.1, 2.0, 2.0)), texture=Texture(tmp_path / "q.png", content="q"))
+    scene = Scene((Model("wall", (Link("body", visuals=(picture,)),), static=True),))
+    with DiscBackend().open(scene, seed=1, options=DiscOptions()) as world:
+        recorder = Recorder(brain, world, tmp_path, period_ns=20_000_000)
+        brain.run_until(20_000_000)
+        world.run_until(20_000_000)
+        recorder.step()
+        recorder.close()
+    options = VideoOptions(view=View.FREE, eye=(-3.0, 0.0, 0.0), target=(0.0, 0.0, 0.0), width=64, height=64)
+    (image,) = drawn_frames(Recording(tmp_path), np.array([0.0]), options)
+    expected = {(24, 24): {0}, (24, 40): {1}, (40, 24): {2}, (40, 40): {0, 1, 2}}
+    for (row, column), brightest in expected.items():  # red, green and blue
+        assert {n for n, value in enumerate(image[row, column].tolist()) if value > 100} == brightest
 
 
 def test_a_robot_moves_through_the_view_from_above(recording: Recording) -> None:
