@@ -21,6 +21,7 @@ EYE = "[{type: event_camera, link: laser, pose: [0.1, 0, 0, 0, 0, 0], event_came
 STATE = "<state world_name='hall'><model name='%s'><pose>5 0 0.5 0 0 0</pose></model></state></world>"
 TURNS = "<imu><angular_velocity>%s</angular_velocity></imu>"
 NOISE = "<noise type='gaussian'><mean>0</mean><stddev>%g</stddev></noise>"
+SPOT = "<light name='l' type='spot'><spot><outer_angle>%g</outer_angle></spot></light></world>"
 SCANNER = '<sensor name="scanner" type="ray">'
 
 
@@ -38,8 +39,6 @@ def robot(more: str) -> str:
     [
         (HALL, SECOND, "<pose>2.0 0.0 0.5 0 0 0</pose>", "'second_pillar' is exactly where"),
         (HALL, SECOND, "<pose>2.0 0.0 1.5 0 0 0</pose>", ""),  # one on the other
-        (PIONEER, RATE, "<update_rate>0.1</update_rate>", "which gives 4 messages in 40 s"),
-        (PIONEER, RATE, "<update_rate>1</update_rate>", ""),
         (FILE, ROBOT, robot(EYE % 20), "has a threshold of 20"),
         (FILE, ROBOT, robot(EYE % 0.5), ""),
         (HALL, "</world>", STATE % "first_pilar", "the <state> of 'first_pilar' has no effect"),
@@ -47,11 +46,20 @@ def robot(more: str) -> str:
         (HALL, "</world>", STATE % "robot_of_the_day", ""),  # it was there when the state was saved
         (PIONEER, SCANNER, imu(1000), "the noise of the turn rates of the sensor 'imu' of 'pioneer' is 1000"),
         (PIONEER, SCANNER, imu(0.01), ""),
+        (HALL, "</world>", SPOT % 80, "the <outer_angle> of a spot is 80 rad, more than a turn"),
+        (HALL, "</world>", SPOT % 1.4, ""),
     ],
 )  # fmt: skip
 def test_rooms_and_sensors_are_doubted(slalom: Slalom, file: str, old: str, new: str, words: str) -> None:
     found = [one.message for one in slalom(file, old, new) if one.level is not Level.NOTE]
     assert [words in one for one in found] == [True] * bool(words), found
+
+
+@pytest.mark.parametrize(("rate", "is_noted"), [("0.1", True), ("1", False)])
+def test_a_scanner_whose_rate_may_be_its_period_is_noted(slalom: Slalom, rate: str, is_noted: bool) -> None:
+    found = slalom(PIONEER, RATE, f"<update_rate>{rate}</update_rate>")
+    noted = [one.level for one in found if "which gives 4 messages in 40 s; is that its" in one.message]
+    assert noted == [Level.NOTE] * is_noted
 
 
 @pytest.mark.parametrize(

@@ -47,6 +47,13 @@ def _warnings(found: list[Finding]) -> list[str]:
         (CAPPED, "np.maximum(beams.ranges, beams.range_min)", ""),
         (FORWARD, "SPEED * (left.rate + left.rate) / 2", "'left.rate + left.rate' has the same value twice"),
         (FORWARD, "SPEED * left.rate * left.rate", ""),
+        (FORWARD, "SPEED * (abs(left.rate - right.rate) < 0)", "< 0' is always False: abs is never negative"),
+        (FORWARD, "SPEED * (len([left]) >= 0)", "is always True: len is never negative"),
+        (FORWARD, "SPEED * (abs(left.rate - right.rate) > 0)", ""),
+        (NEAREST, "Float64(ranges[120:60].max())", "'ranges[120:60]' is always empty: it begins at 120"),
+        (NEAREST, "Float64(ranges[120:60:-1].max())", ""),
+        (NEAREST, "Float64(ranges[60:-60].max())", ""),
+        (NEAREST, "Float64(len(beams.intensities))", "'beams.intensities' has no value: no sensor of"),
     ],
 )  # fmt: skip
 def test_distances_and_rates_are_read_as_they_are(slalom: Slalom, old: str, new: str, words: str) -> None:
@@ -62,6 +69,7 @@ def test_distances_and_rates_are_read_as_they_are(slalom: Slalom, old: str, new:
         ("states.value.pose[states.value.name.index('pioneer')].position.x", ""),
         ("np.sin(odom.value.pose.pose.orientation.z)", "is part of a quaternion, not an angle"),
         ("np.degrees(odom.value.pose.pose.orientation.z)", "is part of a quaternion, not an angle"),
+        ("odom.value.pose.covariance[0]", "'odom.value.pose.covariance' has no value: no sensor of"),
         ("2 * np.arcsin(odom.value.pose.pose.orientation.z)", ""),
         ("np.radians(odom.value.twist.twist.angular.z)", "takes a turn rate in rad/s as degrees"),
         ("np.degrees(odom.value.twist.twist.angular.z)", ""),

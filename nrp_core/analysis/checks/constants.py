@@ -6,6 +6,7 @@ import ast
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
+from nrp_core._support.dotted import last_name
 from nrp_core.analysis.checks.angles import single_values
 from nrp_core.analysis.declared import found_in
 from nrp_core.analysis.events import Call
@@ -19,6 +20,7 @@ from nrp_core.world.messages.std_msgs import Float64
 
 _LARGER: Final = frozenset({"np.maximum", "numpy.maximum", "np.fmax", "numpy.fmax"})
 _SMALLER: Final = frozenset({"np.minimum", "numpy.minimum", "np.fmin", "numpy.fmin"})
+_NOT_NEGATIVE: Final = ("abs", "fabs", "len", "hypot", "sqrt", "norm")
 _CLIPS: Final = frozenset({"np.clip", "numpy.clip"})
 
 
@@ -82,7 +84,7 @@ def expressions_depend_on_something(study: Study) -> Iterator[Finding]:
     sources = [source for listing in study.listings for source in listing.sources]
     for source in [*sources, *study.neighbours]:
         for node in ast.walk(source.tree):
-            message = _constant(node) or _ignored(node) or _half(node)
+            message = _constant(node) or _decided(node) or _ignored(node) or _half(node)
             if message:
                 yield found_in(source, Code.NRP320, node, message, Level.WARNING)
 
@@ -105,6 +107,19 @@ def _constant(node: ast.AST) -> str:
                 return f"'{text}' is always {bound:g}: its lower limit is above its upper one"
         case ast.For(iter=ast.Call(ast.Name("range"), args, [])) if _is_empty(args):
             return f"this loop never runs: '{ast.unparse(node.iter)}' is empty"
+    return ""
+
+
+def _decided(node: ast.AST) -> str:
+    """Return that all sizes agree in a comparison with 0, or that a slice ends before it begins."""
+    match node:
+        case ast.Compare(ast.Call(func), [ast.Lt() | ast.GtE() as sign], [ast.Constant(0 | 0.0)]):
+            if last_name(func) in _NOT_NEGATIVE:
+                is_true = isinstance(sign, ast.GtE)
+                return f"'{excerpt(node)}' is always {is_true}: {ast.unparse(func)} is never negative"
+        case ast.Subscript(_, ast.Slice(ast.Constant(int() as begin), ast.Constant(int() as end), None)):
+            if begin >= end:
+                return f"'{excerpt(node)}' is always empty: it begins at {begin} and ends before {end}"
     return ""
 
 

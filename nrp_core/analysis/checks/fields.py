@@ -9,13 +9,16 @@ from typing import Any, Final
 
 from nrp_core.analysis.checks.conditions import asked
 from nrp_core.analysis.checks.never import PARTS
+from nrp_core.analysis.events import Read
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_experiment
+from nrp_core.analysis.shapes import Instance
 from nrp_core.analysis.study import Study
 from nrp_core.experiment.model.event_schema import TopicIs
 from nrp_core.findings import Code, Finding, Level
-from nrp_core.world.messages.geometry_msgs import Quaternion
+from nrp_core.world.messages.geometry_msgs import PoseWithCovariance, Quaternion, TwistWithCovariance
 from nrp_core.world.messages.nav_msgs import Odometry
-from nrp_core.world.messages.sensor_msgs import Image, LaserScan, Range
+from nrp_core.world.messages.sensor_msgs import Image, Imu, LaserScan, Range
 from nrp_core.world.messages.std_msgs import ColorRGBA
 from nrp_core.world.raycast.extent import width_m
 from nrp_core.world.topics import TopicInfo
@@ -26,6 +29,13 @@ _SETTINGS: Final = {
     Image: ("height", "width", "encoding", "is_bigendian", "step"),
 }
 """Beginnings of the fields that a sensor gives the same value in each message."""
+_UNFILLED: Final[dict[type, tuple[str, ...]]] = {
+    LaserScan: ("intensities",),
+    PoseWithCovariance: ("covariance",),
+    TwistWithCovariance: ("covariance",),
+    Imu: ("orientation_covariance", "angular_velocity_covariance", "linear_acceleration_covariance"),
+}
+"""Fields that are empty or 0 in every message of a sensor or drive."""
 _LIMITED: Final = {
     Quaternion: (-1.0, 1.0, PARTS[Quaternion]),
     ColorRGBA: (0.0, 1.0, "a part of a colour, from 0 to 1"),
@@ -45,6 +55,19 @@ def fields_can_decide(study: Study) -> Iterator[Finding]:
         code, message = _of_settings(wanted, info) or _of_limits(study, wanted, info, owner)
         if message:
             yield experiment.place(*keys, "field").finding(code, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP320)
+def fields_that_are_read_are_filled(study: Study) -> Iterator[Finding]:
+    """Look for functions that read a field which no sensor here fills."""
+    if study.scene is None or study.world is None or study.world.capabilities.own_scene:
+        return
+    for function in study.examined:
+        for event in function.events:
+            match event:
+                case Read(node, Instance(cls), name) if name in _UNFILLED.get(cls, ()):
+                    message = f"'{excerpt(node)}' has no value: no sensor of a simulated robot fills it"
+                    yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
 
 
 def _owner(info: TopicInfo, field: str) -> Any:

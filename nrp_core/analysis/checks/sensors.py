@@ -128,7 +128,7 @@ def sensors_measure_often(study: Study) -> Iterator[Finding]:
                 f"{int(sensor.rate_hz * run_s)} messages in {run_s:g} s; is that its period in s?"
             )
             place = study.experiment.place("world", "robots", model.name)
-            yield place.finding(Code.NRP298, message, Level.WARNING)
+            yield place.finding(Code.NRP298, message, Level.NOTE)
 
 
 @checks_experiment(Code.NRP298)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import inf, pi
 
 from nrp_core.errors import did_you_mean
+from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.model import Light
 from nrp_core.world.scene.reading.context import Reading
@@ -34,7 +35,7 @@ def read_light(element: Element, name: str, pose: Pose, reading: Reading) -> Lig
         (strength * red, strength * green, strength * blue, alpha),
         element.flag("cast_shadows", kind == "directional"),
         _attenuation(element.find("attenuation")),
-        _cone(element.find("spot")),
+        _cone(element.find("spot"), reading),
     )
 
 
@@ -49,8 +50,12 @@ def _attenuation(element: Element | None) -> tuple[float, float, float, float]:
     return element.positive("range", 10.0), constant, linear, quadratic
 
 
-def _cone(element: Element | None) -> tuple[float, float]:
+def _cone(element: Element | None, reading: Reading) -> tuple[float, float]:
     if element is None:
         return pi / 4, pi / 2
-    outer = min(element.positive("outer_angle", pi / 2), 0.99 * pi)
+    outer = element.positive("outer_angle", pi / 2)
+    if outer > 2 * pi:
+        message = f"the <outer_angle> of a spot is {outer:g} rad, more than a turn; is it meant in degrees?"
+        reading.notes.warn(element, Code.NRP264, message)
+    outer = min(outer, 0.99 * pi)
     return min(element.number("inner_angle", outer / 2), outer), outer
