@@ -181,6 +181,15 @@ def test_parts_of_a_cell_on_a_core_are_left_out(tmp_path: Path, given: str, kept
     assert script.cells.hints.get("neurons_per_core") == kept
 
 
+@pytest.mark.parametrize("name", ["per_dimension_per_core(7)", "per_core(n_atoms=7)"])
+def test_a_type_of_cells_takes_the_number_on_a_core_itself(tmp_path: Path, name: str) -> None:
+    setting = f"p.IF_curr_exp.set_model_max_atoms_{name}\n"
+    made = "cells, others = (p.Population(9, kind()) for kind in (p.IF_curr_exp, p.IF_cond_exp))\n"
+    script = run(tmp_path, f"{HEAD}{setting}{made}")
+    assert script.cells.hints["neurons_per_core"] == 7.0
+    assert "neurons_per_core" not in script.others.hints
+
+
 def test_its_own_connectors_make_the_synapses_that_they_name(tmp_path: Path) -> None:
     script = run(
         tmp_path,

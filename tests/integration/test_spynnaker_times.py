@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from spynnaker_scripts import HEAD, run
+from spynnaker_scripts import HEAD, refused, run
 
 MEMBRANE = "cm=0.25, tau_m=20.0, tau_refrac=2.0, v_rest=-65.0, v_reset=-70.0, v_thresh=-50.0"
 
@@ -124,6 +124,40 @@ def test_spike_times_need_no_order(tmp_path: Path, times: str) -> None:
     assert [train.magnitude.tolist() for train in script.first] == [[2.0, 5.0, 9.0]] * 2
     second = script.sources.get_data("spikes").segments[1].spiketrains
     assert [train.magnitude.tolist() for train in second] == [[1.0, 3.0]] * 2
+
+
+VARIABLE = "p.extra_models.SpikeSourcePoissonVariable"
+
+
+@pytest.mark.parametrize("shared", [False, True])
+def test_rates_change_at_their_times(tmp_path: Path, shared: bool) -> None:
+    lists = [[100.0, 0.0, 400.0], [100.0, 300.0, 700.0], [500.0, 400.0, 200.0]]  # the first is cut at 300 ms
+    rates, starts, durations = lists if shared else ([each] * 200 for each in lists)
+    script = run(
+        tmp_path,
+        HEAD + f"noise = p.Population(200, {VARIABLE}, {{'rates': {rates}, 'starts': {starts},\n"
+        f"    'durations': {durations}}}, additional_parameters={{'seed': 24534}})\n"
+        "noise.record('spikes')\np.run(1000)\n",
+    )
+    times = np.concatenate(trains(script.noise))
+    counts, _ = np.histogram(times, [0, 101, 301, 701, 901, 1000])
+    expected = np.array([0.0, 200 * 0.2 * 100.0, 0.0, 200 * 0.2 * 400.0, 0.0])
+    assert (abs(counts - expected) <= 4.0 * np.sqrt(expected)).all()
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ("[5.0], [0.0]", "its durations are missing"),
+        ("[[5.0], [6.0]], [0.0], [9.0]", "rates has 2 lists for 3 cells"),
+        ("[5.0, 6.0], [0.0], [9.0]", "rates, starts and durations of a cell must be of one length"),
+        ("[-5.0], [0.0], [9.0]", "rates has a value that is not a number of 0 or more"),
+    ],
+)
+def test_rates_without_an_end_or_of_other_lengths_are_refused(
+    tmp_path: Path, given: str, expected: str
+) -> None:
+    assert expected in str(refused(tmp_path, f"p.Population(3, {VARIABLE}({given}))"))
 
 
 def test_noise_is_on_the_steps_and_acts_there(tmp_path: Path) -> None:

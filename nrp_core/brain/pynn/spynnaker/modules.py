@@ -26,6 +26,7 @@ from nrp_core.brain.pynn.spynnaker.populations import (
 from nrp_core.brain.pynn.spynnaker.rules import nearest_pair_rule, stdp_mechanism, triplet_rule, vogels_rule
 from nrp_core.brain.pynn.spynnaker.settings import Splitter, cells_per_core
 from nrp_core.brain.pynn.spynnaker.structural import RULES, structural_mechanisms
+from nrp_core.brain.pynn.spynnaker.variable_rates import variable_poisson
 from nrp_core.errors import NetworkError, did_you_mean
 
 PACKAGES: Final = ("spynnaker", "spynnaker8")
@@ -116,6 +117,9 @@ class Dialect:
             **self._settings(own),
             **self._more,
         }
+        for kind in [each for each in own.values() if hasattr(each, "cell_type")]:
+            kind.set_model_max_atoms_per_dimension_per_core = partial(_limit, own, kind)
+            kind.set_model_max_atoms_per_core = partial(_limit, own, kind)
         vars(api).update(own)
         devices = self._external_devices(own)
         vars(api).update(
@@ -196,6 +200,7 @@ class Dialect:
         own["PfisterSpikeTriplet"], own["WeightDependenceAdditiveTriplet"] = triplet_rule(
             names["PfisterSpikeTripletRule"], names["AdditiveWeightDependence"]
         )
+        own["SpikeSourcePoissonVariable"] = variable_poisson(names["SpikeSourceArray"])
         own["Neuromodulation"] = neuromodulation(self._pynn.simulator)
         return _module("extra_models", **own, **refused.stand_ins(refused.EXTRA_MODELS))
 
@@ -230,6 +235,11 @@ class Dialect:
         cell = spike_injector(names["SpikeSourceArray"])
         cell.hub = self._hub  # type: ignore[attr-defined]
         return cell
+
+
+def _limit(names: Mapping[str, Any], cell: type, n_atoms: Any = None) -> None:
+    """Set the largest number of cells of a type on a core, for populations that are made later."""
+    names["set_number_of_neurons_per_core"](cell, n_atoms)
 
 
 def _module(name: str, **names: Any) -> ModuleType:

@@ -31,7 +31,6 @@ CELLS: Final = {
     "Izhikevich_cond_dual": _THREE,
     "IF_curr_exp_sEMD": "its second receptor multiplies the first",
     "IFCondExpCerebellum": "its reversal potentials are set by a cerebellum model of the iCub",
-    "SpikeSourcePoissonVariable": "its rates follow a table; change SpikeSourcePoisson.rate between two runs",
     "IF_cond_exp_stoc": f"it has {_STOCHASTIC}",
 }
 SIMULATOR: Final = {
