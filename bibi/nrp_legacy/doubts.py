@@ -12,7 +12,7 @@ from typing import Final
 from nrp_core._support.xml import Element
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.findings import Code, Finding, Level
-from nrp_legacy.documents import DURATION_S, FUNCTION, ROBOT, Bibi, Experiment
+from nrp_legacy.documents import DURATION_S, FUNCTION, ROBOT, Bibi, Experiment, FileNamed
 from nrp_legacy.elements import attribute, children, local, number, text
 
 _ENGINES: Final = ("ode", "bullet", "simbody", "dart", "opensim")
@@ -55,10 +55,10 @@ def doubts_about(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
     yield from _settings(exc)
     yield from _places(exc, bibi)
     yield from _selectors(bibi.populations)
-    yield from _named_twice(bibi)
+    yield from _populations(bibi)
     yield from _functions(bibi)
-    yield from _robots_named_twice(bibi)
-    yield from _machines_named_twice(exc)
+    yield from _robots_left_out(bibi)
+    yield from _machines_left_out(exc)
     for root in (exc.element, bibi.element):
         yield from _attributes(root)
     if bibi.timestep is not None and bibi.timestep.text.strip().replace(".", "", 1).isdigit():
@@ -105,12 +105,15 @@ def _attributes(root: Element) -> Iterator[Finding]:
         yield from _attributes(element)
 
 
-def _machines_named_twice(exc: Experiment) -> Iterator[Finding]:
-    """Yield the state machines with the id of an earlier one."""
+def _machines_left_out(exc: Experiment) -> Iterator[Finding]:
+    """Yield the state machines without a file, and those with the id of an earlier one."""
     lines: dict[str, int] = {}
     for place in children(exc.element, "experimentControl", "experimentEvaluation"):
         for machine in children(place, "stateMachine"):
             name = attribute(machine, "id") or ""
+            if not FileNamed.of(machine).name:
+                message = f"the state machine '{name}' is left out: it names no file"
+                yield Finding(Code.NRP273, message, Level.WARNING, machine.path, machine.line)
             if name and lines.setdefault(name, machine.line) != machine.line:
                 yield _doubt(machine, f"the state machine in line {lines[name]} has the same id, '{name}'")
 
@@ -193,9 +196,12 @@ def _selectors(populations: Mapping[str, Element]) -> Iterator[Finding]:
                 )
 
 
-def _named_twice(bibi: Bibi) -> Iterator[Finding]:
-    """Yield the populations that another one of the same name replaces."""
+def _populations(bibi: Bibi) -> Iterator[Finding]:
+    """Yield the populations that another one of the same name replaces, and those of no brain."""
     for brain in children(bibi.element, "brainModel"):
+        if bibi.populations and not FileNamed.of(brain).name:
+            message = "the brain is left out: its <brainModel> has populations, and names no file"
+            yield Finding(Code.NRP269, message, Level.WARNING, brain.path, brain.line)
         for selector in children(brain, "populations", "neuronGroup"):
             name = attribute(selector, "population")
             used = bibi.populations.get(name or "", selector)
@@ -205,12 +211,15 @@ def _named_twice(bibi: Bibi) -> Iterator[Finding]:
                 )
 
 
-def _robots_named_twice(bibi: Bibi) -> Iterator[Finding]:
-    """Yield the robots that another one of the same name replaces."""
+def _robots_left_out(bibi: Bibi) -> Iterator[Finding]:
+    """Yield the robots without a file, and those that another one of the same name replaces."""
     bodies = children(bibi.element, "bodyModel")
     last = {attribute(body, "robotId") or ROBOT: body for body in bodies}
     for body in bodies:
         name = attribute(body, "robotId") or ROBOT
+        if not FileNamed.of(body).name:
+            message = f"the robot '{name}' is left out: its <bodyModel> names no file"
+            yield Finding(Code.NRP256, message, Level.WARNING, body.path, body.line)
         if last[name] is not body:
             message = f"a robot '{name}' stands again in line {last[name].line}: this one is left out"
             yield Finding(Code.NRP256, message, Level.WARNING, body.path, body.line)

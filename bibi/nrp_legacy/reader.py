@@ -150,11 +150,12 @@ class _Reading:
 
     def _world(self, timestep_ns: int) -> Tree:
         environment = self._exc.environment
-        scene = None if environment is None else self._read(partial(self._library.find_sdf, environment))
+        is_named = environment is not None and environment.name
+        scene = self._read(partial(self._library.find_sdf, environment)) if environment and is_named else None
         if scene is None:
             said = (
                 "the experiment does not name a room"
-                if environment is None
+                if environment is None or not is_named
                 else f"room '{environment.name}' not found"
             )
             self._note(

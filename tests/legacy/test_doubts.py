@@ -8,6 +8,7 @@ import pytest
 from nrp_legacy.documents import read_bibi, read_experiment
 from nrp_legacy.doubts import doubts_about
 
+from nrp_core.analysis.validate import validate_file
 from nrp_core.findings import Code, Weight
 
 _EXC = """<ExD>
@@ -135,3 +136,34 @@ def test_two_state_machines_with_one_id_are_reported(tmp_path: Path, second: str
     assert [one.startswith("the state machine in line 5 has the same id, 'a'") for one in found] == [
         True
     ] * is_reported
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code", "words"),
+    [
+        (">husky.sdf<", "> <", Code.NRP256, "the robot 'husky' is left out: its <bodyModel> names no file"),
+        (">brain.py<", "><", Code.NRP269, "the brain is left out: its <brainModel> has populations, and"),
+        ("</environmentModel>", "</environmentModel><experimentControl><stateMachine id='a' src=''/>"
+         "</experimentControl>", Code.NRP273, "the state machine 'a' is left out: it names no file"),
+    ],
+)  # fmt: skip
+def test_a_part_that_names_no_file_is_left_out_and_reported(
+    tmp_path: Path, old: str, new: str, code: Code, words: str
+) -> None:
+    for name, text in (("old.exc", _EXC), ("old.bibi", _BIBI)):
+        (tmp_path / name).write_text(text.replace(old, new, 1))
+    found = list(doubts_about(read_experiment(tmp_path / "old.exc"), read_bibi(tmp_path / "old.bibi")))
+    assert [(one.code, words in one.message) for one in found] == [(code, True)]
+    assert code.weight is Weight.INCOMPLETE
+
+
+def test_a_room_without_a_file_is_a_plain_floor(tmp_path: Path) -> None:
+    for name, text in (("old.exc", _EXC.replace(' src="room.sdf"', "")), ("old.bibi", _BIBI)):
+        (tmp_path / name).write_text(text)
+    (tmp_path / "husky.sdf").write_text(
+        "<sdf version='1.6'><model name='husky'><link name='l'/></model></sdf>"
+    )
+    (tmp_path / "brain.py").write_text("")
+    found = validate_file(tmp_path / "old.exc")
+    assert any("the experiment does not name a room: a plain floor is used" in one.message for one in found)
+    assert not any("is 'scene' the file of a robot?" in one.message for one in found)
