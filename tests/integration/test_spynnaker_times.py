@@ -130,7 +130,7 @@ VARIABLE = "p.extra_models.SpikeSourcePoissonVariable"
 
 
 @pytest.mark.parametrize("shared", [False, True])
-def test_rates_change_at_their_times(tmp_path: Path, shared: bool) -> None:
+def test_rates_change_at_their_times(tmp_path: Path, caplog: pytest.LogCaptureFixture, shared: bool) -> None:
     lists = [[100.0, 0.0, 400.0], [100.0, 300.0, 700.0], [500.0, 400.0, 200.0]]  # the first is cut at 300 ms
     rates, starts, durations = lists if shared else ([each] * 200 for each in lists)
     script = run(
@@ -143,6 +143,7 @@ def test_rates_change_at_their_times(tmp_path: Path, shared: bool) -> None:
     counts, _ = np.histogram(times, [0, 101, 301, 701, 901, 1000])
     expected = np.array([0.0, 200 * 0.2 * 100.0, 0.0, 200 * 0.2 * 400.0, 0.0])
     assert (abs(counts - expected) <= 4.0 * np.sqrt(expected)).all()
+    assert not any("between time steps" in text for text in caplog.messages)
 
 
 @pytest.mark.parametrize(

@@ -77,11 +77,12 @@ class Population(_Cells, populations.Population):
         if isinstance(cellclass, type):
             cellclass, cellparams = cellclass(**(cellparams or {})), None
         size = int(size) if isinstance(size, (float, np.floating)) and float(size).is_integer() else size
-        state = {**getattr(cellclass, "given_state", {}), **(initial_values or {})}
-        super().__init__(size, cellclass, cellparams, structure, state, label)
+        begins = {**getattr(cellclass, "given_state", {}), **(initial_values or {})}
+        super().__init__(size, cellclass, cellparams, structure, begins, label)
         if hasattr(cellclass, "variable"):
-            stream = self._simulator.state.stream(f"population/{self.label}/rates")
-            self.set(spike_times=cellclass.variable.trains(self.size, stream))
+            state = self._simulator.state
+            stream = state.stream(f"population/{self.label}/rates")
+            self.set(spike_times=cellclass.variable.trains(self.size, stream, state.dt))
         own = getattr(cellclass, "settings", {})
         owner, given = f"population '{self.label}'", {**own, **(additional_parameters or {}), **settings}
         defaults = self._simulator.state.hints_by_cell.get(type(cellclass), {})

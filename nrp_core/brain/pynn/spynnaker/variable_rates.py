@@ -53,14 +53,15 @@ class VariableRates:
             )
         self._given = {"rates": rates, "starts": starts, "durations": durations}
 
-    def trains(self, n: int, random: np.random.RandomState) -> list[Any]:
-        """Return the drawn spike times of ``n`` cells.
+    def trains(self, n: int, random: np.random.RandomState, step_ms: float) -> list[Any]:
+        """Return the drawn spike times of ``n`` cells, which are at time steps.
 
         Raises:
             InvalidValueError: the lists do not fit together.
         """
         each = {name: self._of_cells(name, n) for name in self._given}
-        return [Sequence(_train([each[name][cell] for name in each], random)) for cell in range(n)]
+        drawn = (_train([each[name][cell] for name in each], random) for cell in range(n))
+        return [Sequence(np.ceil(times / step_ms) * step_ms) for times in drawn]
 
     def _of_cells(self, name: str, n: int) -> list[FloatArray]:
         given = self._given[name]
