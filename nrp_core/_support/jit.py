@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from types import FunctionType
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import platformdirs
 
@@ -30,6 +30,8 @@ try:
     from numba.core import caching, event, types
     from numba.core.types.containers import BaseTuple
     from numba.extending import intrinsic
+
+    from nrp_core._support.dispatcher import Kernel
 
     COMPILED = not numba.config.DISABLE_JIT
 except ImportError:
@@ -56,14 +58,16 @@ def _compiled(function: F, *, inline: bool) -> F:
     if not COMPILED:
         return function
     with _kept_in(_cache_directory(_source(function).parent, _imported(function), numba.config.CACHE_DIR)):
-        compiled: F = numba.njit(
-            cache=True,
-            nogil=True,
-            error_model="numpy",
-            forceinline=inline,
-            no_cfunc_wrapper=True,  # C code calls none of them, and it is a tenth of the time of compiling
-        )(function)
-    return compiled
+        options = {
+            "nopython": True,
+            "nogil": True,
+            "error_model": "numpy",
+            "forceinline": inline,
+            "no_cfunc_wrapper": True,  # C code calls none of them, and it is a tenth of the time of compiling
+        }
+        compiled: Any = Kernel(py_func=function, locals={}, targetoptions=options)
+        compiled.enable_caching()
+    return cast("F", compiled)
 
 
 def c_function(function: Callable[..., Any], result: str, arguments: tuple[str, ...]) -> Any:
