@@ -82,8 +82,8 @@ FOUR = {"AMPA": (100.0, 20), "NMDA": (40.0, 10), "GABA_A": (10.0, 10), "GABA_B":
 CASES = (
     Case("iaf_psc_exp_neuron", "grid", 600.0, two(900.0, 300.0), {"tau_m": 15.0}),
     Case("iaf_psc_alpha_neuron", "grid", 600.0, two(400.0, 100.0), {"tau_m": 15.0}),
-    Case("iaf_psc_delta_neuron", "grid", 600.0, {"spikes": (2.0, 90)}, {"tau_m": 15.0}),
-    Case("iaf_psc_delta_fixed_timestep_neuron", "grid", 600.0, {"spikes": (6.0, 25)}, {"tau_m": 15.0}),
+    Case("iaf_psc_delta_neuron", "grid", 600.0, {"spikes": (6.0, 90)}, {"tau_m": 15.0}),
+    Case("iaf_psc_delta_fixed_timestep_neuron", "grid", 600.0, {"spikes": (6.0, 150)}, {"tau_m": 15.0}),
     Case("mat2_psc_exp_neuron", "grid", 600.0, two(800.0, 100.0), {"tau_m": 8.0}),
     Case("iaf_cond_exp_neuron", "crossing", 450.0, two(100.0, 5.0), {"g_L": 14.0}),
     Case("iaf_cond_alpha_neuron", "crossing", 450.0, two(80.0, 5.0), {"g_L": 14.0}),

@@ -163,8 +163,30 @@ def test_a_spike_in_the_refractory_period_is_lost_or_kept() -> None:
     cells.record(["spikes", "v"])
     sim.run(7.0)
     data = cells.get_data().segments[0]
-    assert [np.asarray(train).tolist() for train in data.spiketrains] == [[2.0], [2.0]]
+    assert [np.asarray(train).tolist() for train in data.spiketrains] == [[2.0], [2.0, 7.0]]
     assert np.asarray(data.filter(name="v")[0])[50].tolist() == [0.0, 12.0]
+
+
+@pytest.mark.parametrize("method", ["exact", "runge_kutta"])
+def test_a_refractory_period_is_over_at_the_grid_point_at_which_it_ends(method: str) -> None:
+    sim = new_simulator()
+    sim.setup(timestep=0.1)
+    kind = sim.EquationCell(
+        "dv/dt = -v/tau : mV (unless refractory)", "v > 10*mV", "v = 0*mV", "5 ms", method=method,
+        parameters={"tau": "20 ms"}, receptors={"excitatory": "v", "inhibitory": "v (also refractory)"},
+    )  # fmt: skip
+    cells = sim.Population(4, kind())
+    for k, (time, receptor) in enumerate(
+        [(5.9, "excitatory"), (6.0, "excitatory"), (5.9, "inhibitory"), (6.1, "excitatory")]
+    ):
+        source = sim.Population(1, sim.SpikeSourceArray(spike_times=[1.0, time]))
+        synapse = sim.StaticSynapse(weight=12.0, delay=1.0)
+        sim.Projection(source, cells[k : k + 1], sim.AllToAllConnector(), synapse, receptor_type=receptor)
+    cells.record("spikes")
+    sim.run(9.0)
+    trains = cells.get_data().segments[0].spiketrains
+    expected = [[2.0], [2.0, 7.0], [2.0, 7.0], [2.0, 7.1]]
+    assert [np.asarray(train).round(9).tolist() for train in trains] == expected
 
 
 @pytest.mark.parametrize("tau", [20.0, np.linspace(10.0, 35.0, 1500)], ids=["equal", "different"])

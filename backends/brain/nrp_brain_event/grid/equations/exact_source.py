@@ -19,13 +19,14 @@ def advanced(model: Model) -> Iterator[str]:
     if not model.lasts:  # a condition holds for the step that begins with it
         yield from needed([model.refractory], model)
         yield f"until = float(step) if {source_of(model.refractory, model)} else 0.0"
-    yield from regime(model)
+    yield "held = step <= until"
     elements = elements_of(model)  # of a cell that is not held, and of one that is
     for name, variable in model.variables.items():
         free, clamped = (product(rows[name]) for rows in elements.values())
         clamped = STATE + name if variable.held else clamped
         yield f"y_{name} = " + (f"{clamped} if held else {free}" if clamped else free)
     yield from (f"{STATE}{name} = y_{name}" for name in model.variables)
+    yield from regime(model)
 
 
 def changed(model: Model) -> list[str]:
@@ -33,9 +34,9 @@ def changed(model: Model) -> list[str]:
     return [*(STATE + name for name in model.variables), *(() if model.lasts else ("until",))]
 
 
-def regime(_model: Model) -> Iterator[str]:
-    """Yield the lines that find what a cell is in at the end of a step."""
-    yield "held = step <= until"
+def regime(model: Model) -> Iterator[str]:
+    """Yield the lines that find what a cell is in at the end of a step, when a period may be over."""
+    yield f"held = step {'<' if model.lasts else '<='} until"
     yield "spiked = False"
 
 
