@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
+
+if sys.platform != "win32":
+    from mmap import MAP_ANONYMOUS, MAP_PRIVATE, mmap
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -15,6 +19,21 @@ IndexArray = npt.NDArray[np.int32]
 
 CACHE_LINE: Final = 64
 """Size of a cache line, bytes."""
+
+
+_LARGE: Final = 1 << 22
+"""Size from which on NumPy asks for huge pages, bytes."""
+
+
+def unset(size: int) -> FloatArray:
+    """Return an array of numbers that are still to be set, without huge pages.
+
+    NumPy asks for huge pages for large arrays. Where free memory is in pieces, the system has to move
+    others for them, which takes four times as long as to fill the array.
+    """
+    if size * 8 < _LARGE or sys.platform == "win32":
+        return np.empty(size)
+    return np.frombuffer(mmap(-1, size * 8, flags=MAP_PRIVATE | MAP_ANONYMOUS), np.float64)
 
 
 def aligned_copy(array: npt.NDArray[Any]) -> npt.NDArray[Any]:

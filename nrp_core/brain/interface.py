@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict
 
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.arrays import FloatArray, IntArray, unset
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.brain import changes
 from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
@@ -342,7 +342,7 @@ class Brain(Simulation):
             self._do_run_until(until_ns - began_ns)
             return
         traces = [recorder.due(since_ns, until_ns, grid_ns) for recorder in self._attached.recorders]
-        samples = np.empty(sum(prod(trace.shape) for trace in traces))
+        samples = unset(sum(prod(trace.shape) for trace in traces))
         self._do_run_recording(until_ns - began_ns, [trace.earlier(began_ns) for trace in traces], samples)
         for recorder, trace, values in zip(
             self._attached.recorders, traces, divided(samples, traces), strict=True

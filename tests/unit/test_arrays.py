@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nrp_core._support.arrays import CACHE_LINE, aligned_copy
+from nrp_core._support.arrays import CACHE_LINE, aligned_copy, unset
 
 RECORD = np.dtype([("a", np.int32), ("b", np.float64)])
 
@@ -32,3 +32,13 @@ def test_a_copy_begins_at_a_cache_line_and_is_independent(array: np.ndarray[Any,
         assert copied.dtype == array.dtype
         assert not np.shares_memory(copied, array)
         np.testing.assert_array_equal(copied, array)
+
+
+@pytest.mark.parametrize("size", [0, 1, (1 << 19) - 1, 1 << 19, 3_000_001])
+def test_unset_numbers_can_be_set_and_outlive_other_names(size: int) -> None:
+    numbers = unset(size)
+    assert (numbers.dtype, numbers.shape, numbers.flags.c_contiguous) == (np.float64, (size,), True)
+    numbers[:] = np.arange(size)
+    part = numbers[size // 2 :].reshape(1, -1)
+    del numbers
+    assert part[0].tolist() == list(range(size // 2, size))

@@ -25,8 +25,8 @@ def network() -> Any:
     for cell, weight in (
         (sim.IF_curr_exp(i_offset=0.9, tau_refrac=3.0, v_reset=-70.0), 0.5),
         (sim.IF_cond_alpha(tau_refrac=2.0), 0.02),
-        (sim.EIF_cond_exp_isfa_ista(i_offset=0.5), 0.01),
         (sim.IF_curr_delta(tau_refrac=1.0), 4.0),
+        (sim.EIF_cond_exp_isfa_ista(i_offset=0.5), 0.01),
     ):
         cells = sim.Population(5, cell, label=type(cell).__name__)
         synapse = sim.StaticSynapse(weight=weight, delay=1.5)
@@ -36,9 +36,11 @@ def network() -> Any:
 
 WATCHED = (
     ("v", range(20, 40), 0.5),
-    ("gsyn_exc", [32, 26, 30], 0.3),
-    ("w", [31, 30], 0.25),
+    ("gsyn_exc", [37, 26, 35], 0.3),
+    ("w", [36, 35], 0.25),
     ("v", [38, 21], 7.0),
+    ("v", range(20, 35), 0.4),
+    ("v", range(25, 30), 0.5),
 )
 
 
@@ -59,7 +61,7 @@ def test_samples_are_the_states_that_can_be_read_then(given: dict[str, Any]) -> 
         for until_ms in (13, 50, 61):
             watched.run_until(until_ms * 1_000_000)
         samples = [port.samples() for port in ports]
-        assert [len(times) for times, _ in samples] == [123, 204, 245, 9]
+        assert [len(times) for times, _ in samples] == [123, 204, 245, 9, 153, 123]
         for time in np.unique(np.concatenate([times for times, _ in samples])):
             read.run_until(round(time * 1e6))
             for (variable, ids, _), (times, values) in zip(WATCHED, samples, strict=True):

@@ -48,6 +48,10 @@ def load_probes(
     for name, sizes in (("step", shapes[:, 0]), ("row", shapes[:, 1]), ("sample", shapes.prod(axis=1))):
         probes[name] = np.cumsum(sizes) - sizes
     rows = row_of[np.concatenate([trace.neurons for trace in traces])]
+    probes["plain"] = [
+        trace.variable == "v" and (own < 0).all() and _are_plain(grid, row_of[trace.neurons])
+        for trace, (own, _) in zip(traces, places, strict=True)
+    ]
     runs = grid.runs[np.searchsorted(grid.runs["first"], rows, "right") - 1]
     return {
         "probes": probes,
@@ -57,6 +61,11 @@ def load_probes(
         "probe_rest": np.stack([runs["v_rest"], runs["v_rest"] + runs["reset"]]),
         "samples": samples,
     }
+
+
+def _are_plain(grid: Grid, rows: IntArray) -> bool:
+    """Return whether rows follow each other, and all of their neurons advance in a loop."""
+    return bool((np.diff(rows) == 1).all() and (grid.cell_rows[rows] < 0).all())
 
 
 @inlined

@@ -81,6 +81,12 @@ def sampled(grid: Grid, probe: Probe, step: int) -> None:
     """Store what :func:`read` returns at a step, for the rows of this part."""
     first, last, now = grid.runs[0].first, grid.runs[-1].last, step * grid.clock[0].h
     out = probe.sample + probe.taken * probe.n_rows
+    if probe.plain:
+        row = grid.probe_rows[probe.row]
+        begin, end = max(first - row, 0), min(last - row, probe.n_rows)
+        own = grid.probe_rest[:, probe.row + begin : probe.row + max(begin, end)]
+        _store_voltages(grid.state[V, row + begin :], own, grid.samples[out + begin :])
+        return
     inhibitory = probe.variable == _LAST_OF_CURVED + 2
     for k in range(probe.n_rows):
         row = grid.probe_rows[probe.row + k]
@@ -98,3 +104,10 @@ def sampled(grid: Grid, probe: Probe, step: int) -> None:
         else:
             value = grid.probe_rest[0, probe.row + k] + grid.state[V, row]
         grid.samples[out + k] = value
+
+
+@jit
+def _store_voltages(above_rest: Array, rest: Array, out: Array) -> None:
+    """Store voltages; those above rest are not numbers while refractory. The loop compiles to vector code."""
+    for k in range(rest.shape[1]):
+        out[k] = rest[1, k] if isnan(above_rest[k]) else rest[0, k] + above_rest[k]

@@ -179,6 +179,8 @@ class Probe(Record):
     """First of its rows in ``probe_rows``, and their number."""
     sample: int
     """First of its samples in ``samples``: all rows at the first step, then at the next."""
+    plain: int
+    """Whether the state of the grid holds them as voltages of consecutive rows."""
 
 
 class GridClock(Record):
