@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from nrp_core.cli.failure import INTERRUPTED, complain
-from nrp_core.cli.options import BrainName, ExperimentName, Overrides, Seed, WorldName, overrides_of
+from nrp_core.cli.options import (
+    BrainName,
+    ExperimentName,
+    Overrides,
+    Seed,
+    WorldName,
+    overrides_of,
+    usage_errors,
+)
 from nrp_core.quantities import time_ns
 
 from nrp_world_ros.options import LAST_DOMAIN, Ros
@@ -42,10 +50,15 @@ def ros_bridge(
     overrides: Overrides = None,
     seed: Seed = None,
     pace: Annotated[
-        str, typer.Option(metavar="max|realtime|FACTOR", help="Speed relative to real time.")
-    ] = "realtime",
+        str | None,
+        typer.Option(metavar="max|realtime|FACTOR", help="Speed relative to real time.  [default: realtime]"),
+    ] = None,
     until: Annotated[
-        str | None, typer.Option(metavar="TIME", help="Stop at this time; by default Ctrl-C ends it.")
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            help="Stop at this time; by default at the experiment's end, without brain at Ctrl-C.",
+        ),
     ] = None,
 ) -> None:
     """Connect an experiment and its robots to ROS: rviz, rosbag, your nodes."""
@@ -59,9 +72,16 @@ def ros_bridge(
         )
     if domain is not None and not ros2:
         raise typer.BadParameter("only ROS 2 has domains: add --ros2", param_hint="--domain")
-    settings = overrides_of(overrides, brain=brain, world=world, seed=seed, pace=pace)
+    if without_brain and brain is not None:
+        raise typer.BadParameter("it has no effect with --without-brain", param_hint="--brain")
+    if lockstep and pace is not None:
+        raise typer.BadParameter("the other loop decides it with --lockstep", param_hint="--pace")
+    with usage_errors("--until"):
+        until_ns = None if until is None else time_ns(until)
+        if until_ns is not None and until_ns <= 0:
+            raise ValueError(f"a run ends after 0 s, not at {until}")
+    settings = overrides_of(overrides, brain=brain, world=world, seed=seed, pace=pace or "realtime")
     loaded = load_experiment(experiment, settings)
-    until_ns = None if until is None else time_ns(until)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # leave ROS cleanly, whatever ends the run
     try:
         ros = Ros.TWO if ros2 else Ros.ONE
