@@ -120,18 +120,25 @@ def load_network(
                 network = replace(network, remarks=(*network.remarks, *late))
             return with_views(network, populations or {})
         sim.state.remarks.extend(late)
-        given = vars(sim)["parameter"].__self__
-        for name in given.unused:
-            hint = did_you_mean(name, given.declared) if given.declared else ""
-            sim.state.remark(f"the script declares no parameter '{name}', so its value has no effect{hint}")
-        for population, _, file in sim.state.write_on_end:
-            sim.state.remark(
-                f"the data of '{population.label}' are not written to '{file}': the script only builds"
-            )
+        _remark_on_lines_in_vain(sim, vars(module))
         return network_of(sim.state, views_of(vars(module), populations or {}, sim.state))
     except ExperimentError as error:
         error.path = error.path or file
         raise
+
+
+def _remark_on_lines_in_vain(sim: ModuleType, variables: Mapping[str, Any]) -> None:
+    """Tell of files that are not written, networks that are not used, and values of no parameter."""
+    state = sim.state
+    for population, _, file in state.write_on_end:
+        state.remark(f"the data of '{population.label}' are not written to '{file}': the script only builds")
+    for name, value in variables.items():
+        if isinstance(value, Network):
+            state.remark(f"the network '{name}' has no effect: that of a script is called 'network'")
+    given = vars(sim)["parameter"].__self__
+    for name in given.unused:
+        hint = did_you_mean(name, given.declared) if given.declared else ""
+        state.remark(f"the script declares no parameter '{name}', so its value has no effect{hint}")
 
 
 def _made_as_data(variables: Mapping[str, Any], populations: int) -> Network | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeAlias
 
@@ -40,7 +40,19 @@ def with_views(network: Network, populations: Mapping[str, Selection]) -> Networ
     named = CIRCUIT in network.views or CIRCUIT in network.populations
     circuit = network.neurons(CIRCUIT) if named else np.arange(network.size)
     views = {name: picked(name, selection, circuit) for name, selection in populations.items()}
-    return replace(network, views={**network.views, **views})
+    known = {label: network.neurons(label) for label in (*network.populations, *network.views)}
+    remarks = (*network.remarks, *hidden(known, views))
+    return replace(network, views={**network.views, **views}, remarks=remarks)
+
+
+def hidden(known: Mapping[str, IntArray], views: Mapping[str, IntArray]) -> Iterator[str]:
+    """Yield a sentence for each selection with the name of other cells, which no function can read then."""
+    for name, ids in views.items():
+        if name in known and set(known[name].tolist()) != set(ids.tolist()):
+            yield (
+                f"the population '{name}' of the experiment has {len(ids)} cells and hides that of the "
+                f"brain, which has {len(known[name])}: give it another name"
+            )
 
 
 def picked(name: str, selection: Selection, circuit: IntArray) -> IntArray:

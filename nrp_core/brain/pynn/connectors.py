@@ -120,9 +120,10 @@ class FixedProbabilityConnector(Connector, connectors.FixedProbabilityConnector)
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
-        if self.p_connect > 1:
+        given = options.get("p_connect", args[0] if args else self.p_connect)
+        if isinstance(given, bool) or self.p_connect > 1:
             raise NetworkError(
-                f"FixedProbabilityConnector: p_connect is {self.p_connect:g}; it must be between 0 and 1"
+                f"FixedProbabilityConnector: p_connect is {given!r}; it must be a number between 0 and 1"
             )
 
 

@@ -33,6 +33,11 @@ class CurrentSource(StandardCurrentSource):
     def __init__(self, **parameters: Any) -> None:
         require_names(type(self).__name__, parameters, self.default_parameters)
         require_values(type(self).__name__, parameters)
+        for name, value in parameters.items():
+            if np.ndim(value) and not np.ndim(getattr(self.default_parameters[name], "value", 0.0)):
+                raise InvalidValueError(
+                    f"{type(self).__name__}: {name} is {value!r:.60}; it must be one number"
+                )
         values = ParameterSpace(self.default_parameters, self.get_schema(), shape=(1,))
         values.update(**parameters)
         self.set_native_parameters(values)

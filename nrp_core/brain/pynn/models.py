@@ -8,6 +8,7 @@ import difflib
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, ClassVar, Final, NoReturn
 
+import numpy as np
 from pyNN.standardmodels import (
     ModelNotAvailable,
     StandardCellType,
@@ -28,6 +29,10 @@ from nrp_core.errors import CapabilityError
 
 RULE_PARTS: Final = {"timing_dependence": STDPTimingDependence, "weight_dependence": STDPWeightDependence}
 """The base class of each part of a plasticity rule."""
+
+
+_ROWS: Final = 2
+"""Axes of an array that has a row for each cell, as spike times may be given."""
 
 
 def untranslated(names: Iterable[str]) -> dict[str, Any]:
@@ -66,6 +71,10 @@ def checked(base: Any) -> type:
     def begin(self: Any, *arguments: Any, **parameters: Any) -> None:
         require_by_name(base.__name__, arguments, base.default_parameters)
         require_names(base.__name__, parameters, base.default_parameters)
+        parameters = {
+            name: list(value) if np.ndim(value) == _ROWS and isinstance(value, np.ndarray) else value
+            for name, value in parameters.items()
+        }
         require_values(base.__name__, parameters)
         base.__init__(self, **parameters)
 

@@ -10,7 +10,7 @@ from typing import Any
 from pyNN.common import Assembly, BasePopulation
 
 from nrp_core._support.arrays import IntArray
-from nrp_core.brain.network.picking import CIRCUIT, Selection, picked
+from nrp_core.brain.network.picking import CIRCUIT, Selection, hidden, picked
 from nrp_core.brain.pynn.populations import ids_of, require_existing
 from nrp_core.brain.pynn.simulator import State
 from nrp_core.errors import NetworkError
@@ -44,7 +44,11 @@ def views_of(
             f"the script has no circuit from which to take '{next(iter(populations))}': name a population, "
             f"view or assembly '{CIRCUIT}', or use the names that there are ({', '.join(named) or 'none'})"
         )
-    return views | {name: picked(name, selection, views[CIRCUIT]) for name, selection in populations.items()}
+    chosen = {name: picked(name, selection, views[CIRCUIT]) for name, selection in populations.items()}
+    labels = {one.label: ids_of(one) for one in state.populations}
+    for text in hidden({**labels, **views}, chosen):
+        state.remark(text)
+    return views | chosen
 
 
 def _tell_of_no_cells(variables: Mapping[str, Any], state: State) -> None:

@@ -167,7 +167,9 @@ CASES = {
     CELL + "sim.Projection(a, None, sim.AllToAllConnector(), label='p')":
         "projection 'p': its target is None; it must be a population",
     CELL + "sim.Projection(a, a, 'all', label='p')": "projection 'p': its connector is 'all'; it must be",
-    "sim.FixedProbabilityConnector(1.5)": "p_connect is 1.5; it must be between 0 and 1",
+    "sim.FixedProbabilityConnector(True)": "p_connect is True; it must be a number between 0 and 1",
+    "sim.DCSource(amplitude=[1.0, 2.0])": "DCSource: amplitude is [1.0, 2.0]; it must be one number",
+    "sim.FixedProbabilityConnector(1.5)": "p_connect is 1.5; it must be a number between 0 and 1",
     "sim.FixedNumberPreConnector(n=2.5)": "FixedNumberPreConnector(n=2.5): an argument is impossible; n must",
     "sim.DistanceDependentProbabilityConnector('d <')":
         "DistanceDependentProbabilityConnector('d <'): an argument is impossible; invalid syntax",

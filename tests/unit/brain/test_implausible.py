@@ -11,6 +11,7 @@ from pyNN.space import Line
 
 from nrp_core.brain.files.script import load_network
 from nrp_core.brain.network.implausible import implausible
+from nrp_core.brain.network.picking import with_views
 from nrp_core.brain.pynn import builder
 from nrp_core.experiment.making.prepare import prepare
 from nrp_core.experiment.reading.find import load_experiment, shipped
@@ -440,6 +441,8 @@ IN_VAIN = {
         "delay of the synapse type StaticSynapse has no effect: it is set as an attribute; give it to "
         "StaticSynapse(delay=...), or change 'p' by its set(delay=...)",
     "a.record('v', to_file='v.pkl')": "the data of 'a' are not written to 'v.pkl': the script only builds",
+    "import nrp_core; net = nrp_core.Network({})":
+        "the network 'net' has no effect: that of a script is called 'network'",
     "circuit = 'a'": "'circuit' is 'a'; it must be a population, view, assembly or a dictionary of them",
     "circuit = {'a': a, 'b': 3}": "'b' of 'circuit' is 3, not cells, so it names none",
 }  # fmt: skip
@@ -488,3 +491,35 @@ def test_a_value_for_a_parameter_that_a_script_does_not_declare_is_told(
     path.write_text(SCRIPT + "gain = sim.parameter('gain', 1.0)\n")
     found = load_network(path, parameters=given).remarks
     assert [one.removeprefix("the script declares ") for one in found] == list(told)
+
+
+@pytest.mark.parametrize(
+    ("populations", "told"),
+    [
+        ({"first": "0:1"}, 0),
+        ({"a": "0:1"}, 1),  # the label of two cells
+        ({"a": "0:2"}, 0),
+        ({"pair": "1:2"}, 1),  # the name of a variable
+        ({"pair": "0:2"}, 0),
+    ],
+)
+def test_a_selection_that_hides_other_cells_of_its_name_is_told(
+    populations: dict[str, str], told: int, tmp_path: Path
+) -> None:
+    path = tmp_path / "brain.py"
+    path.write_text(SCRIPT + "circuit = pair = a\n")
+    name = next(iter(populations))
+    for network in (
+        load_network(path, populations=populations),
+        with_views(load_network(path), populations),
+    ):
+        assert [one.startswith(f"the population '{name}' of the exp") for one in network.remarks] == [
+            True
+        ] * told
+
+
+def test_spike_times_may_be_the_rows_of_an_array() -> None:
+    sim = builder()
+    sim.Population(2, sim.SpikeSourceArray(spike_times=np.array([[1.0, 2.0], [3.0, 4.0]])), label="s")
+    trains = sim.network().populations["s"].spike_times_ms
+    assert [train.tolist() for train in trains] == [[1.0, 2.0], [3.0, 4.0]]
