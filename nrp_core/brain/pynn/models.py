@@ -72,7 +72,7 @@ def checked(base: Any) -> type:
         require_by_name(base.__name__, arguments, base.default_parameters)
         require_names(base.__name__, parameters, base.default_parameters)
         parameters = {
-            name: list(value) if np.ndim(value) == _ROWS and isinstance(value, np.ndarray) else value
+            name: list(value) if isinstance(value, np.ndarray) and value.ndim == _ROWS else value
             for name, value in parameters.items()
         }
         require_values(base.__name__, parameters)
