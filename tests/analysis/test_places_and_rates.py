@@ -18,6 +18,7 @@ SECOND = "<pose>4.5 -0.8 0.5 0 0 0</pose>"
 RATE = "<update_rate>10</update_rate>"
 ROBOT = "{model: ../bodies/pioneer.sdf}"
 EYE = "[{type: event_camera, link: laser, pose: [0.1, 0, 0, 0, 0, 0], event_camera: {threshold: %s}}]"
+RETINA = "[{type: retina, link: laser, pose: [0.1, 0, 0, 0, 0, 0], retina: {baseline: %g}}]"
 STATE = "<state world_name='hall'><model name='%s'><pose>5 0 0.5 0 0 0</pose></model></state></world>"
 TURNS = "<imu><angular_velocity>%s</angular_velocity></imu>"
 NOISE = "<noise type='gaussian'><mean>0</mean><stddev>%g</stddev></noise>"
@@ -41,6 +42,8 @@ def robot(more: str) -> str:
         (HALL, SECOND, "<pose>2.0 0.0 1.5 0 0 0</pose>", ""),  # one on the other
         (FILE, ROBOT, robot(EYE % 20), "has a threshold of 20"),
         (FILE, ROBOT, robot(EYE % 0.5), ""),
+        (FILE, ROBOT, robot(RETINA % -5), "the <baseline> of a retina is a rate of 0 Hz or more, not -5"),
+        (FILE, ROBOT, robot(RETINA % 0), ""),
         (HALL, "</world>", STATE % "first_pilar", "the <state> of 'first_pilar' has no effect"),
         (HALL, "</world>", STATE % "third_pillar", ""),
         (HALL, "</world>", STATE % "robot_of_the_day", ""),  # it was there when the state was saved

@@ -152,3 +152,23 @@ def test_a_row_is_counted_below_the_question_for_a_message(husky: Path) -> None:
         husky / "experiment.yaml", [f"transfer_functions=[{husky}/see.py, {husky}/listing1.py]"]
     )
     assert any("a row of 3 under 2 headers" in one.message for one in found)
+
+
+BOTH = "right.rate, left.rate = RATE * felt[angles < -aside].max(), RATE * felt[angles > aside].max()"
+RIGHT, LEFT = "RATE * felt[angles < -aside].max()", "RATE * felt[angles > aside].max()"
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        (f"right.rate = {RIGHT}\n    left.rate = {LEFT}", []),
+        (f"right.rate = {RIGHT}\n    right.rate = {LEFT}",
+         ["nothing sets the source 'left'"]),
+        (f"right.rate = {RIGHT}\n    right.rate = min(right.rate, 9.0)\n    left.rate = {LEFT}", []),
+        (f"right.rate = {RIGHT}\n    if t > 1:\n        right.rate = {LEFT}\n    left.rate = {LEFT}", []),
+    ],
+)  # fmt: skip
+def test_a_source_with_a_weight_that_is_never_set(slalom: Slalom, body: str, words: list[str]) -> None:
+    found = [one.message for one in slalom(STEER, BOTH, body) if one.level is not Level.NOTE]
+    assert len(found) == len(words), found
+    assert all(wanted in one for wanted, one in zip(words, sorted(found, reverse=True), strict=True))

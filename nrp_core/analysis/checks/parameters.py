@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from typing import Final
 
 from nrp_core.analysis.declared import Unread
 from nrp_core.analysis.events import Return
@@ -16,6 +17,9 @@ from nrp_core.dsl.functions.monitors import MonitoringFunction
 from nrp_core.dsl.parameters.messages import message_packages
 from nrp_core.findings import Code, Finding, Level
 
+_WIRING: Final = {"connector", "weight", "delay", "receptor_type", "synapse_type"}
+"""Settings of a source that make no spikes."""
+
 
 @checks_function(Code.NRP220, Code.NRP231)
 def parameters_are_used(function: Examined) -> Iterator[Finding]:
@@ -27,7 +31,7 @@ def parameters_are_used(function: Examined) -> Iterator[Finding]:
         if name in function.function.triggers or isinstance(mapping, Unread):
             continue
         drives = isinstance(mapping, MapSpikeSource)
-        settings = set(mapping.options) - {"connector"} if isinstance(mapping, MapSpikeSource) else ()
+        settings = set(mapping.options) - _WIRING if isinstance(mapping, MapSpikeSource) else ()
         node = function.declared.parameter(name)
         if drives and (name not in used or name in only_read):
             if not settings:

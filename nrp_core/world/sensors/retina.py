@@ -61,6 +61,8 @@ class Retina(Eye):
         optics = Camera.read(sensor, mount, reading)
         topic = topic_of(sensor, mount, reading, "rates")
         gain, baseline = retina.positive("gain", 60.0), retina.number("baseline", 5.0)
+        if baseline < 0:
+            raise retina.error(f"the <baseline> of a retina is a rate of 0 Hz or more, not {baseline:g}")
         adaptation_s = retina.positive("adaptation", 0.1)
         return cls(
             optics.name, topic, optics.rate_hz, optics,
