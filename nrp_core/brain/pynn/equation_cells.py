@@ -16,7 +16,7 @@ from nrp_core.brain.network.equations.expressions import TextOrigin
 from nrp_core.brain.network.equations.model import CELL_TYPE, INPUT
 from nrp_core.brain.network.parameters import Parameter
 from nrp_core.brain.pynn.models import beyond_pynn, checked
-from nrp_core.brain.pynn.quantities import require_texts, value_with_unit
+from nrp_core.brain.pynn.quantities import require_dictionaries, require_texts, value_with_unit
 from nrp_core.errors import NetworkError, did_you_mean
 
 _NOTHING: Final[Mapping[str, Any]] = MappingProxyType({})
@@ -63,6 +63,7 @@ def equation_cell(
     """
     texts = {"equations": equations, "threshold": threshold, "reset": reset, "refractory": refractory}
     require_texts(CELL_TYPE, {**texts}, _EXAMPLES, unknown)
+    require_dictionaries(CELL_TYPE, {"parameters": parameters, "initial": initial, "receptors": receptors})
     defaults = {
         key: value_with_unit("parameters", key, value, CELL_TYPE) for key, value in parameters.items()
     }

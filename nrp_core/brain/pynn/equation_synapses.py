@@ -13,7 +13,7 @@ from pyNN.standardmodels import StandardSynapseType
 from nrp_core.brain.network.equations.synapse import SynapseEquations
 from nrp_core.brain.network.equations.synapse_model import SYNAPSE_TYPE
 from nrp_core.brain.pynn.models import untranslated
-from nrp_core.brain.pynn.quantities import require_texts, value_with_unit
+from nrp_core.brain.pynn.quantities import require_dictionaries, require_texts, value_with_unit
 from nrp_core.brain.pynn.synapses import SynapseType
 
 _NOTHING: Final[Mapping[str, Any]] = MappingProxyType({})
@@ -56,6 +56,7 @@ def equation_synapse(
     """
     texts = {"equations": equations, "on_pre": on_pre, "on_post": on_post, "weight_unit": weight_unit}
     require_texts(SYNAPSE_TYPE, texts, _EXAMPLES, unknown)
+    require_dictionaries(SYNAPSE_TYPE, {"parameters": parameters, "initial": initial})
     defaults = {
         key: value_with_unit("parameters", key, value, SYNAPSE_TYPE) for key, value in parameters.items()
     }

@@ -60,3 +60,20 @@ def require_texts(
     for what, text in texts.items():
         if not isinstance(text, str):
             raise NetworkError(f"{kind}: {what} is a text, e.g. {examples[what]!r}, not {text!r}")
+
+
+def require_dictionaries(kind: str, arguments: Mapping[str, object]) -> None:
+    """Refuse arguments that are not dictionaries.
+
+    Args:
+        kind: what is given as equations, by its name in scripts.
+        arguments: the arguments by name.
+
+    Raises:
+        NetworkError: an argument is something else.
+    """
+    for name, given in arguments.items():
+        if not isinstance(given, Mapping):
+            example = {"receptors": "{'excitatory': 'ge'}", "initial": "{'v': '-65 mV'}"}
+            valid = example.get(name, "{'tau': '20 ms'}")
+            raise NetworkError(f"{kind}: {name} is a dictionary, e.g. {valid}, not {given!r}")

@@ -54,6 +54,9 @@ MODEL = """model lif_neuron:
         emit_spike()
 """
 MISTAKES = {
+    "colon": ("    state:", "    state", "^line 3: .*missing ':'"),
+    "letter of a unit": ("250 pF", "250 pf", '^line 13: .*"pf"'),
+    "comparison": ("refr_t = refr_T", "refr_t == refr_T", "^line 41: .*'refr_t =='"),
     "number": ("tau_m ms = 10 ms", "tau_m ms = 10", 'line 14: .*Expected: "ms", got: "integer"'),
     "sum": (" / C_m", "", "line 9: Operation mV / ms .*pA is not defined"),
     "pulse": (" * 1 s", "", 'line 38: .*Expected: "pA", got: "pA / s"'),

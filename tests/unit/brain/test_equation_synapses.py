@@ -68,6 +68,7 @@ MISTAKES = {
     "initial unit": ({"initial": {"y": "1 nA"}}, "'y' is in V, not in A"),
     "random": ({"on_pre": "share = int(rand() < x)"}, "'rand' is random"),
     "argument": ({"on_prae": "share = x"}, "no argument 'on_prae'; did you mean 'on_pre'"),
+    "no dictionary": ({"parameters": ["tau"]}, "parameters is a dictionary, .*, not .'tau'"),
     "not a text": ({"on_pre": None}, "on_pre is a text, e.g. 'share = x; x .= 0.5'"),
 }  # fmt: skip
 

@@ -88,6 +88,8 @@ MISTAKES = {
     "endless": ({"reset": "v = v_thresh + 1*mV"}, "still meets the threshold"),
     "initial": ({"initial": {"u": "3 mV"}}, "initial has no state variable 'u'"),
     "initial unit": ({"initial": {"v": "3 nA"}}, "'v' is in mV"),
+    "no derivative": ({"equations": MEMBRANE.replace("dv/dt", "v")}, "line 1.*begins with its derivative"),
+    "no dictionary": ({"parameters": ["tau"]}, "parameters is a dictionary, .*, not .'tau'"),
     "a number": ({"refractory": 2.0}, "refractory is a text, e.g. '2 ms'"),
     "loose parameter": ({"tau_m": "20 ms"}, "no argument 'tau_m'.*parameters="),
 }  # fmt: skip

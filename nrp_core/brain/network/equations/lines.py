@@ -88,6 +88,11 @@ def _line(text: str, place: TextOrigin, of_variables: tuple[str, ...]) -> Line:
     if matched is None and not _NAME.fullmatch(left):
         place.refuse("it is not an equation, e.g. 'dv/dt = (v_rest - v)/tau : mV' or 'I = ge + gi : nA'")
     of_definitions = (*_OTHERS, _RECORDED) if definition is not None and of_variables is OF_CELLS else _OTHERS
+    if derivative is None and _HELD in right:
+        place.refuse(
+            f"the flag '{_HELD}' is one of a state variable, whose equation begins with its derivative, "
+            "e.g. 'dv/dt = ...'"
+        )
     unit, flags = _unit(right, place, of_variables if derivative is not None else of_definitions)
     if matched is None:
         return Line(left, unit, place)

@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from nrp_nestml.errors import NestmlError
 
+_REPORT: Final = re.compile(r"ERROR, \[(\d+):\d+;[\d:]+\]\]: (?:Error occurred during parsing: )?([^\n]+)")
 _CAST: Final = re.compile(r'Implicit casting from \(compatible\) type "(.+)" to "real"')
 
 
@@ -28,12 +29,15 @@ def read(path: Path) -> Any:
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
         Logger.init_logger(LoggingLevel.ERROR)
         init_predefined()
-        unit = ModelParser.parse_file(str(path))
-        models = unit.get_model_list() if unit is not None else []
-        for model in models:
-            CoCosManager.check_cocos(model)
+        try:
+            unit = ModelParser.parse_file(str(path))
+            models = unit.get_model_list() if unit is not None else []
+            for model in models:
+                CoCosManager.check_cocos(model)
+        except Exception as error:  # NESTML's own, after a mistake that it has reported
+            raise NestmlError(_reported(said.getvalue()) or f"NESTML cannot read it: {error}") from error
     if not models:
-        raise NestmlError(f"NESTML cannot read it: {' '.join(said.getvalue().split()) or 'it has no model'}")
+        raise NestmlError(_reported(said.getvalue()) or "NESTML cannot read it: it has no model")
     if len(models) > 1:
         raise NestmlError(f"it has {len(models)} models; there must be one in a file")
     for *_, place, message in Logger.get_messages(models[0], LoggingLevel.ERROR):
@@ -41,6 +45,15 @@ def read(path: Path) -> Any:
         raise NestmlError(f"{line}{' '.join(str(message).split())}")
     _require_units(models[0], Logger.get_messages(models[0], LoggingLevel.WARNING))
     return models[0]
+
+
+def _reported(said: str) -> str:
+    """Return the first mistake that NESTML's parser has written, with its line; empty if there is none."""
+    found = _REPORT.search(said)
+    if found is None:
+        return ""
+    message = " ".join(found[2].split())
+    return f"line {found[1]}: NESTML cannot read it: {message}" if int(found[1]) else message
 
 
 def _require_units(model: Any, warnings: list[Any]) -> None:
