@@ -13,7 +13,9 @@ from nrp_core.evolve.evolution import Evolution, Tell, TellGeneration
 from nrp_core.evolve.history import History
 from nrp_core.evolve.reading import evolve_of, read_evolve
 from nrp_core.experiment.model.tree import tree_of
+from nrp_core.paths import path_of
 from nrp_core.sweep.executors.interface import executor
+from nrp_core.sweep.python import require_workers
 from nrp_core.sweep.table import data_frame
 
 if TYPE_CHECKING:
@@ -79,11 +81,12 @@ def evolve(
         ExperimentError: the search or the folder is not valid.
         BackendError: a requirement is not installed or cannot be reached.
     """
+    require_workers(workers)
     if isinstance(description, Mapping):
         file, source = evolve_of(tree_of(description)), None
     else:
-        file, source = read_evolve(Path(description))
-    made = Evolution(file, source, Path(out))
+        file, source = read_evolve(path_of(description))
+    made = Evolution(file, source, path_of(out))
     made.plan.tell_doubts(partial(warnings.warn, stacklevel=3))
     with executor(on, made.folder, workers) as where:
         history = made.run(where, tell, tell_generation)

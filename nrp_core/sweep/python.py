@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from nrp_core._support.extras import require_extra
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.model.tree import tree_of
+from nrp_core.paths import path_of
 from nrp_core.sweep.executors.interface import executor
 from nrp_core.sweep.plan import Plan
 from nrp_core.sweep.reading import read_sweep, sweep_of
@@ -22,13 +23,23 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
+def require_workers(workers: object) -> None:
+    """Check the number of runs at once.
+
+    Raises:
+        ExperimentError: it is not a whole number from 1 on, or None.
+    """
+    if workers is not None and (not isinstance(workers, int) or isinstance(workers, bool) or workers < 1):
+        raise ExperimentError(f"'workers' is a whole number, at least 1, not {workers!r:.60}")
+
+
 def sweep(
     description: str | Path | Mapping[str, Any],
     out: str | Path | None = None,
     *,
     on: str = "local",
     workers: int | None = None,
-    only: Sequence[str] = (),
+    only: Sequence[str] | str = (),
     retry_failed: bool = False,
     record: bool = False,
     confirmed: bool = False,
@@ -58,17 +69,17 @@ def sweep(
         ExperimentError: the sweep or the folder is not valid.
         BackendError: a requirement is not installed or cannot be reached.
     """
-    if workers is not None and workers < 1:
-        raise ExperimentError(f"'workers' is at least 1, not {workers}")
+    require_workers(workers)
     require_extra("pandas", "sweep", "a table of a sweep in Python")
     if isinstance(description, Mapping):
         plan = Plan.of(sweep_of(tree_of(description)), confirmed=confirmed)
     else:
-        file, source = read_sweep(Path(description))
+        file, source = read_sweep(path_of(description))
         plan = Plan.of(file, source, confirmed=confirmed)
     with TemporaryDirectory(prefix="nrp-sweep-") as temporary:
-        folder = Path(temporary) if out is None else Path(out)
-        made = SweepRun(plan, folder, Choice(tuple(only), retry_failed, record))
+        folder = Path(temporary) if out is None else path_of(out)
+        chosen = (only,) if isinstance(only, str) else tuple(only)
+        made = SweepRun(plan, folder, Choice(chosen, retry_failed, record))
         if made.pending:
             plan.tell_doubts(partial(warnings.warn, stacklevel=3))
         with executor(on, folder, workers) as where:

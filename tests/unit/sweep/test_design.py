@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import nrp_core.evolve
 import nrp_core.sweep
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.model.ranges import Range
@@ -117,7 +118,12 @@ def test_a_mistake_in_the_description_is_named(keys: dict[str, Any], message: st
 
 
 def test_a_sweep_without_workers_is_refused() -> None:
-    with pytest.raises(ExperimentError, match="'workers' is at least 1, not 0"):
+    for call in (lambda: nrp_core.sweep.sweep(3), lambda: nrp_core.evolve.evolve(3, "out")):  # type: ignore[arg-type]
+        with pytest.raises(ExperimentError, match=r"a path is a text or a pathlib\.Path, not 3"):
+            call()
+    with pytest.raises(ExperimentError, match="'workers' is a whole number, at least 1, not '2'"):
+        nrp_core.evolve.evolve({}, "out", workers="2")  # type: ignore[arg-type]
+    with pytest.raises(ExperimentError, match="'workers' is a whole number, at least 1, not 0"):
         nrp_core.sweep.sweep({"experiment": "braitenberg_husky", "vary": {"seed": [1]}}, workers=0)
 
 
