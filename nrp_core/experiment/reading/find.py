@@ -6,8 +6,10 @@ point; other files in the folder are its variants: ``braitenberg_husky`` and ``b
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
+from functools import cache
 from os import PathLike
 from pathlib import Path
 from types import ModuleType
@@ -22,6 +24,7 @@ Reader = Callable[[Path, Sequence[str]], Experiment]
 
 SHIPPED: Registry[ModuleType] = Registry("nrp_core.experiments", "experiment")
 READERS: Registry[Reader] = Registry("nrp_core.experiment_readers", "experiment reader")
+_logger = logging.getLogger(__name__)
 STEM = "experiment"
 ARCHIVE = ".zip"
 
@@ -82,6 +85,16 @@ def shipped() -> list[str]:
     return names
 
 
+@cache
+def _tell_of_the_other(name: str, installed: Path, folder: Path) -> None:
+    """Say once that something else in a folder has the name of an installed experiment."""
+    here = (folder / name).resolve()
+    is_experiment = any(here.glob(f"{STEM}.*")) or any(here.glob("*.exc"))
+    is_recording = (here / "run.json").exists()
+    if is_experiment and not is_recording and not installed.resolve().is_relative_to(here):
+        _logger.warning("'%s' is the installed experiment; the one in this folder is './%s'", name, name)
+
+
 def find_file(text: str, folder: Path | None = None) -> Path:
     """Return the file of an experiment.
 
@@ -98,6 +111,7 @@ def find_file(text: str, folder: Path | None = None) -> Path:
     if package in SHIPPED.names():
         variants = _variants(package)
         if text in variants:
+            _tell_of_the_other(text, variants[text], folder or Path.cwd())
             return variants[text]
     path = (folder or Path.cwd()) / Path(text).expanduser()
     try:

@@ -141,3 +141,43 @@ def test_overrides_that_are_not_a_list_are_refused_as_a_whole(overrides: object)
 def test_overrides_of_one_key_that_are_given_together_are_refused(begin: Any) -> None:
     with pytest.raises(ExperimentError, match="set 'seed' twice: 'seed=1' and 'seed = 2'; give one"):
         begin("braitenberg_husky", ["seed=1", "pace=max", "seed = 2"])
+
+
+def test_a_recording_with_the_name_of_an_installed_experiment_is_not_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "slalom_pioneer").mkdir()
+    for file in ("experiment.yaml", "run.json"):
+        (tmp_path / "slalom_pioneer" / file).touch()
+    find_file("slalom_pioneer")
+    assert caplog.records == []
+
+
+@pytest.mark.parametrize(
+    ("name", "made", "is_told"),
+    [
+        ("slalom_pioneer", "slalom_pioneer/experiment.yaml", True),
+        ("./slalom_pioneer", "slalom_pioneer/experiment.yaml", False),
+        ("slalom_pioneer", "slalom_pioneer/recording.mcap", False),
+        ("slalom_pioneer", "another/experiment.yaml", False),
+    ],
+)
+def test_an_installed_experiment_with_the_name_of_a_folder_here_is_told(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    name: str,
+    made: str,
+    is_told: bool,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / made).parent.mkdir()
+    (tmp_path / made).write_text("name: mine\n")
+    assert (find_file(name) == tmp_path / made) == name.startswith("./")
+    told = [one.getMessage() for one in caplog.records]
+    assert (
+        told
+        == ["'slalom_pioneer' is the installed experiment; the one in this folder is './slalom_pioneer'"]
+        * is_told
+    )
