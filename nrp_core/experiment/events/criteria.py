@@ -193,7 +193,9 @@ class Throughout(Judge):
         super().restore(judged)
 
     def _degree(self) -> float | None:
-        return self._held / self._steps if self._steps else 1.0 if self._passed else None
+        if not self._steps:
+            return None if self._passed is None else 0.0
+        return self._held / self._steps
 
     def _look(self, now_ns: int, began_ns: int, times: Times, where: GroundPositions) -> None:
         until_ns = moment_ns(self._until, times)
@@ -205,7 +207,10 @@ class Throughout(Judge):
                 self._decide(False, now_ns, wrong)
         has_ended = until_ns is not None and now_ns >= until_ns
         if has_ended and self._passed is None:
-            self._finish(now_ns)
+            if self._steps:
+                self._finish(now_ns)
+            else:
+                self._decide(False, now_ns, "was never evaluated: no step of the run lies in its period")
         self._is_over = has_ended
 
     @abstractmethod

@@ -130,6 +130,14 @@ def test_staying_until_an_event_is_decided_by_it(world: World) -> None:
     assert (outcome.passed, outcome.decided_s) == (True, 0.4)
 
 
+def test_staying_in_a_period_without_a_step_is_not_passed(world: World) -> None:
+    period = {"since": "101 ms", "until": "119 ms"}  # steps are at 100 and 120 ms
+    stays = {"stays_within": {"model": "husky", "distance": "0.5 m", "during": period}}
+    outcome = judged(world, stays, {}, speed=1.0).outcome
+    assert (outcome.passed, outcome.degree) == (False, 0.0)
+    assert outcome.reason == "was never evaluated: no step of the run lies in its period"
+
+
 def test_staying_from_an_event_on_starts_where_the_model_is_then(world: World) -> None:
     stays = {"model": "husky", "distance": "0.5 m", "during": {"since": "red", "until": "1.4 s"}}
     outcome = judged(world, {"stays_within": stays}, {"red": 1000 * MS}, speed=1.0).outcome
