@@ -1,0 +1,260 @@
+"""SONATA circuits that cannot be used, or not in full, say where and why."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from nrp_core.brain.files.sonata import read_sonata
+from nrp_core.brain.network.implausible import implausible
+from nrp_core.errors import CapabilityError, NetworkError
+
+Change = Callable[[Path], None]
+
+
+def _text(name: str, old: str, new: str) -> Change:
+    def change(folder: Path) -> None:
+        path = folder / name
+        assert old in path.read_text()
+        path.write_text(path.read_text().replace(old, new))
+
+    return change
+
+
+def _data(name: str, key: str, values: object) -> Change:
+    def change(folder: Path) -> None:
+        with h5py.File(folder / name, "r+") as file:
+            del file[key]
+            if values is not None:
+                file[key] = values
+
+    return change
+
+
+def _sets(sets: dict[str, Any]) -> Change:
+    def change(folder: Path) -> None:
+        (folder / "sets.json").write_text(json.dumps(sets))
+        config = json.loads((folder / "circuit_config.json").read_text())
+        (folder / "circuit_config.json").write_text(json.dumps({**config, "node_sets_file": "sets.json"}))
+
+    return change
+
+
+def _cut(folder: Path) -> None:
+    path = folder / "edges.h5"
+    path.write_bytes(path.read_bytes()[:-500])
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        (_text("circuit_config.json", '"networks"', '"network_"'), NetworkError, "no 'networks' with"),
+        (_text("circuit_config.json", '"edges": [', '"edgs": ['), NetworkError, "'edgs'; did you mean 'ed"),
+        (_text("models/exc.json", "12.0", "NaN"), NetworkError, "all_types.csv:2: .*NaN is not a value"),
+        (_data("edges.h5", "edges/lgn_to_v1/0/nsyns", [5, 4, 3, 2, -1]), NetworkError,
+         "edge 0 of 'lgn_to_v1' has nsyns -1; it must be 0 or more"),
+        (_data("edges.h5", "edges/lgn_to_v1/0/nsyns", [1.5, 4, 3, 2, 1]), NetworkError,
+         "edge 4 of 'lgn_to_v1' has nsyns 1.5; it must be a whole number"),
+        (_data("nodes.h5", "nodes/v1/node_group_id", [0, 0, 0, 0, 1, 7]), NetworkError,
+         "nodes 'v1': node 5 is in the group 7, and the groups are 0, 1"),
+        (_text("models/exc.json", "{", '{"C_m": 9.0, '), NetworkError, "all_types.csv:2: .*'C_m' is given"),
+        (_text("models/exc.json", "12.0", "true"), NetworkError, "tau_m is True, not a number"),
+        (_text("all_types.csv", "5 virtual", "101 point_neuron nest:iaf_cond_exp NULL Other e\n5 virtual"),
+         NetworkError, "all_types.csv:5: the node_type_id 101 is given a second time"),
+        (_text("edge_types.csv", "-250.0 2.0", "-250.0 2.0 7.0"), NetworkError,
+         "edge_types.csv:3: has 1 more values than there are columns, from '7.0' on"),
+        (_text("circuit_config.json", "point_neuron_models_dir", "point_neurons_models_dir"), NetworkError,
+         "components has no key 'point_neurons_models_dir'; did you mean 'point_neuron_models_dir'"),
+        (_text("circuit_config.json", "node_types_file", "nodes_types_file"), NetworkError,
+         "an entry of 'nodes' has no key 'nodes_types_file'; did you mean 'node_types_file'"),
+        (_data("nodes.h5", "nodes/v1/node_id", np.arange(6, dtype=np.uint64) + 2**63), NetworkError,
+         "'/nodes/v1/node_id' holds 9223372036854775813; a number in it can be at most 9223372036854775807"),
+        (_text("models/exc.json", "200.0", '"200 pF"'), NetworkError,
+         r"node type 100 of 'v1' \(dynamics_params 'exc.json'\): C_m is '200 pF', not a number"),
+        (_text("models/exc.json", "200.0", "[200.0, 210.0]"), NetworkError,
+         r"\(dynamics_params 'exc.json'\): C_m is \[200.0, 210.0\], not a number"),
+        (_text("circuit_config.json", '"edges": [', '"edges": [{"edges_file": "$BASE/edges.h5", '
+               '"edge_types_file": "edge_types.csv"}, '), NetworkError, "two populations of edges have"),
+        (_text("circuit_config.json", "{", "{,"), NetworkError, "circuit_config.json:1: .*not JSON"),
+        (_text("circuit_config.json", "nodes.h5", "node.h5"), NetworkError, "node.h5: there is no such file"),
+        (_text("circuit_config.json", "edge_types.csv", "edge_type.csv"), NetworkError,
+         "edge_type.csv: the table of types cannot be read"),
+        (_text("all_types.csv", "102 point", "103 point"), NetworkError,
+         "nodes 'v1' have the type 102, which no table has; it has 100, 101, 103, 5"),
+        (_text("all_types.csv", "node_type_id ", "node_type_id,"), NetworkError,
+         "'node_type_id'; columns are separated by spaces, not ','"),
+        (_text("all_types.csv", "101 point", "x point"), NetworkError, "all_types.csv:3: has no number in"),
+        (_text("all_types.csv", "exc.json Exc", "no.json Exc"), NetworkError, "all_types.csv:2: .*no.json"),
+        (_text("all_types.csv", "iaf_cond_exp", "iaf_cond_expo"), CapabilityError,
+         "node type 102 of 'v1' is of model 'nest:iaf_cond_expo', .* supported model: nest:iaf_cond_exp"),
+        (_text("all_types.csv", "nest:iaf_cond_exp", "nrn:IntFire1"), CapabilityError, "'nrn:IntFire1'"),
+        (_text("all_types.csv", "102 point_neuron", "102 biophysical"), CapabilityError,
+         "model_type 'biophysical'; supported are point_neuron and virtual"),
+        (_text("models/exc.json", "200.0", "-200.0"), NetworkError,
+         "population 'v1/IF_curr_alpha': cm of cell 0 is -0.2; it must be more than 0"),
+        (_text("edge_types.csv", "2 static_synapse", "2 nest:stdp_triplet_synapse"), CapabilityError,
+         "edge type 2 of 'lgn_to_v1' is of model 'nest:stdp_triplet_synapse', .* model: stdp_synapse"),
+        (_text("edge_types.csv", "1 static_synapse", "1 nest:tsodyks_synapse"), CapabilityError,
+         "tau_psc of nest:tsodyks_synapse is 3 ms and the time constant .* 1.5 ms"),
+        (_text("all_types.csv", "nest:iaf_cond_exp", "nest:hh_psc_alpha"), CapabilityError,
+         "the nearest supported model: pynn:HH_cond_exp"),
+        (_text("edge_types.csv", "-250.0 2.0", "-250.0 NULL"), NetworkError,
+         r"edge 2 of 'lgn_to_v1' \(type 2\) has no delay"),
+        (_text("edge_types.csv", "-250.0 2.0", "-250.0 -2.0"), NetworkError,
+         "delay of synapse 0 .2 -> 2. is -2; it must be 0 ms or more"),
+        (_text("edge_types.csv", "100.0", "heavy"), NetworkError, "syn_weight is 'heavy', not a number"),
+        (_data("edges.h5", "edges/lgn_to_v1/target_node_id", None), NetworkError,
+         "no dataset 'target_node_id'"),
+        (_data("edges.h5", "edges/lgn_to_v1/edge_group_index", [0, 1, 2, 3, 9]), NetworkError,
+         "'nsyns' has 5 values, and place 9 is used"),
+        (_data("nodes.h5", "nodes/v1/node_id", np.arange(6)), NetworkError,
+         "edges 'lgn_to_v1' refer to node 10, which nodes 'v1' do not have"),
+        (_cut, NetworkError, "edges.h5: the file is cut short or damaged"),
+        (_data("nodes.h5", "nodes/v1/node_id", [10, 11, 12, 13, 14, 13]), NetworkError,
+         "nodes.h5: .*nodes 'v1': 2 nodes have the id 13 .node_id.; ids must be distinct"),
+        (_data("nodes.h5", "nodes/v1/0/y", [0, 0, np.nan, 0]), NetworkError, "'v1': y of node 11 is nan; a"),
+        (_data("nodes.h5", "nodes/v1/1/x", [np.inf, 1]), NetworkError, "'v1': x of node 13 is inf; a posit"),
+        (_text("circuit_config.json", '{"manifest"', '{"inputs": {"a": 3}, "manifest"'), NetworkError,
+         "an entry of 'inputs' is not a JSON object"),
+    ],
+)  # fmt: skip
+def test_a_circuit_that_cannot_be_used_says_where_and_why(
+    change: Change, error: type[Exception], message: str, circuit: Path
+) -> None:
+    change(circuit.parent)
+    with pytest.raises(error, match=message):
+        read_sonata(circuit)
+
+
+@pytest.mark.parametrize(
+    ("change", "remark"),
+    [
+        (
+            _text("models/exc.json", "{", '{"reference": "10.1016/j.x", "version": "1.0", "fit": "2-part", '),
+            "",
+        ),
+        (
+            _text(
+                "models/exc.json",
+                "{",
+                '{"authors": ["A", "B"], "asc_init": [0.0, 0.0], "fit": {"ok": true}, ',
+            ),
+            "",
+        ),
+        (
+            _text("models/exc.json", "V_th", "V_thr"),
+            "'V_thr' of the nodes 'v1' is not used; did you mean 'V_th'?",
+        ),
+        (_text("models/exc.json", "V_th", "comment"), ""),
+        (
+            _text("models/exc.json", "{", '{"Delta_T": 2.0, '),
+            "'Delta_T' of the nodes 'v1' is not used: their models have no such parameter",
+        ),
+        (
+            _text("models/exc.json", "{", '{"params": {"V_reset": -60.0}, '),
+            "'params' of the nodes 'v1' holds 'V_reset', which is only read outside of it",
+        ),
+        (
+            _text(
+                "edge_types.csv",
+                "delay\n1 static_synapse 100.0 1.5",
+                "delay weight_function\n1 static_synapse 100.0 1.5 wmax",
+            ),
+            "weight_function of the edges 'lgn_to_v1' is 'wmax': the weights are used as given",
+        ),
+        (
+            _text("circuit_config.json", '{"manifest"', '{"conditions": {"v_init": -80}, "manifest"'),
+            "'conditions.v_init' is -80 and has no effect: cells begin as their models say",
+        ),
+        (
+            _text(
+                "circuit_config.json", '{"manifest"', '{"run": {"tstop": 3000.0, "duration": 5}, "manifest"'
+            ),
+            "'run.tstop' is 3000.0 ms and has no effect: the experiment's duration counts",
+        ),
+        (
+            _text("circuit_config.json", '{"manifest"', '{"run": {"dt": 0.5}, "manifest"'),
+            "'run.dt' is 0.5 ms and has no effect: the brain's timestep counts",
+        ),
+        (
+            _text(
+                "circuit_config.json",
+                '{"manifest"',
+                '{"inputs": {"push": {"input_type": "current_clamp"}}, "manifest"',
+            ),
+            "the input 'push' has no effect: its input_type is 'current_clamp', and only 'spikes' are read",
+        ),
+        (
+            _text(
+                "circuit_config.json",
+                '{"manifest"',
+                '{"reports": {"soma": {"variable_name": "v"}}, "manifest"',
+            ),
+            "the report 'soma' has no effect: recordings of runs hold the brain's activity",
+        ),
+        (
+            _data("nodes.h5", "nodes/v1/node_group_index", [3, 2, 2, 0, 0, 1]),
+            "the nodes 1 and 2 of 'v1' have the same place 2 in their group (node_group_index), and so the "
+            "same attributes",
+        ),
+        (
+            _text("all_types.csv", "exc.json Exc e", "exc.json lgn e"),
+            "the pop_name 'lgn' of nodes 'v1' names none of them: other nodes have this name",
+        ),
+        (_text("all_types.csv", "exc.json Exc e", "exc.json v1 e"), ""),
+        (_text("edge_types.csv", "-250.0 2.0", "-250.0 2.0 "), ""),
+        (
+            _text(
+                "edge_types.csv",
+                "delay\n1 static_synapse 100.0 1.5",
+                "delay U\n1 static_synapse 100.0 1.5 0.5",
+            ),
+            "'U' of the edges 'lgn_to_v1' is not used: static_synapse has no such parameter",
+        ),
+        (
+            _text(
+                "edge_types.csv",
+                "delay\n1 static_synapse 100.0 1.5",
+                "delay U\n1 pynn:TsodyksMarkramSynapse 100.0 1.5 0.5",
+            ),
+            "",
+        ),
+        (
+            _sets({"all": {"population": "v1"}, "none": {"population": "V1"}, "layer": {"layer": 4}}),
+            "the node sets of 'sets.json' contain no node: 'none', 'layer'",
+        ),
+        (_sets({"all": {"population": "v1"}}), ""),
+        (
+            _text("models/exc.json", "{", '{"adaptation": [1, 2], "V_m": -60.0, '),
+            "'adaptation' ([1, 2]) in 'exc.json', the parameters of the nodes 'v1', is not used: their "
+            "models have no such parameter",
+        ),
+        (
+            _data("nodes.h5", "nodes/v1/0/dynamics_params/I_e", [1, np.nan, 3, 400]),
+            "'I_e' of 1 nodes 'v1' is not a number; the value of their type is used, or the default",
+        ),
+    ],
+)
+def test_an_attribute_that_is_not_used_is_told(change: Change, remark: str, circuit: Path) -> None:
+    change(circuit.parent)
+    assert read_sonata(circuit).remarks == ((remark,) if remark else ())
+
+
+@pytest.mark.parametrize(("receptor", "is_told"), [("inhibitory", True), ("excitatory", False)])
+def test_positive_weights_on_an_inhibitory_receptor_are_told(
+    receptor: str, *, is_told: bool, circuit: Path
+) -> None:
+    table = circuit.parent / "edge_types.csv"
+    table.write_text(
+        "edge_type_id model_template syn_weight delay receptor_type\n"
+        f"1 static_synapse 100.0 1.5 {receptor}\n2 static_synapse -250.0 2.0 inhibitory\n"
+    )
+    found = [one for one in implausible(read_sonata(circuit)) if "they excite" in one]
+    told = "weights of the projection 'lgn_to_v1 (lgn→v1/IF_curr_alpha) inhibitory' are positive on the"
+    assert [one.startswith(told) for one in found] == [True] * is_told
