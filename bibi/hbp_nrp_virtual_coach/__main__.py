@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
+
+from nrp_core._support.script_arguments import script_arguments
 
 
 def main(arguments: list[str]) -> None:
@@ -14,16 +15,10 @@ def main(arguments: list[str]) -> None:
         description="Run a script of the Virtual Coach, in Python 2 or 3, that uses rospy, messages of ROS, "
         "cv_bridge or tf. Scripts without these need only plain Python.",
     )
-    parser.add_argument("script", metavar="SCRIPT")
-    parser.add_argument("arguments", metavar="ARGUMENTS", nargs=argparse.REMAINDER)
-    given = parser.parse_args(arguments)
-    script = Path(given.script)
-    if not script.is_file():
-        parser.error(f"there is no file {given.script}")
-    sys.argv = [given.script, *given.arguments]
+    _, script = script_arguments(parser, arguments)
     from hbp_nrp_virtual_coach.script import run_script
 
-    run_script(script.resolve())
+    run_script(script)
 
 
 if __name__ == "__main__":

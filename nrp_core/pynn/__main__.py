@@ -15,6 +15,7 @@ from pathlib import Path
 from types import ModuleType
 
 import nrp_core.pynn
+from nrp_core._support.script_arguments import script_arguments
 from nrp_core.brain.files.script import scope_of
 from nrp_core.brain.pynn.api import SIMULATOR_NAME
 from nrp_core.brain.pynn.spynnaker import Dialect
@@ -33,20 +34,14 @@ def main(arguments: list[str]) -> None:
         help="the simulator that the script is written for: nrp, which it names on its command line, or "
         "spinnaker, which it imports",
     )  # fmt: skip
-    parser.add_argument("script", metavar="SCRIPT")
-    parser.add_argument("arguments", metavar="ARGUMENTS", nargs=argparse.REMAINDER)
-    given = parser.parse_args(arguments)
-    script = Path(given.script)
-    if not script.is_file():
-        parser.error(f"there is no file {given.script}")
-    sys.argv = [given.script, *given.arguments]
+    given, script = script_arguments(parser, arguments)
     try:
         if given.simulator == SIMULATOR_NAME:
-            _run(script.resolve())
+            _run(script)
         else:
             from nrp_core.pynn.spynnaker import run_script
 
-            run_script(script.resolve())
+            run_script(script)
     except NrpError as error:
         sys.exit(f"error: {error}")
 
