@@ -57,7 +57,7 @@ def test_what_a_cell_in_equations_does_not_have_is_refused_with_its_line() -> No
 def test_a_mistake_in_a_file_is_one_error_of_the_network(tmp_path: Path) -> None:
     wrong = tmp_path / "wrong.nestml"
     wrong.write_text("model wrong:\n    state\n        V_m mV = 3 mV\n")
-    with pytest.raises(NetworkError, match=r"wrong.nestml: NESTML cannot read it"):
+    with pytest.raises(NetworkError, match=r"wrong.nestml: line 3: NESTML cannot read it"):
         new_simulator().nestml_cell(wrong)
 
 
