@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from types import ModuleType
 from typing import Any
 
@@ -12,9 +11,17 @@ from nrp_core._support.arrays import IntArray
 from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.errors import NetworkError
-from nrp_legacy.nest.kernel import Block, Group, Kernel, Node
+from nrp_legacy.nest.kernel import Block, Group, Kernel
 from nrp_legacy.nest.models import CELLS, CURRENT, POISSON, SPIKE_RECORDERS, SPIKES
-from nrp_legacy.nest.network import cells_from, plasticity_of
+from nrp_legacy.nest.network import (
+    by_ends,
+    by_receptor,
+    cells_from,
+    nodes_in,
+    plasticity_of,
+    trains_at,
+    trains_of,
+)
 from nrp_legacy.nest.pynn_cells import scale_of
 
 _DIRECT = {"amplitude": 0.0, "start": 0.0, "stop": 1e12}
@@ -46,7 +53,7 @@ def join(kernel: Kernel, sim: ModuleType, variables: dict[str, Any]) -> None:
 
 class _Joining:
     def __init__(self, kernel: Kernel, sim: ModuleType) -> None:
-        self._kernel, self._sim = kernel, sim
+        self._sim = sim
         self._ends: list[tuple[int, int, Any]] = [
             (int(one.first_id), one.size, one) for one in sim.state.populations
         ]
@@ -70,14 +77,15 @@ class _Joining:
             made.initialize(**cells.initial_values)
             return made
         if group.base == SPIKES:
-            trains = group.values.get("spike_times", [()] * group.size)
-            times = [sim.Sequence(np.sort(np.asarray(train, float).ravel())) for train in trains]
+            times = [sim.Sequence(train) for train in trains_of(group)]
             return sim.Population(group.size, sim.SpikeSourceArray(spike_times=times), label=group.model)
         return group
 
     def connect(self, block: Block) -> None:
         """Connect as the synapses of one call do."""
-        for source, target, chosen in self._links(block):
+        for nodes in (block.pre, block.post):
+            self._places(nodes)
+        for source, target, chosen in by_ends(block, self._starts):
             pre = block.pre[chosen] - self._starts[source]
             post = block.post[chosen] - self._starts[target]
             values = {name: column[chosen] for name, column in block.values.items()}
@@ -92,11 +100,6 @@ class _Joining:
             elif sender.base == CURRENT:
                 self._inject(sender, receiver, pre, post, values["weight"])
 
-    def _links(self, block: Block) -> Iterator[tuple[int, int, IntArray]]:
-        ends = np.stack([self._places(nodes) for nodes in (block.pre, block.post)])
-        for source, target in np.unique(ends, axis=1).T.tolist():
-            yield source, target, np.flatnonzero((ends[0] == source) & (ends[1] == target))
-
     def _places(self, nodes: IntArray) -> IntArray:
         places: IntArray = np.searchsorted(self._starts, nodes, "right") - 1
         ends = np.array([first + size for first, size, _thing in self._ends])
@@ -105,10 +108,8 @@ class _Joining:
         return places
 
     def _poisson(self, group: Group, pre: IntArray) -> Any:
-        sim, start = self._sim, group.column("start", 0.0)[pre]
-        lasts = np.minimum(group.column("stop", np.inf)[pre], 1e10) - start
-        kind = sim.SpikeSourcePoisson(rate=group.column("rate", 0.0)[pre], start=start, duration=lasts)
-        return sim.Population(len(pre), kind, label=group.model)
+        kind = self._sim.SpikeSourcePoisson(**trains_at(group, pre))
+        return self._sim.Population(len(pre), kind, label=group.model)
 
     def _inject(self, group: Group, cells: Any, pre: IntArray, post: IntArray, weight: Any) -> None:
         columns = [group.column(name, default) for name, default in _DIRECT.items()]
@@ -120,17 +121,15 @@ class _Joining:
     def _project(
         self, sender: Any, receiver: Any, pre: IntArray, post: IntArray, values: dict[str, Any], block: Block
     ) -> None:
-        is_negative = values["weight"] < 0
-        for receptor, chosen in (("excitatory", ~is_negative), ("inhibitory", is_negative)):
-            if chosen.any():
-                own = {name: column[chosen] for name, column in values.items()}
-                law, columns = self._law(block.base.kind, own, scale_of(receiver))
-                weight = own["weight"] * scale_of(receiver)
-                columns["weight"] = np.abs(weight) if receiver.conductance_based else weight
-                columns["delay"] = own["delay"]
-                listed = np.column_stack([pre[chosen], post[chosen], *columns.values()])
-                connector = self._sim.FromListConnector(listed, column_names=list(columns))
-                self._sim.Projection(sender, receiver, connector, law, receptor_type=receptor)
+        for receptor, chosen in by_receptor(values["weight"]):
+            own = {name: column[chosen] for name, column in values.items()}
+            law, columns = self._law(block.base.kind, own, scale_of(receiver))
+            weight = own["weight"] * scale_of(receiver)
+            columns["weight"] = np.abs(weight) if receiver.conductance_based else weight
+            columns["delay"] = own["delay"]
+            listed = np.column_stack([pre[chosen], post[chosen], *columns.values()])
+            connector = self._sim.FromListConnector(listed, column_names=list(columns))
+            self._sim.Projection(sender, receiver, connector, law, receptor_type=receptor)
 
     def _law(self, kind: str, values: dict[str, Any], scale: float) -> tuple[Any, dict[str, Any]]:
         """Return the synapse type and its parameters for each synapse."""
@@ -143,8 +142,8 @@ class _Joining:
 
     def seen(self, value: Any) -> Any:
         """Return the cells for a variable with nodes, None if it has none."""
-        nodes = [value] if isinstance(value, Node) else value
-        if not (isinstance(nodes, (list, tuple)) and nodes and all(isinstance(one, Node) for one in nodes)):
+        nodes = nodes_in(value)
+        if not nodes:
             return None
         numbers = np.array([int(node) for node in nodes])
         places = self._places(numbers)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from pyNN.standardmodels import cells as standard
 
-from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
 from nrp_core.brain.files.sonata.models import LEAK_NS, Parameter
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.picking import CIRCUIT
@@ -91,8 +91,7 @@ class Conversion:
         if group.base in CELLS:
             self._populations[label] = cells_from(group, label, self._currents(group))
         else:
-            trains = group.values.get("spike_times", [()] * group.size)
-            times = tuple(np.sort(np.asarray(train, float).ravel()) for train in trains)
+            times = tuple(trains_of(group))
             self._populations[label] = Population(label, group.size, "SpikeSourceArray", {}, {}, times)
 
     def _currents(self, group: Group) -> FloatArray:
@@ -115,21 +114,17 @@ class Conversion:
             label = self._labels[source.first]
         else:
             return
-        is_negative = link.values["weight"] < 0
-        for receptor, chosen in (("excitatory", ~is_negative), ("inhibitory", is_negative)):
-            if chosen.any():
-                values = {name: column[chosen] for name, column in link.values.items()}
-                self._project(label, receptor, pre[chosen], link.post[chosen], values, link)
-                conducts = self._populations[self._labels[target.first]].is_conductance_based
-                sign = -1.0 if conducts and receptor == "inhibitory" else 1.0
-                scale = sign * CELLS[target.base].weight_scale
-                self.places.append((link.block, link.places[chosen], scale))
+        for receptor, chosen in by_receptor(link.values["weight"]):
+            values = {name: column[chosen] for name, column in link.values.items()}
+            self._project(label, receptor, pre[chosen], link.post[chosen], values, link)
+            conducts = self._populations[self._labels[target.first]].is_conductance_based
+            sign = -1.0 if conducts and receptor == "inhibitory" else 1.0
+            scale = sign * CELLS[target.base].weight_scale
+            self.places.append((link.block, link.places[chosen], scale))
 
     def _own_sources(self, source: Group, pre: IntArray) -> str:
         label = unique([*self._populations, source.model])[-1]
-        rate, start = source.column("rate", 0.0)[pre], source.column("start", 0.0)[pre]
-        lasts = np.minimum(source.column("stop", np.inf)[pre], 1e10) - start
-        self._populations[label] = _poisson(label, rate, start, lasts)
+        self._populations[label] = Population(label, len(pre), "SpikeSourcePoisson", trains_at(source, pre))
         return label
 
     def _project(
@@ -161,10 +156,7 @@ class Conversion:
 
     def cells_of(self, value: Any) -> IntArray | None:
         """Return the neurons in a value, None if it is not a collection of nodes with neurons."""
-        nodes = [value] if isinstance(value, Node) else value
-        if not (isinstance(nodes, (list, tuple)) and nodes and all(isinstance(one, Node) for one in nodes)):
-            return None
-        ids = [self.ids[node] for node in nodes if node in self.ids]
+        ids = [self.ids[node] for node in nodes_in(value) if node in self.ids]
         return np.array(ids, dtype=np.int64) if ids else None
 
 
@@ -172,9 +164,7 @@ def _links(kernel: Kernel) -> Iterator[Link]:
     """Yield the synapses of each block from one group to another."""
     starts = [group.first for group in kernel.groups]
     for block in kernel.blocks:
-        ends = np.stack([np.searchsorted(starts, nodes, "right") - 1 for nodes in (block.pre, block.post)])
-        for source, target in np.unique(ends, axis=1).T.tolist():
-            chosen = np.flatnonzero((ends[0] == source) & (ends[1] == target))
+        for source, target, chosen in by_ends(block, starts):
             pre, post = block.pre[chosen] - starts[source], block.post[chosen] - starts[target]
             values = {name: column[chosen] for name, column in block.values.items()}
             ends_of = kernel.groups[source], kernel.groups[target]
@@ -208,9 +198,44 @@ def _parameter(group: Group, parameter: Parameter) -> FloatArray:
     return np.asarray(group.column(parameter.name, parameter.default) * parameter.scale)
 
 
-def _poisson(label: str, rate: FloatArray, start: FloatArray, duration: FloatArray) -> Population:
-    parameters = {"rate": rate, "start": start, "duration": duration}
-    return Population(label, len(rate), "SpikeSourcePoisson", parameters)
+def trains_of(group: Group) -> list[FloatArray]:
+    """Return the spike times of generators, ms, ascending."""
+    trains = group.values.get("spike_times", [()] * group.size)
+    return [np.sort(np.asarray(train, float).ravel()) for train in trains]
+
+
+def trains_at(group: Group, generators: IntArray) -> dict[str, FloatArray]:
+    """Return the parameters of a Poisson source for each of these generators, which may be repeated."""
+    start = group.column("start", 0.0)[generators]
+    lasts = np.minimum(group.column("stop", np.inf)[generators], 1e10) - start
+    return {"rate": group.column("rate", 0.0)[generators], "start": start, "duration": lasts}
+
+
+def by_ends(block: Block, starts: Sequence[int]) -> Iterator[tuple[int, int, IntArray]]:
+    """Yield the synapses from one group to another: the places of both groups, and of the synapses.
+
+    Args:
+        block: the synapses.
+        starts: the first node of each group, ascending.
+    """
+    ends = np.stack([np.searchsorted(starts, nodes, "right") - 1 for nodes in (block.pre, block.post)])
+    for source, target in np.unique(ends, axis=1).T.tolist():
+        yield source, target, np.flatnonzero((ends[0] == source) & (ends[1] == target))
+
+
+def by_receptor(weight: FloatArray) -> Iterator[tuple[str, BoolArray]]:
+    """Yield the receptor of positive weights, and that of negative ones, with those that there are."""
+    is_negative = weight < 0
+    for receptor, chosen in (("excitatory", ~is_negative), ("inhibitory", is_negative)):
+        if chosen.any():
+            yield receptor, chosen
+
+
+def nodes_in(value: Any) -> Sequence[Node]:
+    """Return the nodes of a value; none if it is not a node or a collection of nodes."""
+    nodes = [value] if isinstance(value, Node) else value
+    are_nodes = isinstance(nodes, (list, tuple)) and all(isinstance(one, Node) for one in nodes)
+    return nodes if are_nodes else ()
 
 
 def plasticity_of(
