@@ -37,12 +37,7 @@ class CallingState(State):
             return None
 
     def _outcome(self, name: str, answer: Any) -> str:
-        if answer is None:
-            return "aborted"
-        if getattr(answer, "success", True):
-            return "succeeded"
-        self._graph.warn(Code.NRP280, f"service {name}: {getattr(answer, 'status_message', 'no success')}")
-        return "aborted"
+        return "aborted" if answer is None or self._services.has_refused(name, answer) else "succeeded"
 
 
 class ServiceState(CallingState):

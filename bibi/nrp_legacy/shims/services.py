@@ -156,11 +156,17 @@ class Services:
             )
         except (NrpError, TypeError) as error:
             raise ServiceException(f"service {name}: {error}") from error
-        if name.rpartition("/")[2].startswith(_ACTING) and not getattr(answer, "success", True):
-            self._graph.warn(
-                Code.NRP280, f"service {name}: {getattr(answer, 'status_message', 'no success')}"
-            )
+        if name.rpartition("/")[2].startswith(_ACTING):
+            self.has_refused(name, answer)
         return answer
+
+    def has_refused(self, name: str, answer: Any) -> bool:
+        """Return whether an answer is a refusal, which is reported once."""
+        if getattr(answer, "success", True):
+            return False
+        reason = getattr(answer, "status_message", "no success")
+        self._graph.warn(Code.NRP280, f"service {name}: {reason}")
+        return True
 
     def _require(self, name: str, kind: Any) -> None:
         """Check the type that a caller expects, as ROS does when a caller connects.
