@@ -18,6 +18,7 @@ from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.brain.nir.load import load_nir
 from nrp_core.brain.nir.save import save_nir
 from nrp_core.brain.pynn import electrodes, models, populations, projections, rng, synapses
+from nrp_core.brain.pynn.arguments import refuse_misspelt
 from nrp_core.brain.pynn.callbacks import checked
 from nrp_core.brain.pynn.composed_cells import composed_cells
 from nrp_core.brain.pynn.connectors import connector_types
@@ -39,6 +40,7 @@ SIMULATOR_NAME = "nrp"
 
 _SETTINGS = frozenset({"timestep", "min_delay", "max_delay", "backend", "seed", "options"})
 """The arguments of ``setup`` that are known here; those of other simulators are ignored."""
+_ALIKE = 0.75
 
 _BOUND = (
     populations.Population, populations.PopulationView, populations.Assembly, projections.Projection,
@@ -115,13 +117,6 @@ def overlaid(module: ModuleType, names: Mapping[str, Any]) -> ModuleType:
     return copy
 
 
-def _require_settings(given: Mapping[str, Any]) -> None:
-    """Refuse misspelt arguments of ``setup``; those of other simulators are ignored."""
-    for name in given.keys() - _SETTINGS:
-        if difflib.get_close_matches(name, _SETTINGS, cutoff=0.75):
-            raise NetworkError(f"setup: there is no setting '{name}'{did_you_mean(name, _SETTINGS)}")
-
-
 def _control(simulator: Simulator) -> dict[str, Any]:
     state = simulator.state
 
@@ -131,7 +126,7 @@ def _control(simulator: Simulator) -> dict[str, Any]:
         """Discard the network and start again; times in ms."""
         if not (isinstance(timestep, (int, float, np.number)) and timestep > 0):
             raise NetworkError(f"setup: the time step must be more than 0 ms, not {timestep}")
-        _require_settings(extra)
+        refuse_misspelt("setup", "setting", extra, _SETTINGS, _ALIKE)
         longest = extra.get("max_delay", "auto")
         if isinstance(longest, (int, float, np.number)) and longest < timestep:
             raise NetworkError(

@@ -6,7 +6,8 @@ from __future__ import annotations
 
 import inspect
 import reprlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from difflib import get_close_matches
 from typing import Any, Final
 
 import numpy as np
@@ -66,6 +67,26 @@ def require_arguments(owner: str, function: Callable[..., Any], given: Iterable[
     parameters = inspect.signature(function).parameters.values()
     if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
         require_names(owner, given, (parameter.name for parameter in parameters if parameter.name != "self"))
+
+
+def refuse_misspelt(
+    owner: str, what: str, given: Iterable[str], known: Collection[str], alike: float
+) -> None:
+    """Refuse a name that is nearly a known one, where others are ignored.
+
+    Args:
+        owner: what it is given to.
+        what: what it names.
+        given: the names.
+        known: the names that have a meaning.
+        alike: how alike two names are, from 0 to 1, if one is a misspelling of the other.
+
+    Raises:
+        NetworkError: a name is misspelt.
+    """
+    for name in given:
+        if name not in known and get_close_matches(name, known, 1, alike):
+            raise NetworkError(f"{owner}: there is no {what} '{name}'{did_you_mean(name, known)}")
 
 
 def require_by_name(owner: str, arguments: Sequence[Any], valid: Iterable[str]) -> None:

@@ -10,12 +10,11 @@ import logging
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from typing import Any, Final, TypeAlias
 
 import numpy as np
 
-from nrp_core.brain.pynn.arguments import require_kind
+from nrp_core.brain.pynn.arguments import refuse_misspelt, require_kind
 from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.populations import Population
 from nrp_core.brain.pynn.spynnaker.refused import CONNECTIONS, refuse_attribute
@@ -132,11 +131,7 @@ class Hub:
             InvalidValueError: a port that cannot be one.
         """
         require_kind("activate_live_output_for", "population", population, Population, "a population")
-        for name in others.keys() - set(_LIVE_OUTPUT):
-            if near := get_close_matches(name, _LIVE_OUTPUT, 1, _ALIKE):
-                raise NetworkError(
-                    f"activate_live_output_for: there is no argument '{name}'; did you mean '{near[0]}'?"
-                )
+        refuse_misspelt("activate_live_output_for", "argument", others, _LIVE_OUTPUT, _ALIKE)
         label = population.label
         self.heard[label] = population
         self.notify(database_notify_port_num, database_notify_host)

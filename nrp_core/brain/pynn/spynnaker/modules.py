@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
-from difflib import get_close_matches
 from functools import cached_property, partial
 from types import MappingProxyType, ModuleType, SimpleNamespace
 from typing import Any, Final
 
 from pyNN import common, space
 
+from nrp_core.brain.pynn.arguments import refuse_misspelt
 from nrp_core.brain.pynn.spynnaker import neo_compare, neo_convertor, refused
 from nrp_core.brain.pynn.spynnaker.cells import cell_types, spike_injector
 from nrp_core.brain.pynn.spynnaker.connections import Hub, RatesConnection, SpikesConnection
@@ -150,9 +150,7 @@ class Dialect:
 
             sPyNNaker ignores ``max_delay``, so delays may be longer.
             """
-            for name in extra.keys() - set(_MACHINE):
-                if near := get_close_matches(name, _MACHINE, 1, _ALIKE):
-                    raise NetworkError(f"setup: there is no setting '{name}'; did you mean '{near[0]}'?")
+            refuse_misspelt("setup", "setting", extra, _MACHINE, _ALIKE)
             step = DEFAULT_TIMESTEP_MS if timestep is None else timestep
             given = {name: value for name, value in extra.items() if name not in _MACHINE}
             if max_delay:
