@@ -14,7 +14,7 @@ Each is also the matching builtin, so ``except ValueError`` works where a caller
     │   ├── NeuronSelectionError      (LookupError)   population unknown or index out of range
     │   ├── UnknownNameError          (KeyError)      a result has no value of this name
     │   ├── TransferFunctionError                     a transfer function is declared wrongly
-    │   │   └── TriggerError                          its trigger is not a subscribed topic
+    │   │   └── TriggerError                          its trigger brings no messages or spikes
     │   ├── NetworkError                              a network contradicts itself
     │   │   ├── SlowScriptError                       a brain script takes longer than a check may last
     │   │   └── EndlessScriptError                    a brain script takes longer than the experiment allows
@@ -160,7 +160,7 @@ class TransferFunctionError(ExperimentError):
 
 
 class TriggerError(TransferFunctionError):
-    """A transfer function is to be triggered by something that is not a subscribed topic."""
+    """A transfer function is to be triggered by something that is neither a topic nor a spike recorder."""
 
 
 class NetworkError(ExperimentError):

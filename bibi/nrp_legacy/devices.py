@@ -24,6 +24,7 @@ from nrp_core.dsl.devices.kinds import DeviceKind
 from nrp_core.findings import Code
 from nrp_legacy.nest.models import recovering
 from nrp_legacy.notes import Notes
+from nrp_legacy.sending import sending
 
 _KILO = 1e-3
 _LARGEST = sys.float_info.max
@@ -129,10 +130,12 @@ def device_kinds(notes: Notes, *, nest_units: bool) -> dict[str, DeviceKind]:
     kinds = {"dc_source": currents[0], "ac_source": currents[1], "nc_source": currents[2],
              "poisson": Spikes, "fixed_frequency": Spikes}  # fmt: skip
     noting = {"__slots__": (), "notes": staticmethod(notes)}
-    return {
+    forgiving = {
         name: replace(getattr(dsl, name), device=type(device.__name__, (device,), noting))
         for name, device in kinds.items()
     }
+    integrators = (dsl.leaky_integrator_alpha, dsl.leaky_integrator_exp)
+    return {**forgiving, **{kind.name: sending(kind) for kind in integrators}}
 
 
 def recovering_at_once(settings: Mapping[str, Any]) -> dict[str, Any]:

@@ -329,14 +329,14 @@ def test_nothing_is_lost_to_missing_brackets() -> None:
     [
         (
             '<trigger>camra</trigger><topic name="camera" topic="/camera" type="sensor_msgs.msg.Image"/>',
-            "by 'camra': it reads no topic of this name; did you mean 'camera'?",
+            "by 'camra': it reads no topic or spike recorder of this name; did you mean 'camera'?",
         ),
         (
             '<trigger>told</trigger><topic name="told" topic="/told" type="std_msgs.msg.Float64">'
             '<body xsi:type="SimulationStep"/></topic>',
-            "by 'told': it reads no topic of this name; there are none",
+            "by 'told': it reads no topic or spike recorder of this name; there are none",
         ),
-        ("<trigger>t</trigger>", "by 't': it reads no topic of this name"),
+        ("<trigger>t</trigger>", "by 't': it reads no topic or spike recorder of this name"),
     ],
 )
 def test_only_a_topic_that_a_function_reads_can_trigger_it(inner: str, message: str) -> None:

@@ -40,6 +40,22 @@ def opened(corpus: Path) -> Iterator[Opened]:
         yield open_run
 
 
+@pytest.fixture
+def written(tmp_path: Path) -> Callable[..., Path]:
+    """Writes an experiment of a brain and transfer functions, without a robot; returns its ``.exc`` file."""
+
+    def write(brain: str, functions: str, mode: str = "") -> Path:
+        (tmp_path / "b.py").write_text(brain)
+        (tmp_path / "tf.py").write_text(functions)
+        parts = f'{mode}<brainModel><file>b.py</file></brainModel><transferFunction src="tf.py"/>'
+        (tmp_path / "x.bibi").write_text(f"<bibi>{parts}</bibi>")
+        path = tmp_path / "x.exc"
+        path.write_text('<ExD><bibiConf src="x.bibi"/></ExD>')
+        return path
+
+    return write
+
+
 @pytest.fixture(
     params=[
         pytest.param(pair, id=name, marks=pytest.mark.heavy if number else ())

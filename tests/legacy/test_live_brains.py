@@ -16,6 +16,7 @@ from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
 
 Played = Callable[..., Run]
+Written = Callable[..., Path]
 
 IN_PYNN = """
 from hbp_nrp_cle.brainsim import simulator as sim
@@ -116,27 +117,18 @@ def function(t, a, b, heard):
 
 
 @pytest.fixture
-def played(request: pytest.FixtureRequest, tmp_path: Path) -> Played:
+def played(request: pytest.FixtureRequest, written: Written) -> Played:
     """Runs a brain file with one transfer function: ``played(brain, function)``."""
 
     def play(
         brain: str, function: str, mode: str = "", until_s: float = 0.2, overrides: Sequence[str] = ()
     ) -> Run:
-        _written(tmp_path, brain, function, mode)
-        run = Run(read_exc(tmp_path / "x.exc", overrides))
+        run = Run(read_exc(written(brain, function, mode), overrides))
         request.addfinalizer(run.close)
         run.run_until(until_s)
         return run
 
     return play
-
-
-def _written(folder: Path, brain: str, function: str, mode: str = "") -> None:
-    (folder / "b.py").write_text(brain)
-    (folder / "tf.py").write_text(function)
-    parts = f'{mode}<brainModel><file>b.py</file></brainModel><transferFunction src="tf.py"/>'
-    (folder / "x.bibi").write_text(f"<bibi>{parts}</bibi>")
-    (folder / "x.exc").write_text('<ExD><bibiConf src="x.bibi"/></ExD>')
 
 
 def test_populations_in_collections_and_objects_run_and_change_by_the_methods_of_pynn_and_nest(
@@ -321,9 +313,9 @@ def test_any_integer_is_a_seed(played: Played, tmp_path: Path, seed: int) -> Non
 
 @pytest.mark.parametrize(("asked", "told"), [("pops", Code.NRP239), ("popz", Code.NRP211)])
 def test_a_name_from_a_variable_is_not_reported_as_a_misspelt_population(
-    tmp_path: Path, asked: str, told: Code
+    written: Written, asked: str, told: Code
 ) -> None:
-    _written(tmp_path, IN_PYNN, OF_PYNN.replace("nrp.brain.pops[1],", f"nrp.brain.{asked}[1],"))
-    findings = validate_file(tmp_path)
+    path = written(IN_PYNN, OF_PYNN.replace("nrp.brain.pops[1],", f"nrp.brain.{asked}[1],"))
+    findings = validate_file(path)
     assert {finding.code for finding in findings if "'a'" in finding.message} == {told}
     assert [finding.code for finding in findings].count(Code.NRP211) == (told is Code.NRP211)

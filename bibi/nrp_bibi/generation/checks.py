@@ -8,7 +8,7 @@ from pathlib import Path
 
 from nrp_bibi.generation.hiding import hidden
 from nrp_bibi.generation.walk import bodies, channels, parts
-from nrp_bibi.model.channels import AnyDevice
+from nrp_bibi.model.channels import AnyDevice, DeviceType
 from nrp_bibi.model.expressions import ArgumentReference, Call, FlowExpression
 from nrp_bibi.model.functions import (
     Bibi,
@@ -81,11 +81,15 @@ class Checker:
             self._check_triggers(function)
 
     def _check_triggers(self, function: ChannelTransferFunction) -> None:
+        devices: list[AnyDevice] = [*function.device, *function.device_group]
+        recorders = [one for one in devices if one.type is DeviceType.SPIKE_RECORDER]
         read = [topic.name for topic in function.topic if topic.name and topic.body is None]
+        read += [device.name for device in recorders if device.body is None]
         for name in function.trigger:
             if name not in read:
-                message = f"'{function.name}' cannot be triggered by '{name}': it reads no topic of this name"
-                raise self.refuse(function, f"{message}{did_you_mean(name, read)}")
+                message = f"'{function.name}' cannot be triggered by '{name}'"
+                reason = "it reads no topic or spike recorder of this name"
+                raise self.refuse(function, f"{message}: {reason}{did_you_mean(name, read)}")
 
     def _check_name(self, node: Node, name: str | None, taken: dict[str, Node], what: str) -> None:
         if name is None:

@@ -48,8 +48,8 @@ class ChannelTransferFunction(BIBITransferFunction, abstract=True):
 
     Args:
         throttling_rate: the largest number of runs per second.
-        trigger: names of topics that it reads; a message on one of them makes it run. By default it runs
-            every step.
+        trigger: names of topics and spike recorders that it reads; a message or spike of one of them makes it
+            run. By default it runs every step.
     """
 
     throttling_rate: float | None = attribute(RATE, None, unit="Hz")

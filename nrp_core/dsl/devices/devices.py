@@ -251,6 +251,9 @@ class SpikeRecorderDevice(RecorderDevice):
     def _recorded(self, since_ms: float, until_ms: float) -> Any:
         return self.port.spikes(since_ms, until_ms)
 
+    def has_news(self) -> bool:
+        return len(self._recorded(self._until_ms, inf)) > 0
+
     @property
     def times(self) -> npt.NDArray[np.float64]:
         """Neuron and time in ms of each spike, ascending in time, shape ``(n, 2)``.

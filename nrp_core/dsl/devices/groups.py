@@ -78,6 +78,10 @@ class DeviceGroup(Adapter):
         for device in self._devices:
             device.refresh(now_ns)
 
+    def has_news(self) -> bool | None:
+        of_each = [device.has_news() for device in self._devices]
+        return None if None in of_each else any(of_each)
+
     def reset(self) -> None:
         for device in self._devices:
             device.reset()

@@ -83,8 +83,8 @@ class Robot2Neuron(_FunctionDecorator):
     """Marks a function from the robot to the brain; its return value is ignored.
 
     Args:
-        triggers: names of subscribed parameters; a message on one of them makes the function run. By
-            default it runs every step.
+        triggers: names of subscribed topics and spike recorders; a message or spike of one of them makes the
+            function run. By default it runs every step.
         throttling_rate: the largest number of runs per second.
         priority: functions with a higher priority run first within a step.
 

@@ -13,7 +13,7 @@ from nrp_core.dsl.functions.throttle import Throttle
 from nrp_core.dsl.parameters.adapter import Adapter
 from nrp_core.dsl.parameters.binding import Binding, Mapping
 from nrp_core.dsl.parameters.source_line import SourceLine
-from nrp_core.dsl.parameters.topics import PublishedTopic, SubscribedTopic, Topic
+from nrp_core.dsl.parameters.topics import PublishedTopic, Topic
 from nrp_core.errors import ExperimentError, LifecycleError, TopicError, TriggerError, did_you_mean
 from nrp_core.world.world import World
 
@@ -37,7 +37,7 @@ class TransferFunction:
         function: its first parameter is ``t``, the simulated time in seconds; mappings bind the others.
         flow: its direction.
         topic: the topic of its return value; None: the value is ignored.
-        triggers: names of parameters whose new messages make it run; ``t``: every step.
+        triggers: names of parameters whose new messages or spikes make it run; ``t``: every step.
         throttling_rate: the largest number of runs per second.
         priority: functions with a higher priority run first within a step.
 
@@ -165,10 +165,10 @@ class TransferFunction:
         self._arguments = tuple(self._adapters.values())
         self.active = self._active
 
-    def _trigger(self, name: str) -> SubscribedTopic:
+    def _trigger(self, name: str) -> Adapter:
         adapter = self._adapters[name]
-        if not isinstance(adapter, SubscribedTopic):
-            raise self._trigger_error(f"'{name}'; only subscribed topics can trigger it")
+        if adapter.has_news() is None:
+            raise self._trigger_error(f"'{name}'; only subscribed topics and spike recorders can trigger it")
         return adapter
 
     def _publisher_of(self, binding: Binding) -> PublishedTopic | None:
@@ -203,7 +203,7 @@ class TransferFunction:
         return self._active and self._is_triggered() and self.throttle.admits(t_ns)
 
     def _is_triggered(self) -> bool:
-        return TIME in self.triggers or any(topic.pending for topic in self._triggering)
+        return TIME in self.triggers or any(one.has_news() for one in self._triggering)
 
     def run(self, now_ns: int, t: float | None = None) -> Any:
         """Run it on its bound parameters, and send its return value to its topic.

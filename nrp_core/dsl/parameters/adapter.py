@@ -13,6 +13,10 @@ class Adapter:
     def refresh(self, now_ns: int) -> None:
         """Update it just before the function runs."""
 
+    def has_news(self) -> bool | None:
+        """Return whether something came that the function has not seen; None: it triggers no function."""
+        return None
+
     def reset(self) -> None:
         """Return to the state at time 0."""
 

@@ -141,9 +141,7 @@ class SubscribedTopic(Adapter):
         """Name of the topic."""
         return self.info.name
 
-    @property
-    def pending(self) -> bool:
-        """Whether a message came that the function has not seen."""
+    def has_news(self) -> bool:
         latest = self._subscription.latest
         return latest is not None and latest is not self._seen
 

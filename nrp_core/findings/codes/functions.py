@@ -222,9 +222,9 @@ NOT_REPRODUCIBLE = Explanation(
 )
 
 WRONG_TRIGGER = Explanation(
-    "A trigger is not a parameter of a subscribed topic.",
-    "Only subscribed topics trigger a function; this one would never run, or cannot be bound.",
-    "Name parameters that MapRobotSubscriber maps, or omit `triggers`.",
+    "A trigger is neither a subscribed topic nor a spike recorder.",
+    "Only these trigger a function; this one would never run, or cannot be bound.",
+    "Name parameters of MapRobotSubscriber, or of MapSpikeSink with nrp.spike_recorder, or omit `triggers`.",
     "{n} wrong triggers",
     Weight.ALTERED,
 )

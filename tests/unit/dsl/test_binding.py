@@ -102,7 +102,7 @@ WRONG: list[tuple[type[ExperimentError], str, str, str]] = [
         TransferFunctionError,
         "MapVariable('x')",
         "Robot2Neuron(triggers=['x'])",
-        "cannot be triggered by 'x'; only subscribed topics",
+        "cannot be triggered by 'x'; only subscribed topics and spike recorders",
     ),
 ]
 

@@ -12,7 +12,7 @@ import pytest
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.parameters.messages import message_packages, message_type
 from nrp_core.dsl.parameters.topics import PreprocessedTopic, PublishedTopic, SubscribedTopic, Topic
-from nrp_core.dsl.testing.mocks import MockWorld
+from nrp_core.dsl.testing.mocks import MockBrain, MockWorld
 from nrp_core.dsl.testing.rig import Rig
 from nrp_core.errors import TopicError, TransferFunctionError
 from nrp_core.world.messages.geometry_msgs import Twist
@@ -94,6 +94,29 @@ def test_a_function_triggered_by_a_topic_is_due_when_something_came(load: Load) 
     rig.set(x=Float64(1.0))
     assert function.is_due(0)
     assert rig.run() == (Float64(1.0), True)
+    assert not function.is_due(20_000_000)
+
+
+SPIKES = """
+@nrp.MapSpikeSink("x", {}, nrp.spike_recorder)
+@nrp.Neuron2Robot(triggers="x")
+def f(t, x): return [len(one.times) for one in ({})]
+"""
+
+
+@pytest.mark.parametrize(
+    ("neurons", "each"),
+    [("nrp.brain.p", "[x]"), ("nrp.map_neurons(range(2), lambda i: nrp.brain.p[i])", "x")],
+)
+def test_a_function_triggered_by_a_spike_recorder_is_due_when_a_neuron_spiked(
+    load: Load, neurons: str, each: str
+) -> None:
+    (function,) = load(SPIKES.format(neurons, each))
+    rig = Rig(function, brain=MockBrain({"p": 2}))
+    assert not function.is_due(0)
+    rig.set(x=[5.0] if each == "[x]" else [[], [5.0]])
+    assert function.is_due(0)
+    assert sum(rig.run()) == 1
     assert not function.is_due(20_000_000)
 
 
