@@ -89,11 +89,18 @@ class ScriptGraph(Graph):
 
 
 class ScriptServices(Services):
-    """Calls of a script, each made between two steps."""
+    """Calls of a script, each made between two steps; the simulation can call what the script serves."""
 
     def __init__(self, graph: ScriptGraph) -> None:
         super().__init__(graph)
         self._script = graph
+
+    def begin(self, run: Run) -> None:
+        """Connect to a run, in its thread."""
+        self.beyond = {}
+        if isinstance(run.experiment.maker, ShimmedMaker):
+            services = run.experiment.maker.names.services
+            self.beyond, services.beyond = services.served, self.served
 
     def call(self, name: str, *values: Any, kind: Any = None, **fields: Any) -> Any:
         call = super().call

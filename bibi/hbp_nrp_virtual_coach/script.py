@@ -32,21 +32,24 @@ def run_script(path: Path) -> ModuleType:
         Exception: whatever the script raises.
     """
     graph = ScriptGraph()
-    Simulation.on_launch.append(graph.begin)
+    services = ScriptServices(graph)
+    connected = [graph.begin, services.begin]
+    Simulation.on_launch.extend(connected)
     try:
-        return _scope(graph, path).run(path, name="__main__", code=compiled_file(path))
+        return _scope(graph, services, path).run(path, name="__main__", code=compiled_file(path))
     finally:
-        Simulation.on_launch.remove(graph.begin)
+        for begin in connected:
+            Simulation.on_launch.remove(begin)
 
 
-def _scope(graph: ScriptGraph, path: Path) -> Scope:
+def _scope(graph: ScriptGraph, services: ScriptServices, path: Path) -> Scope:
     library = Library(path.parent)
     known = {
         **libraries_of_old(library.environment(), time.sleep, 0, sys.path, Paths(library)),
         **message_modules(),
         **service_modules(),
         **futurized_modules(),
-        "rospy": rospy_module(graph, ScriptServices(graph)),
+        "rospy": rospy_module(graph, services),
         "cv_bridge": cv_bridge_module(),
         "tf": tf_module(),
         "tf.transformations": transformations_module(),

@@ -68,6 +68,7 @@ class Namespace:
 
     Attributes:
         graph: the state of the run for the shims.
+        services: the services of the run and of the experiment.
         brain_root: the module of the brain file.
         module: the names.
         scope: the modules that can be imported.
@@ -86,7 +87,7 @@ class Namespace:
         parameters: Mapping[str, object] = MappingProxyType({}),
     ) -> None:
         self.graph = Graph()
-        services = Services(self.graph)
+        self.services = services = Services(self.graph)
         self.brain_root = BrainRoot(network)
         nrp = framework(notes, self._noting(notes), nest_units=nest_units, brain_root=self.brain_root)
         own = file_names(parameters)["nrp"]

@@ -176,3 +176,39 @@ def test_a_script_that_ends_early_ends_its_simulation(ran: Ran, warm: Path, corp
         VirtualCoach().launch_experiment('p3dx_2018').start()"""
     ran(warm / "python", "-c", script, NRP_SET="duration=600s", NRP_PACE="realtime")
     assert (corpus / "p3dx_2018" / "csv" / "run_0" / "spikes.csv").read_text().startswith("id,time\n")
+
+
+SERVED = """
+import rospy
+from std_srvs.srv import SetBool, SetBoolResponse, Trigger
+learning = {"on": "not yet", "heard": ""}
+
+def learn(request):
+    before, learning["on"] = learning["on"], request.data
+    return SetBoolResponse(True, "%s %s" % (before, learning["heard"]))
+
+service = rospy.Service("/learn", SetBool, learn)
+reward = rospy.ServiceProxy("/reward", Trigger)
+
+@nrp.Robot2Neuron()
+def hear(t):
+    learning["heard"] = reward().message
+"""
+
+
+def test_services_of_the_experiment_and_of_the_script_reach_each_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "served"
+    folder.mkdir()
+    (folder / "tf.py").write_text(SERVED)
+    (folder / "x.bibi").write_text('<bibi><transferFunction src="tf.py"/></bibi>')
+    (folder / "x.exc").write_text('<ExD><timeout>600</timeout><bibiConf src="x.bibi"/></ExD>')
+    monkeypatch.setenv("NRP_EXPERIMENTS", str(tmp_path))
+    monkeypatch.setenv("NRP_PACE", "max")
+    main([str(SCRIPTS / "services.py")])
+    assert capsys.readouterr().out.splitlines() == [
+        "not yet ", "True reward 0",
+        "not yet ", "False reward 1",
+        "service /learn is available only while a simulation is open",
+    ]  # fmt: skip

@@ -115,12 +115,20 @@ class Services:
 
     Args:
         graph: the graph of the run.
+
+    Attributes:
+        served: the services that the experiment itself serves, by name.
+        beyond: those of the script that runs the experiment, or of the experiment that a script runs.
     """
 
     def __init__(self, graph: Graph) -> None:
         self._graph = graph
         self.served: dict[str, Service] = {}
-        """The services that the experiment itself serves, by name."""
+        self.beyond: dict[str, Service] = {}
+
+    def _own(self, name: str) -> Service | None:
+        """Return a service that is not one of the world."""
+        return self.served.get(name) or self.beyond.get(name)
 
     def call(self, name: str, *values: Any, kind: Any = None, **fields: Any) -> Any:
         """Return the answer of a service.
@@ -137,8 +145,9 @@ class Services:
         self._require(name, kind)
         if len(values) == 1 and isinstance(values[0], Request):
             values, fields = values[0].values, {**values[0].fields, **fields}
-        if name in self.served:
-            return self.served[name].answer(values, fields)
+        own = self._own(name)
+        if own is not None:
+            return own.answer(values, fields)
         if not self._graph.has_begun:
             raise ServiceException(f"service {name} is available only while the simulation runs")
         if name not in self._graph.world.topics:
@@ -175,8 +184,9 @@ class Services:
             ServiceException: the service is of another type.
         """
         expected = getattr(kind, "name", getattr(kind, "__name__", ""))
-        if name in self.served:
-            actual = self.served[name].kind
+        own = self._own(name)
+        if own is not None:
+            actual = own.kind
         else:
             info = self._graph.world.topics.get(name) if self._graph.has_begun else None
             actual = info.type.__name__.removesuffix("Request") if info and info.response else ""
