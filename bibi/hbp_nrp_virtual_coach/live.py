@@ -7,6 +7,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
 from typing import Any, ClassVar
 
+from nrp_legacy.maker import ShimmedMaker
+
 from hbp_nrp_virtual_coach.once import log
 from hbp_nrp_virtual_coach.runner import Runner
 from hbp_nrp_virtual_coach.storage import Stored
@@ -85,6 +87,8 @@ class Live:
                 log.exception("a status callback failed")
 
     def _launched(self, run: Run) -> None:
+        if isinstance(run.experiment.maker, ShimmedMaker):
+            run.experiment.maker.names.graph.on_end.append(lambda: self._runner.end())
         for observer in self.on_launch:
             observer(run)
 

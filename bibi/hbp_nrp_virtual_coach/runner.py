@@ -141,6 +141,10 @@ class Runner:
 
     # -- in the thread of the run
 
+    def end(self) -> None:
+        """End the run after its current step."""
+        self._set(self._run, STOPPED)
+
     def _main(self) -> None:
         try:
             with checked_run(self._read(), self._read) as run:

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from nrp_legacy.files import Library
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.notes import unnoted
-from nrp_legacy.shims import model_states, transformations
+from nrp_legacy.shims import change_states, transformations
 from nrp_legacy.shims.containers import Concurrence
 from nrp_legacy.shims.cv_bridge import CvBridge, CvBridgeError
 from nrp_legacy.shims.smach import CBState, InvalidTransitionError, Sequence, State, StateMachine
@@ -420,7 +420,7 @@ def test_machines_and_functions_talk_in_simulated_time(opened: Opened, corpus: P
 )  # fmt: skip
 def test_a_machine_may_give_a_rotation_in_any_form(rotation: Any) -> None:
     for place in (Point(1.0, 2.0, 3.0), {"x": 1, "y": 2, "z": 3}, (1, 2, 3)):
-        pose = pose_of(model_states._pose(place, rotation))
+        pose = pose_of(change_states.posed(place, rotation))
         assert pose.position == (1.0, 2.0, 3.0)
         assert pose.rpy == pytest.approx((0.0, 0.0, 1.5))
 

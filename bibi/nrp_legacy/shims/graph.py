@@ -100,6 +100,8 @@ class Graph:
         """Factors by which states have scaled models."""
         self.parameters: dict[str, Any] = {}
         """The values of the parameter server."""
+        self.on_end: list[Callable[[], None]] = []
+        """Called when code of the experiment ends the run."""
 
     def __deepcopy__(self, memo: object) -> Graph:
         """Return the graph itself, so that copies of service proxies belong to the run."""
@@ -113,6 +115,15 @@ class Graph:
         run.loop.hooks.before_functions.append(self._deliver)
         run.loop.hooks.after_reset.append(lambda _loop: self.scales.clear())
         run.reporters.append(self._silent)
+
+    def end(self) -> None:
+        """End the run after its current step."""
+        assert self._run is not None
+        message = f"a state machine has ended the simulation at {self.now_s:g} s"
+        self.warn(Code.NRP327, message)
+        self._run.loop.stop()
+        for end in self.on_end:
+            end()
 
     @property
     def has_begun(self) -> bool:

@@ -13,7 +13,7 @@ from nrp_core.world.messages.gazebo_msgs import LinkStates, ModelStates
 from nrp_core.world.model_states import LINK_STATES, MODEL_STATES
 from nrp_legacy.shims.actions import SimpleActionState
 from nrp_legacy.shims.activity_states import activity_states
-from nrp_legacy.shims.graph import Graph
+from nrp_legacy.shims.graph import Graph, log
 from nrp_legacy.shims.logs import LOGS, ClientLogger, ClientLoggerMessage
 from nrp_legacy.shims.model_states import model_states
 from nrp_legacy.shims.modules import bound, module
@@ -117,6 +117,26 @@ class ClientLogState(State):
         return "succeeded"
 
 
+class WarningState(ClientLogState):
+    """Warns the user by a text."""
+
+    def execute(self, userdata: Any) -> str:
+        log.warning("%s", self._text)
+        return super().execute(userdata)
+
+
+class StopSimulation(State):
+    """Ends the run."""
+
+    def __init__(self, graph: Graph, *_values: Any, **_more: Any) -> None:
+        super().__init__(SERVED)
+        self._graph = graph
+
+    def execute(self, userdata: Any) -> str:
+        self._graph.end()
+        return "succeeded"
+
+
 class WaitForClientLogState(MonitorState):
     """Waits while a condition holds for the texts that are shown to the user."""
 
@@ -162,6 +182,8 @@ def nrp_states_module(graph: Graph, services: Services) -> ModuleType:
         SetMaterialColorServiceState=bound(SetMaterialColorServiceState, graph, services),
         LightServiceState=bound(LightServiceState, graph, services),
         ClientLogState=bound(ClientLogState, graph),
+        WarningState=bound(WarningState, graph),
+        StopSimulation=bound(StopSimulation, graph),
         WaitForClientLogState=bound(WaitForClientLogState, graph),
         **activity_states(graph),
         **model_states(graph, services),
