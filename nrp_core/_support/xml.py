@@ -7,7 +7,7 @@ the line on which the start tag ends, while messages need the lines on which an 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from math import hypot, isnan
 from pathlib import Path
@@ -43,6 +43,7 @@ class Element:
         raw_text: the same, unstripped.
         end_line: the line where it ends.
         kind: the class of errors about it.
+        asked: the tags of children that readers have looked for, and whether for all of a tag.
     """
 
     tag: str
@@ -54,6 +55,7 @@ class Element:
     raw_text: str = ""
     end_line: int = 0
     kind: type[ExperimentError] = ExperimentError
+    asked: dict[str, bool] = field(default_factory=dict, repr=False)
 
     @property
     def where(self) -> str:
@@ -70,11 +72,15 @@ class Element:
         """Return the first descendant along a path of tags, or None."""
         found: Element | None = self
         for tag in tags:
-            found = next((child for child in found.children if child.tag == tag), None) if found else None
+            if found is None:
+                return None
+            found.asked.setdefault(tag, False)
+            found = next((child for child in found.children if child.tag == tag), None)
         return found
 
     def all(self, *tags: str) -> list[Element]:
         """Return the children with one of the tags, in the order of the file."""
+        self.asked |= dict.fromkeys(tags, True)
         return [child for child in self.children if child.tag in tags]
 
     def require(self, tag: str) -> Element:
@@ -146,6 +152,14 @@ class Element:
         """Return the text of a child, or the default if it is missing or empty."""
         child = self.find(tag)
         return (child.text if child is not None else "") or default
+
+    def choice(self, tag: str, words: Collection[str], default: str) -> str:
+        """Return the text of a child, one of some words, or the default if it is missing or empty."""
+        found = self.word(tag, default)
+        if found not in words:
+            message = f"<{tag}> must be one of {', '.join(words)}, not '{found}'"
+            raise self.require(tag).error(f"{message}{did_you_mean(found, words)}")
+        return found
 
     def flag(self, tag: str, default: bool) -> bool:
         """Return the truth value in a child."""

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from nrp_core.errors import SceneError, did_you_mean
-from nrp_core.findings import Finding
+from nrp_core.findings import Code, Finding
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.bodies import free_name
 from nrp_core.world.scene.model import Model
@@ -71,7 +71,12 @@ def with_added_sensors(model: Model, sensors: Iterable[AddedSensor]) -> Model:
         taken = {each.name for link in links if link.name == sensor.link for each in link.sensors}
         if sensor.name in taken:
             raise SceneError(f"'{model.name}/{sensor.link}' has a sensor of the name '{sensor.name}' already")
-        element = _element_of(replace(sensor, name=sensor.name or free_name(sensor.type, taken)))
+        name = sensor.name or free_name(sensor.type, taken)
+        element = _element_of(replace(sensor, name=name))
+        if name not in (sensor.name, sensor.type):
+            held = f"'{model.name}/{sensor.link}' has a sensor '{sensor.type}' already"
+            message = f"{held}: a further one without a name is called '{name}'"
+            notes.warn(element, Code.NRP266, message, subject=name)
         holder = sensor.link if sensor.link in holders else joints[sensor.link]
         mount = Mount(sensor.link, partial(_place, sensor.pose))
         reading = Reading(Resources(()), notes, robot=model.name)

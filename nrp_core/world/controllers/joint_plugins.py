@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from difflib import get_close_matches
 from math import inf
 
-from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
 from nrp_core.world.scene.acting import ControllerKind, JointController, Pid
 from nrp_core.world.scene.checks import SECOND_AXIS
@@ -21,15 +19,7 @@ from nrp_core.world.topics import resolve_name
 TOPICS: dict[ControllerKind, str] = {"position": "cmd_pos", "velocity": "cmd_vel", "effort": "cmd_effort"}
 """Suffixes of ``/<model>/<joint>`` for the topics of controllers."""
 
-_GAINS = frozenset({"p_gain", "i_gain", "d_gain"})
-_PARAMETERS = frozenset(
-    {
-        *_GAINS, "joint_name", "joint_index", "topic", "sub_topic", "i_max", "i_min", "cmd_max", "cmd_min",
-        "cmd_offset", "initial_position", "initial_velocity", "use_force_commands", "use_velocity_commands",
-        "use_actuator_msg", "actuator_number", "force_limit", "velocity_limit",
-    }
-)  # fmt: skip
-"""The parameters of Gazebo's controllers, those that have no effect here included."""
+_GAINS = "p_gain", "i_gain", "d_gain"
 
 _DEFAULT_OUTPUT = 1000.0
 """Limit of the output of a controller of gz-sim without one of its own, N or N m."""
@@ -80,7 +70,7 @@ def _system(
         reading.notes.warn(plugin, Code.NRP265, message, subject=named.text)
     index = int(plugin.number("joint_index", 0))
     joint = model.joint(named, named.text + (SECOND_AXIS if index == 1 else "")).name
-    _warn_of_parameters(plugin, joint, reading)
+    _warn_of_gains(plugin, joint, reading)
     gains: Pid | None = Pid()
     if kind == "position":
         limit = plugin.number("i_max", 1.0)
@@ -98,16 +88,12 @@ def _system(
     return JointController(joint, kind, resolve_name(name, reading.robot), gains, start)
 
 
-def _warn_of_parameters(plugin: Element, joint: str, reading: Reading) -> None:
-    """Warn of misspelt parameters, and of gains that push a joint away from its target."""
-    for child in plugin.children:
-        if child.tag not in _PARAMETERS and get_close_matches(child.tag, _PARAMETERS):
-            hint = did_you_mean(child.tag, _PARAMETERS)
-            message = f"<{child.tag}> is not a parameter of the controller of '{joint}': ignored{hint}"
-            reading.notes.warn(child, Code.NRP263, message, subject=joint)
-        elif child.tag in _GAINS and plugin.number(child.tag, 0.0) < 0:
-            message = f"the <{child.tag}> of '{joint}' is negative: it drives the joint away from its target"
-            reading.notes.warn(child, Code.NRP265, message, subject=joint)
+def _warn_of_gains(plugin: Element, joint: str, reading: Reading) -> None:
+    """Warn of gains that push a joint away from its target."""
+    for gain in plugin.all(*_GAINS):
+        if gain.numbers(1)[0] < 0:
+            message = f"the <{gain.tag}> of '{joint}' is negative: it drives the joint away from its target"
+            reading.notes.warn(gain, Code.NRP265, message, subject=joint)
 
 
 def _warn_of_output(plugin: Element, joint: Joint, reading: Reading) -> None:

@@ -104,7 +104,7 @@ class Ackermann(Drive):
             [(a + b) / 2 for a, b in zip(left, right, strict=True)]
             for left, right in ((rear_left, rear_right), (front_left, front_right))
         ]
-        odometry = plugin.word("publish_odom", "false").lower() in ("true", "1")
+        odometry = plugin.flag("publish_odom", False)
         return cls(
             plugin.attribute("name"),
             ros_topic(plugin, "cmd_vel", reading),

@@ -13,14 +13,11 @@ from nrp_core.world.engine import Engine
 from nrp_core.world.scene.acting import Rename
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.plugins import ros_topic, warn_of_misspelt
+from nrp_core.world.scene.reading.plugins import ros_topic
 from nrp_core.world.scene.reading.registered import ModelParts
 from nrp_core.world.scene.reading.xml import Element
 
 _CORNERS = ("back_left_joint", "front_left_joint", "back_right_joint", "front_right_joint")
-_TAGS = frozenset(
-    (*_CORNERS, "wheel_separation", "wheelbase", "wheel_radius", "topic", "odom_topic", "commandTimeout")
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +63,6 @@ class MecanumDrive(Drive):
 
     @classmethod
     def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> MecanumDrive:
-        warn_of_misspelt(plugin, _TAGS, reading)
         corners = [wheels_in(plugin, (corner,), model)[0] for corner in _CORNERS]
         separation = plugin.positive("wheel_separation", 1.0) + plugin.positive("wheelbase", 1.0)
         command = plugin.word("topic", f"/model/{reading.robot}/cmd_vel")

@@ -14,7 +14,7 @@ from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.scene.acting import Rename
 from nrp_core.world.scene.model import Model
 from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.plugins import plugin_name, ros_topic, warn_of_misspelt
+from nrp_core.world.scene.reading.plugins import plugin_name, ros_topic
 from nrp_core.world.scene.reading.registered import ModelParts
 from nrp_core.world.scene.reading.xml import Element
 
@@ -49,15 +49,6 @@ class _Dialect:
     wheel_speeds: Text | None = None
     is_radius: bool = False
     has_legacy_mode: bool = False
-
-    @property
-    def tags(self) -> frozenset[str]:
-        """The names of all parameters."""
-        numbers = (self.separation, self.wheel, self.torque, self.rate)
-        texts = (self.command, self.odometry, self.wheel_speeds)
-        named = [pair[0] for pair in (*numbers, *texts) if pair]
-        modes = ("legacyMode",) if self.has_legacy_mode else ()
-        return frozenset((*self.left, *self.right, "commandTimeout", *modes, *named))
 
 
 _HUSKY = _Dialect(
@@ -179,7 +170,6 @@ class WheelDrive(Drive):
         if not known:
             raise plugin.error(f"a drive needs wheels; name their joints in <{dialects[0].left[0]}> ...")
         dialect = known[0]
-        warn_of_misspelt(plugin, dialect.tags, reading)
         left, right = wheels_in(plugin, dialect.left, model), wheels_in(plugin, dialect.right, model)
         if dialect.has_legacy_mode:
             left, right = sides_of(plugin, left, right, model, reading)

@@ -19,6 +19,7 @@ from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.sensors.sensor import Sensor, SensorPart
 
 _TOPICS = {"gazebo_ros_ft_sensor": "topicName"}
+_DIRECTIONS = "child_to_parent", "parent_to_child"
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,11 +54,9 @@ class ForceTorque(Sensor):
     @classmethod
     def read(cls, sensor: Element, mount: Mount, reading: Reading) -> ForceTorque:
         name, section = sensor.attribute("name"), sensor.section("force_torque")
-        frame = section.word("frame", "child")
-        if frame not in ("child", "parent", "sensor"):
-            raise section.error(f"a <frame> must be child, parent or sensor, not '{frame}'")
+        frame = section.choice("frame", ("child", "parent", "sensor"), "child")
         topic = topic_of(sensor, reading.topic_of(mount.name, f"{name}/forcetorque"), _TOPICS, reading)
-        onto_child = section.word("measure_direction", "child_to_parent") == "parent_to_child"
+        onto_child = section.choice("measure_direction", _DIRECTIONS, _DIRECTIONS[0]) == _DIRECTIONS[1]
         return cls(name, topic, rate_of(sensor, reading), mount.name, frame, onto_child)
 
     @classmethod

@@ -60,3 +60,19 @@ def test_a_sensor_that_cannot_be_mounted_is_one_error(read, sensor, message):
 def test_a_link_has_one_sensor_of_a_name(read):
     with pytest.raises(SceneError, match="has a sensor of the name 'a' already"):
         with_added_sensors(read(ARM), (AddedSensor("imu", "bob", "a"), AddedSensor("contact", "bob", "a")))
+
+
+def test_what_an_added_sensor_does_not_have_is_reported(read):
+    def told(*sensors):
+        return [one.message for one in with_added_sensors(read(ARM), sensors).warnings]
+
+    before = told()
+    second = AddedSensor("imu", "bob"), AddedSensor("imu", "bob")
+    (renamed,) = set(told(*second)) - set(before)
+    assert renamed.startswith(
+        "'robot/bob' has a sensor 'imu' already: a further one without a name is called"
+    )
+    other = AddedSensor("lidar", "bob", settings={"camera": {"image": {"width": 8}}})
+    (unread,) = set(told(other)) - set(before)
+    assert unread == "<camera> has no effect in the sensor 'lidar', which is of type 'lidar'"
+    assert told(AddedSensor("imu", "bob"), AddedSensor("imu", "bob", "other"), *SENSORS[2:]) == before

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
-from difflib import get_close_matches
 from posixpath import join
-from typing import Final
 
 from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Vector
@@ -42,8 +39,6 @@ ROS_CONTROL = (
 )
 """The plugins that run the controllers of a file, if they name one."""
 
-_ALIKE: Final = 0.8
-"""How alike a tag and a parameter are, from 0 to 1, if one is a misspelling of the other."""
 _SYSTEM_FILE = re.compile(r"(?:gz-sim|ignition-gazebo)\d*-(.+)-system")
 _SYSTEM_NAMES = {
     "Forcetorque": "ForceTorque",
@@ -92,19 +87,6 @@ def vector_in(plugin: Element, tag: str) -> Vector:
     found = plugin.find(tag)
     x, y, z = found.numbers(3) if found else (0.0, 0.0, 0.0)
     return x, y, z
-
-
-def warn_of_misspelt(plugin: Element, known: Collection[str], reading: Reading) -> None:
-    """Warn of tags of a plugin that resemble one of its parameters that it does not set."""
-    tags = {child.tag for child in plugin.children}
-    for child in plugin.children:
-        near = get_close_matches(child.tag, set(known) - tags, n=1, cutoff=_ALIKE)
-        if near and child.tag not in known:
-            message = (
-                f"<{child.tag}> is not a parameter of the plugin '{plugin_name(plugin)}': ignored; "
-                f"did you mean <{near[0]}>?"
-            )
-            reading.notes.warn(child, Code.NRP263, message, subject=child.tag)
 
 
 def warn_of_plugin(plugin: Element, reading: Reading) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Protocol
+from typing import Final, Protocol
 
 from nrp_core.errors import slip_of
 from nrp_core.findings import Code
@@ -15,6 +15,7 @@ from nrp_core.world.scene.bodies import free_name
 from nrp_core.world.scene.model import Link
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.frame_names import frame_named
+from nrp_core.world.scene.reading.parameters import check_parameters
 from nrp_core.world.scene.reading.plugins import plugin_name
 from nrp_core.world.scene.reading.registered import ModelParts, registered
 from nrp_core.world.scene.reading.xml import Element
@@ -22,6 +23,8 @@ from nrp_core.world.scene.sensing import MountedSensor
 
 MULTICAMERA = "multicamera"
 """The type of a ``<sensor>`` with several cameras."""
+_UNSIMULATED: Final = ("air_flow", "air_speed", "dvl", "rfid", "rfidtag", "transceiver")
+"""The elements of types of sensors that no backend simulates."""
 PLUGIN = "plugin."
 """Prefix of the names of entry points for a model's ``<plugin>``."""
 
@@ -70,6 +73,7 @@ def link_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) -> 
             _warn_of_holder(sensor, "joint", reading)
         else:
             read = found.read(sensor, mount, reading)
+            _warn_of_unread(sensor, reading)
             yield read if read.offset is None else replace(read, frame_name=frame_named(sensor, reading))
 
 
@@ -110,6 +114,18 @@ def joint_sensors(sensors: Iterable[Element], mount: Mount, reading: Reading) ->
             _warn_of_holder(sensor, "link", reading)
         else:
             yield found.read(sensor, mount, reading)
+            _warn_of_unread(sensor, reading)
+
+
+def _warn_of_unread(sensor: Element, reading: Reading) -> None:
+    """Warn of the elements of other types of sensors, and of parameters of plugins without effect."""
+    kind, name = sensor.attribute("type"), sensor.attribute("name")
+    for child in sensor.children:
+        if child.tag == "plugin":
+            check_parameters(child, reading)
+        elif child.tag not in sensor.asked and (child.tag in SENSORS.names() or child.tag in _UNSIMULATED):
+            message = f"<{child.tag}> has no effect in the sensor '{name}', which is of type '{kind}'"
+            reading.notes.warn(child, Code.NRP263, message, subject=child.tag)
 
 
 def with_plugin_sensor(plugin: Element, model: ModelParts, reading: Reading) -> list[Link] | None:

@@ -20,6 +20,7 @@ from nrp_core.world.scene.reading.frame_names import Misplaced, with_frames
 from nrp_core.world.scene.reading.labels import LABEL, label_in, labelled
 from nrp_core.world.scene.reading.native import native_of
 from nrp_core.world.scene.reading.own_topics import with_own_topics
+from nrp_core.world.scene.reading.parameters import check_parameters
 from nrp_core.world.scene.reading.plugins import plugin_name, warn_of_plugin
 from nrp_core.world.scene.reading.registered import ModelParts
 from nrp_core.world.scene.reading.repairs import with_default_masses
@@ -189,7 +190,10 @@ def _read_plugin(
         sensing = with_plugin_sensor(plugin, model, reading)
         if sensing is None:
             warn_of_plugin(plugin, reading)
-        return Actuators(), links if sensing is None else sensing
+            return Actuators(), links
+        check_parameters(plugin, reading)
+        return Actuators(), sensing
+    check_parameters(plugin, reading)
     deaf = {j.name: WITHOUT_ONE_WAY[j.kind] for j in joints if not j.takes_commands}
     for name in sorted({each.joint for each in actuators.controllers} & set(deaf)):
         message = f"the joint '{name}' is {deaf[name]}: it cannot be commanded"

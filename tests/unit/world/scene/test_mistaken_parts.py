@@ -51,7 +51,7 @@ def test_angles_of_a_laser_that_cannot_be_meant_are_reported(
 @pytest.mark.parametrize(
     ("gains", "message"),
     [
-        ("<p_gian>2</p_gian>", "<p_gian> is not a parameter of the controller of 'shoulder'"),
+        ("<p_gian>2</p_gian>", "<p_gian> is not a parameter of the plugin 'JointPositionController'"),
         ("<p_gain>-2</p_gain>", "the <p_gain> of 'shoulder' is negative"),
     ],
 )

@@ -1,0 +1,77 @@
+"""Parameters of plugins that have no effect by mistake: misspelt, repeated, or a flag of no truth value.
+
+The reader of a plugin decides which parameters it has: those that it looked for.
+"""
+
+from __future__ import annotations
+
+import re
+from difflib import get_close_matches
+from typing import Final
+
+from nrp_core.findings import Code
+from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.plugins import plugin_name
+from nrp_core.world.scene.reading.xml import Element
+
+_ALIKE: Final = 0.8
+"""How alike a tag and a parameter are, from 0 to 1, if one is a misspelling of the other."""
+_SAME: Final = 0.88
+"""The same where the parameter itself is set too: two letters exchanged or one changed."""
+_FLAG: Final = re.compile(
+    r"(?!.*(?i:frame|joint|link|name|rate|topic)$)(always|broadcast|enable|initial|is|legacy|publish|use)"
+    r"(_|(?=[A-Z]))\w+"
+)
+_TRUTH: Final = ("true", "false")
+_FALSE_FRIENDS: Final = ("yes", "no", "on", "off")
+_OTHERS: Final = frozenset(
+    {
+        "body_name", "child_frame_id", "depthImageInfoTopicName", "frameId", "frame_id", "frame_name",
+        "max_range", "max_velocity", "min_range", "min_velocity", "odometryFrame", "publishOdomTF",
+        "publish_odom_tf", "publish_tf", "rateGaussianNoise", "robot_namespace", "rpy_offset", "updateRateHZ",
+        "velocityGain", "velocity_topic_name", "xyz_offset",
+    }
+)  # fmt: skip
+"""Parameters of Gazebo's plugins that have no effect here and resemble one that has."""
+
+
+def check_parameters(plugin: Element, reading: Reading) -> None:
+    """Warn of parameters of a plugin, which has been read, that have no effect by mistake."""
+    first: dict[str, Element] = {}
+    for child in plugin.children:
+        earlier = first.setdefault(child.tag, child)
+        if problem := _misspelt(child, plugin) or _no_truth_value(child) or _repeated(child, earlier, plugin):
+            reading.notes.warn(child, Code.NRP263, problem, subject=child.tag)
+
+
+def _misspelt(child: Element, plugin: Element) -> str:
+    if child.tag in plugin.asked or child.tag in _OTHERS:
+        return ""
+    tags = {each.tag for each in plugin.children}
+    near = get_close_matches(child.tag, plugin.asked.keys() - tags, n=1, cutoff=_ALIKE)
+    near = near or get_close_matches(child.tag, plugin.asked, n=1, cutoff=_SAME)
+    return (
+        f"<{child.tag}> is not a parameter of the plugin '{plugin_name(plugin)}': ignored; "
+        f"did you mean <{near[0]}>?"
+        if near
+        else ""
+    )
+
+
+def _no_truth_value(child: Element) -> str:
+    """Report flags with a slip in their value; no reader looks for most flags of Gazebo."""
+    text = child.text.lower()
+    if child.children or text in _TRUTH or not _FLAG.fullmatch(child.tag):
+        return ""
+    slip = text in _FALSE_FRIENDS or get_close_matches(text, _TRUTH, n=1, cutoff=0.75)
+    return f"<{child.tag}> is '{child.text}', which is neither true nor false: ignored" if slip else ""
+
+
+def _repeated(child: Element, earlier: Element, plugin: Element) -> str:
+    """Report parameters that the reader takes once and that are given again with another value."""
+    if earlier is child or plugin.asked.get(child.tag, True) or child.text == earlier.text:
+        return ""
+    return (
+        f"a second <{child.tag}> in the plugin '{plugin_name(plugin)}' is ignored: "
+        f"the one of line {earlier.line} is used"
+    )
