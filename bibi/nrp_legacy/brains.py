@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -47,6 +48,11 @@ from nrp_legacy.shims.missing import StandIns
 from nrp_legacy.shims.paths import Paths
 from nrp_legacy.spinnaker import EXTERNAL_DEVICES, add_spinnaker
 
+_POPULATIONS = re.compile(
+    r"^\s*(?:from|import)\s+(?:pyNN|hbp_nrp_cle\.brainsim|python_cle|spynnaker).*^[^#\n]*\bPopulation\s*\(",
+    re.MULTILINE | re.DOTALL,
+)
+"""A script that makes populations of PyNN."""
 _PLACES = ("from", "to", "step", "index")
 _HDF5 = (".h5", ".hdf5")
 _SIMULATORS = (
@@ -130,6 +136,7 @@ def load_script(
         raise NetworkError(f"a brain must be a .py or .h5 file, not '{path.name}'", path=path)
     built, currents = BuiltBrain(), list[Injection]()
     kernel = RunningKernel(seed, built)
+    kernel.is_beside = _POPULATIONS.search(Source.of_file(path).text) is not None
     built.nest = nest_module(kernel)
     built.on_begin.append(kernel.begin)
     kept: list[dict[str, Any]] = []
@@ -138,7 +145,7 @@ def load_script(
     def by_nest(variables: Mapping[str, Any]) -> Network | None:
         kept.append(variables)  # type: ignore[arg-type] # of a module
         if kernel.beside:
-            join(kernel, sims[0], kept[0])
+            kernel.joined = join(kernel, sims[0], kept[0])
             kernel.beside = None
         return network_of(kernel, variables) if kernel.groups else None
 
@@ -170,7 +177,7 @@ def load_script(
 
 
 def _keep(
-    built: BuiltBrain, kernel: Kernel, network: Network, variables: dict[str, Any], sim: ModuleType
+    built: BuiltBrain, kernel: RunningKernel, network: Network, variables: dict[str, Any], sim: ModuleType
 ) -> None:
     """Connect the variables of a brain file to the brain that will run."""
     made = Conversion(kernel)
@@ -182,6 +189,8 @@ def _keep(
         nodes = {cell: node for node, cell in made.ids.items()}
         built.node_of = lambda neuron: nodes[neuron]
     recorded = _recorded_by_nest(kernel, made) if kernel.groups else _recorded_by_pynn(sim)
+    heard = [cells.tolist() for cells in kernel.joined.heard.values()]
+    recorded += [cells for cells in heard if cells not in map(sorted, recorded)]
     built.recorded = [np.array(sorted(cells), dtype=np.int64) for cells in recorded if cells]
     built.recorded_states = [] if kernel.groups else _states_recorded_by_pynn(sim)
 

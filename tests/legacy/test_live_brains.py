@@ -165,6 +165,50 @@ def test_nodes_of_nest_run_and_change_by_its_calls(played: Played) -> None:
     assert not run.result().failures
 
 
+BESIDE = """
+import nest
+from hbp_nrp_cle.brainsim import simulator as sim
+noise = nest.Create('poisson_generator', 1, {'rate': 4000.0})
+sim.setup(timestep=0.1)
+circuit = sim.Population(3, sim.IF_cond_alpha(tau_syn_E=2.0), label='circuit')
+more = nest.Create('iaf_cond_alpha', 2)
+detector = nest.Create('spike_detector')
+nest.Connect(noise, [int(cell) for cell in circuit], 'all_to_all', {'weight': 8.0})
+nest.Connect(noise, more, 'all_to_all', {'weight': 8.0})
+nest.Connect([int(cell) for cell in circuit], detector)
+nest.Connect(more[:1], detector)
+"""
+OF_BESIDE = """
+import nest
+@nrp.MapSpikeSink("spikes", nrp.brain.circuit, nrp.spike_recorder)
+@nrp.MapSpikeSink("other", nrp.brain.more[0], nrp.spike_recorder)
+@nrp.MapVariable("counts", initial_value=[])
+@nrp.Robot2Neuron()
+def function(t, spikes, other, counts):
+    root = nrp.config.brain_root
+    own = len(spikes.times) + len(other.times)
+    counts.value.append((own, nest.GetStatus(root.detector, 'n_events')[0]))
+    events = nest.GetStatus(root.detector)[0]['events']
+    assert set(events['senders']) <= {1, 2, 3, 4} and len(events['times']) == counts.value[-1][1]
+    nest.SetStatus(root.detector, {'n_events': 0})
+    if abs(t - 0.08) < 1e-6:
+        assert nest.GetStatus(root.noise, 'rate') == (4000.0,)
+        nest.SetStatus(root.noise, {'rate': 0.0})
+        assert nest.GetStatus(root.noise, 'rate') == (0.0,)
+"""
+
+
+def test_nodes_beside_cells_of_pynn_are_read_emptied_and_changed_by_number(played: Played) -> None:
+    run = played(BESIDE, OF_BESIDE)
+    assert not run.result().failures
+    counts = run.loop.functions[0].adapters["counts"].value  # type: ignore[attr-defined]
+    own, heard = zip(*counts, strict=True)
+    assert own == heard
+    # the generator is silent from 0.1 s on, and the last input has decayed
+    assert min(own[:4]) > 0
+    assert own[-3:] == (0, 0, 0)
+
+
 CELLS = """
 from hbp_nrp_cle.brainsim import simulator as sim
 sim.setup(timestep=0.1)

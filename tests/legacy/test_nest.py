@@ -296,10 +296,25 @@ def test_cells_and_parameters_that_do_not_exist_are_named(tmp_path: Path, call: 
         loaded(tmp_path, CELLS_OF_PYNN + call + "\n")
 
 
+EARLY = "nodes = nest.Create('iaf_cond_alpha', 3)\nheard = nest.Create('spike_detector')\n"
+
+
+def test_nodes_may_come_before_the_cells_of_pynn(tmp_path: Path) -> None:
+    text = "import nest\n" + EARLY + CELLS_OF_PYNN
+    text += "nest.Connect(nodes, circuit, 'one_to_one' if len(circuit) == 3 else 'all_to_all')\n"
+    text += "nest.Connect([int(one) for one in circuit], nodes[:2])\nnest.Connect(nodes, heard)\n"
+    network = loaded(tmp_path, text)
+    summary = {(one.pre, one.post): one.size for one in network.projections}
+    assert summary == {("iaf_cond_alpha", "population0"): 12, ("population0", "iaf_cond_alpha"): 8}
+    assert [cells.tolist() for cells in network.built.recorded] == [network.views["nodes"].tolist()]
+
+
 def test_nodes_and_cells_with_the_same_numbers_are_refused(tmp_path: Path) -> None:
-    early = CELLS_OF_PYNN.replace("import nest\n", "import nest\nnodes = nest.Create('spike_detector')\n")
-    with pytest.raises(NetworkError, match=r"'spike_detector'.*before PyNN's populations.*create the popul"):
-        loaded(tmp_path, early + "nest.Connect(circuit, nodes)\n")
+    (tmp_path / "cells_of_pynn.py").write_text(CELLS_OF_PYNN)
+    with pytest.raises(NetworkError, match=r"'iaf_cond_alpha'.*before PyNN's populations.*create the popul"):
+        loaded(
+            tmp_path, f"import nest\n{EARLY}from cells_of_pynn import circuit\nnest.Connect(circuit, heard)\n"
+        )
 
 
 def test_native_synapses_have_weights_in_the_units_of_nest(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from types import ModuleType
 from typing import Any
 
@@ -27,7 +28,22 @@ from nrp_legacy.nest.pynn_cells import scale_of
 _DIRECT = {"amplitude": 0.0, "start": 0.0, "stop": 1e12}
 
 
-def join(kernel: Kernel, sim: ModuleType, variables: dict[str, Any]) -> None:
+@dataclass
+class Joined:
+    """The cells that nodes of NEST have become, or record; cells are numbered as in the network.
+
+    Args:
+        cells: of nodes that are cells or generators of spikes.
+        sources: of Poisson generators, which have one for each synapse.
+        heard: of recorders, ascending.
+    """
+
+    cells: dict[int, int] = field(default_factory=dict)
+    sources: dict[int, list[int]] = field(default_factory=dict)
+    heard: dict[int, IntArray] = field(default_factory=dict)
+
+
+def join(kernel: Kernel, sim: ModuleType, variables: dict[str, Any]) -> Joined:
     """Give PyNN's simulator what was made by calls of NEST beside it; the kernel is empty afterwards.
 
     Cells and generators of spikes become populations, and so do Poisson generators, with a source for each
@@ -48,12 +64,18 @@ def join(kernel: Kernel, sim: ModuleType, variables: dict[str, Any]) -> None:
     for name, value in list(variables.items()):
         if (found := joining.seen(value)) is not None:
             variables[name] = found
+    joined = joining.joined
+    for group in kernel.groups:
+        for node in range(group.first, group.first + group.size) if group.base in SPIKE_RECORDERS else ():
+            cells = [joined.cells.get(one, one) for one in kernel.heard_by(node).tolist()]
+            joined.heard[node] = np.array(sorted(cells), dtype=np.int64)
     kernel.groups, kernel.blocks = [], []
+    return joined
 
 
 class _Joining:
     def __init__(self, kernel: Kernel, sim: ModuleType) -> None:
-        self._sim = sim
+        self._sim, self.joined = sim, Joined()
         self._ends: list[tuple[int, int, Any]] = [
             (int(one.first_id), one.size, one) for one in sim.state.populations
         ]
@@ -63,7 +85,10 @@ class _Joining:
                 "the same numbers mean nodes and cells: create the populations first"
             )
         for group in kernel.groups:
-            self._ends.append((group.first, group.size, self._population(group)))
+            made = self._population(group)
+            self._ends.append((group.first, group.size, made))
+            if not isinstance(made, Group):
+                self.joined.cells |= {group.first + i: int(made.first_id) + i for i in range(group.size)}
         self._starts = [first for first, _size, _thing in self._ends]
 
     def _population(self, group: Group) -> Any:
@@ -109,7 +134,10 @@ class _Joining:
 
     def _poisson(self, group: Group, pre: IntArray) -> Any:
         kind = self._sim.SpikeSourcePoisson(**trains_at(group, pre))
-        return self._sim.Population(len(pre), kind, label=group.model)
+        made = self._sim.Population(len(pre), kind, label=group.model)
+        for i, place in enumerate(pre.tolist()):
+            self.joined.sources.setdefault(group.first + place, []).append(int(made.first_id) + i)
+        return made
 
     def _inject(self, group: Group, cells: Any, pre: IntArray, post: IntArray, weight: Any) -> None:
         columns = [group.column(name, default) for name, default in _DIRECT.items()]

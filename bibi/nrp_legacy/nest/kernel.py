@@ -149,9 +149,11 @@ class Kernel:
     Attributes:
         notes: calls that are not supported.
         beside: cells that are not nodes; nodes that are created later have larger numbers than any cell.
+        is_beside: whether there will be such cells, so that earlier nodes have larger numbers, too.
     """
 
     beside: CellsBeside | None = None
+    is_beside: bool = False
 
     def __init__(self, seed: int) -> None:
         self.random = np.random.RandomState(Seeds(seed).child("network").stream("nest").bit_generator)
@@ -232,7 +234,7 @@ class Kernel:
     def create(self, name: str, size: int, values: Any) -> Nodes:
         """Create nodes."""
         base, defaults = self.model(name)
-        after_cells = _AFTER_CELLS if self.beside else 1
+        after_cells = _AFTER_CELLS if self.beside or self.is_beside else 1
         first = self.groups[-1].first + self.groups[-1].size if self.groups else after_cells
         self.groups.append(Group(name, base, first, size, dict(defaults)))
         nodes = Nodes.of(self, range(first, first + size))

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,9 @@ from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.errors import NetworkError
 from nrp_core.experiment.running.run import Run
 from nrp_legacy.live.built import BuiltBrain
+from nrp_legacy.nest.joining import Joined
 from nrp_legacy.nest.kernel import Block, Group, Kernel
-from nrp_legacy.nest.models import CELLS, SPIKE_RECORDERS, SPIKES, SynapseModel
+from nrp_legacy.nest.models import CELLS, POISSON, SPIKE_RECORDERS, SPIKES, SynapseModel
 from nrp_legacy.nest.network import Conversion
 from nrp_legacy.nest.pynn_cells import NEST_OF
 
@@ -35,6 +37,9 @@ class RunningKernel(Kernel):
     Args:
         seed: the seed of every random number.
         built: the objects of the brain file.
+
+    Attributes:
+        joined: the cells of PyNN that nodes beside them have become.
     """
 
     def __init__(self, seed: int, built: BuiltBrain) -> None:
@@ -42,6 +47,8 @@ class RunningKernel(Kernel):
         self._built = built
         self._now: Conversion | None = None
         self._labels: list[str] | None = None
+        self._since_ms: dict[int, float] = {}
+        self.joined = Joined()
 
     def begin(self, run: Run) -> None:
         """Connect to a run; its resets undo all changes."""
@@ -49,6 +56,7 @@ class RunningKernel(Kernel):
 
         def reset(_loop: object) -> None:
             self._now = None
+            self._since_ms.clear()
             groups, blocks = deepcopy(first)
             if not groups:
                 self.groups, self.blocks, self._labels = [], [], None
@@ -121,9 +129,43 @@ class RunningKernel(Kernel):
                 block.values["weight"][places] = weights
                 self._now = None
 
+    def set_nodes(self, nodes: Sequence[int], values: Any) -> None:
+        if self._built.run is None:
+            super().set_nodes(nodes, values)
+            return
+        each = values if not isinstance(values, Mapping) else [values] * len(nodes)
+        others: list[tuple[int, Any]] = []
+        for node, given in zip(nodes, each, strict=True):
+            if not given.get("n_events", 1):
+                self._since_ms[int(node)] = self._built.now_ms
+            if int(node) in self.joined.sources:
+                self._set_sources(int(node), given)
+            elif int(node) not in self.joined.heard:
+                others.append((self._number(node), given))
+        if others:
+            super().set_nodes([node for node, _ in others], [given for _, given in others])
+
+    def _number(self, node: int) -> int:
+        """Return the node that a node beside cells of PyNN has become."""
+        cell = self.joined.cells.get(int(node))
+        return node if cell is None else cell + 1
+
+    def _set_sources(self, node: int, given: Mapping[str, Any]) -> None:
+        """Change a Poisson generator beside cells of PyNN."""
+        sources = np.array(self.joined.sources[node], dtype=np.int64)
+        if given.keys() - {"rate"}:
+            name = min(given.keys() - {"rate"})
+            raise NetworkError(f"nest: '{name}' of a Poisson generator cannot change while the brain runs")
+        self._built.set_parameters(sources, {"rate": np.full(len(sources), float(given["rate"]))})
+
     def node_values(self, node: int) -> dict[str, Any]:
         self.ready()
-        values = super().node_values(node)
+        if int(node) in self.joined.heard:
+            return {"global_id": int(node), "n_events": 0, "events": {}, **self._heard(node)}
+        if int(node) in self.joined.sources:
+            rate = self._built.parameter("rate")[self.joined.sources[int(node)][0]]
+            return {"global_id": int(node), "model": POISSON, "rate": float(rate)}
+        values = super().node_values(self._number(node))
         if self._built.run is None:
             return values
         cells, group = self._converted().ids, self.group_of(node)
@@ -136,11 +178,13 @@ class RunningKernel(Kernel):
     def _heard(self, node: int) -> dict[str, Any]:
         """Return the spikes of a recorder so far."""
         ids = self._converted().ids
-        heard = np.array([ids[one] for one in self.heard_by(node).tolist() if one in ids], dtype=np.int64)
+        heard = self.joined.heard.get(int(node))
+        if heard is None:
+            heard = np.array([ids[one] for one in self.heard_by(node).tolist() if one in ids], dtype=np.int64)
         if not heard.size:
             return {}
         nodes = {cell: node for node, cell in ids.items()}
-        spikes = self._built.spikes(heard)
+        spikes = self._built.spikes(heard).within(self._since_ms.get(int(node), -inf), inf)
         senders = np.array([nodes[cell] for cell in spikes.neurons.tolist()], dtype=np.int64)
         return {"n_events": len(spikes), "events": {"senders": senders, "times": spikes.times_ms}}
 
