@@ -205,12 +205,27 @@ class Mechanisms:
                     here = next(end for end, name in zip(ends, names, strict=True) if name not in away)
                     self._touch_everything(of, element, here, away[0])
                 continue
+            if element.tag == "exclude" and any(self._is_absent(element, end, of) for end in ends):
+                continue
             part = self._renamed(of, element, dict.fromkeys(ends, kind))
             read = self._parsed_in("contact", element, part)
             if element.tag == "pair":
                 copy_all(read.pairs[0], self._spec.add_pair())
             elif read.excludes[0].bodyname1 != read.excludes[0].bodyname2:  # which may be one body here
                 copy_all(read.excludes[0], self._spec.add_exclude())
+
+    def _is_absent(self, element: Native, end: str, of: str) -> bool:
+        """Return whether an ``<exclude>`` names a link that does not exist, with a warning: it is harmless.
+
+        MuJoCo's own reader of URDF ignores the sections in which robots have such.
+        """
+        name = element.attribute(end)
+        if name is None or self._names.find("link", name, of) is not None:
+            return False
+        valid = [full.removeprefix(f"{of}/") for full in self._names.kinds["link"]]
+        message = f"the scene has no link '{name}'{did_you_mean(name, valid)}: the <exclude> has no effect"
+        self._warnings.add(Code.NRP263, message, subject=name, path=element.path, line=element.line or None)
+        return True
 
     def _elsewhere(self, kind: str, name: str, of: str) -> bool:
         """Return whether a name is that of a part of a model that is not in the scene."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 from nrp_core.findings import Code, Findings
 from nrp_core.world.scene.model import Model
@@ -27,34 +27,35 @@ def report_mechanisms(model: Model, engine: str, namespace: str, warnings: Findi
         warnings: receives the reports.
     """
     foreign = [each for each in model.native if each.namespace != namespace]
-    for subject, part in _lacking(f"'{model.name}'", foreign):
+    for subject, part in _lacking(model, foreign):
         warnings.add(Code.NRP345, f"{engine} does not have {part}", subject=subject)
     if any(each.tag == "contact" and each.attribute("self") == "true" for each in foreign):
         message = f"in {engine} parts of '{model.name}' do not touch each other, as its file says they do"
         warnings.add(Code.NRP345, message, subject="contact")
 
 
-def _lacking(model: str, foreign: Sequence[Native]) -> Iterator[tuple[str, str]]:
+def _lacking(model: Model, foreign: Sequence[Native]) -> Iterator[tuple[str, str]]:
     """Yield the parts of a model that elements for another engine describe, each with its subject."""
+    of, links = f"'{model.name}'", {link.name for link in model.links}
     counts = Counter(
         (section.tag, part.tag)
         for section in foreign
         if section.tag in _MECHANISMS
         for part in section.children
-        if not _is_inner_exclude(part)
+        if not _is_inner_exclude(part, links)
     )
     for (section, tag), count in counts.items():
         which = f"the <{tag}>" if count == 1 else f"the {count} <{tag}>"
-        yield tag, f"{which} in <{section}> of {model}"
+        yield tag, f"{which} in <{section}> of {of}"
     motors = [each.attribute("name") for each in foreign if each.tag == "joint" and _has(each, "armature")]
     if motors:
         joints = ", ".join(f"'{name}'" for name in motors[:_NAMED]) + (
             ", ..." if len(motors) > _NAMED else ""
         )
-        yield "armature", f"the inertia of the motors (armature) of {model} at {joints}"
+        yield "armature", f"the inertia of the motors (armature) of {of} at {joints}"
     for medium in _MEDIUM:
         if any(each.tag == "option" and _has(each, medium) for each in foreign):
-            yield medium, f"the medium that brakes {model} ({medium})"
+            yield medium, f"the medium that brakes {of} ({medium})"
 
 
 def _has(element: Native, name: str) -> bool:
@@ -65,7 +66,10 @@ def _has(element: Native, name: str) -> bool:
         return False
 
 
-def _is_inner_exclude(part: Native) -> bool:
-    """Return whether a part keeps two links of one model from touching, which they do in no other engine."""
+def _is_inner_exclude(part: Native, links: Collection[str]) -> bool:
+    """Return whether a part keeps two links of one model from touching, which they do in no other engine.
+
+    A link of another model has the name of that before it, ``model/link``.
+    """
     ends = (part.attribute("body1") or "", part.attribute("body2") or "")
-    return part.tag == "exclude" and not any("/" in end for end in ends)
+    return part.tag == "exclude" and not any("/" in end for end in ends if end not in links)

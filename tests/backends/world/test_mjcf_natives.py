@@ -364,13 +364,25 @@ def test_an_arm_touches_its_base_only_if_the_base_is_fixed_as_in_mujoco(tmp_path
     assert touches_itself(model) is touches
 
 
-@pytest.mark.parametrize(("other", "told"), [("arm", []), ("rock", ["exclude"])])
+@pytest.mark.parametrize(("other", "told"), [("left/arm", []), ("rock", ["exclude"])])
 def test_pybullet_lacks_only_excludes_between_models(tmp_path, other, told):
     """Parts of one model never touch each other there."""
     (tmp_path / "crane.xml").write_text(
-        '<mujoco><worldbody><body name="mast"><geom size="0.1"/><joint/><body name="arm" pos="0.1 0 0">'
+        '<mujoco><worldbody><body name="mast"><geom size="0.1"/><joint/><body name="left/arm" pos="0.1 0 0">'
         '<joint/><geom size="0.1"/></body></body><body name="rock"><freejoint/><geom size="0.1"/></body>'
         f'</worldbody><contact><exclude body1="mast" body2="{other}"/></contact></mujoco>'
     )
     with opened(read_scene(tmp_path / "crane.xml"), "pybullet") as world:
         assert [warning.subject for warning in world.warnings if warning.code is Code.NRP345] == told
+
+
+def test_an_exclude_of_an_absent_link_is_reported_and_the_robot_opens(tmp_path):
+    (tmp_path / "arm.sdf").write_text(
+        ARM.format(
+            '<link name="arm"/><joint name="j" type="fixed"><parent>hand</parent><child>arm</child></joint>'
+            '\n<mujoco:contact><mujoco:exclude body1="hnad" body2="arm"/></mujoco:contact>'
+        )
+    )
+    with opened(read_scene(tmp_path / "arm.sdf")) as world:
+        said = [(warning.message, warning.line) for warning in world.warnings]
+    assert said == [("the scene has no link 'hnad'; did you mean 'hand'?: the <exclude> has no effect", 3)]

@@ -93,9 +93,13 @@ def is_empty(element: Element) -> bool:
 
 
 def is_point(element: Element) -> bool:
-    """Return whether a ``<geometry>`` is a sphere of no size."""
+    """Return whether all sizes of the shape in a ``<geometry>`` are 0; some files have such for frames."""
     shape = _shape(element)
-    return shape.tag == "sphere" and shape.number("radius", 1.0) == 0
+    sizes = DEFAULT_SIZES.get(shape.tag, {})
+    stated = [(size, default) for tag, default in sizes.items() if (size := shape.find(tag)) is not None]
+    if not stated or len(stated) < len(sizes):  # a default size is none of 0
+        return False
+    return not any(any(size.numbers(len(default.split()))) for size, default in stated)
 
 
 def _shape(element: Element) -> Element:

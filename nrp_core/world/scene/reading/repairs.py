@@ -79,7 +79,7 @@ def usable_inertial(
         notes.warn(
             element,
             Code.NRP264,
-            f"the link '{link}' has an inertia of 0: the inertia of {like} is used",
+            f"the link '{link}' has no inertia or one of 0: the inertia of {like} is used",
             subject=link,
         )
         return like_shape(of_shapes or _BALL, given)

@@ -92,8 +92,8 @@ def _named(link: Element, tag: str, reading: Reading) -> Iterator[tuple[str, Ele
         elif not geometry.children:
             message = f"the <geometry> of the {tag} '{name}' has no shape: left out"
             reading.notes.warn(geometry, Code.NRP260, message, subject=name)
-        elif tag == "visual" and is_point(geometry):
-            message = f"the visual '{name}' is a sphere without a size, which nobody sees: left out"
+        elif is_point(geometry):
+            message = f"the {tag} '{name}' is a shape without a size, a point: left out"
             reading.notes.warn(element, Code.NRP260, message, subject=name)
         elif not is_empty(geometry):
             yield unique, element

@@ -18,7 +18,14 @@ from nrp_core.world.scene.reading.context import Notes
 from nrp_core.world.scene.reading.geometry import DEFAULT_SIZES
 from nrp_core.world.scene.reading.repairs import MASSLESS
 from nrp_core.world.scene.reading.xml import Element
-from nrp_core.world.scene.urdf.elements import for_engine, from_attributes, new, numbers, pose
+from nrp_core.world.scene.urdf.elements import (
+    for_engine,
+    from_attributes,
+    new,
+    numbers,
+    pose,
+    read_commas_as_spaces,
+)
 from nrp_core.world.scene.urdf.gazebo import apply_block
 from nrp_core.world.scene.urdf.transmissions import START, controlled, give_parameters, led, transmitted
 from nrp_core.world.scene.urdf.vocabulary import check_vocabulary
@@ -26,6 +33,8 @@ from nrp_core.world.scene.urdf.vocabulary import check_vocabulary
 _READ = ("link", "joint", "material", "gazebo")
 _ELSEWHERE = ("sensor",)  # for hardware drivers
 _SHAPES = ("box", "sphere", "cylinder", "capsule")
+_SHARES = 4
+"""The numbers of a colour: red, green, blue and opacity."""
 _KINDS = {"spherical": "ball"}
 """The types of joints that have another name in SDF; ``spherical`` is PyBullet's."""
 _OF_ENGINES = ("mujoco",)
@@ -76,6 +85,7 @@ def to_sdf(element: Element, notes: Notes) -> Element:
         SceneError: a required element or attribute is missing.
     """
     check_vocabulary(element, notes)
+    read_commas_as_spaces(element, notes)
     robot = _Robot.of(element, notes)
     _warn_of_loose(element, robot)
     model = new("model", element, name=element.attribute("name"))
@@ -199,7 +209,10 @@ def _place(joint: Element | None, robot: _Robot) -> Iterator[Element]:
 
 def _inertial(inertial: Element, notes: Notes) -> Element:
     mass = new("mass", inertial, text=inertial.require("mass").attribute("value"))
-    given = inertial.require("inertia")
+    given = inertial.find("inertia")
+    if given is None:  # of 0, so that it is computed; SDF's default would be 1 kg m^2
+        nothing = (new(f"i{axis}", inertial, text="0") for axis in ("xx", "yy", "zz"))
+        return new("inertial", inertial, mass, new("inertia", inertial, *nothing), pose(inertial))
     missing = [name for name in ("ixx", "iyy", "izz") if name not in given.attributes]
     if missing:
         message = f"the <inertia> has no {', '.join(missing)}: 1 kg m^2 is used, as in SDF"
@@ -228,7 +241,7 @@ def _material(visual: Element, robot: _Robot) -> list[Element]:
     name = material.attributes.get("name", "")
     defined = material if material.children else robot.materials.get(name)
     color, image = (defined.find(tag) if defined else None for tag in ("color", "texture"))
-    look = [] if color is None else [new("diffuse", color, text=color.attribute("rgba"))]
+    look = [] if color is None else [new("diffuse", color, text=_rgba(color, robot.notes))]
     if image is not None and image.attributes.get("filename"):  # exported files often have an empty one
         look.append(_matt(image))
     if not look:
@@ -237,6 +250,18 @@ def _material(visual: Element, robot: _Robot) -> list[Element]:
         )
         return []
     return [new("material", material, *look, **{TINTS: "true"})]
+
+
+def _rgba(color: Element, notes: Notes) -> str:
+    """Return the four numbers of a colour; of more, the first four."""
+    text = color.attribute("rgba")
+    shares = text.split()
+    if len(shares) > _SHARES:
+        used = " ".join(shares[:_SHARES])
+        message = f"a colour has {_SHARES} numbers, and rgba=\"{text}\" has {len(shares)}: {used} is used"
+        notes.warn(color, Code.NRP259, message, subject="rgba")
+        return used
+    return text
 
 
 def _matt(image: Element) -> Element:
@@ -251,6 +276,10 @@ def _matt(image: Element) -> Element:
 
 def _joint(joint: Element, robot: _Robot) -> Element:
     ends = [joint.require(end) for end in ("parent", "child")]
+    for end in ends:
+        if (link := end.attribute("link")) not in {*robot.links, WORLD}:
+            hint = did_you_mean(link, robot.links)
+            raise end.error(f"the {end.tag} of a joint is '{link}', but the robot has no such link{hint}")
     return new(
         "joint",
         joint,

@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Final
 
+from nrp_core.findings import Code
+from nrp_core.world.scene.reading.context import Notes
 from nrp_core.world.scene.reading.xml import Element
+
+_LISTS: Final = ("xyz", "rpy", "size", "scale", "rgba", "normal")
+_COMMA: Final = re.compile(r",(?=\s)")
+"""A comma between two numbers; one within a number, as in "0,5", stays an error."""
 
 
 def new(tag: str, at: Element, *children: Element, text: str = "", **attributes: str) -> Element:
@@ -18,6 +26,18 @@ def numbers(element: Element, attribute: str, default: str) -> str:
     text = element.attributes.get(attribute, default)
     element.parse_numbers(text, 3)
     return text
+
+
+def read_commas_as_spaces(element: Element, notes: Notes) -> None:
+    """Replace commas between the numbers of an attribute, which PyBullet accepts and ROS does not."""
+    for name in _LISTS:
+        text = element.attributes.get(name, "")
+        if _COMMA.search(text):
+            element.attributes[name] = _COMMA.sub("", text)
+            message = f'the commas in {name}="{text}" are read as spaces, as PyBullet does: ROS refuses them'
+            notes.warn(element, Code.NRP264, message, subject=name)
+    for child in element.children:
+        read_commas_as_spaces(child, notes)
 
 
 def pose(element: Element, **attributes: str) -> Element:

@@ -63,7 +63,7 @@ def test_a_visual_without_a_size_is_left_out_and_said(tmp_path: Path) -> None:
     found = read(tmp_path, f'<link name="base">{MASS.format(1)}{shapes}</link>')
     assert [(each.name, each.pose) for each in found.links[0].visuals] == [("base_visual_1", Pose())]
     (warning,) = found.warnings
-    assert "'base_visual' is a sphere without a size" in warning.message
+    assert "'base_visual' is a shape without a size" in warning.message
 
 
 def test_properties_of_contacts_that_cannot_be_set_are_reported_by_pybullet(tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ SYSTEM = """<ros2_control name="hand" type="system"><hardware/>
     <state_interface name="position"><param name="initial_value">7</param></state_interface></joint>
 </ros2_control>"""
 CONTROL = '<gazebo><plugin name="c" filename="libgazebo_ros2_control.so"><parameters/></plugin></gazebo>'
+HELD = '<joint name="neck" type="fixed"><parent link="base"/><child link="eye"/></joint>'
 XACRO = '<robot name="$(arg name)" xmlns:xacro="http://www.ros.org/wiki/xacro">{}</robot>'
 
 
@@ -91,3 +92,52 @@ def test_parts_that_would_touch_each_other_in_gazebo_are_told(tmp_path: Path, va
     assert [f"<self_collide> {value} of a <link> is not" in str(each) for each in read.warnings] == [
         True
     ] * told
+
+
+@pytest.mark.parametrize("shape", ['<box size="0 0 0"/>', '<cylinder radius="0" length="0.0"/>'])
+@pytest.mark.parametrize("tag", ["visual", "collision"])
+def test_a_shape_without_a_size_marks_a_frame_and_is_left_out(tmp_path: Path, tag: str, shape: str) -> None:
+    point = f"<{tag}><geometry>{shape}</geometry></{tag}>"
+    model = read_model(robot(tmp_path, f'<link name="eye">{MASS}{point}</link>' + HELD))
+    assert model.link("eye").visuals + model.link("eye").collisions == ()
+    (warning,) = model.warnings
+    assert f"the {tag} 'eye_{tag}' is a shape without a size, a point: left out" in str(warning)
+
+
+def test_a_link_with_a_mass_and_no_inertia_has_that_of_its_shapes(tmp_path: Path) -> None:
+    box = '<collision><geometry><box size="0.6 0.3 0.2"/></geometry></collision>'
+    eye = f'<link name="eye"><inertial><mass value="12"/></inertial>{box}</link>'
+    model = read_model(robot(tmp_path, eye + HELD))
+    inertial = model.link("eye").inertial
+    assert inertial is not None
+    assert inertial.mass == 12
+    # of a box: a twelfth of the mass times the squares of two sides
+    assert inertial.inertia == pytest.approx((0.09 + 0.04, 0.36 + 0.04, 0.36 + 0.09, 0, 0, 0))
+    assert "'eye' has no inertia or one of 0: the inertia of its collision shapes" in str(model.warnings[0])
+
+
+def test_commas_between_numbers_are_read_as_spaces(tmp_path: Path) -> None:
+    held = HELD.replace("<parent", '<origin xyz="1, -2, 0.5" rpy="0 0, 0"/><parent')
+    model = read_model(robot(tmp_path, f'<link name="eye">{MASS}</link>{held}'))
+    assert model.link("eye").pose.position == pytest.approx((1, -2, 0.5))
+    assert 'the commas in xyz="1, -2, 0.5" are read as spaces' in str(model.warnings[0])
+
+
+def test_a_comma_within_a_number_is_an_error(tmp_path: Path) -> None:
+    held = HELD.replace("<parent", '<origin xyz="1 0,5 0"/><parent')
+    with pytest.raises(SceneError, match="<origin> must hold 3 numbers, not '1 0,5 0'"):
+        read_model(robot(tmp_path, f'<link name="eye">{MASS}</link>{held}'))
+
+
+def test_a_colour_with_five_numbers_is_its_first_four(tmp_path: Path) -> None:
+    box = '<geometry><box size="1 1 1"/></geometry>'
+    dark = f'<visual>{box}<material name="m"><color rgba="0.1 0.2 0.3 0.5 1"/></material></visual>'
+    model = read_model(robot(tmp_path, f'<link name="eye">{MASS}{dark}</link>{HELD}'))
+    assert model.link("eye").visuals[0].rgba == (0.1, 0.2, 0.3, 0.5)
+    (warning,) = model.warnings
+    assert 'has 4 numbers, and rgba="0.1 0.2 0.3 0.5 1" has 5: 0.1 0.2 0.3 0.5 is used' in str(warning)
+
+
+def test_a_joint_of_an_absent_link_is_refused_with_the_word_of_urdf(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="the child of a joint is 'eye', but the robot has no such link"):
+        read_model(robot(tmp_path, HELD))
