@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import cache
 
 from nrp_core.errors import SceneError
 from nrp_core.world.controllers.group import GroupPart
@@ -13,6 +14,8 @@ from nrp_core.world.controllers.trajectory import TrajectoryPart
 from nrp_core.world.drives.drive import Drive
 from nrp_core.world.engine import Engine
 from nrp_core.world.part import Part
+from nrp_core.world.scene.joint_inertia import joint_inertias
+from nrp_core.world.scene.merged_bodies import bodies_of
 from nrp_core.world.scene.model import Model
 from nrp_core.world.sensors.joint_states import JointStatesPart
 from nrp_core.world.sensors.sensor import Sensor
@@ -46,6 +49,7 @@ def _unserved(owner: str, data: object, base: type) -> SceneError:
 def _controllers_of(model: Model, engine: Engine) -> Iterator[Part]:
     """Yield the parts of single joints before those of trajectories, so that integrals are updated first."""
     parts: dict[str, ControllerPart] = {}
+    inertias = cache(lambda: joint_inertias(bodies_of(model)))
     of_balls = [each for each in model.controllers if model.joint(each.joint).kind == "ball"]
     yield from (OrientationPart(each, model.name, engine) for each in of_balls)
     names = [
@@ -55,7 +59,7 @@ def _controllers_of(model: Model, engine: Engine) -> Iterator[Part]:
     for joint in dict.fromkeys(names):
         controllers = [each for each in model.controllers if each.joint == joint]
         led = [each.of_joint(joint) for each in model.leaders if joint in each.joints]
-        parts[joint] = ControllerPart(controllers, led, model, engine)
+        parts[joint] = ControllerPart(controllers, led, model, engine, inertias)
     yield from parts.values()
     for follower in model.trajectory_controllers:
         yield TrajectoryPart(follower, parts, model, engine)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 from nrp_core.clock import seconds
@@ -12,8 +12,7 @@ from nrp_core.world.messages.std_msgs import Float64
 from nrp_core.world.part import Part
 from nrp_core.world.rigid.motion import JointAim
 from nrp_core.world.scene.acting import JointController
-from nrp_core.world.scene.joint_inertia import joint_inertias, stiff_gains
-from nrp_core.world.scene.merged_bodies import bodies_of
+from nrp_core.world.scene.joint_inertia import stiff_gains
 from nrp_core.world.scene.model import Model
 from nrp_core.world.topics import Direction, TopicInfo
 
@@ -35,6 +34,8 @@ class Target(NamedTuple):
 
 Command = tuple[str, Target]
 """A topic and its target."""
+Inertias = Callable[[], Mapping[str, float]]
+"""Returns the inertia that each joint of a model moves, which takes long to compute."""
 
 
 class Leader(Protocol):
@@ -64,6 +65,7 @@ class ControllerPart(Part):
         led: the controller that trajectories use, if any.
         model: the model of the joint.
         engine: the engine that moves it.
+        inertias: returns the inertias of the joints of the model.
     """
 
     def __init__(
@@ -72,10 +74,11 @@ class ControllerPart(Part):
         led: Sequence[JointController],
         model: Model,
         engine: Engine,
+        inertias: Inertias,
     ) -> None:
         every = (*led, *controllers)
         self._joint, self._model, self._engine = every[0].joint, model.name, engine
-        self._laws = {controller.topic: _Law(controller, model) for controller in every}
+        self._laws = {controller.topic: _Law(controller, model, inertias) for controller in every}
         units = {each.kind: unit_of(model, self._joint, each.kind) for each in controllers}
         self.topics = tuple(
             TopicInfo(
@@ -212,11 +215,11 @@ class ControllerPart(Part):
 class _Law:
     """The settings of a joint's servo while one of its controllers has the last command."""
 
-    def __init__(self, controller: JointController, model: Model) -> None:
+    def __init__(self, controller: JointController, model: Model, inertias: Inertias) -> None:
         self.controller = controller
         joint = next(joint for joint in model.joints if joint.name == controller.joint)
         self.gains = controller.gains or stiff_gains(
-            joint_inertias(bodies_of(model))[joint.name], velocity=controller.kind == "velocity"
+            inertias()[joint.name], velocity=controller.kind == "velocity"
         )
         self.integrates = bool(self.gains.i) and controller.kind != "effort"
         # without gains the velocity is set directly, against any damping

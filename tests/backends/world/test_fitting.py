@@ -5,8 +5,10 @@ from __future__ import annotations
 import pytest
 from jointed import axis, command, joint, limit, link
 
+from nrp_core.world import parts
 from nrp_core.world.fitting import Fitting, JointControl, fitted
 from nrp_core.world.messages.std_msgs import Float64MultiArray
+from nrp_core.world.scene.joint_inertia import joint_inertias
 
 ARM = (
     link("base", at=(0, 0, 1))
@@ -45,3 +47,12 @@ def test_a_group_of_joints_obeys_one_message(open_world, read, advance, mode, ex
     assert reached == pytest.approx(expected, abs=2e-3 if mode == "position" else 0.08)
     if mode == "velocity":
         assert states.velocities.tolist() == pytest.approx([0.4 / 0.6, 1.5], rel=0.01)
+
+
+def test_the_inertias_of_a_robot_are_computed_once_for_all_its_joints(open_world, read, monkeypatch):
+    """They took most of the time in which a humanoid opens."""
+    computed = []
+    monkeypatch.setattr(parts, "joint_inertias", lambda bodies: computed.append(1) or joint_inertias(bodies))
+    control = ((".*", JointControl("position")), ("spin", JointControl("velocity")))
+    open_world(fitted(read(ARM), Fitting(True, control=control)))
+    assert len(computed) == 1
