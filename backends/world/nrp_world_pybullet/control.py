@@ -18,6 +18,7 @@ from nrp_core.world.rigid.pose import Pose, Quaternion, Vector
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Model, Scene
 from nrp_world_pybullet.build import BodyHandle, Built
+from nrp_world_pybullet.convergence import USUAL, iterations_for
 from nrp_world_pybullet.firm import BulletFirmJoints
 from nrp_world_pybullet.inertia import Inertia
 from nrp_world_pybullet.library import bullet
@@ -134,6 +135,7 @@ class Control:
         self, built: Built, scene: Scene, readers: Mapping[str, JointReader], client: int, step_s: float
     ) -> None:
         self._built, self._client, self._step_s = built, client, step_s
+        self._iterations = USUAL
         self._trees = [tree for model in scene.models for tree in self._trees_of(model)]
         self._firm = [firm for model in scene.models for firm in self._firm_of(model, readers)]
         self._firm_by_path = {path: firm for firm in self._firm for path in firm.paths}
@@ -174,7 +176,22 @@ class Control:
         for multibody in sorted({places[name].multibody for name in found}):
             own = {name: firm for name, firm in found.items() if places[name].multibody == multibody}
             joints = {(model.name, name): (firm, places[name]) for name, firm in own.items()}
+            self._settle(self._iterations_of(model, multibody))
             yield BulletFirmJoints(joints, readers[model.name], self._client, self._step_s)
+
+    def _iterations_of(self, model: Model, multibody: int) -> int:
+        """Return the number of iterations for the motors of a multi-body, at its positions now."""
+        places = self._built.joints[model.name].values()
+        links = sorted({place.link for place in places if place.multibody == multibody})
+        states = bullet.getJointStates(multibody, links, physicsClientId=self._client)
+        inertia = Inertia(self._built.bodies[model.name], multibody, self._client)
+        return iterations_for(inertia.now(np.array([state[0] for state in states])))
+
+    def _settle(self, iterations: int) -> None:
+        """Let PyBullet's solver take at least a number of iterations, fewer where it is done before."""
+        if iterations > self._iterations:
+            self._iterations = iterations
+            bullet.setPhysicsEngineParameter(numSolverIterations=iterations, physicsClientId=self._client)
 
     def add_efforts(self, model: str, states: JointStates) -> None:
         """Add the efforts of the last step to the states of a model's joints."""

@@ -17,6 +17,11 @@ DEFAULT_FRICTION = 1.0
 LEAST_MASS = 1e-12
 """Minimum mass of a link, kg: smaller ones are mistakes, and engines cannot compute with them."""
 
+NO_INERTIA = 1e-9
+"""The ratio of inertia to mass, m^2, below which an inertia is none: of a mass within 0.03 mm.
+
+Files that programs wrote have the rest of a difference, such as 2e-35, where they mean 0.
+"""
 SENSOR_SHARE = 1e-3
 """The share of a model's mass of a link without mass that a force sensor separates from the others."""
 MASSLESS_SHARE = 1e-4
@@ -74,12 +79,12 @@ def usable_inertial(
         raise element.error(
             f"the mass of the link '{link}' is {given.mass:g} kg; it must be more than {least}"
         )
-    if not any(given.inertia):
+    if max(map(abs, given.inertia)) < NO_INERTIA * given.mass:
         like = "its collision shapes" if of_shapes else "a ball of 5 cm radius"
         notes.warn(
             element,
             Code.NRP264,
-            f"the link '{link}' has no inertia or one of 0: the inertia of {like} is used",
+            f"the link '{link}' has no inertia or one of about 0: the inertia of {like} is used",
             subject=link,
         )
         return like_shape(of_shapes or _BALL, given)

@@ -258,7 +258,7 @@ def _rgba(color: Element, notes: Notes) -> str:
     shares = text.split()
     if len(shares) > _SHARES:
         used = " ".join(shares[:_SHARES])
-        message = f"a colour has {_SHARES} numbers, and rgba=\"{text}\" has {len(shares)}: {used} is used"
+        message = f'a colour has {_SHARES} numbers, and rgba="{text}" has {len(shares)}: {used} is used'
         notes.warn(color, Code.NRP259, message, subject="rgba")
         return used
     return text
