@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core.brain.pynn.former import by_name
+
 _RECORDED = {"record_v": "v", "record_gsyn": ["gsyn_exc", "gsyn_inh"]}
 _NOTHING_YET = {"getSpikes": 2, "get_v": 3, "get_gsyn": 4}
 """Methods that return recorded data, which are empty here, with the number of columns."""
@@ -19,8 +21,8 @@ _OF_WEIGHTS = {
 def add_methods_to_cells(cells: type) -> None:
     """Add ``set("tau_m", 10.0)``, ``rset``, ``record_v`` and similar methods to a class of cells."""
     methods: dict[str, Any] = {
-        "set": _by_name(cells.set),  # type: ignore[attr-defined]
-        "initialize": _by_name(cells.initialize),  # type: ignore[attr-defined]
+        "set": by_name(cells.set),  # type: ignore[attr-defined]
+        "initialize": by_name(cells.initialize),  # type: ignore[attr-defined]
         "rset": lambda self, name, values: self.set(**{name: values}),
         "tset": lambda self, name, values: self.set(**{name: np.ravel(values)}),
         "randomInit": lambda self, values: self.initialize(v=values),
@@ -59,19 +61,6 @@ def with_methods_for_weights(projection: type) -> type:
     for name, method in methods.items():
         setattr(projection, name, method)
     return projection
-
-
-def _by_name(today: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a method that takes a name and a value, or a dictionary, besides keywords."""
-
-    def method(self: Any, *old: Any, **values: Any) -> Any:
-        if old and isinstance(old[0], str):
-            values = {old[0]: old[1], **values}
-        elif old:
-            values = {**old[0], **values}
-        return today(self, **values)
-
-    return method
 
 
 def _of_spikes(today: Callable[..., Any]) -> Callable[..., Any]:
