@@ -7,7 +7,6 @@ from types import ModuleType
 from typing import Any
 
 from pyNN.common.control import DEFAULT_MIN_DELAY, DEFAULT_TIMESTEP
-from pyNN.recording import get_io
 
 from nrp_core.pynn.running import DEFAULT_BACKEND, RunningState
 
@@ -43,7 +42,7 @@ def control(api: ModuleType, state: RunningState) -> Mapping[str, Any]:
     def end(**_: Any) -> None:
         """Write the requested data, and release the brain."""
         for population, variables, filename in state.write_on_end:
-            population.write_data(get_io(filename), variables)
+            population.write_data(filename, variables)
         state.write_on_end = []
         state.end()
 

@@ -259,9 +259,9 @@ def test_a_network_that_has_ended_does_not_run_again_from_the_start(tmp_path: Pa
             "seed is 4294967296; it must be a whole number from 0 to 4294967295",
         ),
         (
-            "near, weak = p.DistanceDependentFormation((2.5, 3)), p.RandomByWeightElimination(0.5); "
+            "near, weak = p.DistanceDependentFormation((0.5, 3)), p.RandomByWeightElimination(0.5); "
             "p.StructuralMechanismStatic(p.RandomSelection(), near, weak)",
-            "grid_x is 2.5; it must be a whole number",
+            "grid_x is 0; it must be a whole number from 1 on",
         ),
         (
             "x = p.Population((3, 4), cell); p.Projection(x, x, p.ConvolutionConnector([[1]], strides=2))",

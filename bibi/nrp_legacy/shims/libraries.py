@@ -41,6 +41,12 @@ _TYPES = {
 }  # fmt: skip
 
 
+def renamed_libraries() -> dict[str, ModuleType]:
+    """Return the modules of Python 2 that have another name today."""
+    renamed_ones = {name: overlay(name, real=real) for name, real in _RENAMED.items()}
+    return {**renamed_ones, "cPickle": overlay("cPickle", _pickle(), real="pickle")}
+
+
 def libraries_of_old(
     environment: Mapping[str, str],
     sleep: Callable[[float], None],
@@ -62,12 +68,11 @@ def libraries_of_old(
     numpy = numpy_of_old({"random": numpy_random}, paths)
     built_in = {"open": paths.open, "file": paths.open}
     return {
-        **{name: overlay(name, real=real) for name, real in _RENAMED.items()},
+        **renamed_libraries(),
         "builtins": overlay("builtins", built_in),
         "__builtin__": overlay("__builtin__", built_in, real="builtins"),
         "io": overlay("io", {"open": paths.open}),
         "pickle": overlay("pickle", _pickle()),
-        "cPickle": overlay("cPickle", _pickle(), real="pickle"),
         "csv": overlay("csv", {"reader": _csv_reader, "DictReader": _csv_dictionaries}),
         "types": overlay("types", _TYPES),
         "numpy": numpy,

@@ -198,7 +198,7 @@ def scope_of(
         if root != "pyNN" or not child:
             return None
         if child in _LIBRARY:
-            return overlaid(importlib.import_module(name), vars(sim)) if find_spec(name) else None
+            return overlaid(importlib.import_module(name), dialect.library_names) if find_spec(name) else None
         if child != SIMULATOR_NAME and not _is_simulator(child):
             return None
         if child != SIMULATOR_NAME:
@@ -209,7 +209,7 @@ def scope_of(
         {"pyNN", "nrp_core", *PACKAGES, *(name.partition(".")[0] for name in more)},
         substitute,
         folders,
-        missing,
+        missing or dialect.missing,
         compiled,
     )
 

@@ -48,7 +48,7 @@ BYTES_PER_CELL = 350
 """Measured size of PyNN's object for a cell."""
 BYTES_PER_VALUE = 8
 
-_WRITTEN = (".nix", ".h5", ".nwb", ".pkl", ".pickle", ".mat")
+WRITTEN = (".nix", ".h5", ".nwb", ".pkl", ".pickle", ".mat")
 """The suffixes of files to which PyNN writes data."""
 
 
@@ -165,10 +165,8 @@ class _Cells(common.BasePopulation):
         require_existing(self._owner().label, self, self._owner()._simulator.state)
         file = arguments[0] if arguments else options.get("to_file")
         require_kind(owner, "file (to_file)", file, (str, BaseIO, type(None)), "a name such as 'data.pkl'")
-        if (
-            isinstance(file, str) and Path(file).suffix not in _WRITTEN
-        ):  # or the data would be lost at the end
-            hint = did_you_mean(Path(file).suffix, _WRITTEN)
+        if isinstance(file, str) and Path(file).suffix not in WRITTEN:  # or the data would be lost at the end
+            hint = did_you_mean(Path(file).suffix, WRITTEN)
             raise InvalidValueError(f"{owner}: data are not written to '{file}'{hint}")
         try:
             super().record(variables, *arguments, **options)

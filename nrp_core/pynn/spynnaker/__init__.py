@@ -14,6 +14,7 @@ from nrp_core.brain.pynn.late_changes import late_changes
 from nrp_core.brain.pynn.spynnaker import Dialect
 from nrp_core.brain.pynn.spynnaker.connections import Hub
 from nrp_core.errors import NetworkError, NrpError
+from nrp_core.pynn.languages import reading_of
 from nrp_core.pynn.spynnaker.clock import SimulatedClock
 from nrp_core.pynn.spynnaker.live import LiveState
 from nrp_core.pynn.spynnaker.recording import LabelledRecorder
@@ -37,13 +38,20 @@ def run_script(path: Path) -> ModuleType:
     state = LiveState(Hub(), clock, waits=stops_elsewhere(path.read_bytes()))
     pynn = nrp_core.pynn.new_simulator(state, LabelledRecorder)
     vars(pynn)["setup"] = partial(pynn.setup, backend=BACKEND, options=OPTIONS)
-    dialect = Dialect(pynn, *_running(pynn, state), state.hub)
-    scope = scope_of(pynn, modules=clock.modules(), spynnaker=dialect)
+    dialect = Dialect(pynn, *_running(pynn, state), state.hub, of_script=True)
+    reading = reading_of(path)
+    if reading.language is not None:
+        state.tell([f"'{path.name}' is in {reading.language.name}, and is converted as it is read"])
+    scope = scope_of(
+        pynn, modules={**reading.modules, **clock.modules()}, spynnaker=dialect,
+        compiled=None if reading.language is None else reading.language.compiled,
+    )  # fmt: skip
     try:
-        module = scope.run(path, name="__main__")
+        with reading.running():
+            module = scope.run(path, name="__main__")
         state.tell(late_changes(path.read_bytes()))
         return module
-    except NrpError as error:
+    except (NrpError, SyntaxError) as error:
         raise scope.located(error, NetworkError, path) from error
     finally:
         state.close()
@@ -53,8 +61,12 @@ def _running(pynn: ModuleType, state: LiveState) -> tuple[dict[str, Any], dict[s
     """Return the names of the simulator, and of its ``external_devices``, that run the network."""
     advance = pynn.run
 
-    def run(simtime: float | None = None, _sync_time: float = 0.0, callbacks: Any = None) -> float | None:
+    def run(
+        simtime: float | None = None, _sync_time: float = 0.0, callbacks: Any = None,
+        run_time: float | None = None,
+    ) -> float | None:  # fmt: skip
         """Run for a time (ms); without one, in real time until it is stopped, beside the script."""
+        simtime = run_time if simtime is None else simtime
         if simtime is None:
             state.run_forever()
             return None

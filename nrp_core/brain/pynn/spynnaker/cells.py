@@ -25,6 +25,8 @@ _OWN_NAMES: Final = {
 }
 """Its names of cells, and the cell types that they are."""
 
+_FORMER: Final = "_init"
+"""The end of the names of initial values in version 7, such as ``v_init``."""
 _IN_ORDER: Final = {
     "SpikeSourceArray": ("spike_times",),
     "SpikeSourcePoisson": ("rate", "start", "duration"),
@@ -53,6 +55,9 @@ def _own(cell: Any, name: str, cell_type: str) -> type:
         parameters |= zip(in_order, values, strict=False)
         if SPIKE_TIMES in parameters:
             parameters[SPIKE_TIMES] = ascending(parameters[SPIKE_TIMES])
+        for key in variables.keys() & {each.removesuffix(_FORMER) for each in parameters}:
+            if (former := f"{key}{_FORMER}") in parameters:
+                parameters[key] = parameters.pop(former)
         self.given_state = {key: parameters.pop(key) for key in variables.keys() & parameters.keys()}
         cell.__init__(self, **parameters)
 

@@ -15,6 +15,8 @@ from nrp_core.brain.pynn.spynnaker import neo_compare, neo_convertor, refused
 from nrp_core.brain.pynn.spynnaker.cells import cell_types, spike_injector
 from nrp_core.brain.pynn.spynnaker.connections import Hub, RatesConnection, SpikesConnection
 from nrp_core.brain.pynn.spynnaker.connectors import AllButMeConnector, OneToOneOffsetConnector
+from nrp_core.brain.pynn.spynnaker.former import former_names
+from nrp_core.brain.pynn.spynnaker.imports import exceptions, module, no_equivalent, tools
 from nrp_core.brain.pynn.spynnaker.kernels import ConvolutionConnector, KernelConnector
 from nrp_core.brain.pynn.spynnaker.neuromodulation import neuromodulation
 from nrp_core.brain.pynn.spynnaker.populations import (
@@ -29,8 +31,14 @@ from nrp_core.brain.pynn.spynnaker.structural import RULES, structural_mechanism
 from nrp_core.brain.pynn.spynnaker.variable_rates import variable_poisson
 from nrp_core.errors import NetworkError, did_you_mean
 
-PACKAGES: Final = ("spynnaker", "spynnaker8")
-_SIMULATORS: Final = ("pyNN.spiNNaker", "spynnaker.pyNN", "spynnaker8")
+_DEVICES: Final = "spynnaker_external_devices_plugin"
+_MODELS: Final = "spynnaker_extra_pynn_models"
+PACKAGES: Final = ("spynnaker", "spynnaker7", "spynnaker8", _DEVICES, _MODELS)
+_SIMULATORS: Final = ("pyNN.spiNNaker", "spynnaker.pyNN", "spynnaker7.pyNN", "spynnaker8", "spynnaker")
+_OTHERS: Final = {f"{_DEVICES}.pyNN": ("external_devices",), _MODELS: ("extra_models",)}
+"""Packages of version 7, and the parts of the simulator that they are."""
+_THEMSELVES: Final = ("spynnaker8", "spynnaker", _MODELS)
+"""Packages with names of their own, besides modules."""
 NAME: Final = "SpiNNaker"
 _logger = logging.getLogger(__name__)
 DEFAULT_TIMESTEP_MS: Final = 1.0
@@ -47,6 +55,10 @@ _SPLITTERS: Final = (
     "SplitterPopulationVertexNeuronsSynapses", "SplitterPopulationVertexFixed", "SplitterPoissonDelegate",
     "SplitterAbstractPopulationVertexSlice", "SplitterDelayVertexSlice", "SplitterPopulationVertex",
 )  # fmt: skip
+_CONNECTIONS: Final = (
+    "connections", "spynnaker_live_spikes_connection", "spynnaker_poisson_control_connection",
+)  # fmt: skip
+"""Modules of live connections, which are that of all devices here."""
 _MESSAGES: Final = SimpleNamespace(KEY_16_BIT=0, KEY_PAYLOAD_16_BIT=1, KEY_32_BIT=2, KEY_PAYLOAD_32_BIT=3)
 """Kinds of packets of live output."""
 
@@ -59,6 +71,7 @@ class Dialect:
         more: further names of the simulator's module, such as those that run.
         devices: further names of its ``external_devices``.
         hub: the script's live connections.
+        of_script: whether the script is surely one of sPyNNaker, so that PyNN's library has its names, too.
     """
 
     def __init__(
@@ -67,28 +80,36 @@ class Dialect:
         more: Mapping[str, Any] = MappingProxyType({}),
         devices: Mapping[str, Any] = MappingProxyType({}),
         hub: Hub | None = None,
+        of_script: bool = False,
     ) -> None:
         self._pynn, self._more, self._devices, self._hub = pynn, more, devices, hub or Hub()
+        self.missing = tools(Splitter)
+        self._of_script = of_script
+
+    @property
+    def library_names(self) -> Mapping[str, Any]:
+        """The names that replace those of PyNN's library, such as ``pyNN.random.RandomDistribution``."""
+        return vars(self.simulator if self._of_script else self._pynn)
 
     def module(self, name: str) -> ModuleType | None:
         """Return the module of a dotted name; None if it is not one of sPyNNaker's.
 
         Raises:
-            ModuleNotFoundError: sPyNNaker may have it, but there is no equivalent.
+            NoEquivalentError: sPyNNaker may have it, but there is no equivalent.
         """
         if name in _SIMULATORS:
             return self.simulator
-        package = next((each for each in _SIMULATORS if name.startswith(f"{each}.")), None)
-        if package is None:
+        package = next((each for each in (*_SIMULATORS, *_OTHERS) if name.startswith(f"{each}.")), name)
+        if package not in _SIMULATORS and package not in _OTHERS:
             return None
         found: Any = self.simulator
-        for part in name.removeprefix(f"{package}.").split("."):
+        for part in (*_OTHERS.get(package, ()), *name.removeprefix(package).split(".")[1:]):
             found = getattr(found, part, None)
         if isinstance(found, ModuleType):
             return found
-        if found is not None or package == name.rpartition(".")[0] == "spynnaker8":
+        if found is not None or package == name.rpartition(".")[0] in _THEMSELVES:
             return None  # a name of the simulator
-        raise ModuleNotFoundError(f"sPyNNaker's module '{name}' has no equivalent", name=name)
+        raise no_equivalent(name)
 
     @cached_property
     def simulator(self) -> ModuleType:
@@ -100,6 +121,7 @@ class Dialect:
         own |= refused.stand_ins(refused.SIMULATOR)
         own["STDPMechanism"] = stdp_mechanism(own["STDPMechanism"])
         own |= {each.__name__: simulator.bind(each) for each in (Population, PopulationView, Projection)}
+        own |= former_names(own, simulator.state)
         own["SpiNNakerProjection"] = own["Projection"]
         own |= structural_mechanisms(simulator) | {rule.__name__: rule for rule in RULES}
         own |= {
@@ -126,16 +148,17 @@ class Dialect:
             extra_models=self._extra_models(own),
             external_devices=devices,
             connections=devices,
-            utilities=_module("utilities", neo_convertor=neo_convertor, neo_compare=neo_compare),
-            extra_algorithms=_module(
+            utilities=module("utilities", neo_convertor=neo_convertor, neo_compare=neo_compare),
+            extra_algorithms=module(
                 "extra_algorithms",
-                splitter_components=_module(
+                splitter_components=module(
                     "splitter_components",
                     **dict.fromkeys(_SPLITTERS, Splitter),
                     **refused.stand_ins(refused.SPLITTERS),
                 ),
             ),
             protocols=devices.protocols,
+            exceptions=exceptions(),
         )
         return api
 
@@ -191,7 +214,8 @@ class Dialect:
         }  # fmt: skip
 
     def _extra_models(self, names: Mapping[str, Any]) -> ModuleType:
-        own = {name: names[name] for name in ("Izhikevich_cond", "IFCurDelta", *(c.__name__ for c in _EXTRA))}
+        cells = ("Izhikevich_cond", "IFCurDelta", "IF_curr_delta", "IZK_cond_exp")
+        own = {name: names[name] for name in (*cells, *(c.__name__ for c in _EXTRA))}
         own["WTAConnector"] = own["AllButMeConnector"]  # its name before 7.4
         own["Vogels2011Rule"] = vogels_rule(names["Vogels2011Rule"])
         own["SpikeNearestPairRule"] = nearest_pair_rule(names["SpikePairRule"])
@@ -200,11 +224,10 @@ class Dialect:
         )
         own["SpikeSourcePoissonVariable"] = variable_poisson(names["SpikeSourceArray"])
         own["Neuromodulation"] = neuromodulation(self._pynn.simulator)
-        return _module("extra_models", **own, **refused.stand_ins(refused.EXTRA_MODELS))
+        return module("extra_models", **own, **refused.stand_ins(refused.EXTRA_MODELS))
 
     def _external_devices(self, names: Mapping[str, Any]) -> ModuleType:
-        module = ModuleType("external_devices", "Live input and output.")
-
+        devices = ModuleType("external_devices", "Live input and output.")
         own: dict[str, Any] = {
             "EIEIOType": _MESSAGES,
             "SpikeInjector": self._injector(names),
@@ -217,9 +240,10 @@ class Dialect:
             **self._devices,
             **refused.stand_ins(refused.DEVICES),
         }
-        own["protocols"] = _module("protocols", **{name: own[name] for name in refused.PROTOCOLS})
-        vars(module).update(own)
-        return module
+        own["protocols"] = module("protocols", **{name: own[name] for name in refused.PROTOCOLS})
+        own |= dict.fromkeys(_CONNECTIONS, devices)
+        vars(devices).update(own)
+        return devices
 
     def _notify(self, hostname: str | None, notify_port: int | None, ack_port: int | None = None) -> None:
         """Tell a program of the database of keys."""
@@ -238,12 +262,6 @@ class Dialect:
 def _limit(names: Mapping[str, Any], cell: type, n_atoms: Any = None) -> None:
     """Set the largest number of cells of a type on a core, for populations that are made later."""
     names["set_number_of_neurons_per_core"](cell, n_atoms)
-
-
-def _module(name: str, **names: Any) -> ModuleType:
-    module = ModuleType(name)
-    vars(module).update(names)
-    return module
 
 
 def _cell_class(cell: Any, names: Mapping[str, Any]) -> type:

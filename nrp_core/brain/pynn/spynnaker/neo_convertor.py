@@ -74,13 +74,14 @@ def convert_gsyn_inh_list(data: Any, runs: Sequence[int] | None = None) -> list[
     return convert_data_list(data, "gsyn_inh", runs)
 
 
-def convert_gsyn(gsyn_exc: Any, gsyn_inh: Any) -> FloatArray:
-    """Return rows of cell, time, excitatory and inhibitory input.
+def convert_gsyn(gsyn_exc: Any, gsyn_inh: Any, run: int = 0) -> FloatArray:
+    """Return rows of cell, time, excitatory and inhibitory input of a run.
 
     Raises:
         NetworkError: the two have different cells or times.
     """
-    excited, inhibited = convert_data(gsyn_exc, "gsyn_exc"), convert_data(gsyn_inh, "gsyn_inh")
+    excited = convert_data(gsyn_exc, "gsyn_exc", run)
+    inhibited = convert_data(gsyn_inh, "gsyn_inh", run)
     if not np.array_equal(excited[:, :2], inhibited[:, :2]):
         raise NetworkError("gsyn_exc and gsyn_inh were recorded from different cells or at different times")
     return np.column_stack([excited, inhibited[:, 2]])

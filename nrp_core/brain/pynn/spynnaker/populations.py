@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -13,16 +13,22 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.changes import Synapses
 from nrp_core.brain.network.data import RECEPTORS
 from nrp_core.brain.pynn import populations, projections
+from nrp_core.brain.pynn.former import by_name
 from nrp_core.brain.pynn.populations import SPIKE_TIMES
 from nrp_core.brain.pynn.spynnaker import neo_convertor
 from nrp_core.brain.pynn.spynnaker.cells import ascending
+from nrp_core.brain.pynn.spynnaker.former import FormerCells
 from nrp_core.brain.pynn.spynnaker.kernels import ConvolutionConnector
+from nrp_core.brain.pynn.spynnaker.listed import one_by_one
 from nrp_core.brain.pynn.spynnaker.refused import POPULATIONS, refuse_attribute
 from nrp_core.brain.pynn.spynnaker.settings import cells_per_core, hints_of, remarks_on
 from nrp_core.errors import CapabilityError, NetworkError
 
+_ROUNDING: Final = 1e-3
+"""How far the size of a population may be from a whole number."""
 
-class _Cells:
+
+class _Cells(FormerCells):
     """Parameters and positions as sPyNNaker returns them."""
 
     @property
@@ -74,9 +80,12 @@ class Population(_Cells, populations.Population):
         initial_values: Mapping[str, Any] | None = None, label: str | None = None, constraints: Any = None,
         additional_parameters: Mapping[str, Any] | None = None, **settings: Any,
     ) -> None:  # fmt: skip
+        if isinstance(structure, str):  # version 7 took the label there, too
+            structure, label = None, label or structure
         if isinstance(cellclass, type):
             cellclass, cellparams = cellclass(**(cellparams or {})), None
-        size = int(size) if isinstance(size, (float, np.floating)) and float(size).is_integer() else size
+        if isinstance(size, (float, np.floating)) and abs(float(size) - round(size)) < _ROUNDING:
+            size = round(size)
         begins = {**getattr(cellclass, "given_state", {}), **(initial_values or {})}
         super().__init__(size, cellclass, cellparams, structure, begins, label)
         if hasattr(cellclass, "variable"):
@@ -88,7 +97,7 @@ class Population(_Cells, populations.Population):
         defaults = self._simulator.state.hints_by_cell.get(type(cellclass), {})
         self.hints = {**defaults, **hints_of(owner, given)}
         if constraints:
-            self._place()
+            self._place(*constraints if isinstance(constraints, list) else [constraints])
         if hasattr(cellclass, "hub"):
             cellclass.hub.inject_into(self, given.pop("port", None), given.pop("virtual_key", None))
             if cellclass.program is not None:
@@ -96,10 +105,11 @@ class Population(_Cells, populations.Population):
         for text in remarks_on(owner, given):
             self._simulator.state.remark(text)
 
-    def record(self, variables: Any, *arguments: Any, **options: Any) -> None:
+    def record(self, variables: Any = None, *arguments: Any, **options: Any) -> None:
         """Record variables of all cells; ``all`` are those that its cells have."""
         super().record(self.celltype.recordable if variables == "all" else variables, *arguments, **options)
 
+    @by_name
     def set(self, **parameters: Any) -> None:
         """Set parameters of all cells; state variables too, before the network runs."""
         state = {name: parameters.pop(name) for name in self.initial_values.keys() & parameters.keys()}
@@ -114,12 +124,29 @@ class Population(_Cells, populations.Population):
             parameters[SPIKE_TIMES] = ascending(parameters[SPIKE_TIMES])
         super().set(**parameters)
 
+    initialize = by_name(populations.Population.initialize)
+
+    def rset(self, parametername: str, rand_distr: Any) -> None:
+        """Set a parameter of all cells."""
+        self.set(**{parametername: rand_distr})
+
+    def tset(self, parametername: str, value_array: Any) -> None:
+        """Set a parameter of each cell."""
+        self.set(**{parametername: np.ravel(value_array)})
+
+    def randomInit(self, rand_distr: Any) -> None:  # noqa: N802
+        """Set the initial voltages."""
+        self.initialize(v=rand_distr)
+
     def set_max_atoms_per_core(self, max_atoms_per_core: Any) -> None:
         """Set the largest number of cells on a core of the machine."""
         count = cells_per_core(f"population '{self.label}'", max_atoms_per_core)
         self.hints = {**self.hints, "neurons_per_core": count}
 
-    def _place(self, *_: Any, **__: Any) -> None:
+    def _place(self, constraint: Any = None, *_: Any, **__: Any) -> None:
+        if getattr(constraint, "size", None) is not None:
+            self.set_max_atoms_per_core(constraint.size)
+            return
         self._simulator.state.remark(
             f"population '{self.label}' is placed by the mapper; the place in the script has no effect"
         )
@@ -230,6 +257,7 @@ class Projection(projections.Projection):
         if signed:
             receptor_type = connector.positive_receptor_type if receptor_type is None else receptor_type
         receptor_type = receptor_type or "excitatory"
+        synapse_type = one_by_one(synapse_type, connector, ends)
         super().__init__(*ends, connector, synapse_type, source, receptor_type, space, label, **unknown)
         if signed and (other := connector.negative()) is not None:
             self.negative = type(self)(

@@ -32,11 +32,13 @@ CELLS: Final = {
     "IF_curr_exp_sEMD": "its second receptor multiplies the first",
     "IFCondExpCerebellum": "its reversal potentials are set by a cerebellum model of the iCub",
     "IF_cond_exp_stoc": f"it has {_STOCHASTIC}",
+    "IF_curr_exp_ca2_adaptive": f"it has {_CALCIUM}; EIF_cond_exp_isfa_ista adapts too",
 }
+_MACHINE: Final = "there is no machine; `nrp map` shows the one that a network needs"
 SIMULATOR: Final = {
     "PoolDenseConnector": _POOLED,
     "PoolDense": _POOLED,
-    "get_machine": "there is no machine; `nrp map` shows the one that a network needs",
+    **dict.fromkeys(("get_machine", "get_spynnaker", "globals_variables"), _MACHINE),
 }
 EXTRA_MODELS: Final = {
     **CELLS,
@@ -77,6 +79,7 @@ SPLITTERS: Final = dict.fromkeys(
     _SPLITS,
 )  # fmt: skip
 POPULATIONS: Final = {
+    **dict.fromkeys(("_vertex", "_get_vertex", "_spinnaker_control", "_mapped_vertices"), _MACHINE),
     "set_state": "initialize() sets the state at the beginning of a run",
     "current_values": "record() and get_data() give the state at any time",
 }

@@ -96,6 +96,7 @@ def stdp_mechanism(pynn: Any) -> type:
                 "projection of extra_models.Neuromodulation(tau_c=..., tau_d=...) with receptor_type='reward'"
             )
         given.pop("pad_to_length", None)  # room for synapses that are never made
+        given.pop("mad", None)  # how version 7 read its rows
         if given.pop("backprop_delay", True) is False:
             given["dendritic_delay_fraction"] = 0.0
         pynn.__init__(self, *arguments, **given)

@@ -30,6 +30,7 @@ _WITHOUT_EFFECT: Final = {
     "virtual_key": "only a SpikeInjector receives spikes",
     "reserve_reverse_ip_tag": "nothing is loaded onto a machine",
     "splitter": "",
+    "splitter_object": "",
 }
 """The settings that change nothing, and why; none for those that are treated elsewhere."""
 

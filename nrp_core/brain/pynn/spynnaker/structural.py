@@ -45,8 +45,8 @@ class DistanceDependentFormation:
         p_form_lateral: float = 1.0, sigma_form_lateral: float = 1.0,
     ) -> None:  # fmt: skip
         try:
-            grid_x, grid_y = grid
-        except (TypeError, ValueError):
+            grid_x, grid_y = (int(size) for size in grid)  # parts are left out, as in sPyNNaker
+        except (TypeError, ValueError, OverflowError):
             raise InvalidValueError(
                 f"DistanceDependentFormation: grid is {grid!r}; it must be two whole numbers"
             ) from None

@@ -1,0 +1,33 @@
+"""Scripts of PyNN in Python 2."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
+from pathlib import Path
+from types import CodeType, ModuleType
+
+from nrp_legacy.code import as_of_old, compiled_file
+from nrp_legacy.shims.libraries import renamed_libraries
+
+
+class Python2:
+    """How a script in Python 2 is read and run, see :class:`nrp_core.pynn.languages.Language`."""
+
+    name = "Python 2"
+
+    def compiled(self, path: Path) -> CodeType:
+        """Return the code of a file.
+
+        Raises:
+            TransferFunctionError: it is neither Python 3 nor Python 2.
+        """
+        return compiled_file(path)
+
+    def modules(self) -> Mapping[str, ModuleType]:
+        """Return the modules that have another name today."""
+        return renamed_libraries()
+
+    def running(self) -> AbstractContextManager[None]:
+        """Return a context without warnings about old code."""
+        return as_of_old()

@@ -1,0 +1,72 @@
+"""The languages of scripts besides Python 3."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import CodeType, ModuleType
+from typing import Protocol
+
+from nrp_core._support.encoding import Misfit, decoded_python
+from nrp_core.errors import NrpError
+from nrp_core.registry import Registry
+
+
+class Language(Protocol):
+    """How scripts in a language are read and run."""
+
+    @property
+    def name(self) -> str:
+        """What users call it."""
+
+    def compiled(self, path: Path) -> CodeType:
+        """Return the code of a file.
+
+        Raises:
+            NrpError: it is not in this language.
+        """
+
+    def modules(self) -> Mapping[str, ModuleType]:
+        """Return the modules that scripts in this language import, and others do not."""
+
+    def running(self) -> AbstractContextManager[None]:
+        """Return the context in which a script runs."""
+
+
+LANGUAGES: Registry[type[Language]] = Registry("nrp_core.script_languages", "language of scripts")
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How one script is read.
+
+    Args:
+        language: its language; None for Python 3.
+    """
+
+    language: Language | None = None
+    modules: Mapping[str, ModuleType] = field(default_factory=dict)
+
+    def running(self) -> AbstractContextManager[None]:
+        """Return the context in which the script runs."""
+        return nullcontext() if self.language is None else self.language.running()
+
+
+def reading_of(script: Path) -> Reading:
+    """Return how a script is read: as Python 3 if it is that, or is in none of the installed languages."""
+    text = decoded_python(script.read_bytes())
+    try:
+        compile("" if isinstance(text, Misfit) else text, str(script), "exec", dont_inherit=True)
+        return Reading()
+    except (SyntaxError, ValueError):
+        pass
+    for kind in LANGUAGES.load_all().values():
+        language = kind()
+        try:
+            language.compiled(script)
+        except NrpError:
+            continue
+        return Reading(language, language.modules())
+    return Reading()
