@@ -45,6 +45,7 @@ from nrp_legacy.shims.import_path import ImportPath
 from nrp_legacy.shims.libraries import libraries_of_old
 from nrp_legacy.shims.logs import ClientLogger, log_modules
 from nrp_legacy.shims.missing import StandIns
+from nrp_legacy.shims.modules import message_modules
 from nrp_legacy.shims.paths import Paths
 from nrp_legacy.spinnaker import EXTERNAL_DEVICES, add_spinnaker
 
@@ -163,7 +164,13 @@ def load_script(
     libraries = libraries_of_old(
         files.environment(), lambda _seconds: None, seed, built.import_path, Paths(files)
     )
-    modules = {**libraries, "nest": built.nest, **futurized_modules(), **log_modules(ClientLogger(Graph()))}
+    modules = {
+        **message_modules(),
+        **libraries,
+        "nest": built.nest,
+        **futurized_modules(),
+        **log_modules(ClientLogger(Graph())),
+    }
     with as_of_old():
         made = load_network(
             path, seed=seed, parameters=parameters, simulators=_SIMULATORS, compiled=compiled_file,

@@ -1,8 +1,8 @@
 """Joints commanded by topics of the platform for which there is no known plugin.
 
 Robots of the platform had their own plugins for it, or the controllers of ``ros_control``. In either case
-``/robot/joint/cmd_pos``, ``/icub/joint/vel`` and ``/arm/joint_position_controller/command`` name the joint
-and the quantity.
+``/robot/joint/cmd_pos``, ``/icub/joint/vel``, ``/arm/joint_position_controller/command`` and
+``/joint_pos_cntr/command`` name the joint and the quantity.
 """
 
 from __future__ import annotations
@@ -18,14 +18,16 @@ from nrp_core.world.scene.model import Model
 
 Kind = Literal["position", "velocity", "effort"]
 
-_JOINT = r"""(?P<joint>[\w-]+|%s|\{\w*\}|["']\s*\+[^"'\n]*\+\s*["'])"""
-"""The name of a joint, or where code puts one in."""
+_PLACE = r"%[sd]|\{\w*\}|[\"']\s*\+[^\"'\n]*\+\s*[\"']"
+"""Where code puts a name, or a part of one, in."""
+_JOINT = rf"(?P<joint>(?:[\w-]|{_PLACE})+?)"
+"""The name of a joint."""
 _TOPIC = re.compile(
     rf"""["']/?(?P<lead>(?:[\w-]+/)*){_JOINT}(?P<end>/(?:cmd_)?(?:pos|vel|effort|torque))/?["']"""
 )
 _CONTROLLER = re.compile(
-    rf"""["']/?(?P<lead>(?:[\w-]+/)*){_JOINT.replace("]+|", "]+?|")}"""
-    r"""(?P<end>(?:_(?:position|velocity|effort))?_controller/command)["']"""
+    rf"""["']/?(?P<lead>(?:[\w-]+/)*){_JOINT}"""
+    r"""(?P<end>(?:_(?:position|velocity|effort|pos|vel))?_(?:controller|cntr)/command)["']"""
 )
 _TRAJECTORY = re.compile(r"""["']/?(?P<topic>[\w/-]+)["']\s*,\s*(?:\w+\s*=\s*)?(?:\w+\.)*JointTrajectory\b""")
 """A topic with its type, as publishers are made."""
@@ -87,11 +89,9 @@ def _commands(model: str, sources: Iterable[str], joints: Collection[str]) -> It
                 if re.search(rf"""["'](?:[\w-]+::)*{re.escape(joint)}["']""", source):
                     yield f"/{model}/{joint}/cmd_pos", joint, "position"
         for found in (*_TOPIC.finditer(source), *_CONTROLLER.finditer(source)):
-            named = found["joint"]
-            meant = [named] if re.fullmatch(r"[\w-]+", named) else joints
-            for joint in meant:
-                if joint in joints:
-                    yield f"/{found['lead']}{joint}{found['end']}", joint, _kind(found["end"])
+            named = re.compile(re.sub(_PLACE, r"[\\w-]+", found["joint"]))
+            for joint in filter(named.fullmatch, joints):
+                yield f"/{found['lead']}{joint}{found['end']}", joint, _kind(found["end"])
 
 
 def _kind(end: str) -> Kind:

@@ -39,6 +39,7 @@ from nrp_legacy.machines import StateMachines
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.notes import unnoted
 from nrp_legacy.shared_topics import SharedTopics
+from nrp_legacy.shims.clock import CLOCK, declare_clock, let_tick
 from nrp_legacy.two_way_topics import let_all_talk, plain_name
 
 
@@ -76,6 +77,7 @@ class ShimmedMaker(Maker, Participant, ABC):
         self.machines, self._folders = list(machines), tuple(folders)
         self._nest_units, self._notes = nest_units, list(notes)
         self._network: Network | None = None
+        self._texts: list[str] = []
         self.shared_topics = SharedTopics()
         self.names = self._namespace()
 
@@ -116,6 +118,7 @@ class ShimmedMaker(Maker, Participant, ABC):
 
     def _begun(self, experiment: Experiment) -> Namespace:
         """Return a new namespace with the brain."""
+        self._texts = list(self._codes(experiment))
         return self._namespace(experiment.seed, experiment.function_parameters)
 
     def brain_parameters(self, experiment: Experiment) -> Declared:
@@ -142,27 +145,34 @@ class ShimmedMaker(Maker, Participant, ABC):
         return Listing(pieces, names, self.names.scope, self._folders)
 
     def declare_missing_topics(self, world: World, functions: Sequence[TransferFunction]) -> None:
+        if CLOCK in {
+            *self.names.graph.wanted,
+            *(topic.name for one in functions for topic in one.subscribed),
+        }:
+            declare_clock(world)
         aliases = self.aliases(world, functions)
         for name, served in aliases.items():
             world.add_alias(name, served)
             if not served.endswith(name):
                 message = f"no topic '{name}': '{served}' is used, the only one like it"
                 world.warnings.add(Code.NRP255, message, subject=name)
-        for name, kind in {**self._topics_of_machines(functions), **self.names.graph.wanted}.items():
+        for name, kind in {**self._topics_of_rospy(functions), **self.names.graph.wanted}.items():
             if name not in world.topics:
                 world.declare(name, kind)
         let_all_talk(functions, world, aliases)
         self.shared_topics.hand_on(world)
 
-    def _topics_of_machines(self, functions: Sequence[TransferFunction]) -> dict[str, type]:
-        """Return the topics that functions read and state machines name, with their types."""
-        texts = [code.Source.of_file(path).text for path in self.machines]
+    def _topics_of_rospy(self, functions: Sequence[TransferFunction]) -> dict[str, type]:
+        """Return the topics that functions read and machines name, or ``rospy`` publishes on, with types."""
+        machines = [code.Source.of_file(path).text for path in self.machines]
         read = [topic for one in functions for topic in one.subscribed if topic.topic_type is not None]
-        return {
-            topic.name: message_type(topic.topic_type)
-            for topic in read
-            if any(re.search(rf"""["']/?{re.escape(topic.name[1:])}["']""", text) for text in texts)
-        }
+        found: dict[str, type] = {}
+        for topic in read:
+            name = rf"""["']/?{re.escape(topic.name[1:])}["']"""
+            published = any(re.search(rf"Publisher\(\s*{name}", text) for text in self._texts)
+            if published or any(re.search(name, text) for text in machines):
+                found[topic.name] = message_type(topic.topic_type)
+        return found
 
     def aliases(self, world: World, functions: Sequence[TransferFunction]) -> dict[str, str]:
         """Return the topics of a world for other names."""
@@ -171,6 +181,7 @@ class ShimmedMaker(Maker, Participant, ABC):
         return {name: served for name, kind in wanted.items() if (served := find_alias(name, kind, world))}
 
     def begin(self, run: Run) -> None:
+        let_tick(run)
         self.names.graph.begin(run)
         built_of(run.brain.network).begin(run)
         let_flow(getattr(run.brain.network, "injections", ()), run.brain)

@@ -275,3 +275,9 @@ def test_a_connector_of_a_user_connects_by_nest(tmp_path: Path) -> None:
     assert len(projection.weight) == 4
     with pytest.raises(CapabilityError, match="all_to_all, not 'fixed_indegree'"):
         loaded(tmp_path, CELLS + OWN_CONNECTOR.replace("RULE", "'fixed_indegree'"))
+
+
+def test_a_brain_file_that_imports_messages_is_not_accused(tmp_path: Path) -> None:
+    text = f"from std_msgs.msg import String\n{SETUP}circuit = sim.Population(2, sim.IF_cond_alpha())\n"
+    network, notes = loaded(tmp_path, text)
+    assert (network.size, list(notes)) == (2, [])

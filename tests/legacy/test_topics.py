@@ -12,8 +12,10 @@ from nrp_legacy.aliases import find_alias
 from nrp_legacy.framework import topic
 from nrp_legacy.shims.tuples import as_in_ros1
 
+from nrp_core.analysis.validate import validate_file
 from nrp_core.dsl.testing.mocks import MockWorld
 from nrp_core.experiment.running.run import Run
+from nrp_core.findings import Code
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 from nrp_core.world.messages.sensor_msgs import Image, LaserScan
 
@@ -170,3 +172,66 @@ def test_a_topic_under_the_name_of_another_robot_is_said_to_be_used(
     run.run()
     said = f"no topic '{name}': '/robot/husky/cmd_vel' is used, the only one like it"
     assert (said in [problem.message for problem in run.result().problems]) == is_said
+
+
+CLOCKED = """
+from rosgraph_msgs.msg import Clock
+import rospy
+heard = []
+rospy.Subscriber("/clock", Clock, lambda message: heard.append(message.clock.to_sec()))
+@nrp.MapVariable("told", initial_value=rospy.Publisher("/told", std_msgs.msg.Float64, queue_size=1))
+@nrp.MapVariable("times", initial_value=[])
+@nrp.MapRobotSubscriber("clock", Topic("/clock", Clock))
+@nrp.Neuron2Robot(triggers="clock", throttling_rate=1000)
+def on_clock(t, told, times, clock):
+    times.value.append((round(clock.value.clock.to_sec(), 3), [round(one, 3) for one in heard[-1:]]))
+    told.value.publish(t)
+
+@nrp.MapRobotSubscriber("told", Topic("/told", std_msgs.msg.Float64))
+@nrp.Robot2Neuron(triggers="told")
+def listen(t, told):
+    clientLogger.info(told.value.data)
+"""
+
+
+def test_the_clock_triggers_functions_as_with_ros(opened: Opened, corpus: Path) -> None:
+    folder = corpus / "clocked"
+    folder.mkdir()
+    (folder / "tf.py").write_text(CLOCKED)
+    (folder / "x.bibi").write_text('<bibi><transferFunction src="tf.py"/></bibi>')
+    (folder / "x.exc").write_text('<ExD><timeout>1.0</timeout><bibiConf src="x.bibi"/></ExD>')
+    run = opened("clocked/x.exc")
+    run.run_until(0.1)
+    assert not run.result().failures
+    (function,) = (one for one in run.loop.functions if one.name == "on_clock")
+    times, heard = zip(*function.adapters["times"].value, strict=True)  # type: ignore[attr-defined]
+    assert times == (0.02, 0.04, 0.06, 0.08, 0.1)  # the ends of the steps
+    assert heard == ([], [0.04], [0.06], [0.08], [0.1])  # a subscriber of rospy hears from its first step on
+    assert not [one for one in validate_file(folder / "x.exc") if one.code is Code.NRP268]
+
+
+STRINGS = """
+import rospy
+from std_msgs.msg import String
+from smach import StateMachine, CBState
+rospy.Publisher("/ros_cle_simulation/logs", String, latch=True, queue_size=10).publish("begin")
+sm = StateMachine(outcomes=["DONE"])
+with sm:
+    StateMachine.add("a", CBState(lambda userdata: "done", outcomes=["done"]), transitions={"done": "DONE"})
+"""
+
+
+def test_a_function_logs_while_a_machine_takes_the_logs_for_strings(opened: Opened, corpus: Path) -> None:
+    folder = corpus / "logs"
+    folder.mkdir()
+    (folder / "tf.py").write_text('@nrp.Robot2Neuron()\ndef f(t):\n    clientLogger.info("at", t)\n')
+    (folder / "m.exd").write_text(STRINGS)
+    (folder / "x.bibi").write_text('<bibi><transferFunction src="tf.py"/></bibi>')
+    control = '<experimentControl><stateMachine src="m.exd"/></experimentControl>'
+    (folder / "x.exc").write_text(f'<ExD><timeout>1.0</timeout><bibiConf src="x.bibi"/>{control}</ExD>')
+    run = opened("logs/x.exc")
+    shown = run.world.subscribe("/ros_cle_simulation/logs")
+    run.run_until(0.1)
+    assert not run.result().failures
+    assert shown.latest is not None
+    assert shown.latest.message.data == "at 0.08"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from types import ModuleType
 
+from nrp_core.world.messages.std_msgs import String
 from nrp_legacy.shims.graph import Graph, log
 from nrp_legacy.shims.modules import OpenMessage, module
 
@@ -29,8 +30,10 @@ class ClientLogger:
         """Show a text."""
         text = " ".join(map(str, words))
         log.info("%s", text)
-        if LOGS in self._graph.topics:
-            self._graph.publish(LOGS, ClientLoggerMessage, ClientLoggerMessage(message=text))
+        if LOGS in self._graph.topics:  # some files take its messages for strings
+            takes_strings = self._graph.world.topics[LOGS].type is String
+            message = String(text) if takes_strings else ClientLoggerMessage(message=text)
+            self._graph.publish(LOGS, type(message), message)
 
     advertise = info
 
