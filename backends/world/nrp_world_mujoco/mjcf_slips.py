@@ -48,7 +48,7 @@ def warn_of_slips(root: Element, model: Any, warnings: Findings) -> None:
     units = [one.attributes.get("angle") for one in elements if one.tag == "compiler"]
     in_degrees = "radian" not in units
     for element in elements:
-        for message in (*_orientation(element, in_degrees), *_exchanged(element)):
+        for message in (*_orientation(element, in_degrees), *_exchanged(element), *_narrow(element)):
             warnings.add(Code.NRP298, message, path=element.path, line=element.line)
     if in_degrees:
         _warn_of_limits(elements, warnings)
@@ -90,6 +90,13 @@ def _exchanged(element: Element) -> Iterator[str]:
         ends = _numbers(element, name)
         if len(ends) == 2 and ends[0] > ends[1]:
             yield f"the {name} of the {_named(element)} begins at {ends[0]:g} and ends at {ends[1]:g}"
+
+
+def _narrow(element: Element) -> Iterator[str]:
+    """Yield the angles of cameras that are right in radians only."""
+    fovy = next(iter(_numbers(element, "fovy")), 0.0) if element.tag == "camera" else 0.0
+    if 0 < fovy <= pi:
+        yield f"the fovy of the {_named(element)} is {fovy:g}: it is in degrees, also in a file in radians"
 
 
 def _warn_of_limits(elements: list[Element], warnings: Findings) -> None:
@@ -153,6 +160,10 @@ def _without_effect(model: Any) -> Iterator[tuple[Code, str, str]]:
         owner = f"the actuator '{name}' of the joint '{model.joint(joint).name}'"
         if not actuator.gear.any():
             yield Code.NRP298, name, f"the gear of {owner} is 0: it moves nothing"
+        elif not actuator.gainprm.any():
+            yield Code.NRP298, name, f"the gain (kp) of {owner} is 0: its commands move nothing"
+        elif gain == -spring > 0 and (beyond := _unreached(model, number, joint, gear)):
+            yield Code.NRP298, name, f"the ctrlrange of {owner} {beyond}"
         elif gain == -spring < 0:
             yield (
                 Code.NRP298,
@@ -178,3 +189,16 @@ def _without_effect(model: Any) -> Iterator[tuple[Code, str, str]]:
                     f"the ctrlrange of {owner} is {low:g} to {high:g} rad, and the joint turns by up to "
                     f"{float(abs(model.jnt_range[joint]).max()):.3g} rad",
                 )
+
+
+def _unreached(model: Any, number: int, joint: int, gear: float) -> str:
+    """Return that no position a servo takes is within the range of its joint; empty if some are."""
+    if not (model.actuator_ctrllimited[number] and model.jnt_limited[joint] and gear):
+        return ""
+    low, high = sorted(float(end) / gear for end in model.actuator_ctrlrange[number])
+    least, most = model.jnt_range[joint].tolist()
+    if least <= high and low <= most:
+        return ""
+    return (
+        f"is {low:g} to {high:g}, and the range of the joint {least:.3g} to {most:.3g}: it stays at one end"
+    )

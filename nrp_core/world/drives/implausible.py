@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import dist, tau
+from math import dist, inf, tau
 from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
@@ -14,7 +14,7 @@ from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.scene.acting import MountedDrive
 from nrp_core.world.scene.implausible_shapes import box_around
 from nrp_core.world.scene.merged_bodies import bodies_of
-from nrp_core.world.scene.model import Cylinder, Joint, Link, Model, Sphere
+from nrp_core.world.scene.model import Box, Collision, Cylinder, Joint, Link, Model, Sphere
 
 _WHEEL_TIMES: Final = 1.5
 """How much larger a wheel may be than its shape; a radius in place of a diameter is off by 2."""
@@ -32,6 +32,8 @@ _ACROSS: Final = 0.5
 """The cosine of 60 degrees."""
 _LIFTED: Final = 0.25
 """How much lower than its wheels a robot may reach, in radii of a wheel; casters give way a little."""
+_RESTING: Final = 0.05
+"""The same for a box that does not slide, which no caster is."""
 _ELSEWHERE: Final = 2.0
 """How much lower it does not reach: then a shape is in another unit, which is reported."""
 _WEAKEST_M_S2: Final = 0.02
@@ -178,21 +180,32 @@ def _of_grip(owner: str, wheels: list[Joint], model: Model) -> Iterator[str]:
 
 def _of_footing(owner: str, drive: _Wheeled, wheels: list[Joint], model: Model) -> Iterator[str]:
     """Yield that a robot rests on another part than its wheels."""
-    lows: dict[str, float] = {}
-    for link in model.links:
-        try:
-            box = box_around((link.pose @ one.pose, one.geometry) for one in link.collisions)
-        except SceneError:
-            return  # a mesh cannot be read, which is reported where it is needed
-        lows |= {} if box is None else {link.name: float(box[0][2])}
     turning = {joint.child for joint in wheels}
-    others = {name: low for name, low in lows.items() if name not in turning}
-    if not others or not turning <= lows.keys():
+    wheel_lows: dict[str, float] = {}
+    others: list[tuple[float, float, str]] = []
+    for link in model.links:
+        for shape in link.collisions:
+            try:
+                box = box_around([(link.pose @ shape.pose, shape.geometry)])
+            except SceneError:
+                return  # a mesh cannot be read, which is reported where it is needed
+            low = inf if box is None else float(box[0][2])
+            if link.name in turning:
+                wheel_lows[link.name] = min(wheel_lows.get(link.name, inf), low)
+            else:
+                others.append((low + _slack(shape) * drive.wheel_diameter / 2, low, link.name))
+    if not others or not turning <= wheel_lows.keys():
         return
-    lowest = min(others, key=others.__getitem__)
-    gap_m = min(lows[name] for name in turning) - others[lowest]
-    if _LIFTED < 2 * gap_m / drive.wheel_diameter < _ELSEWHERE:
+    ground = min(wheel_lows.values())
+    limit, low, lowest = min(others)
+    if limit < ground and ground - low < _ELSEWHERE * drive.wheel_diameter / 2:
+        gap_m = ground - low
         yield f"{owner} has wheels that do not reach the ground: '{lowest}' reaches {gap_m:.2g} m lower"
+
+
+def _slack(shape: Collision) -> float:
+    """Return how much lower than its wheels a robot may reach with a shape, in radii of a wheel."""
+    return _LIFTED if shape.friction == 0 or not isinstance(shape.geometry, Box) else _RESTING
 
 
 def _of_torque(owner: str, drive: _Wheeled, wheels: list[Joint], model: Model) -> Iterator[str]:

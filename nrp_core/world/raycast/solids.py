@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from math import inf
+from typing import Final
 
 import numpy as np
 
@@ -34,6 +35,10 @@ _MAX_POINTS = 300
 _NONE = np.empty((0, 3, 3))
 _CORNERS = 4
 """Cells of the grid of a height map that are checked on each side of a point."""
+
+
+_ROUNDED_M: Final = 1e-6
+"""Shapes that touch are not below each other."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +113,7 @@ class Solid:
             return True
         low, high = self.box
         inside = (points[:, :2] >= low[:2]) & (points[:, :2] <= high[:2])
-        return bool(np.any(inside.all(1) & (points[:, 2] > low[2])))
+        return bool(np.any(inside.all(1) & (points[:, 2] > low[2] + _ROUNDED_M)))
 
     def depth_of(self, points: FloatArray) -> float:
         """Return how deep the deepest of these points is inside the shape, m; 0 for none."""

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from nrp_core.world.rigid.matrices import matrix_of
-from nrp_core.world.scene.acting import JointController
+from nrp_core.world.scene.acting import ControllerKind, JointController, Pid
 from nrp_core.world.scene.model import Joint, Model
 
 _TURNS_RAD: Final = 4 * pi
@@ -74,20 +74,8 @@ def _of_controller(owner: str, joint: Joint, controller: JointController) -> Ite
     if 0 < joint.velocity < pace:
         yield f"{owner} has a controller and moves at most {joint.velocity:g} {unit}: is that meant?"
     gains = controller.gains
-    if controller.kind != "effort" and gains is not None and not any((gains.p, gains.i, gains.d)):
-        yield f"the controller of {owner} has no gain: its commands move nothing"
-    elif controller.kind == "position" and gains is not None and 0 < joint.effort < gains.p * _SMALLEST:
-        yield (
-            f"the controller of {owner} has a gain of {gains.p:g}: it exerts the largest effort, "
-            f"{joint.effort:g}, at an error of {joint.effort / gains.p:.2g}"
-        )
-    elif controller.kind == "position" and gains is not None and gains.p > 0:
-        time_s = (joint.damping + gains.d) / gains.p
-        if time_s > _LONGEST_S:
-            yield (
-                f"the controller of {owner} has a gain of {gains.p:g}, and the damping is "
-                f"{joint.damping + gains.d:g}: it nears its target with a time constant of {time_s:.3g} s"
-            )
+    if controller.kind != "effort" and gains is not None:
+        yield from _of_gains(owner, joint, controller.kind, gains)
     if joint.friction > 0 and joint.friction >= _strongest(joint, controller):
         yield (
             f"{owner} has a friction of {joint.friction:g}, and its controller exerts at most "
@@ -103,6 +91,25 @@ def _of_controller(owner: str, joint: Joint, controller: JointController) -> Ite
         yield (
             f"the controller of {owner} starts with {start:g}, outside the limits of the joint of "
             f"{joint.lower:g} to {joint.upper:g}"
+        )
+
+
+def _of_gains(owner: str, joint: Joint, kind: ControllerKind, gains: Pid) -> Iterator[str]:
+    if not any((gains.p, gains.i, gains.d)):
+        yield f"the controller of {owner} has no gain: its commands move nothing"
+    elif kind != "position":
+        return
+    elif not (gains.p or gains.i):
+        yield f"the position controller of {owner} has the gains p 0 and i 0: it never nears its target"
+    elif 0 < joint.effort < gains.p * _SMALLEST:
+        yield (
+            f"the controller of {owner} has a gain of {gains.p:g}: it exerts the largest effort, "
+            f"{joint.effort:g}, at an error of {joint.effort / gains.p:.2g}"
+        )
+    elif gains.p > 0 and (time_s := (joint.damping + gains.d) / gains.p) > _LONGEST_S:
+        yield (
+            f"the controller of {owner} has a gain of {gains.p:g}, and the damping is "
+            f"{joint.damping + gains.d:g}: it nears its target with a time constant of {time_s:.3g} s"
         )
 
 

@@ -244,6 +244,9 @@ _SERVO = """<mujoco model="arm">{more}<worldbody><body name="upper" pos="0 0 1">
         ("", 'ctrlrange="-0.01 0.01"', "", "is -0.01 to 0.01 rad, and the joint turns by up to 1.57 rad"),
         ("", 'ctrlrange="-90 90"', "", "the ctrlrange of the actuator 'shoulder' of the joint 'shoulder'"),
         ("", 'ctrlrange="-90 90" gear="60"', "", ""),  # of the motor's shaft
+        ("", 'ctrlrange="2 3"', "", "is 2 to 3, and the range of the joint -1.57 to 1.57: it stays at one"),
+        ("", 'ctrlrange="1.5 3"', "", ""),
+        ("", 'ctrlrange="2 3" gear="60"', "", ""),
         ("", 'gear="0"', "", "the gear of the actuator 'shoulder' of the joint 'shoulder' is 0"),
         ('damping="1"', 'gear="-1"', "", ""),
     ],
@@ -256,6 +259,15 @@ def test_forces_that_are_lost_or_move_nothing_are_reported(
     found = [*map(str, model.warnings), *of_joints(model)]
     assert len(found) == bool(words)
     assert all(words in one for one in found)
+
+
+@pytest.mark.parametrize(("fovy", "is_reported"), [("0.8", True), ("3", True), ("4", False), ("45", False)])
+def test_a_field_of_view_in_radians_is_reported(tmp_path: Path, fovy: str, is_reported: bool) -> None:
+    camera = f'<camera name="eye" fovy="{fovy}"/></body>'
+    (tmp_path / "arm.xml").write_text(_SERVO.format(joint="", force="", more="").replace("</body>", camera))
+    said = [str(one) for one in read_model(tmp_path / "arm.xml").warnings]
+    words = f"the fovy of the <camera> 'eye' is {fovy}: it is in degrees, also in a file in radians"
+    assert [words in one for one in said] == [True] * is_reported
 
 
 def test_an_actuator_that_drives_away_from_its_target_is_reported_at_its_line(tmp_path: Path) -> None:

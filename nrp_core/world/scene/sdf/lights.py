@@ -26,6 +26,13 @@ def read_light(element: Element, name: str, pose: Pose, reading: Reading) -> Lig
     if kind not in _KINDS:
         raise element.error(f"unknown light type '{kind}'{did_you_mean(kind, _KINDS)}")
     red, green, blue, alpha = read_color(element, "diffuse", reading) or _WHITE
+    attenuation = _attenuation(element.find("attenuation"))
+    if kind != "directional" and not sum(attenuation[1:]) > 0:
+        message = (
+            f"the factors of the <attenuation> of the light '{name}' are 0, so it is infinitely bright; "
+            "1, 0 and 0 do not weaken it"
+        )
+        reading.notes.warn(element, Code.NRP264, message, subject=name)
     strength = element.number("intensity", 1.0) if element.flag("light_on", True) else 0.0
     return Light(
         name,
@@ -34,7 +41,7 @@ def read_light(element: Element, name: str, pose: Pose, reading: Reading) -> Lig
         pose.rotate(element.direction("direction", _DOWN)),
         (strength * red, strength * green, strength * blue, alpha),
         element.flag("cast_shadows", kind == "directional"),
-        _attenuation(element.find("attenuation")),
+        attenuation,
         _cone(element.find("spot"), reading),
     )
 
@@ -58,4 +65,8 @@ def _cone(element: Element | None, reading: Reading) -> tuple[float, float]:
         message = f"the <outer_angle> of a spot is {outer:g} rad, more than a turn; is it meant in degrees?"
         reading.notes.warn(element, Code.NRP264, message)
     outer = min(outer, 0.99 * pi)
-    return min(element.number("inner_angle", outer / 2), outer), outer
+    inner = element.number("inner_angle", outer / 2)
+    if inner > outer:
+        message = f"the <inner_angle> of a spot, {inner:g} rad, is above its <outer_angle>, which is used"
+        reading.notes.warn(element, Code.NRP264, message)
+    return min(inner, outer), outer

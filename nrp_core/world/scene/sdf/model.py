@@ -218,6 +218,7 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
     source = Source(element.path, element.attributes.get("name", ""), element.line, tuple(without))
     native = native_of(element)
     if placed.static:
+        links = tuple(_without_joint_sensors(links, element, reading))
         return Model(name, links, pose=pose, static=True, native=native, source=source)
     tree, loops = tree_and_loops(parts.rows, element, reading)
     rows = [in_a_row(row) for row in tree]
@@ -250,6 +251,16 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
         reading.notes.warn(element, Code.NRP264, message, subject=name)
     massive = with_default_masses(links, joints, element, reading.notes)
     return replace(model, links=with_sizes(massive, joints))
+
+
+def _without_joint_sensors(links: Iterable[Link], model: Element, reading: Reading) -> Iterator[Link]:
+    """Yield the links of a static model, which has no joints, without the sensors that measure in joints."""
+    for link in links:
+        for sensor in link.sensors:
+            if sensor.measured_joints:
+                message = f"the sensor '{sensor.name}' measures in a joint, and the model is static: left out"
+                reading.notes.warn(model, Code.NRP262, message, subject=sensor.name)
+        yield replace(link, sensors=tuple(each for each in link.sensors if not each.measured_joints))
 
 
 def _joint_states_topic(placed: Placed, joints: Iterable[Joint], name: str) -> str | None:

@@ -49,6 +49,8 @@ _KNOWN: Final = {
 _ELSEWHERE: Final = {name: tag for tag in ("origin", "dynamics", "limit") for name in _TABLE[tag][0].split()}
 """Attributes that only one element has."""
 _FREE: Final = ("gazebo", "transmission", "ros2_control", "sensor", "contact")
+_HARMLESS: Final = {("collision", "material")}
+"""What exporters write in vain: a collision is not seen."""
 _ALIKE: Final = 0.6
 _LOWEST, _HIGHEST = "soft_lower_limit", "soft_upper_limit"
 
@@ -81,17 +83,23 @@ def check_vocabulary(element: Element, notes: Notes) -> None:
     if element.tag == "safety_controller":
         _check_soft_limits(element, notes)
     for child in element.children:
-        if (
-            children
-            and child.tag not in children
-            and ":" not in child.tag
-            and _resembles(child.tag, children)
-        ):
-            hint = did_you_mean(child.tag, children)
-            message = f"URDF has no <{child.tag}> in a <{element.tag}>: ignored{hint}"
-            notes.warn(child, Code.NRP263, message, subject=child.tag)
+        if children and child.tag not in children and ":" not in child.tag:
+            _check_misplaced(child, element, children, notes)
         if child.tag not in _FREE and child.tag in _KNOWN:
             check_vocabulary(child, notes)
+
+
+def _check_misplaced(child: Element, parent: Element, valid: frozenset[str], notes: Notes) -> None:
+    """Warn of an element that its parent does not have: a misspelt one, or one of another element."""
+    holders = [f"<{tag}>" for tag, (_, children) in _KNOWN.items() if child.tag in children]
+    if holders and (parent.tag, child.tag) not in _HARMLESS:
+        hint = f"; it belongs in {' or '.join(holders)}"
+    elif not holders and _resembles(child.tag, valid):
+        hint = did_you_mean(child.tag, valid)
+    else:
+        return
+    message = f"URDF has no <{child.tag}> in a <{parent.tag}>: ignored{hint}"
+    notes.warn(child, Code.NRP263, message, subject=child.tag)
 
 
 def _resembles(name: str, known: frozenset[str]) -> bool:

@@ -72,9 +72,10 @@ _CONTROLLED = """<sdf version="1.9"><model name="arm">
     <dynamics><damping>{damping}</damping></dynamics></axis></joint>
   <plugin filename="gz-sim-joint-position-controller-system" name="gz::sim::systems::JointPositionController">
     <joint_name>elbow</joint_name><p_gain>{p}</p_gain>
-    <i_gain>0</i_gain><d_gain>0</d_gain><initial_position>{initial}</initial_position></plugin>
+    <i_gain>{i}</i_gain><d_gain>{d}</d_gain><initial_position>{initial}</initial_position></plugin>
 </model></sdf>
 """
+_USUAL = {"limits": "", "damping": "0.1", "p": "9", "i": "0", "d": "0", "initial": "0"}
 
 
 @pytest.mark.parametrize(
@@ -87,15 +88,28 @@ _CONTROLLED = """<sdf version="1.9"><model name="arm">
         ({"p": "2e6", "limits": "<effort>4</effort>"}, "exerts the largest effort, 4, at an error of 2e-06"),
         ({"p": "200", "limits": "<effort>4</effort>"}, None),
         ({"p": "0"}, "has no gain: its commands move nothing"),
+        ({"p": "0", "d": "1"}, "has the gains p 0 and i 0: it never nears its target"),
+        ({"p": "0", "i": "2", "d": "1"}, None),
         ({"initial": "1.2"}, "starts with 1.2, outside the limits of the joint of -1 to 1"),
     ],
-    ids=["nothing", "effort", "velocity", "damping", "strong", "ordinary", "gain", "start"],
+    ids=[
+        "nothing",
+        "effort",
+        "velocity",
+        "damping",
+        "strong",
+        "ordinary",
+        "gain",
+        "dampens",
+        "adds",
+        "start",
+    ],
 )
 def test_a_joint_that_never_moves_or_moves_by_itself_is_reported(
     tmp_path: Path, values: dict[str, str], words: str | None
 ) -> None:
     path = tmp_path / "arm.sdf"
-    path.write_text(_CONTROLLED.format(**{"limits": "", "damping": "0.1", "p": "9", "initial": "0"} | values))
+    path.write_text(_CONTROLLED.format(**_USUAL | values))
     found = [sentence for _, sentence in implausible(Scene((read_model(path),)), ["arm"])]
     assert len(found) == (words is not None)
     assert words is None or words in found[0]

@@ -14,7 +14,7 @@ from nrp_core.findings import Code
 from nrp_core.world.drives.implausible import implausible_drives, weightless_wheels
 from nrp_core.world.fitting import Fitting, JointControl, fitted
 from nrp_core.world.scene.implausible import implausible
-from nrp_core.world.scene.model import Joint
+from nrp_core.world.scene.model import Box, Collision, Joint, Sphere
 
 _SHIPPED = Path(nrp_experiments.braitenberg_husky.__path__[0])
 _AXIS = "<axis><xyz>0 1 0</xyz></axis>"
@@ -189,6 +189,28 @@ def test_wheels_that_do_not_reach_the_ground_are_reported(tmp_path: Path) -> Non
     (sentence,) = _sentences(read_model(path))
     gap_m = (0.285 - 0.17775) + 0.03375
     assert f"wheels that do not reach the ground: 'base_link' reaches {gap_m:.2g} m lower" in sentence
+
+
+@pytest.mark.parametrize(
+    ("low_m", "geometry", "friction", "is_reported"),
+    [
+        (0.02, Box((0.4, 0.3, 0.1)), 1.0, True),
+        (0.005, Box((0.4, 0.3, 0.1)), 1.0, False),  # as in files with rounded numbers
+        (0.02, Box((0.4, 0.3, 0.1)), 0.0, False),  # a runner that slides
+        (0.02, Sphere(0.05), 1.0, False),  # a caster
+    ],
+)
+def test_a_body_that_lies_on_the_ground_beside_its_wheels_is_reported(
+    tmp_path: Path, low_m: float, geometry: Box | Sphere, friction: float, is_reported: bool
+) -> None:
+    model = _husky(tmp_path)
+    lowest_m = 0.035 - 0.17775 - low_m
+    shape = Collision("below", geometry, Pose((0.0, 0.0, lowest_m + 0.05)), friction=friction)
+    base = model.link("base_link")
+    low = replace(base, collisions=(*base.collisions, shape))
+    links = [low if link.name == base.name else link for link in model.links]
+    said = list(implausible_drives(replace(model, links=tuple(links)), 0.02))
+    assert [f"reaches {low_m:.2g} m lower" in sentence for sentence in said] == [True] * is_reported
 
 
 def test_wheels_in_one_place_are_reported(tmp_path: Path) -> None:

@@ -206,6 +206,12 @@ _URDF = """<robot name="arm">
             'soft_upper_limit="-2"',
             "the soft_lower_limit of a <safety_controller>, -1",
         ),
+        (
+            "<collision ",
+            "<visual><collision/><geometry><box size='1 1 1'/></geometry></visual><collision ",
+            "URDF has no <collision> in a <visual>: ignored; it belongs in <link>",
+        ),
+        ("</geometry></collision>", "</geometry><material name='grey'/></collision>", None),  # as exported
         ("<axis ", '<axis xyz="1 0 0"/><axis ', "a second <axis> in the <joint> 'shoulder' is ignored"),
     ],
 )
