@@ -43,6 +43,11 @@ def type_of(name: str) -> type | None:
     return _TYPES.get(full)
 
 
+def message_classes() -> list[type]:
+    """Return the loaded message classes that have a name."""
+    return list(_TYPES.values())
+
+
 def type_name(cls: type) -> str:
     """Return the ROS name of a message class; for any other dataclass its class name."""
     return str(getattr(cls, "__msgtype__", cls.__name__))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import struct
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from functools import lru_cache
 from operator import attrgetter
 from types import SimpleNamespace
@@ -20,7 +21,7 @@ from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, TypesysError
 
 from nrp_core.errors import TopicError
-from nrp_core.world.messages.base import type_name, type_of
+from nrp_core.world.messages.base import message_classes, type_name, type_of
 from nrp_core.world.messages.typestore import LazyTypestore, parsed
 
 PACKAGE = "nrp_msgs"
@@ -96,6 +97,13 @@ class Codec:
             self._names[cls] = name if "/" in name else f"{PACKAGE}/msg/{name}"
             self._learn(cls)
         return self._names[cls]
+
+    def names(self) -> list[str]:
+        """Return the names of all types: its own, and those of the loaded message classes."""
+        for cls in message_classes():
+            with suppress(TopicError):  # reported when it is used
+                self.name(cls)
+        return sorted(self._store.fielddefs)
 
     def definition(self, name: str) -> str:
         """Return the text that defines a type, in the format that recordings hold (``ros2msg``)."""

@@ -15,10 +15,12 @@ from weakref import WeakValueDictionary
 from xml.sax.saxutils import quoteattr
 
 from nrp_core.errors import BackendLoadError, did_you_mean
+from nrp_core.world.messages.cdr import Codec
 
 from nrp_world_ros.options import LAST_DOMAIN
 from nrp_world_ros.ros2.fence import addresses_here, fence, open_sockets
 from nrp_world_ros.ros2.rtps.sockets import Sockets
+from nrp_world_ros.ros2.topics import DomainTopics
 
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 _MACHINE, _SUBNET = "LOCALHOST", "SUBNET"
@@ -35,7 +37,7 @@ _LOOPBACK = (
     '<Interfaces><NetworkInterface address="127.0.0.1" multicast="false"/></Interfaces>'
     "<AllowMulticast>false</AllowMulticast>"
 )
-_domains: WeakValueDictionary[int, Any] = WeakValueDictionary()
+_domains: WeakValueDictionary[int, DomainTopics] = WeakValueDictionary()
 
 
 def domain_number(chosen: int | None, environ: Mapping[str, str] = os.environ) -> int:
@@ -115,8 +117,12 @@ def service_sockets(number: int, environ: Mapping[str, str] = os.environ) -> Soc
         ) from error
 
 
-def participate(number: int) -> tuple[Any, Any]:
-    """Return the domain with a number, shared in this process, and a new participant of it.
+def participate(number: int, codec: Codec) -> tuple[DomainTopics, Any]:
+    """Return the topics of the domain with a number, shared in this process, and a new participant of it.
+
+    Args:
+        number: the number.
+        codec: knows the types of topics.
 
     Raises:
         BackendLoadError: DDS cannot use the network.
@@ -126,18 +132,21 @@ def participate(number: int) -> tuple[Any, Any]:
 
     others = open_sockets()
     try:
-        domain = _domains.get(number) or Domain(number, configuration())
+        topics = _domains.get(number)
+        if topics is None:
+            topics = DomainTopics(Domain(number, configuration()), number)
+            topics.describe(codec)
         participant = DomainParticipant(number)
     except DDSException as error:
         given = f"; {_CONFIG} is '{os.environ[_CONFIG]}'" if _CONFIG in os.environ else ""
         raise BackendLoadError(f"DDS cannot join domain {number}: {error}{given}") from error
-    _domains[number] = domain
+    _domains[number] = topics
     if on_this_machine_only() and sys.platform == "linux":
         try:  # Cyclone DDS always listens on all devices, see its issue 1923
             fence(open_sockets() - others)
         except OSError as error:
             raise _unfenced(error) from error
-    return domain, participant
+    return topics, participant
 
 
 def _unfenced(error: OSError) -> BackendLoadError:

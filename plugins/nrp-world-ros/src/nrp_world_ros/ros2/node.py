@@ -22,7 +22,7 @@ from nrp_world_ros.ros2.network import domain_number, participate, reach, servic
 from nrp_world_ros.ros2.presence import announce
 from nrp_world_ros.ros2.rtps.participant import RtpsParticipant
 from nrp_world_ros.ros2.services import Services
-from nrp_world_ros.ros2.types import DdsTypes, dds_topic
+from nrp_world_ros.ros2.types import dds_topic
 
 _DISCOVERY_S = 1.0
 """Time limit of the mutual discovery of a new node and others, s; a tenth of it on loopback."""
@@ -58,13 +58,12 @@ class Ros2Node(Node):
         self._queue = queue
         self._namespace = ""
         self._services: Services | None = None
-        self._types = DdsTypes(self.codec)
         self._number = domain_number(domain)
-        self._domain, self._participant = participate(self._number)
+        self._topics, self._participant = participate(self._number, self.codec)
         self._writers: dict[str, _Ros2Publisher] = {}
         self._matched: tuple[dict[str, int], float] = ({}, time.monotonic())
         self._joined_s = time.monotonic()
-        self._presence = announce(name, self._participant, self.codec, self._types)
+        self._presence = announce(name, self._participant, self.codec, self._topics)
         # its thread must start last
         self._mail = Mail(self._participant, self.inbox, self.codec)
 
@@ -109,11 +108,10 @@ class Ros2Node(Node):
 
     def _topic(self, topic: str, name: str) -> Any:
         from cyclonedds.core import DDSException
-        from cyclonedds.topic import Topic
 
         try:
-            name_there = dds_topic(self._namespace + topic)
-            return Topic(self._participant, name_there, self._types.type(name))
+            there = dds_topic(self._namespace + topic)
+            return self._topics.topic(self._participant, there, name, self.codec)
         except DDSException as error:
             raise TopicError(f"{topic} cannot be a topic of ROS 2: {error}") from error
 
@@ -185,7 +183,8 @@ class Ros2Node(Node):
             self._mail.close()
             if self._services is not None:
                 self._services.close()
-            self._participant = self._domain = self._presence = None
+            self._participant = self._presence = None
+            del self._topics  # the domain ends with its last node
 
 
 class _Ros2Publisher(Closing):

@@ -11,29 +11,28 @@ from nrp_core.clock import NS_PER_S
 from nrp_core.world.messages.cdr import Codec
 
 from nrp_world_ros.node import ros_type
-from nrp_world_ros.ros2.types import DdsTypes
+from nrp_world_ros.ros2.topics import DomainTopics
 
 _TOPIC = "ros_discovery_info"
 _TYPE = "rmw_dds_common/msg/ParticipantEntitiesInfo"
 
 
-def announce(name: str, participant: Any, codec: Codec, types: DdsTypes) -> Any:
+def announce(name: str, participant: Any, codec: Codec, topics: DomainTopics) -> Any:
     """Make this process visible in ``ros2 node list``.
 
     Args:
         name: name of the node.
         participant: the participant of DDS.
         codec: the codec of ROS 2.
-        types: the types of DDS.
+        topics: the topics of the domain.
 
     Returns:
         Objects that must be kept while it is visible.
     """
     from cyclonedds.core import Policy, Qos
     from cyclonedds.pub import DataWriter
-    from cyclonedds.topic import Topic
 
-    subject = Topic(participant, _TOPIC, types.type(_TYPE))
+    subject = topics.topic(participant, _TOPIC, _TYPE, codec)
     promises = Qos(
         Policy.Reliability.Reliable(NS_PER_S),
         Policy.Durability.TransientLocal,
