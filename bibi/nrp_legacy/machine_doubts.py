@@ -24,8 +24,8 @@ from nrp_legacy.notes import unnoted
 Doubt = tuple[Code, ast.expr | ast.stmt, str]
 """The kind of a doubt, where it is, and its sentence."""
 
-_WAITS: Final = {"WaitToClockState": "time", "ClockDelayState": "waitfor"}
-"""States that wait for a time, and the name of their argument."""
+_WAITS: Final = {"WaitToClockState": ("time",), "ClockDelayState": ("waitfor", "waittime")}
+"""States that wait for a time, and the names of their argument."""
 _CLOCKS: Final = frozenset({
     "time.time", "time.clock", "datetime.datetime.now", "datetime.now", "datetime.datetime.today",
 })  # fmt: skip
@@ -70,7 +70,7 @@ def _waits(tree: ast.Module, duration_ns: int) -> Iterator[Doubt]:
         if not isinstance(node, ast.Call):
             continue
         kind = last_name(node.func)
-        given = [*node.args[:1], *(one.value for one in node.keywords if one.arg == _WAITS.get(kind))]
+        given = [*node.args[:1], *(one.value for one in node.keywords if one.arg in _WAITS.get(kind, ()))]
         match given:
             case [ast.Constant(str() as text), *_] if kind in _WAITS:
                 message = (

@@ -106,8 +106,9 @@ def look(t, near):
         ("", True),
         (OTHER.format(what="near.value = t"), False),
         (OTHER.format(what="print(near.value)"), False),
+        (OTHER.format(what="print(near.value)").replace("initial_value=9.0, ", ""), False),
     ],
-    ids=["alone", "set", "shared"],
+    ids=["alone", "set", "shared", "shared by one without an initial value"],
 )
 def test_a_shared_variable_of_one_function_that_nothing_sets_is_found(
     husky: Path, other: str, *, is_found: bool

@@ -113,6 +113,15 @@ def test_a_warning_is_shown_and_the_machine_goes_on(ran: Ran, caplog: pytest.Log
 WAITS = "    StateMachine.add('wait', states.ClockDelayState(0.3), {'valid': 'wait', 'invalid': 's0'})\n"
 
 
+@pytest.mark.parametrize("given", ["0.3", "waitfor=0.3", "waittime=0.3"])
+def test_a_delay_has_its_name_of_each_year(folder: Path, given: str) -> None:
+    text = HEAD + WAITS.replace("0.3", given) + machine_of(["StopSimulation()"]).removeprefix(HEAD)
+    (folder / "m.exd").write_text(text)
+    with Run(read_exc(folder / "x.exc")) as run:
+        run.run()
+        assert run.now_s == 0.3
+
+
 def test_a_machine_ends_the_run(folder: Path) -> None:
     (folder / "m.exd").write_text(HEAD + WAITS + machine_of(["StopSimulation()"]).removeprefix(HEAD))
     with Run(read_exc(folder / "x.exc")) as run:

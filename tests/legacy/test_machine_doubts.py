@@ -68,7 +68,8 @@ with sm:
     [
         ("", "", None, ""),
         ("ClockState(0.04)", "ClockState(70)", Code.NRP248, "waits until 70 s, and the run ends at 60 s"),
-        ("DelayState(0.04)", "DelayState(waitfor=60)", Code.NRP248, "waits for 60 s, and the run ends at 60"),
+        ("DelayState(0.04)", "DelayState(waitfor=60)", Code.NRP248, "waits for 60 s, and the run ends"),
+        ("DelayState(0.04)", "DelayState(waittime=60)", Code.NRP248, "waits for 60 s, and the run ends"),
         ("ClockState(0.04)", 'ClockState("0.04")', Code.NRP248, "waits for a text, '0.04': the platform"),
         ("DelayState(0.04)", 'DelayState(float("0.04"))', None, ""),
         ("DelayState(0.04)", "DelayState(-1)", Code.NRP248, "waits for -1 s, which is negative: it ends at"),

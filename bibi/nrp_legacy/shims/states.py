@@ -94,11 +94,13 @@ class WaitToClockState(PollingState):
 
 
 class ClockDelayState(PollingState):
-    """Waits for some seconds of simulated time."""
+    """Waits for some seconds of simulated time; over the years they had two names."""
 
-    def __init__(self, graph: Graph, waitfor: float, *_keys: Any, **_more: Any) -> None:
+    def __init__(
+        self, graph: Graph, waitfor: float | None = None, *_keys: Any, waittime: float = 0.0, **_more: Any
+    ) -> None:
         super().__init__(graph, lambda _userdata: graph.now_ns >= self._end_ns)
-        self.delay_ns = round(float(waitfor) * NS_PER_S)
+        self.delay_ns = round(float(waittime if waitfor is None else waitfor) * NS_PER_S)
         self._end_ns = 0
 
     def _entered(self) -> None:

@@ -63,12 +63,14 @@ def shared_variables_are_set_and_read(study: Study) -> Iterator[Finding]:
                     return
                 (read if isinstance(event, Read) else written).add(mapping.global_key)
                 readers.setdefault(mapping.global_key, (function, name))
-    mapped = Counter(
-        mapping.global_key
+    shared = [
+        mapping
         for function in study.examined
         for mapping in function.function.mappings.values()
-        if isinstance(mapping, MapVariable) and type(mapping.initial_value) in (int, float, str, bool)
-    )
+        if isinstance(mapping, MapVariable)
+    ]
+    plain = {one.global_key for one in shared if type(one.initial_value) in (int, float, str, bool)}
+    mapped = Counter(one.global_key for one in shared)
     begun = {
         mapping.global_key
         for function in study.examined
@@ -80,7 +82,7 @@ def shared_variables_are_set_and_read(study: Study) -> Iterator[Finding]:
         message = f"nothing sets the shared variable '{key}', and it has no initial_value: it is always None"
         node = function.declared.nodes.get(name)
         yield function.declared.finding(Code.NRP210, node, message, Level.WARNING)
-    alone = {key for key in read - written if mapped[key] == 1}
+    alone = {key for key in (read - written) & plain if mapped[key] == 1}
     for key in sorted(alone if study.is_complete and not written - read else ()):
         function, name = readers[key]
         message = f"nothing sets the shared variable '{key}', and no other function has it: it never changes"
