@@ -17,7 +17,8 @@ from nrp_core.world.topics import resolve_name
 
 TRAJECTORY = "joint_trajectory_controller"
 """The name of the controller that makes joints follow trajectories."""
-_HELD = "held_by_the_world"
+HELD = "held_by_the_world"
+"""The name of the joint that fixes to the world a robot that is free of it in its file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +117,7 @@ def _held(model: Model, fixed: bool | None) -> Model:
     holding = [joint for joint in model.joints if joint.parent == WORLD and joint.kind == "fixed"]
     if fixed and not any(joint.parent == WORLD for joint in model.joints):
         base = _root(model)
-        held = Joint(_HELD, "fixed", WORLD, base.name, base.pose)
+        held = Joint(HELD, "fixed", WORLD, base.name, base.pose)
         return replace(model, joints=(*model.joints, held))
     if fixed is False and holding:
         return replace(model, joints=tuple(joint for joint in model.joints if joint not in holding))

@@ -16,6 +16,7 @@ from nrp_core.world.engine_kit.firm_servo import FirmJoint, firm_joints
 from nrp_core.world.engine_kit.joint_servo import servoed_joints
 from nrp_core.world.engine_kit.planar_servo import PlanarServo, servo_of
 from nrp_core.world.engine_kit.simulated import simulated_bodies
+from nrp_core.world.fitting import HELD
 from nrp_core.world.render.optics import CameraPath, Optics, looking
 from nrp_core.world.rigid.motion import BodyPath
 from nrp_core.world.rigid.pose import Pose
@@ -309,11 +310,18 @@ class _Builder:
                 )
 
     def _separate(self, model: Model, bodies: Sequence[Body], elements: Sequence[Any]) -> None:
-        """Exclude contacts between the parts of a model, or only of neighbours if it may touch itself."""
+        """Exclude contacts between the parts of a model, or only of neighbours if it may touch itself.
+
+        In MuJoCo a base that the file fixes to the world touches its neighbours. One that an experiment fixes
+        does not, because it does not where it is free.
+        """
         pairs = list(combinations(range(len(bodies)), 2))
         if touches_itself(model):
             filters = not self._spec.option.disableflags & mujoco.mjtDisableBit.mjDSBL_FILTERPARENT
-            pairs = [pair for pair in holders(bodies) if filters and not bodies[pair[1]].fixed]
+            kept = any(joint.name == HELD for joint in model.joints)
+            held = [(number, body.parent) for number, body in enumerate(bodies) if body.parent is not None]
+            pairs = [*holders(bodies), *(held if kept else ())] if filters else []
+            pairs = [pair for pair in pairs if kept or not bodies[pair[1]].fixed]
         for pair in pairs:
             one, other = (elements[index] for index in pair)
             if self._spec.worldbody not in (one, other):

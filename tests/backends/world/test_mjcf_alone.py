@@ -16,6 +16,8 @@ import numpy as np
 import pytest
 
 from nrp_core import worlds
+from nrp_core.world.fitting import Fitting, fitted
+from nrp_core.world.scene.model import Scene
 from nrp_core.world.scene.sdf import read_scene
 
 MOVING = ("qfrc_bias", "qfrc_passive", "qacc_smooth", "mass")
@@ -150,12 +152,16 @@ CLUSTER = """<mujoco><option gravity="0 0 0">{flag}</option><worldbody>
   <contact><exclude body1="trunk" body2="tip"/><exclude body1="hand" body2="ring"/></contact></mujoco>"""
 
 
-def touching(folder: Path, flag: str = "") -> tuple[set[frozenset[str]], set[frozenset[str]]]:
+def touching(
+    folder: Path, flag: str = "", *, fixed: bool | None = None
+) -> tuple[set[frozenset[str]], set[frozenset[str]]]:
     """Return the shapes of the cluster that touch here, and in MuJoCo alone."""
     (folder / "cluster.xml").write_text(CLUSTER.format(flag=flag))
     backend = worlds().load("mujoco")
     theirs = mujoco.MjModel.from_xml_path(str(folder / "cluster.xml"))
-    with backend.open(read_scene(folder / "cluster.xml"), seed=1, options=backend.options()) as world:
+    (read,) = read_scene(folder / "cluster.xml").models
+    scene = Scene((fitted(read, Fitting(fixed)),), gravity=(0.0, 0.0, 0.0))
+    with backend.open(scene, seed=1, options=backend.options()) as world:
         found = []
         for model in (world.engine._model, theirs):
             data = mujoco.MjData(model)
@@ -170,6 +176,12 @@ def test_shapes_of_a_file_touch_each_other_but_neighbours_and_excluded_ones(tmp_
     ours, theirs = touching(tmp_path, flag)
     assert frozenset({"trunk", "hand"}) in theirs
     assert (frozenset({"trunk", "arm"}) in theirs) == bool(flag)
+    assert ours == theirs
+
+
+def test_the_base_of_a_robot_that_an_experiment_fixes_touches_no_neighbour_either(tmp_path):
+    """MuJoCo has no such filter for what is fixed to the world, and the file has a free base."""
+    ours, theirs = touching(tmp_path, fixed=True)
     assert ours == theirs
 
 
