@@ -196,6 +196,7 @@ class Mechanisms:
             copy_all(self._parsed_in("equality", element, part).equalities[0], equality)
 
     def _add_contacts(self, of: str, section: Native) -> None:
+        in_vain = list[tuple[Native, str]]()
         for element in _children(section, ("pair", "exclude")):
             ends = ("geom1", "geom2") if element.tag == "pair" else ("body1", "body2")
             kind = "collision" if element.tag == "pair" else "link"
@@ -205,7 +206,8 @@ class Mechanisms:
                     here = next(end for end, name in zip(ends, names, strict=True) if name not in away)
                     self._touch_everything(of, element, here, away[0])
                 continue
-            if element.tag == "exclude" and any(self._is_absent(element, end, of) for end in ends):
+            if element.tag == "exclude" and (absent := [n for n in names if self._is_absent(n, of)]):
+                in_vain.append((element, absent[0]))
                 continue
             part = self._renamed(of, element, dict.fromkeys(ends, kind))
             read = self._parsed_in("contact", element, part)
@@ -213,19 +215,21 @@ class Mechanisms:
                 copy_all(read.pairs[0], self._spec.add_pair())
             elif read.excludes[0].bodyname1 != read.excludes[0].bodyname2:  # which may be one body here
                 copy_all(read.excludes[0], self._spec.add_exclude())
+        if in_vain:
+            self._report_excludes(in_vain, of)
 
-    def _is_absent(self, element: Native, end: str, of: str) -> bool:
-        """Return whether an ``<exclude>`` names a link that does not exist, with a warning: it is harmless.
+    def _is_absent(self, link: str, of: str) -> bool:
+        """Return whether there is no link of a name; for an empty one MuJoCo has an error."""
+        return bool(link) and self._names.find("link", link, of) is None
 
-        MuJoCo's own reader of URDF ignores the sections in which robots have such.
-        """
-        name = element.attribute(end)
-        if name is None or self._names.find("link", name, of) is not None:
-            return False
+    def _report_excludes(self, in_vain: Sequence[tuple[Native, str]], of: str) -> None:
+        """Report excludes that name absent links: they do no harm, and MuJoCo reads none in URDF."""
+        element, link = in_vain[0]
         valid = [full.removeprefix(f"{of}/") for full in self._names.kinds["link"]]
-        message = f"the scene has no link '{name}'{did_you_mean(name, valid)}: the <exclude> has no effect"
-        self._warnings.add(Code.NRP263, message, subject=name, path=element.path, line=element.line or None)
-        return True
+        more = f" (and {len(in_vain) - 1} more)" if len(in_vain) > 1 else ""
+        hint = did_you_mean(link, valid)
+        message = f"the scene has no link '{link}'{hint}: the <exclude> has no effect{more}"
+        self._warnings.add(Code.NRP263, message, subject=link, path=element.path, line=element.line or None)
 
     def _elsewhere(self, kind: str, name: str, of: str) -> bool:
         """Return whether a name is that of a part of a model that is not in the scene."""

@@ -376,13 +376,16 @@ def test_pybullet_lacks_only_excludes_between_models(tmp_path, other, told):
         assert [warning.subject for warning in world.warnings if warning.code is Code.NRP345] == told
 
 
-def test_an_exclude_of_an_absent_link_is_reported_and_the_robot_opens(tmp_path):
+@pytest.mark.parametrize(("times", "more"), [(1, ""), (3, " (and 2 more)")])
+def test_excludes_of_absent_links_are_reported_once_and_the_robot_opens(tmp_path, times, more):
+    excludes = '<mujoco:exclude body1="hnad" body2="arm"/>' * times
     (tmp_path / "arm.sdf").write_text(
         ARM.format(
             '<link name="arm"/><joint name="j" type="fixed"><parent>hand</parent><child>arm</child></joint>'
-            '\n<mujoco:contact><mujoco:exclude body1="hnad" body2="arm"/></mujoco:contact>'
+            f"\n<mujoco:contact>{excludes}</mujoco:contact>"
         )
     )
     with opened(read_scene(tmp_path / "arm.sdf")) as world:
         said = [(warning.message, warning.line) for warning in world.warnings]
-    assert said == [("the scene has no link 'hnad'; did you mean 'hand'?: the <exclude> has no effect", 3)]
+    what = "the scene has no link 'hnad'; did you mean 'hand'?: the <exclude> has no effect"
+    assert said == [(what + more, 3)]

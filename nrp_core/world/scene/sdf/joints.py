@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain
-from math import inf, pi
+from math import inf, isfinite, pi
 
 from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
@@ -21,6 +21,8 @@ from nrp_core.world.scene.sdf.frames import Frames
 _SIMPLE = ("revolute", "continuous", "prismatic")
 _TURN_RAD = 2 * pi - 0.01
 """A turn as files round it."""
+_LEAST_SHARE = 0.5
+"""The share of its leader's positions that limits of a joint allow that are not those of another sign."""
 _KINDS = (*_SIMPLE, *COMPOUND, "fixed", "gearbox")
 
 
@@ -140,7 +142,7 @@ def _warn_of_limits(joint: Element, reading: Reading) -> None:
 def with_leaders(joints: Iterable[Joint], model: Element, reading: Reading) -> Iterator[Joint]:
     """Yield joints; those that mimic a joint without exactly one degree of freedom become free.
 
-    One whose limits exclude every position in which it would follow has none: it would lock its leader.
+    One whose limits exclude most positions in which it would follow has none: it would hold its leader.
 
     Raises:
         SceneError: one mimics a joint that does not exist.
@@ -157,22 +159,26 @@ def with_leaders(joints: Iterable[Joint], model: Element, reading: Reading) -> I
                 message = f"the joint '{joint.name}' mimics '{leader}', which is {what}: it moves freely"
                 reading.notes.warn(element, Code.NRP263, message, subject=joint.name)
                 joint = replace(joint, mimic=None)
-            elif _locked(joint, follows, named[leader]):
+            elif (left := _share_left(joint, follows, named[leader])) < _LEAST_SHARE:
+                mostly = " for the most part" if left > 0 else ""
                 message = (
                     f"the joint '{joint.name}' mimics {follows.multiplier:g} x '{leader}', which its "
-                    f"limits of {joint.lower:g} to {joint.upper:g} exclude: they are not used"
+                    f"limits of {joint.lower:g} to {joint.upper:g} exclude{mostly}: they are not used"
                 )
                 reading.notes.warn(element, Code.NRP263, message, subject=joint.name)
                 joint = replace(joint, lower=-inf, upper=inf)
         yield joint
 
 
-def _locked(joint: Joint, follows: Mimic, leader: Joint) -> bool:
-    """Whether the limits of a joint leave its leader nowhere to go."""
+def _share_left(joint: Joint, follows: Mimic, leader: Joint) -> float:
+    """Return the share of the positions of its leader that the limits of a joint allow."""
     if not follows.multiplier:
-        return False
-    ends = sorted(follows.multiplier * limit + follows.offset for limit in (leader.lower, leader.upper))
-    return min(ends[1], joint.upper) <= max(ends[0], joint.lower)
+        return 1.0
+    low, high = sorted(follows.multiplier * limit + follows.offset for limit in (leader.lower, leader.upper))
+    left = min(high, joint.upper) - max(low, joint.lower)
+    if left <= 0:
+        return 0.0
+    return left / (high - low) if isfinite(high - low) else 1.0
 
 
 def starts_in(model: Element, joints: Sequence[Joint], reading: Reading) -> Iterator[tuple[str, float]]:

@@ -246,11 +246,21 @@ def test_a_joint_mimics_another_one_from_where_that_is_at_its_reference(model: M
     assert "the joint 'second' mimics 'first', which is fixed: it moves freely" in str(warning)
 
 
-@pytest.mark.parametrize(("multiplier", "limited"), [(-1, False), (0.5, True)])
+@pytest.mark.parametrize(
+    ("lower", "multiplier", "excluded"),
+    [
+        (0.0, -1, "exclude"),
+        (-0.05, -1, "exclude for the most part"),
+        (0.0, 0.5, None),
+        (-0.5, -0.6, None),
+        (0.0, 1.5, None),  # the follower stops its leader at two thirds of its way
+    ],
+)
 def test_a_joint_whose_limits_exclude_the_positions_that_it_mimics_has_none(
-    model: ModelReader, multiplier: float, limited: bool
+    model: ModelReader, lower: float, multiplier: float, excluded: str | None
 ) -> None:
-    limit = "<limit><lower>0</lower><upper>0.5</upper></limit>"
+    """Files of grippers have the limits of one finger for the other, which goes the other way."""
+    limit = f"<limit><lower>{lower}</lower><upper>0.5</upper></limit>"
     mimic = f'<mimic joint="first"><multiplier>{multiplier}</multiplier></mimic>'
     joints = "".join(
         f'<joint name="{name}" type="revolute"><parent>{parent}</parent><child>{child}</child>'
@@ -258,10 +268,10 @@ def test_a_joint_whose_limits_exclude_the_positions_that_it_mimics_has_none(
         for name, parent, child, more in (("first", "base", "arm", ""), ("second", "arm", "tip", mimic))
     )
     read = model(LINKS + '<link name="tip"><inertial/></link>' + joints)
-    assert (read.joints[0].lower, read.joints[0].upper) == (0.0, 0.5)
-    assert ((read.joints[1].lower, read.joints[1].upper) == (0.0, 0.5)) == limited
-    said = "the joint 'second' mimics -1 x 'first', which its limits of 0 to 0.5 exclude: they are not used"
-    assert [said in str(each) for each in read.warnings] == [True] * (not limited)
+    assert (read.joints[0].lower, read.joints[0].upper) == (lower, 0.5)
+    assert ((read.joints[1].lower, read.joints[1].upper) == (lower, 0.5)) == (excluded is None)
+    said = f"which its limits of {lower:g} to 0.5 {excluded}: they are not used"
+    assert [said in str(each) for each in read.warnings] == [True] * (excluded is not None)
 
 
 def test_springs_and_friction_are_read(joint: JointReader) -> None:
