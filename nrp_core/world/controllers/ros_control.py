@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from math import dist, inf
 from pathlib import Path
+from posixpath import join
 from typing import Any, get_args
 
 from nrp_core.errors import SceneError
@@ -27,7 +28,7 @@ from nrp_core.world.scene.acting import (
 from nrp_core.world.scene.model import Joint
 from nrp_core.world.scene.reading.actuators import Actuators
 from nrp_core.world.scene.reading.context import Reading
-from nrp_core.world.scene.reading.plugins import ros_namespace
+from nrp_core.world.scene.reading.plugins import remapped, ros_namespace
 from nrp_core.world.scene.reading.registered import ModelParts
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.topics import resolve_name
@@ -72,7 +73,7 @@ def read_ros_control(plugin: Element, model: ModelParts, reading: Reading) -> Ac
             subject=place.text,
         )
         return Actuators()
-    file = _File(place, path, model.joints, ros_namespace(plugin).strip("/"), reading)
+    file = _File(plugin, path, model.joints, reading)
     drives: list[Drive] = []
     single: list[JointController] = []
     several: list[TrajectoryController] = []
@@ -103,18 +104,16 @@ class _File:
     """A file of controllers.
 
     Args:
-        place: the element that names the file.
+        plugin: the plugin that names the file.
         path: of the file.
         joints: the joints of the model.
-        namespace: the namespace of the controllers, below the robot.
         reading: the context of the reading.
     """
 
-    def __init__(
-        self, place: Element, path: Path, joints: Sequence[Joint], namespace: str, reading: Reading
-    ) -> None:
-        self._place = Element(place.tag, {}, path, 1, kind=place.kind)  # the place for errors
-        self._joints, self._namespace, self._reading = joints, namespace, reading
+    def __init__(self, plugin: Element, path: Path, joints: Sequence[Joint], reading: Reading) -> None:
+        self._place = Element("parameters", {}, path, 1, kind=plugin.kind)  # the place for errors
+        self._plugin, self._joints, self._reading = plugin, joints, reading
+        self._namespace = ros_namespace(plugin).strip("/")  # below the robot
         self.entries: Entries = {}
         self._is_ros2 = False
         self._collect(_read_yaml(path), ())
@@ -237,10 +236,10 @@ class _File:
                 entry[str(key)] = value
 
     def _topic(self, name: tuple[str, ...], end: str) -> str:
-        """Return a topic of a controller; the file may have the robot's namespace as a level."""
+        """Return the topic of a controller; the file may have the robot's namespace as a level."""
         space, robot = self._namespace, self._reading.robot
         inner = name[1:] if name[0] in (space, robot) and name[1:] else name
-        return resolve_name("/".join(filter(None, (space, *inner, end))), robot)
+        return resolve_name(join(space, remapped(self._plugin, "/".join((*inner, end)))), robot)
 
     def _gains(self, name: tuple[str, ...]) -> Pid | None:
         if name not in self.entries:

@@ -76,10 +76,15 @@ def ros_namespace(plugin: Element) -> str:
 
 def ros_topic(plugin: Element, name: str, reading: Reading) -> str:
     """Return the topic of a plugin for ROS after the ``<remapping>`` rules of ROS 2."""
+    return resolve_name(join(ros_namespace(plugin), remapped(plugin, name)), reading.robot)
+
+
+def remapped(plugin: Element, name: str) -> str:
+    """Return a name after the ``<remapping>`` rules of ROS 2, which give it as it is or in full."""
     ros = plugin.find("ros")
     rules = [rule.text.partition(":=") for rule in ros.all("remapping")] if ros else []
-    there = next((to for this, _, to in rules if this == name), name)
-    return resolve_name(join(ros_namespace(plugin), there), reading.robot)
+    named = (name, join("/", ros_namespace(plugin), name))
+    return next((to.strip() for this, _, to in rules if this.strip() in named), name)
 
 
 def vector_in(plugin: Element, tag: str) -> Vector:

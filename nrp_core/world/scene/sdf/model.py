@@ -37,6 +37,7 @@ from nrp_core.world.scene.sdf.joints import (
     with_leaders,
 )
 from nrp_core.world.scene.sdf.links import read_link
+from nrp_core.world.scene.sdf.mimic_plugins import couples, with_coupled
 from nrp_core.world.scene.sdf.placed import Placed, read_placed
 from nrp_core.world.scene.stand_in import with_sizes
 from nrp_core.world.scene.starts import outside, start_positions
@@ -124,6 +125,7 @@ def read_parts(placed: Placed, reading: Reading, *, static: bool) -> Parts:
         rows += moved.rows
         acting = acting.with_others(moved.actuators)
     rows = with_gears(rows, model, frames, source.version, reading)
+    rows = with_coupled(rows, placed.plugins, reading)
     joints = list(chain.from_iterable(rows))
     for plugin in placed.plugins:
         added, links = _read_plugin(plugin, links, joints, reading)
@@ -180,7 +182,7 @@ def _read_plugin(
     plugin: Element, links: list[Link], joints: list[Joint], reading: Reading
 ) -> tuple[Actuators, list[Link]]:
     """Return the actuators of a plugin, and the links with its sensor; unknown plugins cause a warning."""
-    if plugin_name(plugin) in _JOINT_STATE_PLUGINS:
+    if plugin_name(plugin) in _JOINT_STATE_PLUGINS or couples(plugin):
         return Actuators(), links
     if plugin_name(plugin) == LABEL:
         return Actuators(), labelled(links, label_in(plugin))

@@ -207,6 +207,27 @@ def test_the_drive_of_ros_control_is_one_of_wheels(
     assert drive == expected
 
 
+@pytest.mark.parametrize(
+    ("namespace", "rule", "topic"),
+    [
+        ("", "/mobile/cmd_vel_unstamped:=/base/twist", "/base/twist"),
+        ("", "mobile/cmd_vel_unstamped:=twist", "/rover/twist"),
+        ("/fleet", "/fleet/mobile/cmd_vel_unstamped:=/base/twist", "/base/twist"),
+        ("/fleet", "/mobile/cmd_vel_unstamped:=/base/twist", "/rover/fleet/mobile/cmd_vel_unstamped"),
+    ],
+)
+def test_topics_of_controllers_are_remapped_as_in_ros_2(
+    tmp_path: Path, namespace: str, rule: str, topic: str
+) -> None:
+    wheels = WHEEL.format("l", 0.3) + WHEEL.format("r", -0.3)
+    rules = f"<ros><namespace>{namespace}</namespace><remapping>{rule}</remapping></ros>"
+    control = plugin("gz_ros2_control-system").replace("</plugin>", f"{rules}</plugin>")
+    (tmp_path / "rover.urdf").write_text(ROVER.format(wheels, control))
+    (tmp_path / "controllers.yaml").write_text(DRIVE_2)
+    (drive,) = read_model(tmp_path / "rover.urdf").drives
+    assert drive.command_topic == topic
+
+
 def test_a_file_of_controllers_that_is_not_there_is_warned_of(urdf: Callable[..., Model]) -> None:
     (warning,) = urdf(plugin("gazebo_ros_control", "gone.yaml")).warnings
     assert "the file 'gone.yaml' does not exist: its controllers are left out" in str(warning)

@@ -24,6 +24,9 @@ SYSTEM = """<ros2_control name="hand" type="system"><hardware/>
 </ros2_control>"""
 CONTROL = '<gazebo><plugin name="c" filename="libgazebo_ros2_control.so"><parameters/></plugin></gazebo>'
 HELD = '<joint name="neck" type="fixed"><parent link="base"/><child link="eye"/></joint>'
+COUPLED = """<gazebo><plugin name="c" filename="lib{0}.so"><joint>left</joint><mimicJoint>{1}</mimicJoint>
+<multiplier>-0.5</multiplier><offset>0.1</offset><sensitiveness>0.0</sensitiveness><maxEffort>1.0</maxEffort>
+</plugin></gazebo>"""
 XACRO = '<robot name="$(arg name)" xmlns:xacro="http://www.ros.org/wiki/xacro">{}</robot>'
 
 
@@ -144,3 +147,36 @@ def test_a_colour_with_five_numbers_is_its_first_four(tmp_path: Path) -> None:
 def test_a_joint_of_an_absent_link_is_refused_with_the_word_of_urdf(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="the child of a joint is 'eye', but the robot has no such link"):
         read_model(robot(tmp_path, HELD))
+
+
+@pytest.mark.parametrize(
+    "file",
+    [
+        "roboticsgroup_gazebo_mimic_joint_plugin",
+        "roboticsgroup_upatras_gazebo_mimic_joint_plugin",
+        "gazebo_mimic_joint_plugin",
+    ],
+)
+def test_a_plugin_of_gazebo_classic_couples_joints(tmp_path: Path, file: str) -> None:
+    model = read_model(robot(tmp_path, COUPLED.format(file, "right")))
+    assert [joint.mimic for joint in model.joints] == [None, Mimic("left", -0.5, 0.1), None]
+    assert model.warnings == ()
+
+
+def test_the_mimic_of_a_joint_is_worth_more_than_that_of_a_plugin(tmp_path: Path) -> None:
+    file = robot(tmp_path, COUPLED.format("gazebo_mimic_joint_plugin", "left_link"))
+    file.write_text(file.read_text().replace("</joint>", '<mimic joint="right"/></joint>', 1))
+    file.write_text(file.read_text().replace("<joint>left", "<joint>third").replace("left_link<", "left<"))
+    assert read_model(file).joints[0].mimic == Mimic("right")
+
+
+@pytest.mark.parametrize(("follower", "said"), [("rihgt", "no joint 'rihgt'; did you mean 'right'")])
+def test_a_plugin_that_couples_an_absent_joint_is_reported(tmp_path: Path, follower: str, said: str) -> None:
+    model = read_model(robot(tmp_path, COUPLED.format("gazebo_mimic_joint_plugin", follower)))
+    assert [joint.mimic for joint in model.joints] == [None, None, None]
+    assert said in str(model.warnings[0])
+
+
+def test_a_plugin_that_couples_a_joint_with_itself_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="the joint 'left' mimics itself"):
+        read_model(robot(tmp_path, COUPLED.format("gazebo_mimic_joint_plugin", "left")))
