@@ -82,10 +82,27 @@ def _system(
         gains = Pid(plugin.number("p_gain", 1.0), plugin.number("i_gain", 0.0)) if _forces(plugin) else None
     if kind != "effort" and gains is not None:
         _warn_of_output(plugin, model.joint(named, joint), reading)
-    name = plugin.word("topic", f"/model/{reading.robot}/joint/{named.text}/{topic.format(index=index)}")
+    name = _topic(plugin, named.text, topic.format(index=index), reading)
     initial = plugin.find("initial_position") or plugin.find("initial_velocity")
     start = initial.numbers(1)[0] if initial else (0.0 if kind == "position" else None)
     return JointController(joint, kind, resolve_name(name, reading.robot), gains, start)
+
+
+def _topic(plugin: Element, joint: str, name: str, reading: Reading) -> str:
+    """Return the topic of a system of gz-sim.
+
+    One with the numbers of several actuators, which Gazebo has for autopilots, is not one of numbers.
+    """
+    space = f"/model/{reading.robot}"
+    own, below = f"{space}/joint/{joint}/{name}", plugin.word("sub_topic")
+    told = plugin.word("topic", f"{space}/{below}" if below else own)
+    if plugin.flag("use_actuator_msg", False):
+        message = (
+            f"messages for several actuators are not supported: the joint '{joint}' takes numbers on {own}"
+        )
+        reading.notes.warn(plugin, Code.NRP265, message, subject=joint)
+        return own
+    return told
 
 
 def _warn_of_gains(plugin: Element, joint: str, reading: Reading) -> None:

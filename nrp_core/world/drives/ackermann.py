@@ -69,11 +69,12 @@ class Ackermann(Drive):
     def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> Ackermann:
         if plugin_name(plugin) == "gazebo_ros_ackermann_drive":
             return cls._of_ros(plugin, model, reading)
+        usual = f"/model/{reading.robot}/{plugin.word('sub_topic', 'cmd_vel')}"
         # files may name the front wheels first
         steering = [wheels_in(plugin, (f"{side}_steering_joint",), model)[0] for side in ("left", "right")]
         return cls(
             plugin.attribute("name"),
-            resolve_name(plugin.word("topic", f"/model/{reading.robot}/cmd_vel"), reading.robot),
+            resolve_name(plugin.word("topic", usual), reading.robot),
             wheels_in(plugin, ("left_joint",), model)[::-1],
             wheels_in(plugin, ("right_joint",), model)[::-1],
             (steering[0], steering[1]),

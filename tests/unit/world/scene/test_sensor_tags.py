@@ -218,6 +218,30 @@ def test_the_controllers_of_gazebo_sim(model: ModelReader) -> None:
     assert (effort.kind, effort.topic) == ("effort", f"{start}/cmd_force")
 
 
+@pytest.mark.parametrize(
+    ("given", "topic", "said"),
+    [
+        ("<sub_topic>command/tilt</sub_topic>", "/model/robot/command/tilt", []),
+        ("<sub_topic>tilt</sub_topic><topic>/servo</topic>", "/servo", []),
+        (
+            "<sub_topic>command</sub_topic><use_actuator_msg>true</use_actuator_msg>",
+            "/model/robot/joint/wrist/cmd_vel",
+            ["the joint 'wrist' takes numbers on /model/robot/joint/wrist/cmd_vel"],
+        ),
+    ],
+)
+def test_a_controller_of_gazebo_sim_may_name_its_topic(
+    model: ModelReader, given: str, topic: str, said: list[str]
+) -> None:
+    """With both names Gazebo uses <topic>; messages for several actuators have another type."""
+    plugin = '<plugin name="gz::sim::systems::JointController" filename="x">{}</plugin>'
+    read = model(ARM.format("") + plugin.format(f"<joint_name>wrist</joint_name>{given}"))
+    assert [each.topic for each in read.controllers] == [topic]
+    assert [each in warning.message for each, warning in zip(said, read.warnings, strict=True)] == [
+        True
+    ] * len(said)
+
+
 @pytest.mark.parametrize("kind", ["position", "velocity"])
 def test_a_controller_of_gazebo_sim_starts_at_its_declared_target(model: ModelReader, kind: str) -> None:
     system = {"position": "JointPositionController", "velocity": "JointController"}[kind]
@@ -257,6 +281,8 @@ def test_a_car(model: ModelReader) -> None:
     )
     (drive,) = model(BASE.format("") + links + joints + plugin).drives
     assert isinstance(drive, Ackermann)
+    (other,) = model(BASE.format("") + links + joints + plugin.replace("topic>", "sub_topic>")).drives
+    assert (drive.command_topic, other.command_topic) == ("/robot/drive", "/model/robot/drive")
     assert drive.left == ("rear_left_joint", "front_left_joint")
     assert drive.steering == ("steer_left_joint", "steer_right_joint")
     assert (drive.command_topic, drive.wheel_base, drive.wheel_diameter) == ("/robot/drive", 2.0, 0.6)
