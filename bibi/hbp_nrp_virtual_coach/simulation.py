@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hbp_nrp_virtual_coach.brain import BrainEdits
-from hbp_nrp_virtual_coach.once import say_once
+from hbp_nrp_virtual_coach.once import log, say_once
 from hbp_nrp_virtual_coach.records import Records
 from hbp_nrp_virtual_coach.state_machines import StateMachineEdits
 from nrp_core.errors import ExperimentError, did_you_mean
@@ -13,6 +13,8 @@ _RESETS = ("full", "robot_pose", "world", "brain")
 
 class Simulation(BrainEdits, StateMachineEdits, Records):
     """An experiment that was launched by :meth:`.VirtualCoach.launch_experiment`; errors are ``NrpError``."""
+
+    __logger = log  # scripts quieten it: sim._Simulation__logger.setLevel(...)
 
     def reset(self, reset_type: str) -> None:
         """Pause the simulation and reset a part of it; it stays paused.

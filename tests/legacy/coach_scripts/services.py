@@ -1,4 +1,5 @@
 # Trials that call services of the experiment and offer one to it, in the style of the scripts of 2018.
+import logging
 import rospy
 from std_srvs.srv import SetBool, SetBoolResponse, Trigger, TriggerResponse
 from hbp_nrp_virtual_coach.virtual_coach import VirtualCoach
@@ -14,6 +15,7 @@ vc = VirtualCoach(environment="local", storage_username="nrpuser")
 
 for trial in range(2):
     sim = vc.launch_experiment("served")
+    sim._Simulation__logger.setLevel(logging.NOTSET)
     rospy.wait_for_service("/learn")
     print(learn(trial == 0).message)
     sim.start()
