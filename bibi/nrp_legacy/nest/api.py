@@ -175,7 +175,7 @@ class _Interface:
                 return array
             raise NetworkError(f"nest: {array.size} values for {len(i)} synapses")
 
-        values = {key: value for key, value in given.items() if value is not None and key != "receptor_type"}
+        values = {key: value for key, value in given.items() if value is not None}
         self._made.connect(sources[i], targets[j], name, values, weave)
 
     def GetConnections(

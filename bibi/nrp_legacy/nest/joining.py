@@ -14,6 +14,7 @@ from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.errors import NetworkError
 from nrp_legacy.nest.kernel import Block, Group, Kernel
 from nrp_legacy.nest.models import CELLS, CURRENT, POISSON, SPIKE_RECORDERS, SPIKES
+from nrp_legacy.nest.multisynapse import settled
 from nrp_legacy.nest.network import (
     by_ends,
     by_receptor,
@@ -75,7 +76,7 @@ def join(kernel: Kernel, sim: ModuleType, variables: dict[str, Any]) -> Joined:
 
 class _Joining:
     def __init__(self, kernel: Kernel, sim: ModuleType) -> None:
-        self._sim, self.joined = sim, Joined()
+        self._sim, self._kernel, self.joined = sim, kernel, Joined()
         self._ends: list[tuple[int, int, Any]] = [
             (int(one.first_id), one.size, one) for one in sim.state.populations
         ]
@@ -95,7 +96,7 @@ class _Joining:
         """Return the population that a group of nodes becomes; the group itself if it has no cells."""
         sim = self._sim
         if group.base in CELLS:
-            cells = cells_from(group, group.model, np.zeros(group.size))
+            cells = cells_from(settled(group, self._kernel), group.model, np.zeros(group.size))
             made = sim.Population(
                 group.size, getattr(sim, cells.cell_type)(**cells.parameters), label=group.model
             )

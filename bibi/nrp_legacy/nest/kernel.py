@@ -307,6 +307,6 @@ def _spread(value: Any, n: int, name: str, random: np.random.RandomState) -> Seq
     if is_random(value):
         return list(drawn(value, n, random).tolist())
     is_list = isinstance(value, (list, tuple, np.ndarray)) and np.ndim(value) > 0
-    if is_list and name != "spike_times" and len(value) == n:
+    if is_list and name not in ("spike_times", "tau_syn") and len(value) == n:
         return list(value)
     return [value] * n

@@ -38,6 +38,8 @@ _IZHIKEVICH = {"a": 0.02, "b": 0.2, "c": -65.0, "d": 8.0}
 CELLS: Final[Mapping[str, CellModel]] = {
     **NEST_CELLS,
     "iaf_neuron": NEST_CELLS["iaf_psc_alpha"],
+    "iaf_psc_exp_multisynapse": NEST_CELLS["iaf_psc_exp"],
+    "iaf_psc_alpha_multisynapse": NEST_CELLS["iaf_psc_alpha"],
     "izhikevich": CellModel(
         "Izhikevich",
         {**{name: Parameter(name, 1.0, value) for name, value in _IZHIKEVICH.items()},

@@ -19,6 +19,7 @@ from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.brain.pynn.export import unique
 from nrp_legacy.nest.kernel import Block, Group, Kernel, Node, Nodes
 from nrp_legacy.nest.models import CELLS, CURRENT, POISSON, SPIKES, initial_mv, recovering
+from nrp_legacy.nest.multisynapse import settled
 
 
 def network_of(kernel: Kernel, variables: Mapping[str, Any]) -> Network:
@@ -89,7 +90,8 @@ class Conversion:
         self.ids |= {group.first + i: first + i for i in range(group.size)}
         self._labels[group.first] = label
         if group.base in CELLS:
-            self._populations[label] = cells_from(group, label, self._currents(group))
+            cells = settled(group, self._kernel)
+            self._populations[label] = cells_from(cells, label, self._currents(group))
         else:
             times = tuple(trains_of(group))
             self._populations[label] = Population(label, group.size, "SpikeSourceArray", {}, {}, times)
