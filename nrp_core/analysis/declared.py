@@ -50,6 +50,9 @@ class Declared:
         imports: returns the names that an import in its body binds.
         is_read: whether all of its decorators are understood.
         adapters: the adapters of its parameters, after binding.
+
+    Attributes:
+        own: the nodes of its body, last first, without the bodies of functions and classes in it.
     """
 
     function: TransferFunction
@@ -60,6 +63,10 @@ class Declared:
     imports: ImportsOf
     is_read: bool = True
     adapters: dict[str, Adapter] = field(default_factory=dict)
+    own: tuple[ast.AST, ...] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self.own = tuple(own_nodes(self.node.body))
 
     def finding(
         self,

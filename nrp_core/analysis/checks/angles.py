@@ -17,7 +17,6 @@ from nrp_core.analysis.events import Call, Write
 from nrp_core.analysis.imported import full_names
 from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_experiment, checks_function
-from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Instance, Known, Shape
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.experiment.model.tree import Key
@@ -114,7 +113,7 @@ def messages_carry_radians(function: Examined) -> Iterator[Finding]:
     targets = {id(one.node) for one in set_to}
     given = [
         one.value
-        for one in own_nodes(function.declared.node.body)
+        for one in function.declared.own
         if isinstance(one, ast.Assign) and any(id(target) in targets for target in one.targets)
     ]
     for event in function.events:
@@ -193,7 +192,7 @@ def _is_factor(value: ast.expr) -> bool:
 def angles_stay_in_radians(function: Examined) -> Iterator[Finding]:
     """Look for angles in radians that are compared with degrees or converted from them, and for counts."""
     made = single_values(function)
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         match node:
             case ast.Compare(one, [_], [other]):
                 for angle, limit in ((one, other), (other, one)):
@@ -217,7 +216,7 @@ def angles_stay_in_radians(function: Examined) -> Iterator[Finding]:
 
 def single_values(function: Examined) -> dict[str, ast.expr]:
     """Return the names to which a body assigns one expression, alone or in a row, and that expression."""
-    nodes = list(own_nodes(function.declared.node.body))
+    nodes = function.declared.own
     stores = Counter(one.id for one in nodes if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store))
     pairs: list[tuple[ast.expr, ast.expr]] = []
     for node in nodes:
@@ -281,10 +280,10 @@ def _counts(value: ast.expr, made: Mapping[str, ast.expr]) -> bool:
 def angles_of_vectors_take_y_first(function: Examined) -> Iterator[Finding]:
     """Look for ``atan2(x, y)`` of one vector; ``pi/2 - atan2(x, y)`` and ``atan2(-x, y)`` are right."""
     from_north = {
-        id(node.right) for node in own_nodes(function.declared.node.body)
+        id(node.right) for node in function.declared.own
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Sub)
     }  # fmt: skip
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         match node:
             case ast.Call(func, [one, other], []) if last_name(func) in ARCS and id(node) not in from_north:
                 x, y = _axis(one), _axis(other)

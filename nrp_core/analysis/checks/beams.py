@@ -11,7 +11,6 @@ from nrp_core.analysis.choices import number_of
 from nrp_core.analysis.events import Read
 from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_function
-from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Instance
 from nrp_core.analysis.study import Examined
 from nrp_core.findings import Code, Finding, Level
@@ -29,7 +28,7 @@ def distances_are_finite_when_averaged(function: Examined) -> Iterator[Finding]:
         for event in function.events
         if isinstance(event, Read) and event.name == "ranges" and event.owner == Instance(LaserScan)
     }
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         match node:
             case ast.Call(ast.Attribute(whole, name), [], []) if name in _AVERAGES:
                 pass
@@ -49,7 +48,7 @@ def distances_are_finite_when_averaged(function: Examined) -> Iterator[Finding]:
 @checks_function(Code.NRP320)
 def beams_are_counted_from_the_first_angle(function: Examined) -> Iterator[Finding]:
     """Look for the number of a beam that is a negative angle divided by the increment."""
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         match node:
             case ast.Subscript(
                 _, ast.Call(func, [ast.BinOp(angle, ast.Div(), ast.Attribute(_, "angle_increment"))], [])

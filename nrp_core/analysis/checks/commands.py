@@ -9,7 +9,6 @@ from typing import Any
 from nrp_core.analysis.events import Call, Write
 from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_experiment, checks_function
-from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Instance, Known
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.experiment.model.experiment import Experiment
@@ -33,7 +32,7 @@ def drives_of(scene: Scene, experiment: Experiment) -> dict[str, tuple[str, tupl
 @checks_function(Code.NRP298)
 def colours_have_an_opacity(function: Examined) -> Iterator[Finding]:
     """Look for colours that are made without their opacity, which is then 0."""
-    nodes = list(own_nodes(function.declared.node.body))
+    nodes = function.declared.own
     if any(isinstance(one, ast.Attribute) and one.attr == "a" for one in nodes):
         return
     for event in function.events:
@@ -95,7 +94,7 @@ def _set_in(function: Examined) -> Iterator[tuple[str, ast.AST]]:
     vectors = {id(one.node): one.node for one in function.events if _makes(one, Vector3)}
     named = {
         target.id: value
-        for statement in own_nodes(function.declared.node.body)
+        for statement in function.declared.own
         if isinstance(statement, ast.Assign) and id(value := statement.value) in vectors
         for target in statement.targets
         if isinstance(target, ast.Name)

@@ -9,7 +9,6 @@ from typing import get_origin
 from nrp_core.analysis.events import Add, Read
 from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_function
-from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Instance, Known, Number, hints
 from nrp_core.analysis.study import Examined
 from nrp_core.findings import Code, Finding, Level
@@ -36,7 +35,7 @@ def arrays_are_not_truth_values(function: Examined) -> Iterator[Finding]:
 def lists_are_compared_with_lists(function: Examined) -> Iterator[Finding]:
     """Look for fields that are lists and are compared with tuples, which never equal them."""
     lists = _fields(function, "list")
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         match node:
             case ast.Compare(left, [ast.Eq() | ast.NotEq()], [right]):
                 for one, other in ((left, right), (right, left)):
@@ -76,7 +75,7 @@ def _fields(function: Examined, kind: str) -> set[int]:
 
 def _tests(function: Examined) -> Iterator[ast.expr]:
     """Yield the expressions of a body whose truth is asked for."""
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         match node:
             case ast.If(test) | ast.While(test) | ast.IfExp(test) | ast.Assert(test):
                 yield test

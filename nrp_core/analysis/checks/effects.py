@@ -113,7 +113,7 @@ def values_go_somewhere(function: Examined) -> Iterator[Finding]:
         for event in function.events
         if isinstance(event, Call) and isinstance(event.callee, Known) and _is_message(event.callee.value)
     }
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         if isinstance(node, ast.Expr) and id(node.value) in messages:
             message = f"the message '{excerpt(node.value)}' is made and not sent"
             yield function.declared.finding(Code.NRP300, node, message, Level.WARNING)

@@ -11,7 +11,6 @@ from nrp_core._support.dotted import last_name
 from nrp_core.analysis.events import Call
 from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_function
-from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Known
 from nrp_core.analysis.study import Examined
 from nrp_core.dsl.tf_lib.vision import find_centroid_hsv, wrong_bounds
@@ -46,7 +45,7 @@ def colors_can_be_found(function: Examined) -> Iterator[Finding]:
 @checks_function(Code.NRP320)
 def bounds_of_bytes_can_be_met(function: Examined) -> Iterator[Finding]:
     """Look for bounds of ``cv2.inRange`` that exclude all bytes, or that no byte reaches."""
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         match node:
             case ast.Call(func, [_, low, high], []) if last_name(func) == "inRange":
                 lower, upper = _numbers(function, low), _numbers(function, high)
@@ -70,7 +69,7 @@ def centroids_have_columns_first(function: Examined) -> Iterator[Finding]:
         event.node for event in function.events
         if isinstance(event, Call) and event.callee == Known(find_centroid_hsv)
     }  # fmt: skip
-    nodes = list(own_nodes(function.declared.node.body))
+    nodes = function.declared.own
     names = {
         target.id
         for node in nodes
@@ -132,7 +131,7 @@ def _value(function: Examined, node: ast.expr) -> Any:
 def _assigned(function: Examined, name: str) -> ast.expr | None:
     """Return what a function assigns to a name of its own, if it does so once and in one place."""
     given: list[ast.expr | None] = []
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         match node:
             case ast.Assign([ast.Name(target)], value) if target == name:
                 given.append(value)

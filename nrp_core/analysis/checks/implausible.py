@@ -9,7 +9,6 @@ from typing import Any, Final
 from nrp_core.analysis.checks.sources import CURRENTS
 from nrp_core.analysis.events import Read, Write
 from nrp_core.analysis.registry import checks_function
-from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Instance, Known
 from nrp_core.analysis.study import Examined
 from nrp_core.clock import milliseconds, seconds
@@ -126,7 +125,7 @@ def rates_are_more_than_shares(function: Examined) -> Iterator[Finding]:
         if isinstance(event, Read) and event.owner == Instance(RedShares)
     }  # fmt: skip
     rates = {id(one.node) for one in function.events if isinstance(one, Write) and one.name == "rate"}
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         match node:
             case ast.Assign([target], ast.Attribute() as share) if (
                 id(share) in shares and id(target) in rates
@@ -146,7 +145,7 @@ def _owners(events: list[Write]) -> list[Any]:
 def spikes_are_injected_in_time(function: Examined) -> Iterator[Finding]:
     """Look for single spikes after the end of the run."""
     end_ms = milliseconds(function.experiment.duration)
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         if not isinstance(node, ast.Call) or getattr(node.func, "attr", "") != "inject_spikes":
             continue
         given = [*node.args[1:2], *(one.value for one in node.keywords if one.arg == "times_ms")]
@@ -168,7 +167,7 @@ def _numbers(node: ast.expr) -> list[float]:
 @checks_function(Code.NRP352)
 def parameters_are_declared_at_the_top(function: Examined) -> Iterator[Finding]:
     """Look for ``nrp.parameter`` in a body, where an experiment cannot set it."""
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         match node:
             case ast.Call(ast.Attribute(ast.Name("nrp"), "parameter")):
                 message = "a parameter is declared at the top of its file; here no experiment can set it"

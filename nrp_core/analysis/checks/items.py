@@ -8,7 +8,6 @@ from typing import Any, TypeGuard
 
 from nrp_core.analysis.events import Call, Index, Read, Rename, Write
 from nrp_core.analysis.registry import checks_function
-from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Instance, Known, Number, Row, Shape, can_set, names_of
 from nrp_core.analysis.study import Examined
 from nrp_core.dsl.devices.groups import DeviceGroup
@@ -120,15 +119,11 @@ def variables_are_set_by_their_value(function: Examined) -> Iterator[Finding]:
 @checks_function(Code.NRP253)
 def loops_leave_parameters_alone(function: Examined) -> Iterator[Finding]:
     """Look for loops over the name of a parameter that is used after them."""
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         match node:
             case ast.For(ast.Name(name), _, body) if name in function.function.parameters or name == "t":
                 end = body[-1].end_lineno or 0
-                after = [
-                    one
-                    for one in own_nodes(function.declared.node.body)
-                    if _is_read(one, name) and one.lineno > end
-                ]
+                after = [one for one in function.declared.own if _is_read(one, name) and one.lineno > end]
                 if after:
                     message = (
                         f"this loop overwrites '{name}', which is used again in line "

@@ -11,7 +11,6 @@ from nrp_core.analysis.function_body import assigned
 from nrp_core.analysis.imported import full_names
 from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_function
-from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Known
 from nrp_core.analysis.study import Examined
 from nrp_core.clock import seconds
@@ -41,7 +40,7 @@ def moments_come(function: Examined) -> Iterator[Finding]:
     if steps > _MOST_STEPS or "t" in assigned(declared.node.body):
         return
     names = _numbers(function)
-    for node in own_nodes(declared.node.body):
+    for node in declared.own:
         if not isinstance(node, ast.Compare) or _is_plain(node) or not _is_of_time(node, names):
             continue
         first = 0 if experiment.tf_time == "start" else 1
@@ -59,7 +58,7 @@ def remainders_are_compared(function: Examined) -> Iterator[Finding]:
     """Look for remainders of ``t`` in place of conditions: they are true unless they are exactly 0."""
     if "t" in assigned(function.declared.node.body):
         return
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         if not isinstance(node, ast.If | ast.IfExp | ast.While):
             continue
         for test in node.test.values if isinstance(node.test, ast.BoolOp) else [node.test]:
@@ -80,7 +79,7 @@ def waves_are_slower_than_steps(function: Examined) -> Iterator[Finding]:
     if "t" in assigned(declared.node.body):
         return
     names = _numbers(function)
-    for node in own_nodes(declared.node.body):
+    for node in declared.own:
         match node:
             case ast.Call(func, [angle], []) if ast.unparse(func) in _WAVES and _is_of_time(angle, names):
                 turns_rad = [_value(angle, names, step_s * step) for step in range(3)]

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from nrp_core.analysis.events import Add, Divide, Read
 from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_experiment, checks_function
-from nrp_core.analysis.scopes import SCOPES, own_nodes
+from nrp_core.analysis.scopes import SCOPES
 from nrp_core.analysis.shapes import Instance, Known, Number, Shape
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.clock import from_seconds, seconds
@@ -144,7 +144,7 @@ def times_are_met(function: Examined) -> Iterator[Finding]:
                 ast.BinOp(ast.Name("t"), ast.Mod()) as node, Number("s"), Known(int() | float() as s)
             ):
                 multiples[id(node)] = s
-    for test in own_nodes(function.declared.node.body):
+    for test in function.declared.own:
         match test:
             case ast.Compare(left, [ast.Eq()], [ast.Constant(0)]) if id(left) in multiples:
                 message = _missed(multiples[id(left)], step_ns)

@@ -9,7 +9,6 @@ from typing import Final
 from nrp_core.analysis.events import Add, Divide, Read, Write
 from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_function
-from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import UNITS, Known, Number, Shape, item_of
 from nrp_core.analysis.study import Examined
 from nrp_core.clock import seconds
@@ -74,7 +73,7 @@ def times_of_recorders_are_in_ms(function: Examined) -> Iterator[Finding]:
 @checks_function(Code.NRP233)
 def times_in_loops_are_in_ms(function: Examined) -> Iterator[Finding]:
     """Look for loops over the times of a recorder, in ms, that compare them with ``t``, in s."""
-    nodes = list(own_nodes(function.declared.node.body))
+    nodes = function.declared.own
     for loop in nodes:
         if not isinstance(loop, ast.For | ast.comprehension):
             continue

@@ -9,7 +9,6 @@ from typing import Final
 from nrp_core.analysis.declared import Unread
 from nrp_core.analysis.events import Return
 from nrp_core.analysis.registry import checks_function
-from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Instance
 from nrp_core.analysis.study import Examined
 from nrp_core.dsl.functions.mappings import MapSpikeSource
@@ -100,7 +99,7 @@ def returned_values_are_used(function: Examined) -> Iterator[Finding]:
 
 def _returns(function: Examined) -> bool:
     """Return whether a body returns a value anywhere, including code that is meant to fail."""
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         if isinstance(node, ast.Return) and node.value is not None:
             return not (isinstance(node.value, ast.Constant) and node.value.value is None)
     return False

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping
 
 from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_function
-from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.study import Examined
 from nrp_core.findings import Code, Finding, Level
 
@@ -19,7 +18,7 @@ _DIFFERENCE = "'{}' subtracts bytes, and 10 - 20 is then 246; convert one first:
 @checks_function(Code.NRP331)
 def images_have_rows_of_columns(function: Examined) -> Iterator[Finding]:
     """Look for arrays with the width of an image before its height."""
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         match node:
             case ast.Call(ast.Attribute(_, "reshape"), args):
                 sizes = args[0].elts if args and isinstance(args[0], ast.Tuple | ast.List) else args
@@ -36,7 +35,7 @@ def images_have_rows_of_columns(function: Examined) -> Iterator[Finding]:
 def colours_keep_their_order(function: Examined) -> Iterator[Finding]:
     """Look for conversions of pixels as BGR that are RGB, as those of all cameras, and vice versa."""
     orders: dict[str, str] = {}
-    for node in sorted(own_nodes(function.declared.node.body), key=_end):
+    for node in sorted(function.declared.own, key=_end):
         match node:
             case ast.Call(ast.Attribute(_, "cvtColor"), [image, ast.Attribute(_, code), *_]):
                 taken, is_, _ = code.removeprefix("COLOR_").partition("2")
@@ -76,7 +75,7 @@ def _order(value: ast.expr, orders: Mapping[str, str]) -> str:
 @checks_function(Code.NRP331)
 def differences_of_bytes_do_not_wrap(function: Examined) -> Iterator[Finding]:
     """Look for differences of pixels that are unsigned bytes."""
-    nodes = list(own_nodes(function.declared.node.body))
+    nodes = function.declared.own
     assigned = [node for node in nodes if isinstance(node, ast.Assign)]
     images: set[str] = set()
     for step in sorted(assigned, key=lambda one: one.lineno):

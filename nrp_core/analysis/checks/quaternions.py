@@ -10,7 +10,6 @@ from nrp_core._support.dotted import last_name
 from nrp_core.analysis.checks.angles import ARCS, CONVERSIONS, TURNING
 from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_function
-from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.study import Examined
 from nrp_core.findings import Code, Finding, Level
 
@@ -29,7 +28,7 @@ _ORDERS: Final = {
 @checks_function(Code.NRP233)
 def parts_of_quaternions_are_no_angles(function: Examined) -> Iterator[Finding]:
     """Look for a component of an orientation that is kept as an angle, or given to a function of angles."""
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         match node:
             case ast.Assign(
                 [ast.Name(name)], ast.Attribute(ast.Attribute(_, "orientation"), "x" | "y" | "z" | "w")
@@ -49,7 +48,7 @@ def parts_of_quaternions_are_no_angles(function: Examined) -> Iterator[Finding]:
 def quaternions_are_read_in_order(function: Examined) -> Iterator[Finding]:
     """Look for parts of quaternions in the order of another library, and for their angle upside down."""
     own = {one.name for one in function.declared.source.tree.body if isinstance(one, ast.FunctionDef)}
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         if not isinstance(node, ast.Call):
             continue
         name = last_name(node.func)

@@ -37,7 +37,7 @@ _CHANGING: Final = (
 def received_messages_stay(function: Examined) -> Iterator[Finding]:
     """Look for received messages that are changed and not sent on."""
     received = _received(function)
-    nodes = list(own_nodes(function.declared.node.body))
+    nodes = function.declared.own
     passed = {
         received[text] for node in nodes for one in _given(node) if (text := ast.unparse(one)) in received
     }
@@ -76,7 +76,7 @@ def joints_of_messages_exist(study: Study) -> Iterator[Finding]:
     aliases = study.experiment.aliases
     for function in study.examined:
         received = _received(function)
-        for node in own_nodes(function.declared.node.body):
+        for node in function.declared.own:
             match node:
                 case ast.Call(
                     ast.Attribute(ast.Attribute(owner, "name"), "index"), [ast.Constant(str() as name)]
@@ -98,7 +98,7 @@ def places_in_states_are_of_moving_models(study: Study) -> Iterator[Finding]:
     models = study.scene.models
     for function in study.examined:
         read = {id(one.node) for one in function.events if isinstance(one, Read) and _is_of_states(one)}
-        for node in own_nodes(function.declared.node.body):
+        for node in function.declared.own:
             match node:
                 case ast.Subscript(part, ast.Constant(int() as index)) if id(part) in read:
                     if index < len(models) and models[index].static:
@@ -153,7 +153,7 @@ def _received(function: Examined) -> dict[str, str]:
         for name, one in mappings.items()
         if isinstance(one, MapRobotSubscriber)
     }
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         match node:
             case ast.Assign([ast.Name(alias)], ast.Attribute() as value) if ast.unparse(value) in found:
                 found[alias] = found[ast.unparse(value)]

@@ -140,7 +140,7 @@ _LOOKS: Final[tuple[Callable[[ast.AST], str], ...]] = (
 def numbers_of_generators_go_on(function: Examined) -> Iterator[Finding]:
     """Look for random numbers that begin again in every call, and generators that are read twice."""
     imported = full_names(function.declared.source.tree)
-    nodes = list(own_nodes(function.declared.node.body))
+    nodes = function.declared.own
     for node in nodes:
         match node:
             case ast.Call(func, [ast.Constant(int())], []):
@@ -173,7 +173,7 @@ def truth_values_are_negated_by_not(function: Examined) -> Iterator[Finding]:
         and isinstance(event.left, Number | Known)
         and isinstance(event.right, Known)
     }
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         match node:
             case ast.UnaryOp(ast.Invert(), ast.Compare() as test) if id(test) in compared:
                 message = f"'{excerpt(node)}' is -1 or -2, and both count as true: write 'not'"
@@ -184,7 +184,7 @@ def truth_values_are_negated_by_not(function: Examined) -> Iterator[Finding]:
 def conditions_are_of_values(function: Examined) -> Iterator[Finding]:
     """Look for conditions that are a parameter itself, which is true whatever its value is."""
     changed = assigned(function.declared.node.body)
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         if not isinstance(node, ast.If | ast.While | ast.IfExp):
             continue
         tested = node.test.operand if isinstance(node.test, ast.UnaryOp) else node.test

@@ -100,7 +100,7 @@ def sources_are_switched_off(function: Examined) -> Iterator[Finding]:
     read = {id(node) for node, _ in _levels(function)}
     tests = {
         id(node): choice.test
-        for choice in own_nodes(function.declared.node.body)
+        for choice in function.declared.own
         if isinstance(choice, ast.If)
         for node in own_nodes(choice.body)
     }
@@ -132,7 +132,7 @@ def _levels(function: Examined) -> Iterator[tuple[ast.expr, Shape]]:
 
 def _assigned(function: Examined, target: ast.expr) -> ast.expr | None:
     """Return the value that a plain assignment gives to an attribute."""
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         if isinstance(node, ast.Assign) and any(one is target for one in node.targets):
             return node.value
     return None

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping
 
 from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_experiment
-from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Known, Shape
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.dsl.functions.mappings import MapVariable
@@ -43,7 +42,7 @@ def _values(function: Examined, name: str) -> set[str] | None:
         found.add(mapping.initial_value)
     elif mapping.initial_value is not None:
         return None
-    nodes = own_nodes(function.declared.node.body)
+    nodes = function.declared.own
     inner = [one for one in ast.walk(function.declared.node) if _is_value(one, name)]
     names = [one for one in ast.walk(function.declared.node) if isinstance(one, ast.Name) and one.id == name]
     stores = [one for one in inner if isinstance(one, ast.Attribute) and isinstance(one.ctx, ast.Store)]

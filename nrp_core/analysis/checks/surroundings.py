@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from nrp_core.analysis.imported import full_names
 from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_experiment, checks_function
-from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.analysis.used import local_names, used_functions
 from nrp_core.findings import Code, Finding, Level
@@ -71,7 +70,7 @@ def _outside(name: str, written: str) -> str:
 @checks_function(Code.NRP309)
 def errors_are_seen(function: Examined) -> Iterator[Finding]:
     """Look for handlers that drop every error."""
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         if isinstance(node, ast.ExceptHandler) and _takes_all(node) and _drops(node):
             message = "this drops every error, also that of a misspelt name: catch the one that is expected"
             yield function.declared.finding(Code.NRP309, node, message, Level.WARNING)

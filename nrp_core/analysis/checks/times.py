@@ -9,7 +9,6 @@ from typing import Final
 
 from nrp_core._support.dotted import last_name
 from nrp_core.analysis.registry import checks_experiment, checks_function
-from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.shapes import Known
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.cle.latency import paths
@@ -48,7 +47,7 @@ def steps_are_those_of_the_loop(function: Examined) -> Iterator[Finding]:
     rates_hz = [function.function.throttle.rate_hz]
     rates_hz += [one.info.rate_hz for one in function.adapters.values() if isinstance(one, SubscribedTopic)]
     periods_s = [step_s, *(1 / rate_hz for rate_hz in rates_hz if rate_hz)]
-    nodes = list(own_nodes(function.declared.node.body))
+    nodes = function.declared.own
     repeated = {id(one) for loop in nodes if isinstance(loop, _LOOPS) for one in ast.walk(loop)}
     own = {
         one.id for node in nodes if _is_own_step(node) for one in ast.walk(node) if isinstance(one, ast.Name)
@@ -98,7 +97,7 @@ def measurements_come_during_the_run(function: Examined) -> Iterator[Finding]:
 @checks_function(Code.NRP233)
 def stamps_are_read_whole(function: Examined) -> Iterator[Finding]:
     """Look for the nanoseconds of a stamp next to ``t``, which are those since its last whole second."""
-    for node in own_nodes(function.declared.node.body):
+    for node in function.declared.own:
         match node:
             case (
                 ast.BinOp(ast.Name("t"), ast.Add() | ast.Sub(), ast.Attribute(_, "nanosec" | "nsecs" as name))

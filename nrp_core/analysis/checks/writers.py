@@ -10,7 +10,6 @@ import numpy as np
 
 from nrp_core.analysis.declared import Declared
 from nrp_core.analysis.registry import checks_experiment, checks_function
-from nrp_core.analysis.scopes import own_nodes
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
@@ -74,7 +73,7 @@ def messages_are_not_overwritten(function: Examined) -> Iterator[Finding]:
         for name, mapping in function.function.mappings.items()
         if mapping.writes is not None and _is_of_one_thing(function, mapping.writes.name)
     }
-    for loop in own_nodes(function.declared.node.body):
+    for loop in function.declared.own:
         for node in loop.body if isinstance(loop, ast.For | ast.While) else ():
             match node:
                 case ast.Expr(ast.Call(ast.Attribute(ast.Name(name), "send_message"))) if name in whole:
