@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 from dataclasses import dataclass
 
+from nrp_core._support.unbound_names import unbound_names
 from nrp_core.errors import TransferFunctionError
 from nrp_legacy import builtins2
 from nrp_legacy.indices import Indices
@@ -55,7 +56,7 @@ def converted(code: str) -> Converted:
     """
     changes: list[str] = []
     tree, _ = _parsed(code)
-    is_old = tree is None or any(map(_is_print_statement, ast.walk(tree)))
+    is_old = tree is None or _is_certainly_old(tree)
     if is_old:
         text, changes = _rewritten(code)
         tree, refused = _parsed(text)
@@ -107,6 +108,19 @@ def _parsed(code: str) -> tuple[ast.Module | None, SyntaxError | None]:
         return ast.parse(code), None
     except SyntaxError as error:
         return None, error
+
+
+def uses_python_2(code: str) -> bool:
+    """Return whether code that Python 3 can parse uses what only Python 2 has."""
+    return _is_certainly_old(ast.parse(code))
+
+
+def _is_certainly_old(tree: ast.Module) -> bool:
+    return any(map(_is_print_statement, ast.walk(tree))) or not _REMOVED.isdisjoint(unbound_names(tree))
+
+
+_REMOVED = frozenset({"xrange", "raw_input", "unicode", "basestring", "unichr", "execfile"})
+"""Functions that Python 3 does not have under any meaning."""
 
 
 def _is_print_statement(node: ast.AST) -> bool:

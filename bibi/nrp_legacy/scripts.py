@@ -8,6 +8,7 @@ from pathlib import Path
 from types import CodeType, ModuleType
 
 from nrp_legacy.code import as_of_old, compiled_file
+from nrp_legacy.python2 import uses_python_2
 from nrp_legacy.shims.libraries import renamed_libraries
 
 
@@ -15,6 +16,10 @@ class Python2:
     """How a script in Python 2 is read and run, see :class:`nrp_core.pynn.languages.Language`."""
 
     name = "Python 2"
+
+    def is_meant(self, script: str) -> bool:
+        """Return whether a script that is Python 3, too, uses what only Python 2 has."""
+        return uses_python_2(script)
 
     def compiled(self, path: Path) -> CodeType:
         """Return the code of a file.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import builtins
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
@@ -10,6 +12,7 @@ from types import CodeType, ModuleType
 from typing import Protocol
 
 from nrp_core._support.encoding import Misfit, decoded_python
+from nrp_core._support.unbound_names import unbound_names
 from nrp_core.errors import NrpError
 from nrp_core.registry import Registry
 
@@ -20,6 +23,9 @@ class Language(Protocol):
     @property
     def name(self) -> str:
         """What users call it."""
+
+    def is_meant(self, script: str) -> bool:
+        """Return whether a script that is Python 3, too, is in this language."""
 
     def compiled(self, path: Path) -> CodeType:
         """Return the code of a file.
@@ -57,13 +63,19 @@ class Reading:
 def reading_of(script: Path) -> Reading:
     """Return how a script is read: as Python 3 if it is that, or is in none of the installed languages."""
     text = decoded_python(script.read_bytes())
+    code = "" if isinstance(text, Misfit) else text
     try:
-        compile("" if isinstance(text, Misfit) else text, str(script), "exec", dont_inherit=True)
-        return Reading()
+        tree = ast.parse(code)
+        compile(code, str(script), "exec", dont_inherit=True)
+        if not unbound_names(tree) - vars(builtins).keys():
+            return Reading()
+        is_python_3 = True
     except (SyntaxError, ValueError):
-        pass
+        is_python_3 = False
     for kind in LANGUAGES.load_all().values():
         language = kind()
+        if is_python_3 and not language.is_meant(code):
+            continue
         try:
             language.compiled(script)
         except NrpError:

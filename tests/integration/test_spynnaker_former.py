@@ -149,7 +149,7 @@ def test_weights_in_a_list_are_those_of_the_synapses_in_their_order(tmp_path: Pa
         HEAD + "pre, post = p.Population(3, p.IF_curr_exp()), p.Population(2, p.IF_curr_exp())\n"
         "lists = p.StaticSynapse(weight=[1.0, 2.0, 3.0], delay=[4.0, 5.0, 6.0])\n"
         "paired = p.Projection(pre, pre, p.OneToOneConnector(), lists).get(['weight', 'delay'], 'list')\n"
-        "each = p.AllToAllConnector(weights=range(6), delays=2.0)\n"
+        "each = p.AllToAllConnector(True, range(6), 2.0)\n"
         "every = p.Projection(pre, post, each).get('weight', 'array')\n",
     )  # fmt: skip
     assert script.paired == [(0, 0, 1.0, 4.0), (1, 1, 2.0, 5.0), (2, 2, 3.0, 6.0)]
@@ -173,6 +173,8 @@ def test_weights_in_a_list_are_those_of_the_synapses_in_their_order(tmp_path: Pa
             "'gamma' takes no boundaries with constrain='redraw'; a normal one does",
         ),
         ("p.Population(1, cell)._vertex", "Population._vertex is not supported: there is no machine"),
+        ("p.extra_models.IFCurrCombExp2E2I", "extra_models has no 'IFCurrCombExp2E2I'; "),
+        ("p.IF_cur_exp", "sPyNNaker has no 'IF_cur_exp'; did you mean 'IF_curr_exp'"),
         ("p.get_spynnaker()", "get_spynnaker is not supported: there is no machine"),
     ],
 )
@@ -239,6 +241,18 @@ def test_a_file_of_a_script_may_have_the_name_of_a_tool(tmp_path: Path) -> None:
 def test_a_grid_of_structural_plasticity_has_whole_sides(tmp_path: Path) -> None:
     script = run(tmp_path, f"{HEAD}near = p.DistanceDependentFormation(grid=[13.86, 13.86])\n")
     assert (script.near.rewiring["grid_x"], script.near.rewiring["grid_y"]) == (13, 13)
+    script = run(tmp_path, f"{HEAD}weak = p.RandomByWeightElimination(mid_weight=0.2)\n")
+    assert script.weak.rewiring["threshold"] == 0.2
+
+
+def test_a_script_with_functions_of_python_2_alone_is_in_it(tmp_path: Path) -> None:
+    script = run(
+        tmp_path, f"{HEAD}halves = [i / 2 for i in xrange(4)]\ncells = p.Population(2, p.IF_curr_exp)\n"
+    )
+    assert script.halves == [0, 0, 1, 1]
+    assert script.cells._size == 2
+    own = run(tmp_path, f"{HEAD}xrange = range\nhalves = [i / 2 for i in xrange(2)]\n")
+    assert own.halves == [0.0, 0.5]
 
 
 def test_what_is_neither_python_3_nor_2_is_one_error(tmp_path: Path) -> None:

@@ -132,6 +132,19 @@ def test_synaptic_input_of_current_based_cells_is_recorded_and_converted(tmp_pat
     assert script.cells.spinnaker_get_data("v", as_matrix=True).shape == (50, 2)
 
 
+@pytest.mark.parametrize("cell", ["IF_curr_delta", "extra_models.IFCurDelta"])
+def test_the_input_of_delta_synapses_is_recorded_in_the_step_of_its_arrival(
+    tmp_path: Path, cell: str
+) -> None:
+    lines = CHAIN.format(weight=2.0, more="").replace("IF_curr_exp(tau_syn_E=5.0, ", f"{cell}(")
+    data = run(tmp_path, HEAD + lines).cells.get_data().segments[0]
+    excited, inhibited = (data.filter(name=f"gsyn_{end}")[0].magnitude for end in ("exc", "inh"))
+    assert excited[13].tolist() == [2.0, 0.0]
+    assert excited[23].tolist() == [0.0, 2.0]
+    assert excited.sum() == 4.0
+    assert not inhibited.any()
+
+
 def test_either_sign_inhibits_on_the_inhibitory_receptor(tmp_path: Path) -> None:
     lowest = []
     for weight in (2.0, -2.0):
@@ -280,6 +293,7 @@ def test_a_network_that_has_ended_does_not_run_again_from_the_start(tmp_path: Pa
             "p.StructuralMechanismStatic(p.RandomSelection(), near, p.RandomByWeightElimination(0.5))",
             "p_form_forward is 1.5; it must be a number from 0 to 1",
         ),
+        ("p.RandomByWeightElimination()", "RandomByWeightElimination has no default for threshold"),
         ("p.external_devices.add_poisson_live_rate_control(p.Population(1, cell))", "has no rate"),
         ("p.setup(1.0, n_board_required=1)", "'n_board_required'; did you mean 'n_boards_required'"),
         (

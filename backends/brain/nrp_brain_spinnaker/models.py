@@ -57,7 +57,7 @@ class CellModel:
     @property
     def state_variables(self) -> tuple[str, ...]:
         """PyNN's names of the state variables that can be initialised and read."""
-        synaptic = () if self.synapse == kinds.DELTA else (*GSYN, *ISYN)
+        synaptic = () if self.weights_in_mv or self.input == kinds.JUMP else (*GSYN, *ISYN)
         return (*_STATE[self.neuron], *synaptic)
 
     def substeps(self, step_us: int) -> int:

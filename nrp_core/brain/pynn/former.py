@@ -23,6 +23,11 @@ CONNECTORS: Final = (
     "OneToOneConnector",
 )  # fmt: skip
 """The connectors that had weights and delays."""
+_WEIGHTS_AT: Final = {
+    "OneToOneConnector": 0, "AllToAllConnector": 1, "FixedProbabilityConnector": 2,
+    "FixedNumberPreConnector": 2, "FixedNumberPostConnector": 2, "DistanceDependentProbabilityConnector": 2,
+}  # fmt: skip
+"""The place of the weights among the arguments of a connector that have no name; the delays follow."""
 _LIMITS: Final = ("low", "high")
 _CONSTRAINED: Final = {"redraw": "normal_clipped", "clip": "normal_clipped_to_boundary"}
 """What a normal distribution with ``boundaries`` is called, by its ``constrain``."""
@@ -110,16 +115,25 @@ def dependence(today: type) -> type:
 
 def connector(today: type) -> type:
     """Return a connector with weights and delays."""
+    place = _WEIGHTS_AT.get(today.__name__)
 
     class Connector(today):
         def __init__(
             self, *values: Any, weights: Any = None, delays: Any = None, verbose: bool = False, **more: Any
         ) -> None:
+            if place is not None and _are_weights(values[place:]):
+                weights, delays, *_ = (*values[place:], delays)
+                values = values[:place]
             super().__init__(*values, **more)
             given = (("weight", weights), ("delay", delays))
             self.of_synapses = {name: _of_distance(value) for name, value in given if value is not None}
 
     return _named_as(today, Connector)
+
+
+def _are_weights(values: tuple[Any, ...]) -> bool:
+    """Return whether arguments are weights and delays, and not what connectors take there today."""
+    return bool(values) and not isinstance(values[0], (bool, str, type(None)))
 
 
 def _of_distance(value: Any) -> Any:

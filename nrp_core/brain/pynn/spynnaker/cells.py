@@ -64,9 +64,8 @@ def _own(cell: Any, name: str, cell_type: str) -> type:
     body: dict[str, Any] = {"__init__": begin, "__doc__": cell.__doc__, "cell_type": cell_type}
     if cell.receptor_types:
         unit = "uS" if cell.conductance_based else "nA"
-        synaptic = () if name == "IF_curr_delta" else _SYNAPTIC
         body["units"] = {**dict.fromkeys(_SYNAPTIC, unit), **cell.units}
-        body["recordable"] = list(dict.fromkeys([*cell.recordable, *synaptic, *_OF_ALL_CELLS]))
+        body["recordable"] = list(dict.fromkeys([*cell.recordable, *_SYNAPTIC, *_OF_ALL_CELLS]))
     return type(name, (cell,), body)
 
 

@@ -159,6 +159,7 @@ class Dialect:
             ),
             protocols=devices.protocols,
             exceptions=exceptions(),
+            __getattr__=refused.unknown_name("sPyNNaker", own),
         )
         return api
 
@@ -224,7 +225,8 @@ class Dialect:
         )
         own["SpikeSourcePoissonVariable"] = variable_poisson(names["SpikeSourceArray"])
         own["Neuromodulation"] = neuromodulation(self._pynn.simulator)
-        return module("extra_models", **own, **refused.stand_ins(refused.EXTRA_MODELS))
+        unknown = refused.unknown_name("extra_models", own)
+        return module("extra_models", **own, **refused.stand_ins(refused.EXTRA_MODELS), __getattr__=unknown)
 
     def _external_devices(self, names: Mapping[str, Any]) -> ModuleType:
         devices = ModuleType("external_devices", "Live input and output.")

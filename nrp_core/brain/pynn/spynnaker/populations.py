@@ -32,6 +32,12 @@ class _Cells(FormerCells):
     """Parameters and positions as sPyNNaker returns them."""
 
     @property
+    def _size(self) -> int:
+        """The number of cells, which scripts also read by this name."""
+        cells: Any = self
+        return int(cells.size)
+
+    @property
     def positions(self) -> FloatArray:
         """The positions of the cells, um, shape ``(n, 3)``."""
         cells: Any = self

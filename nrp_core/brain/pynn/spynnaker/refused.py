@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Any, Final, NoReturn
 
-from nrp_core.errors import CapabilityError
+from nrp_core.errors import CapabilityError, did_you_mean
 
 _CALCIUM, _STOCHASTIC = "a threshold that adapts with calcium", "a random threshold"
 _THREE = "it has a third receptor; the emulation has an excitatory and an inhibitory one"
@@ -99,6 +100,24 @@ CONNECTIONS: Final = {
         _PACKETS,
     ),
 }  # fmt: skip
+
+
+class UnknownNameError(CapabilityError, AttributeError):
+    """A name that sPyNNaker 7.4.1 does not have."""
+
+
+def unknown_name(owner: str, names: Mapping[str, Any]) -> Callable[[str], NoReturn]:
+    """Return the ``__getattr__`` of a module with these names."""
+
+    def attribute(name: str) -> NoReturn:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        raise UnknownNameError(
+            f"{owner} has no '{name}'{did_you_mean(name, names)}; cells and rules of other versions, or "
+            "compiled for a machine, are not emulated"
+        )
+
+    return attribute
 
 
 class _Refused(type):

@@ -64,11 +64,16 @@ class RandomByWeightElimination:
         threshold: the weight, nA or uS.
         prob_elim_depressed: the probability below it.
         prob_elim_potentiated: the probability from there on.
+        mid_weight: the earlier name of the threshold.
     """
 
     def __init__(
-        self, threshold: float, prob_elim_depressed: float = 0.0245, prob_elim_potentiated: float = 1.36e-4
-    ) -> None:
+        self, threshold: float | None = None, prob_elim_depressed: float = 0.0245,
+        prob_elim_potentiated: float = 1.36e-4, mid_weight: float | None = None,
+    ) -> None:  # fmt: skip
+        threshold = mid_weight if threshold is None else threshold
+        if threshold is None:
+            raise InvalidValueError("RandomByWeightElimination has no default for threshold")
         self.rewiring = {
             "threshold": threshold, "prob_elim_depressed": prob_elim_depressed,
             "prob_elim_potentiated": prob_elim_potentiated,
