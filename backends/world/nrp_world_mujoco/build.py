@@ -23,20 +23,17 @@ from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.merged_bodies import Body
 from nrp_core.world.scene.model import Joint, Link, Model, Scene
 from nrp_world_mujoco.gl import GlRenderer
+from nrp_world_mujoco.joints import FIRMEST, HARD, SMALLEST, add_joint, shortest
 from nrp_world_mujoco.library import compiled, mujoco
-from nrp_world_mujoco.loops import HARD, close_loops, tie_models
+from nrp_world_mujoco.loops import close_loops, tie_models
 from nrp_world_mujoco.mechanisms import BuiltParts, touches_itself
 from nrp_world_mujoco.native import NativeElements
 from nrp_world_mujoco.shapes import Shapes, placed, scalar_first
 from nrp_world_mujoco.weightless import holders, let_weigh_nothing
 
-FAR_AWAY = 1e9
-FIRMEST = [0.9999, 0.9999, 0.001, 0.5, 2.0]  # of joints that no load moves off their paths
-SMALLEST = 1e-12  # MuJoCo refuses an empty range
 FEW_GEOMS = 64  # with fewer, testing each pair is faster than bounding volumes
 SAME_CONTACTS = mujoco.mjtDisableBit.mjDSBL_MIDPHASE  # has no bounding volumes, and the same contacts
 FEW_FREEDOMS = 24  # up to here, solving all constraints at once is faster than finding which are connected
-TYPES = {"prismatic": mujoco.mjtJoint.mjJNT_SLIDE, "ball": mujoco.mjtJoint.mjJNT_BALL}
 AHEAD, ASIDE = [1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0]
 
 
@@ -124,7 +121,7 @@ class _Builder:
     ) -> None:
         self._scene, self._spec, self._optics, self._with_visuals = scene, spec, optics, with_visuals
         self._physical = physical
-        self._stiff = [2 * spec.option.timestep, 1.0]  # time constant (s), the shortest, and damping ratio
+        self._stiff = shortest(spec)
         self._shapes = Shapes(spec)
         self._bodies: dict[str, list[tuple[Body, Any]]] = {}
         self._joints: dict[str, list[tuple[Joint, Any]]] = {}
@@ -189,7 +186,9 @@ class _Builder:
         for index, body in enumerate(bodies):
             elements.append(self._add_body(model.name, index, bodies, elements))
             if body.joint is not None and body.joint.kind != "fixed":
-                joints[body.joint.name] = self._add_joint(elements[-1], model.name, body.joint)
+                joints[body.joint.name] = add_joint(
+                    elements[-1], f"{model.name}/{body.joint.name}", body.joint, self._stiff
+                )
         self._bodies[model.name] = list(zip(bodies, elements, strict=True))
         self._joints[model.name] = [(j, joints[j.name]) for j in model.joints if j.name in joints]
         self._couple(model, joints)
@@ -216,24 +215,6 @@ class _Builder:
         for path, element in self._owners:
             owners[element.id] = path
         return owners
-
-    def _add_joint(self, element: Any, model: str, joint: Joint) -> Any:
-        limited = joint.kind != "continuous" and (isfinite(joint.lower) or isfinite(joint.upper))
-        return element.add_joint(
-            name=f"{model}/{joint.name}",
-            type=TYPES.get(joint.kind, mujoco.mjtJoint.mjJNT_HINGE),
-            axis=joint.axis,
-            limited=limited,
-            range=_range(joint) if limited else [0, 0],
-            damping=[joint.damping, 0, 0],
-            frictionloss=joint.friction,
-            stiffness=[joint.stiffness, 0, 0],
-            springref=joint.rest,
-            solref_friction=self._stiff,
-            solimp_friction=HARD,
-            solref_limit=self._stiff,
-            solimp_limit=HARD,
-        )
 
     def _add_body(self, model: str, index: int, bodies: Sequence[Body], elements: Sequence[Any]) -> Any:
         body = bodies[index]
@@ -348,11 +329,6 @@ def _root_of(joint: Any) -> Any:
         root = body if body.joints else root
         body = body.parent
     return root
-
-
-def _range(joint: Joint) -> list[float]:
-    lower = max(joint.lower, -FAR_AWAY)
-    return [lower, max(min(joint.upper, FAR_AWAY), lower + SMALLEST)]
 
 
 def _set_velocity_servo(actuator: Any, gain: float, limit: float) -> None:

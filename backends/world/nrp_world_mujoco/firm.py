@@ -19,7 +19,8 @@ from nrp_core.world.engine_kit.firm_joints import FirmJoints
 from nrp_core.world.engine_kit.firm_kinds import FREE
 from nrp_core.world.engine_kit.firm_servo import RETURN_S
 from nrp_core.world.scene.joint_inertia import STIFF_TIME_CONSTANT_S
-from nrp_world_mujoco.build import FAR_AWAY, SMALLEST, Built
+from nrp_world_mujoco.build import Built
+from nrp_world_mujoco.joints import FAR_AWAY, SMALLEST
 from nrp_world_mujoco.library import halves_of_step, mujoco
 
 

@@ -1,17 +1,24 @@
-"""Loops of joints, and ties of models: points that two links have in common."""
+"""Loops of joints, and ties of models: points that two links have in common.
+
+A tie that slides, or has several axes, needs joints: light bodies on the parent move by them, and the last
+one has the points in common with the child.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
 
 from nrp_core.world.rigid.pose import Pose, Vector
 from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.loops import Tie
 from nrp_core.world.scene.model import Model, Scene
+from nrp_world_mujoco.joints import FIRMEST, HARD, add_joint, shortest
 from nrp_world_mujoco.library import mujoco
+from nrp_world_mujoco.shapes import placed
 
-HARD = [0.999, 0.999, 0.001, 0.5, 2.0]  # impedance of stiff constraints: couplings, joints that rub or stop
-
+LIGHT: Final = 1e-3
+"""Mass and inertia of a body between two models, as a share of the lighter one's."""
 Links = Mapping[str, tuple[Any, Pose]]
 """The links of a model: the body of each, and its pose in the frame of that."""
 
@@ -28,21 +35,39 @@ def close_loops(model: Model, links: Links, spec: Any) -> None:
 def tie_models(scene: Scene, links: Mapping[str, Links], spec: Any) -> None:
     """Hold models together at the points of their ties; the bodies that these connect do not collide."""
     for tie in scene.ties:
-        ends = [
-            (tie.parent, [point for point, _ in tie.points]),
-            (tie.child, [point for _, point in tie.points]),
-        ]
-        bodies = [
+        ends = (tie.parent, [there for there, _ in tie.points]), (tie.child, [here for _, here in tie.points])
+        (holder, at_holder), (held, at_held) = (
             (links[name][link][0], [_in_body(scene.model(name), links[name], link, each) for each in points])
             for (name, link), points in ends
-        ]
-        (held, places), (holder, _) = sorted(bodies, key=lambda body: body[0] is spec.worldbody)
-        if held is spec.worldbody:
+        )
+        if holder is held is spec.worldbody:
             continue
-        for place in places:
-            _connect(held, holder.name, place, spec)
-        if holder is not spec.worldbody:
+        if tie.freedoms:
+            _carry(tie, scene.model(tie.parent[0]), links[tie.parent[0]], held, spec)
+        elif held is spec.worldbody:
+            _connect_all(holder, held, at_holder, spec)
+        else:
+            _connect_all(held, holder, at_held, spec)
+        if spec.worldbody not in (holder, held):
             spec.add_exclude(bodyname1=held.name, bodyname2=holder.name)
+
+
+def _carry(tie: Tie, model: Model, links: Links, held: Any, spec: Any) -> None:
+    """Let a body move on the parent of a tie by its freedoms, and connect it with the child."""
+    holder, place = links[tie.parent[1]]
+    frame = place @ model.link(tie.parent[1]).pose.inverse() @ tie.in_parent
+    heavy = [each for each in (holder, held) if each is not spec.worldbody]
+    mass = LIGHT * min(each.mass for each in heavy)
+    moment = LIGHT * min(float(min(each.inertia)) for each in heavy)
+    carrier = holder
+    for number, freedom in enumerate(tie.freedoms):
+        path = f"{tie.name}/{number}/tie"
+        carrier = carrier.add_body(name=path, **placed(Pose() if number else frame))
+        carrier.explicitinertial, carrier.mass, carrier.inertia = True, mass, [moment] * 3
+        carrier.gravcomp = 1.0
+        add_joint(carrier, path, freedom, shortest(spec))
+    points = [(tie.in_parent.inverse() @ Pose(there)).position for there, _ in tie.points]
+    _connect_all(carrier, held, points, spec, FIRMEST)  # or the light body gives way
 
 
 def _in_body(model: Model, links: Links, link: str, point: Vector) -> Vector:
@@ -51,7 +76,14 @@ def _in_body(model: Model, links: Links, link: str, point: Vector) -> Vector:
     return (place @ model.link(link).pose.inverse() @ Pose(point)).position
 
 
-def _connect(element: Any, holder: str, point: Vector, spec: Any) -> None:
+def _connect_all(
+    element: Any, other: Any, points: Sequence[Vector], spec: Any, impedance: Sequence[float] = HARD
+) -> None:
+    for point in points:
+        _connect(element, other.name, point, spec, impedance)
+
+
+def _connect(element: Any, holder: str, point: Vector, spec: Any, impedance: Sequence[float] = HARD) -> None:
     """Keep a point of a body at another one, where it is with all joints at 0."""
     spec.add_equality(
         type=mujoco.mjtEq.mjEQ_CONNECT,
@@ -59,6 +91,6 @@ def _connect(element: Any, holder: str, point: Vector, spec: Any) -> None:
         name1=element.name,
         name2=holder,
         data=[*point, *[0.0] * (mujoco.mjNEQDATA - 3)],
-        solref=[2 * spec.option.timestep, 1.0],  # the shortest time constant, s, and damping ratio
-        solimp=HARD,
+        solref=shortest(spec),
+        solimp=impedance,
     )

@@ -138,7 +138,7 @@ class _Builder:
             name: [(body, (place.multibody, place.link)) for body, place in bodies]
             for name, bodies in self._bodies.items()
         }
-        tie_models(self._scene, placed, self._client)
+        tie_models(self._scene, placed, self._client, self._warnings)
         parts = self._bodies, self._joints, self._drives, self._visuals, self._owners
         return Built(*parts, self._warnings)
 

@@ -46,6 +46,19 @@ def one(kind: str) -> str:
     return f'<model name="arm">{TURNED}{links}{joints}</model>'
 
 
+RAIL = """<joint name="{0}" type="prismatic"><parent>{1}</parent><child>{2}</child><axis><xyz>1 0 0</xyz>{3}
+</axis></joint>"""
+CROSS = """<joint name="{0}" type="universal"><parent>{1}</parent><child>{2}</child>
+<axis><xyz>0 1 0</xyz></axis><axis2><xyz>0 0 1</xyz></axis2></joint>"""
+STOPS = "<limit><lower>-0.1</lower><upper>0.2</upper></limit><dynamics><damping>3</damping></dynamics>"
+
+
+def with_joint(scene: str, joint: str, *inside: str) -> str:
+    """Return a scene with another joint in the place of the tie."""
+    head, _, rest = scene.partition('<joint name="tie"')
+    return head + joint.format("tie", *inside) + rest.partition("</joint>")[2]
+
+
 @pytest.fixture
 def room(tmp_path):
     """Read the contents of a world."""
@@ -79,6 +92,42 @@ def test_two_models_move_as_one_with_the_same_joint(open_world, advance, room, k
         assert found == pytest.approx(places(whole, ("arm", "l"), ("arm", "load")), abs=1e-2)
     assert found[0, 2] == pytest.approx(2.0, abs=1e-6)
     assert found[1, 2] < 1.7, "they have fallen"
+
+
+@pytest.mark.parametrize("limits", ["", STOPS])
+@pytest.mark.parametrize("joint", [RAIL, CROSS])
+def test_models_slide_or_turn_about_two_axes_as_one_model_does(
+    open_world, advance, room, joint: str, limits: str
+) -> None:
+    """The arm falls, and lets its load slide off, or down and aside."""
+    scene = room(with_joint(two("fixed"), joint, "arm::l", "load", limits))
+    assert scene.warnings == ()
+    tied = open_world(scene)
+    whole = open_world(room(with_joint(one("fixed"), joint, "l", "load", limits)))
+    if type(tied.engine).__name__ == "PybulletEngine" and (joint == CROSS or limits):
+        said = [each.message for each in tied.warnings if each.subject == "tie"]
+        kind, lacking = ("universal", "apart") if joint == CROSS else ("prismatic", "slide without limits")
+        assert [(f"is {kind}: PyBullet" in each, lacking in each) for each in said] == [(True, True)]
+        return
+    assert not tied.warnings
+    for _ in range(5):
+        advance(tied, 0.1)
+        advance(whole, 0.1)
+        found = places(tied, *ENDS)
+        assert found == pytest.approx(places(whole, ("arm", "l"), ("arm", "load")), abs=2e-2)
+    assert found[1, 2] < 1.7, "it has fallen"
+
+
+def test_a_rail_holds_what_slides_on_it_across(open_world, advance, room) -> None:
+    """A load of 2 kg stands 0.5 m before a static post, and slides only up and down."""
+    post = '<model name="post"><static>1</static><pose>0 0 2 0 0 0</pose><link name="l"/></model>'
+    load = f'<model name="load"><pose>0.5 0 2 0 0 0</pose>{BODY.format("l", 0, 2.0, "")}</model>'
+    rail = RAIL.format("tie", "post", "load", "").replace("1 0 0", "0 0 1")
+    world = open_world(room(post + load + rail))
+    advance(world, 0.5)
+    motion = world.model_motion("load")
+    assert motion.pose.position == pytest.approx((0.5, 0.0, 2 - 9.8 * 0.5**2 / 2), abs=0.02)
+    assert motion.pose.rotate((1.0, 0.0, 0.0)) == pytest.approx((1, 0, 0), abs=2e-3)
 
 
 def test_bodies_that_are_tied_do_not_push_each_other_apart(open_world, advance, room) -> None:

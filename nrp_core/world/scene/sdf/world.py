@@ -80,9 +80,9 @@ def _models(
     for frame in world.all("frame"):
         frames.require(frame)
     poses = {model.name: frames.pose(model.name, model.user) for model, _, _ in read}
-    held = [
-        (name, row, tie_of(row, poses)) for name, row in read_world_joints(world, frames, version, reading)
-    ]
+    kinds = {joint.attribute("name"): joint.attribute("type") for joint in world.all("joint")}
+    rows_read = read_world_joints(world, frames, version, reading)
+    held = [(name, row, tie_of(row, poses, kinds)) for name, row in rows_read]
     models = []
     for model, parts, own in read:
         pose = poses[model.name]

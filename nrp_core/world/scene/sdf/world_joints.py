@@ -8,7 +8,8 @@ from dataclasses import replace
 from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Pose
 from nrp_core.world.scene.checks import WORLD
-from nrp_core.world.scene.loops import LOOP_KINDS, Tie
+from nrp_core.world.scene.loops import LOOP_KINDS, Freedom, Tie
+from nrp_core.world.scene.model import Joint
 from nrp_core.world.scene.reading.context import Reading
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sdf.compound import Row
@@ -34,7 +35,7 @@ def read_world_joints(
     for joint in world.all("joint"):
         row = read_joint(joint, frames, version, reading)
         owner, other = (end.partition("::")[0] for end in (row[-1].child, row[0].parent))
-        if other not in (owner, WORLD) and (len(row) > 1 or row[0].kind not in LOOP_KINDS):
+        if other not in (owner, WORLD) and any(each.mimic for each in row):
             name, kind = joint.attribute("name"), joint.attribute("type")
             message = f"the joint '{name}' between two models is {kind}, which is not simulated: left out"
             reading.notes.warn(joint, Code.NRP260, message, subject=name)
@@ -42,19 +43,32 @@ def read_world_joints(
             yield owner, row
 
 
-def tie_of(row: Row, poses: Mapping[str, Pose]) -> Tie | None:
+def tie_of(row: Row, poses: Mapping[str, Pose], kinds: Mapping[str, str]) -> Tie | None:
     """Return a joint of the world as one between two models; None if it is in one.
 
     Args:
         row: the joint, in the frame of the world.
         poses: the poses of all models in the world.
+        kinds: the types of the joints in the file.
     """
     (parent, _, holder), (child, _, held) = (end.partition("::") for end in (row[0].parent, row[-1].child))
     if parent in (child, WORLD):
         return None
     joint = row[0]
+    freedoms: tuple[Freedom, ...] = ()
+    if len(row) > 1 or joint.kind not in LOOP_KINDS:
+        freedoms = tuple(_freedom(each, joint.pose) for each in row)
+    name = next(each.name for each in row if each.name in kinds)
+    kind = joint.kind if len(row) == 1 else kinds[name]
     in_parent, in_child = (poses[name].inverse() @ joint.pose for name in (parent, child))
-    return Tie(joint.name, joint.kind, (parent, holder), (child, held), in_parent, in_child, joint.axis)
+    ends = (parent, holder), (child, held)
+    return Tie(name, kind, *ends, in_parent, in_child, joint.axis, freedoms)
+
+
+def _freedom(joint: Joint, tie: Pose) -> Freedom:
+    axis = tie.rotate_back(joint.pose.rotate(joint.axis))
+    limits = joint.lower, joint.upper
+    return Freedom(joint.kind, axis, *limits, joint.damping, joint.friction, joint.stiffness, joint.rest)
 
 
 def in_model(row: Row, model: str, pose: Pose) -> Row:
