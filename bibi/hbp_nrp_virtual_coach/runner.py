@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from concurrent.futures import Future
 from contextlib import suppress
 from typing import Any, TypeVar
@@ -152,10 +152,12 @@ class Runner:
                 with run.loop.attended():
                     self._run, self._reported_at = run, time.monotonic()
                     _log_problems(run)
+                    known = {problem.message for problem in run.problems}
                     self._on_open(run)
                     self._opened.set_result(run)
                     self._attend(run)
                     self._on_end(run)
+                    _log_new(run, known)
                     if not self._is_silent:
                         self._report(run)
                     self._is_closed = True
@@ -221,6 +223,13 @@ class Runner:
             "state": self.state,
             "timeout": seconds(run.experiment.duration) - run.now_s,
         })  # fmt: skip
+
+
+def _log_new(run: Run, known: Collection[str]) -> None:
+    """Log what a run did otherwise than meant, unless it is known or was logged when it happened."""
+    for problem in run.problems:
+        if problem.weight is Weight.ALTERED and problem.message not in known:
+            log.warning("%s", problem)
 
 
 def _log_problems(run: Run) -> None:

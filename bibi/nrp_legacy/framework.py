@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import replace
 from functools import cache, partial
-from math import isfinite
 from types import ModuleType
 from typing import Any
-
-import numpy as np
 
 from nrp_core import dsl
 from nrp_core.dsl.devices.kinds import DeviceKind
@@ -23,6 +20,7 @@ from nrp_legacy.devices import device_kinds, in_our_units, recovering_at_once
 from nrp_legacy.live.cells import Cells
 from nrp_legacy.notes import Notes
 from nrp_legacy.shims.graph import absolute, log
+from nrp_legacy.shims.message_numbers import with_numbers
 from nrp_legacy.shims.modules import OpenMessage, module
 from nrp_legacy.shims.tuples import as_in_ros1
 
@@ -64,7 +62,7 @@ class ForgivingTopic(dsl.Topic):
         kind = self.topic_type
         if isinstance(kind, type) and issubclass(kind, OpenMessage):
             return lambda message: message if isinstance(message, OpenMessage) else kind(message)
-        return partial(_with_numbers, cache(partial(self._tell, self.name)))
+        return partial(with_numbers, tell=cache(partial(self._tell, self.name)))
 
     @staticmethod
     def _tell(name: str, number: str) -> None:
@@ -87,27 +85,6 @@ class HeardTopic(dsl.Topic):
     @property
     def process(self) -> Callable[[Any], Any]:
         return as_in_ros1
-
-
-def _with_numbers(tell: Callable[[str], None], message: Any) -> Any:
-    """Return a message, or its only field, with arrays of one number, nan and inf replaced by numbers."""
-    if isinstance(message, (np.generic, np.ndarray)) and message.size == 1:
-        message = message.item()
-    if isinstance(message, float) and not isfinite(message):
-        tell(str(message))
-        return 0.0
-    if not is_dataclass(message) or isinstance(message, type):
-        return message
-    changes: dict[str, Any] = {}
-    for field in fields(message):
-        value = getattr(message, field.name)
-        if is_dataclass(value) or field.type in _NUMBERS:
-            number = _with_numbers(tell, value)
-            changes |= {} if number is value else {field.name: number}
-    return replace(message, **changes) if changes else message
-
-
-_NUMBERS = ("float", "int", float, int)
 
 
 def topic(name: str, topic_type: Any = None) -> dsl.Topic:

@@ -197,7 +197,10 @@ def hear(t):
 
 
 def test_services_of_the_experiment_and_of_the_script_reach_each_other(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
     folder = tmp_path / "served"
     folder.mkdir()
@@ -206,7 +209,9 @@ def test_services_of_the_experiment_and_of_the_script_reach_each_other(
     (folder / "x.exc").write_text('<ExD><timeout>600</timeout><bibiConf src="x.bibi"/></ExD>')
     monkeypatch.setenv("NRP_EXPERIMENTS", str(tmp_path))
     monkeypatch.setenv("NRP_PACE", "max")
+    caplog.clear()
     main([str(SCRIPTS / "services.py")])
+    assert "nothing subscribes to '/nobody/hears', so its commands have no effect" in caplog.text
     assert capsys.readouterr().out.splitlines() == [
         "not yet ", "True reward 0",
         "not yet ", "False reward 1",

@@ -9,7 +9,9 @@ from typing import Any, Final
 from nrp_core.errors import NrpError
 from nrp_core.findings import Code
 from nrp_core.world.messages import gazebo_srvs, std_srvs
+from nrp_core.world.messages.geometry_msgs import Vector3
 from nrp_legacy.shims.graph import Graph, absolute
+from nrp_legacy.shims.message_numbers import with_numbers
 from nrp_legacy.shims.modules import OpenMessage, Request
 
 _SPELLINGS = {"entity_name": "model_name", "entity_xml": "model_xml", "entity_namespace": "robot_namespace"}
@@ -21,6 +23,13 @@ _SAME: Final = {"SpawnEntity": "SpawnModel", "DeleteEntity": "DeleteModel"}
 
 _ACTING = ("apply_", "set_", "spawn_")
 """How the names of services begin that change something; others may ask whether a thing is there."""
+
+
+@dataclasses.dataclass(slots=True)
+class SizedModelState(gazebo_srvs.GetModelStateResponse):
+    """The state of a model with its size, which the platform's version of Gazebo added."""
+
+    scale: Vector3 = dataclasses.field(default_factory=lambda: Vector3(1.0, 1.0, 1.0))
 
 
 class ServiceException(Exception):  # noqa: N818 - the name that users catch
@@ -155,18 +164,23 @@ class Services:
         known = [field.name for field in dataclasses.fields(self._graph.world.topics[name].type)]
         if any(value is None for value in values):
             fields, values = {**dict(zip(known, values, strict=False)), **fields}, ()
-        given = {key: value for key, value in fields.items() if value is not None}
+        given = {key: with_numbers(value) for key, value in fields.items() if value is not None}
         named = {_SPELLINGS.get(key, key): value for key, value in given.items()}
         try:
             answer = self._graph.world.call(
                 name,
-                *values[: max(1, len(known))],
+                *map(with_numbers, values[: max(1, len(known))]),
                 **{key: value for key, value in named.items() if key in known or key not in _UNUSED},
             )
         except (NrpError, TypeError) as error:
             raise ServiceException(f"service {name}: {error}") from error
         if name.rpartition("/")[2].startswith(_ACTING):
             self.has_refused(name, answer)
+        if isinstance(answer, gazebo_srvs.GetModelStateResponse):
+            model = named.get("model_name", next(iter(values), ""))
+            size = Vector3(*self._graph.scales.get(model, (1.0, 1.0, 1.0)))
+            known_fields = {field.name: getattr(answer, field.name) for field in dataclasses.fields(answer)}
+            return SizedModelState(**known_fields, scale=size)
         return answer
 
     def has_refused(self, name: str, answer: Any) -> bool:

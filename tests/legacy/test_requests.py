@@ -1,0 +1,52 @@
+"""Requests and messages take what ROS 1 could write as a number; answers have the platform's fields."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from nrp_core.experiment.running.run import Run
+
+FUNCTIONS = """
+import decimal, fractions, rospy
+from gazebo_msgs.msg import ModelState
+from gazebo_msgs.srv import GetModelState, SetModelState
+from std_msgs.msg import Float64
+get_state = rospy.ServiceProxy("gazebo/get_model_state", GetModelState)
+set_state = rospy.ServiceProxy("gazebo/set_model_state", SetModelState)
+half = rospy.Publisher("/half", Float64, queue_size=1)
+
+@nrp.MapRobotSubscriber("heard", Topic("/half", Float64))
+@nrp.MapVariable("seen", initial_value=[])
+@nrp.Robot2Neuron()
+def place(t, heard, seen):
+    state = ModelState()
+    state.model_name = "left_vr_screen"
+    state.pose = get_state("left_vr_screen", "world").pose
+    state.scale = get_state("left_vr_screen", "world").scale
+    state.pose.position.x = decimal.Decimal(205) / 100
+    state.pose.position.y = np.float32(0.5)
+    state.pose.position.z = np.array([0.25])
+    assert set_state(state).success
+    half.publish(fractions.Fraction(1, 2))
+    seen.value.append((state.scale.x, heard.value and heard.value.data))
+"""
+
+
+def test_decimals_fractions_and_arrays_of_one_number_are_numbers(
+    opened: Callable[..., Run], corpus: Path
+) -> None:
+    folder = corpus / "requests"
+    folder.mkdir()
+    (folder / "tf.py").write_text(FUNCTIONS)
+    (folder / "x.bibi").write_text('<bibi><transferFunction src="tf.py"/></bibi>')
+    room = '<environmentModel src="arena/arena.sdf"/>'
+    (folder / "x.exc").write_text(f'<ExD><timeout>1.0</timeout>{room}<bibiConf src="x.bibi"/></ExD>')
+    run = opened("requests/x.exc")
+    run.run_until(0.1)
+    assert not run.result().failures
+    assert run.world.model_motion("left_vr_screen").pose.position == pytest.approx((2.05, 0.5, 0.25))
+    (function,) = run.loop.functions
+    assert function.adapters["seen"].value[-1] == (1.0, 0.5)  # type: ignore[attr-defined]
