@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from inspect import signature
 from math import isfinite, nan
 from numbers import Real
 from typing import Any, TypeAlias
@@ -53,12 +54,24 @@ class Agent:
                 f"{self.observe!r:.60}"
             )
         for name, given in (("reward", self.reward), ("terminate", self.terminate)):
-            if given is not None and not callable(given):
-                raise ExperimentError(
-                    f"{name} is a function of the run and the observation, not {given!r:.60}"
-                )
+            if given is not None and not _takes_two(given):
+                shown = f"one of {signature(given)}" if callable(given) else f"{given!r:.60}"
+                raise ExperimentError(f"{name} is a function of the run and the observation, not {shown}")
         if not isinstance(self.same_noise, bool):
             raise ExperimentError(f"same_noise is true or false, not {self.same_noise!r:.60}")
+
+
+def _takes_two(given: object) -> bool:
+    """Return whether something can be called with two arguments; functions in C may not say."""
+    if not callable(given):
+        return False
+    try:
+        signature(given).bind(None, None)
+    except ValueError:
+        return True
+    except TypeError:
+        return False
+    return True
 
 
 def bounds_by_name(act: Sequence[str] | Mapping[str, Any]) -> Mapping[str, Any]:

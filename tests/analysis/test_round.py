@@ -202,6 +202,8 @@ def test_what_a_body_takes_from_elsewhere_is_reported(husky: Path, body: str, wo
         "try:\n        print(1 / t)\n    except Exception as error:\n        print(error)",
         "red.rate = 100.0 * (t > 1)",
         "red.rate = 100.0 if t > 1 else 0.0",
+        "import numpy as np; red.rate = 100.0 * (np.array([t, 1.0])[:1].min() > 0.5)",
+        "red = None if t > 1 else red\n    if red is None:\n        return",
         f"if t > 1:\n        {SEND}\n        return\n    {SEND}",
     ],
 )
@@ -222,6 +224,11 @@ def test_what_stays_in_the_body_is_not_reported(husky: Path, body: str) -> None:
         ({"header": "t"}, "two columns have the header 't'"),
         ({"device": "poisson, weight=-0.01"}, "the conductances of 'circuit' are never negative"),
         ({"body": "red.rate = t > 1"}, "'rate' is in Hz and is set to true or false, which is 1 or 0 Hz"),
+        ({"body": "import numpy as np; red.rate = np.array([t]).min() > 1"}, "and is set to true or false"),
+        (
+            {"body": f"if topic is None:\n        {SEND}"},
+            "'topic is None' is never true: 'topic' is a published",
+        ),
         ({"body": "red.rate = True"}, "'rate' is in Hz and is set to true or false, which is 1 or 0 Hz"),
         ({"neurons": "[[0, 0]]"}, "'red' drives the same neuron 2 times: brain.sensors[[0, 0]] [NRP211]"),
         ({"neurons": "[0, 0:2]"}, "'red' drives the same neuron 2 times"),

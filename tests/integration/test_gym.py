@@ -16,6 +16,7 @@ from gymnasium.utils.env_checker import check_env
 import nrp_core
 from nrp_core.errors import ExperimentError
 from nrp_core.gym import NrpEnv, make_env, make_vec
+from nrp_core.gym.agent_run import Agent
 from nrp_core.gym.registered import SHIPPED
 
 DRIVE = {"/pioneer/cmd_vel": {"linear.x": (0.0, 1.0), "angular.z": (-2.0, 2.0)}}
@@ -112,6 +113,32 @@ def test_bounds_come_from_the_messages_and_actions_move_the_robot() -> None:
         moved = made.run.world.model_motion("pioneer").pose.position[0] - before
         assert moved == pytest.approx(0.5, abs=0.05)  # m in 1 s at 0.5 m/s
         assert 0 < seen["/pioneer/scan"].min() < seen["/pioneer/scan"].max()
+
+
+@pytest.mark.parametrize("name", ["reward", "terminate"])
+@pytest.mark.parametrize(
+    ("given", "shown"),
+    [
+        (lambda seen: 1.0, r"not one of \(seen\)"),
+        (lambda: 1.0, r"not one of \(\)"),
+        (lambda run, seen, gain: 1.0, r"not one of \(run, seen, gain\)"),
+        (1.0, "not 1.0"),
+        (lambda run, seen, gain=2.0: gain, ""),
+        (lambda *given: 1.0, ""),
+        (max, ""),  # it does not say
+    ],
+)
+def test_a_function_that_cannot_take_run_and_observation_is_refused(
+    name: str, given: Any, shown: str
+) -> None:
+    settings = {"reward": None, "terminate": None, name: given}
+    if not shown:
+        Agent(["rate:wheels"], {}, steps=1, same_noise=False, **settings)
+        return
+    with pytest.raises(
+        ExperimentError, match=f"{name} is a function of the run and the observation, {shown}"
+    ):
+        Agent(["rate:wheels"], {}, steps=1, same_noise=False, **settings)
 
 
 def test_reward_end_and_length_of_an_episode() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import fields
 from math import inf
 from typing import Final
 
@@ -102,33 +101,25 @@ def _doubt(sight: Sight, scene: Scene, model: Model) -> tuple[str, Level]:
 
 
 @checks_experiment(Code.NRP298)
-def sensors_keep_the_time_of_physics(study: Study) -> Iterator[Finding]:
-    """Look for scanners and cameras that are read, and that measure more often than the world moves."""
+def sensors_measure_as_often_as_needed(study: Study) -> Iterator[Finding]:
+    """Look for scanners and cameras that are read more often than the world moves, or a few times in all."""
     step_ns = study.world.capabilities.step_ns if study.world else None
+    run_s = study.experiment.duration / NS_PER_S
     for model, sensor in read_sensors(study):
+        owner = f"the {_kind(sensor)} '{sensor.name}' has a rate of {sensor.rate_hz:g} Hz"
+        place = study.experiment.place("world", "robots", model.name)
         if (
             step_ns and _FASTER * NS_PER_S / step_ns < sensor.rate_hz <= FASTEST_HZ
         ):  # more is doubted anywhere
-            message = (
-                f"the {_kind(sensor)} '{sensor.name}' has a rate of {sensor.rate_hz:g} Hz, and the world "
-                f"takes {NS_PER_S / step_ns:g} steps in a second: nothing changes in between"
+            steps = f"the world takes {NS_PER_S / step_ns:g} steps in a second"
+            yield place.finding(
+                Code.NRP298, f"{owner}, and {steps}: nothing changes in between", Level.WARNING
             )
-            place = study.experiment.place("world", "robots", model.name)
-            yield place.finding(Code.NRP298, message, Level.WARNING)
-
-
-@checks_experiment(Code.NRP298)
-def sensors_measure_often(study: Study) -> Iterator[Finding]:
-    """Look for scanners and cameras that are read, and that give a few messages in the whole run."""
-    run_s = study.experiment.duration / NS_PER_S
-    for model, sensor in read_sensors(study):
-        if 0 < sensor.rate_hz < _SLOWEST_HZ and 1 < sensor.rate_hz * run_s < _FEWEST:
-            message = (
-                f"the {_kind(sensor)} '{sensor.name}' has a rate of {sensor.rate_hz:g} Hz, which gives "
-                f"{int(sensor.rate_hz * run_s)} messages in {run_s:g} s; is that its period in s?"
+        elif 0 < sensor.rate_hz < _SLOWEST_HZ and 1 < sensor.rate_hz * run_s < _FEWEST:
+            count = f"{int(sensor.rate_hz * run_s)} messages in {run_s:g} s"
+            yield place.finding(
+                Code.NRP298, f"{owner}, which gives {count}; is that its period in s?", Level.NOTE
             )
-            place = study.experiment.place("world", "robots", model.name)
-            yield place.finding(Code.NRP298, message, Level.NOTE)
 
 
 @checks_experiment(Code.NRP298)
@@ -187,13 +178,7 @@ def _read(study: Study) -> set[str]:
 
 def _is_read(sensor: MountedSensor, model: Model, study: Study, read: set[str]) -> bool:
     """Return whether one of these topics is a sensor's, or the experiment itself adds it."""
-    return bool(read & _topics(sensor)) or _is_added(study, model, sensor)
-
-
-def _topics(sensor: MountedSensor) -> set[str]:
-    """Return all topics of a sensor."""
-    given = (getattr(sensor, one.name) for one in fields(sensor) if one.name.endswith("topic"))
-    return {topic for topic in given if topic is not None}
+    return not read.isdisjoint(sensor.topics) or _is_added(study, model, sensor)
 
 
 def _is_added(study: Study, model: Model, sensor: MountedSensor) -> bool:

@@ -8,7 +8,8 @@ from types import FunctionType, MethodType
 from typing import Any
 
 from nrp_core.analysis.events import Add, Call, Compute, Divide, Multiply, Return, Write
-from nrp_core.analysis.function_body import ORDERS
+from nrp_core.analysis.function_body import ORDERS, assigned
+from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.shapes import UNITS, Instance, Items, Known, Number, Row, Shape, names_of
 from nrp_core.analysis.study import Examined
@@ -64,6 +65,12 @@ def ordered_values_are_compared(function: Examined) -> Iterator[Finding]:
 @checks_function(Code.NRP225)
 def settings_are_numbers(function: Examined) -> Iterator[Finding]:
     """Look for settings of devices that are assigned values that are not numbers, or are true or false."""
+    compared = {
+        id(target)
+        for node in function.declared.own
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Compare)
+        for target in node.targets
+    }
     for event in function.events:
         match event:
             case Write(node, Known(Device() | DeviceGroup()), name, True, value) if name in UNITS:
@@ -72,9 +79,28 @@ def settings_are_numbers(function: Examined) -> Iterator[Finding]:
                 if wrong:
                     message = f"'{name}' takes a number: {wrong}"
                     yield function.declared.finding(Code.NRP225, node, message)
-                elif any(shape == Instance(bool) or _is(shape, bool) for shape in shapes):
+                elif id(node) in compared or any(one == Instance(bool) or _is(one, bool) for one in shapes):
                     message = _truth_value(name, UNITS[name])
                     yield function.declared.finding(Code.NRP225, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP320)
+def parameters_are_not_compared_with_none(function: Examined) -> Iterator[Finding]:
+    """Look for parameters that are compared with None, in place of their values."""
+    for node in function.declared.own:
+        match node:
+            case ast.Compare(
+                ast.Name(name),
+                [ast.Is() | ast.IsNot() | ast.Eq() | ast.NotEq() as sign],
+                [ast.Constant(None)],
+            ) if name in function.adapters:
+                adapter = function.adapters[name]
+                if name in assigned(function.declared.node.body):
+                    continue
+                always = "always" if isinstance(sign, ast.IsNot | ast.NotEq) else "never"
+                hint = f"; did you mean '{name}.value'?" if hasattr(type(adapter), "value") else ""
+                message = f"'{excerpt(node)}' is {always} true: '{name}' is a {_kind(adapter)}{hint}"
+                yield function.declared.finding(Code.NRP320, node, message, Level.WARNING)
 
 
 def _takes_values(callee: Any) -> bool:

@@ -143,6 +143,10 @@ class BrainRoot:
     def __init__(self, network: Network) -> None:
         self._network = network
 
+    def __getitem__(self, name: object) -> Any:
+        meant = f"nrp.brain.group[{name!r}]" if isinstance(name, str) else f"nrp.brain.NAME[{name!r}]"
+        raise NeuronSelectionError(f"nrp.brain holds populations by their names: write {meant}")
+
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):
             raise AttributeError(name)

@@ -124,6 +124,20 @@ def _of_measurements(model: Model) -> Iterator[str]:
                 yield f"the noise of {owner} is {noise:g}, and {what} is {limit:g}"
     for link in model.links:
         yield from _of_contacts(model, link)
+    yield from _of_topics(model)
+
+
+def _of_topics(model: Model) -> Iterator[str]:
+    """Yield the topics with blanks that the file writes; by default a topic holds the names of parts."""
+    sensors = [sensor for link in model.links for sensor in link.sensors]
+    named = [model.name]
+    for parts in (model.links, model.joints, sensors):
+        named += [part.name for part in parts]
+    topics = [topic for sensor in sensors for topic in sensor.topics]
+    topics += [controller.topic for controller in model.controllers]
+    for topic in dict.fromkeys(topics):
+        if " " in topic and not any(" " in name for name in named):
+            yield f"the topic '{topic}' of '{model.name}' has a blank, which a name in ROS cannot have"
 
 
 def _of_contacts(model: Model, link: Link) -> Iterator[str]:

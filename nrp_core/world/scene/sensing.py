@@ -6,7 +6,7 @@ Each sensor is a class in :mod:`nrp_core.world.sensors` or in another package.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import ClassVar, Self
 
 from nrp_core.world.rigid.pose import Pose
@@ -81,6 +81,12 @@ class MountedSensor:
     tag: ClassVar[str] = ""
     frame_suffix: ClassVar[str] = ""
     noises: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def topics(self) -> list[str]:
+        """Its topics: it may publish several forms of its measurement."""
+        given = (getattr(self, one.name) for one in fields(self) if one.name.endswith("topic"))
+        return [topic for topic in given if topic is not None]
 
     @property
     def view(self) -> View | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 from nrp_core.errors import TopicError, did_you_mean
@@ -32,16 +32,16 @@ def with_imperfection(
     """
     given: dict[str, Any] = {"noise": noise, "delay": delay, "drop_out": drop_out}
     changes = {name: value for name, value in given.items() if value is not None}
-    served = [each for _, link in scene.links() for sensor in link.sensors for each in _topics(sensor)]
+    served = [each for _, link in scene.links() for sensor in link.sensors for each in sensor.topics]
     if topic not in served:
         raise TopicError(f"no sensor publishes '{topic}'{did_you_mean(topic, served)}")
 
     def changed(model: Model) -> Model:
-        if all(topic not in _topics(sensor) for link in model.links for sensor in link.sensors):
+        if all(topic not in sensor.topics for link in model.links for sensor in link.sensors):
             return model
         links = []
         for link in model.links:
-            sensors = [_with(each, changes) if topic in _topics(each) else each for each in link.sensors]
+            sensors = [_with(each, changes) if topic in each.topics else each for each in link.sensors]
             links.append(replace(link, sensors=tuple(sensors)))
         return replace(model, links=tuple(links))
 
@@ -52,9 +52,3 @@ def _with(sensor: MountedSensor, changes: dict[str, Any]) -> MountedSensor:
     """Return a sensor with other properties; noise on every number replaces that of some of them."""
     own: dict[str, Any] = dict.fromkeys(sensor.noises) if "noise" in changes else {}
     return replace(sensor, **changes, **own)
-
-
-def _topics(sensor: MountedSensor) -> list[str]:
-    """Return the topics of a sensor, which may publish several forms of its measurement."""
-    topics = (getattr(sensor, field.name) for field in fields(sensor) if field.name.endswith("topic"))
-    return [topic for topic in topics if topic is not None]

@@ -89,6 +89,8 @@ def test_a_group_is_chosen_by_its_name_whatever_it_is() -> None:
         ids(brain.group["eys"])
     with pytest.raises(NeuronSelectionError, match="indexed by the name of a group, not by 3"):
         ids(brain.group[3])
+    with pytest.raises(NeuronSelectionError, match=r"their names: write nrp\.brain\.group\['eyes'\]"):
+        ids(brain["eyes"][0])
     with pytest.raises(NeuronSelectionError, match="the groups of the brain, which are not neurons"):
         ids(brain.group)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from difflib import get_close_matches
+from math import isfinite
 from typing import Final
 
 from nrp_core.findings import Code
@@ -22,6 +23,7 @@ _FLAG: Final = re.compile(
     r"(?!.*(?i:frame|joint|link|name|rate|topic)$)(always|broadcast|enable|initial|is|legacy|publish|use)"
     r"(_|(?=[A-Z]))\w+"
 )
+_NUMBER: Final = re.compile(r"\w*([a-z]Rate|_rate|Noise|_noise|Frequency|_frequency)")
 _TRUTH: Final = ("true", "false")
 _FALSE_FRIENDS: Final = ("yes", "no", "on", "off")
 _OTHERS: Final = frozenset(
@@ -40,7 +42,8 @@ def check_parameters(plugin: Element, reading: Reading) -> None:
     first: dict[str, Element] = {}
     for child in plugin.children:
         earlier = first.setdefault(child.tag, child)
-        if problem := _misspelt(child, plugin) or _no_truth_value(child) or _repeated(child, earlier, plugin):
+        problem = _misspelt(child, plugin) or _no_value(child) or _repeated(child, earlier, plugin)
+        if problem:
             reading.notes.warn(child, Code.NRP263, problem, subject=child.tag)
 
 
@@ -58,13 +61,25 @@ def _misspelt(child: Element, plugin: Element) -> str:
     )
 
 
-def _no_truth_value(child: Element) -> str:
-    """Report flags with a slip in their value; no reader looks for most flags of Gazebo."""
+def _no_value(child: Element) -> str:
+    """Report flags and numbers with a slip in their value; most of Gazebo's no reader looks for."""
     text = child.text.lower()
-    if child.children or text in _TRUTH or not _FLAG.fullmatch(child.tag):
+    if child.children or not text:
+        return ""
+    if _NUMBER.fullmatch(child.tag) and not _is_number(text):
+        return f"<{child.tag}> is '{child.text}', which is not a number: ignored"
+    if text in _TRUTH or not _FLAG.fullmatch(child.tag):
         return ""
     slip = text in _FALSE_FRIENDS or get_close_matches(text, _TRUTH, n=1, cutoff=0.75)
     return f"<{child.tag}> is '{child.text}', which is neither true nor false: ignored" if slip else ""
+
+
+def _is_number(text: str) -> bool:
+    """Return whether a text is a number, or several."""
+    try:
+        return all(isfinite(float(word)) for word in text.split())
+    except ValueError:
+        return False
 
 
 def _repeated(child: Element, earlier: Element, plugin: Element) -> str:
