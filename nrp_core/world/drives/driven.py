@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from nrp_core.errors import SceneError
-from nrp_core.world.drives.ackermann import Ackermann
 from nrp_core.world.scene.acting import MountedDrive
 from nrp_core.world.scene.merged_bodies import Body, body_of, tree_of
 from nrp_core.world.scene.model import Inertial, Model
@@ -17,31 +16,30 @@ def driven_root(
 ) -> int:
     """Return the root that holds all wheels; for a drive without wheels, the base of its model.
 
+    Links that move may be between: those that steer, rockers, and suspensions.
+
     Raises:
         SceneError: the wheels are not held by one freely floating body.
     """
-    base: int | None
-    if wheels:
-        # the front wheels of a car are held by its steering links
-        steers = isinstance(drive, Ackermann)
-        roots = {_root(bodies.index(wheel), bodies) if steers else wheel.parent for wheel in wheels}
-        if len(roots) != 1:
-            raise SceneError(
-                f"the wheels of the drive '{drive.name}' of '{model.name}' are not held by one body"
-            )
-        (base,) = roots
-    else:
-        base = _root(body_of(bodies, model.links[0].name), bodies)
-    if base is None or not bodies[base].floats:
+    names = [wheel.name for wheel in wheels] or [model.links[0].name]
+    chains = [list(_chain(body_of(bodies, name), bodies)) for name in names]
+    held_by_wheels = {bodies[above].name for chain in chains for above in chain[1:]} & set(names)
+    if len({chain[-1] for chain in chains}) != 1 or held_by_wheels:
+        raise SceneError(f"the wheels of the drive '{drive.name}' of '{model.name}' are not held by one body")
+    base = chains[0][-1]
+    if not bodies[base].floats:
         raise SceneError(
             f"the drive '{drive.name}' cannot move '{model.name}', whose base does not float freely"
         )
     return base
 
 
-def _root(index: int, bodies: Sequence[Body]) -> int:
-    parent = bodies[index].parent
-    return index if parent is None else _root(parent, bodies)
+def _chain(index: int, bodies: Sequence[Body]) -> Iterator[int]:
+    """Yield a body and those that hold it, up to the root."""
+    above: int | None = index
+    while above is not None:
+        yield above
+        above = bodies[above].parent
 
 
 def masses_in(root: int, bodies: Sequence[Body]) -> list[Inertial]:
