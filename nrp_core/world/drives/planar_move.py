@@ -39,10 +39,11 @@ class PlanarMove(Drive):
 
     @classmethod
     def read_plugin(cls, plugin: Element, model: ModelParts, reading: Reading) -> PlanarMove:
+        timeout = plugin.number("cmdTimeout", -1.0)  # none if it is not above 0
         return cls(
             plugin.attribute("name"),
             ros_topic(plugin, plugin.word("commandTopic", "cmd_vel"), reading),
-            timeout=plugin.positive("commandTimeout", inf),
+            timeout=timeout if timeout > 0 else plugin.positive("commandTimeout", inf),
             rate_hz=plugin.number("odometryRate", 0.0) or plugin.positive("publish_rate", 20.0),
             odometry_topic=ros_topic(plugin, plugin.word("odometryTopic", "odom"), reading),
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from pathlib import Path
 
 import pytest
@@ -146,3 +147,47 @@ def test_a_topic_with_a_blank_is_reported_unless_a_part_has_one(
     path.write_text(_CART.format(body=_BODY, sensor=sensor, in_joint="", plugin=""))
     said = [sentence for _, sentence in implausible(Scene((read_model(path),)), [])]
     assert [f"the topic '/cart/{topic}' of 'cart' has a blank" in one for one in said] == [True] * is_reported
+
+
+_OF_PLUGINS = {
+    "libgazebo_ros_planar_move.so": "commandTopic odometryTopic odometryFrame odometryRate=20 robotBaseFrame "
+    "cmdTimeout=0.5 update_rate=100 publish_rate=10 publish_odom=true odometry_frame robot_base_frame",
+    "libhector_gazebo_ros_imu.so": "bodyName=base frameId topicName serviceName updateRate=50 "
+    "accelOffset=0 accelDrift=0 accelDriftFrequency=0 accelGaussianNoise=0 rateOffset=0 rateDrift=0 "
+    "rateDriftFrequency=0 rateGaussianNoise=0 headingOffset=0 headingDrift=0 headingGaussianNoise=0",
+    "libhector_gazebo_ros_gps.so": "bodyName=base frameId topicName velocityTopicName updateRate=4 "
+    "referenceLatitude=1 referenceHeading=0 driftFrequency=0 gaussianNoise=0 velocityGaussianNoise=0",
+    "gz-sim-diff-drive-system": "left_joint=left right_joint=right wheel_separation=1 wheel_radius=0.1 topic "
+    "odom_topic tf_topic frame_id child_frame_id odom_publish_frequency=20 min_velocity=-1 max_velocity=1 "
+    "min_acceleration=-1 max_linear_acceleration=1 max_angular_velocity=1 min_jerk=-1",
+    "gz-sim-joint-position-controller-system": "joint_name=left topic sub_topic p_gain=1 i_gain=0 "
+    "d_gain=0.1 i_max=1 i_min=-1 cmd_max=1000 cmd_min=-1000 cmd_offset=0 use_velocity_commands=false "
+    "use_actuator_msg=false actuator_number=0 initial_position=0",
+    "gz-sim-odometry-publisher-system": "odom_frame robot_base_frame odom_publish_frequency=50 odom_topic "
+    "odom_covariance_topic tf_topic dimensions=3 gaussian_noise=0",
+}
+"""Parameters of Gazebo's plugins by their documentation; without a value, a name."""
+
+
+@pytest.mark.parametrize("filename", _OF_PLUGINS)
+def test_the_parameters_that_gazebo_documents_are_not_reported(tmp_path: Path, filename: str) -> None:
+    given = [one.partition("=") for one in _OF_PLUGINS[filename].split()]
+    tags = "".join(f"<{tag}>{value or 'some_name'}</{tag}>" for tag, _, value in given)
+    plugin = f'<plugin name="p" filename="{filename}">{tags}</plugin>'
+    words = ("is not a parameter", "neither true nor false", "not a number", "a second <")
+    said = _warnings(tmp_path, plugin=plugin)
+    assert [one for one in said if any(each in one for each in words)] == []
+    misspelt = plugin.replace("opic>", "pic>").replace("updateRate>", "updateRates>")
+    assert any("is not a parameter" in one for one in _warnings(tmp_path, plugin=misspelt))
+
+
+@pytest.mark.parametrize(("given", "timeout_s"), [("0.5", 0.5), ("-1", inf), (None, inf)])
+def test_a_base_without_wheels_stops_after_its_time_out(
+    tmp_path: Path, given: str | None, timeout_s: float
+) -> None:
+    tag = "" if given is None else f"<cmdTimeout>{given}</cmdTimeout>"
+    plugin = f'<plugin name="p" filename="libgazebo_ros_planar_move.so">{tag}</plugin>'
+    path = tmp_path / "cart.sdf"
+    path.write_text(_CART.format(body=_BODY, sensor="", in_joint="", plugin=plugin))
+    (drive,) = read_model(path).drives
+    assert getattr(drive, "timeout") == timeout_s  # noqa: B009 - of this kind of drive
