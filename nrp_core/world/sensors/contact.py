@@ -32,7 +32,10 @@ Named = tuple[Touch, tuple[str, str]]
 
 @dataclass(frozen=True, slots=True)
 class ContactSensor(Sensor):
-    """A sensor of the contacts of its link; ``collisions`` are the sensitive ones, by default all."""
+    """A sensor of the contacts of its link; ``collisions`` are the sensitive ones, by default all.
+
+    One of another link is ``link::collision``.
+    """
 
     tag: ClassVar[str] = "contact"
 
@@ -59,7 +62,8 @@ class ContactPart(SensorPart):
     def __init__(self, sensor: ContactSensor, model: str, link: str, engine: Engine) -> None:
         super().__init__(sensor, model, link, engine)
         self._prefix = f"{model}/{link}/"
-        self._feeling = {self._prefix + name for name in sensor.collisions}
+        parted = (name.rpartition("::") for name in sensor.collisions)
+        self._feeling = {f"{model}/{owner or link}/{name}" for owner, _, name in parted}
         self.topics = (self._served(sensor.topic, ContactsState, f"contacts of {model}/{link}"),)
 
     def read(self, topic: str, now_ns: int) -> ContactsState:

@@ -19,6 +19,9 @@ from nrp_core.world.topics import resolve_name
 DEFAULT_RATE_HZ = 30.0
 _NOISES = "none", "gaussian", "gaussian_quantized"
 
+_OUTPUTS = ("~/out", "bumper_states")
+"""What ROS 2 plugins of sensors publish: those of contacts have a name of their own."""
+
 
 def rate_of(sensor: Element, reading: Reading) -> float:
     """Return the update rate of a ``<sensor>``, Hz."""
@@ -95,10 +98,10 @@ def plugin_topic(plugin: Element, tag: str, default: str) -> str:
 
 
 def output_of(plugin: Element) -> str:
-    """Return the target of a ROS 2 plugin's remapping of ``~/out``; empty for none."""
+    """Return the target of a ROS 2 plugin's remapping of what it publishes; empty for none."""
     ros = plugin.find("ros")
     rules = [rule.text.partition(":=") for rule in ros.all("remapping")] if ros else []
-    return next((to for name, _, to in rules if name == "~/out"), "")
+    return next((to for name, _, to in rules if name in _OUTPUTS), "")
 
 
 class PluginSensor(NamedTuple):

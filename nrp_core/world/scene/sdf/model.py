@@ -16,6 +16,7 @@ from nrp_core.world.scene.model import Joint, Link, Model
 from nrp_core.world.scene.origin import Source
 from nrp_core.world.scene.reading.actuators import Actuators, read_actuators
 from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.felt import with_felt_collisions
 from nrp_core.world.scene.reading.frame_names import Misplaced, with_frames
 from nrp_core.world.scene.reading.labels import LABEL, label_in, labelled
 from nrp_core.world.scene.reading.native import native_of
@@ -226,6 +227,7 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
     rows = [in_a_row(row) for row in tree]
     links = (*links, *chain.from_iterable(carriers for _, carriers in rows))
     joints = tuple(with_leaders(chain.from_iterable(row for row, _ in rows), element, reading))
+    links = with_felt_collisions(links, joints, element, reading.notes)
     topic = _joint_states_topic(placed, joints, name)
     model = Model(
         name,
