@@ -19,13 +19,14 @@ from nrp_brain_event.live import change_parameters, change_weights, weights_now
 from nrp_brain_event.options import EventOptions
 from nrp_brain_event.random_numbers import begin_streams
 from nrp_brain_event.records import CONSTANT, DIVERGED, FULL, Array, EngineArrays
+from nrp_brain_event.stored_spikes import StoredSpikes
 from nrp_brain_event.traces import planned, run_reading
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.devices.state_recorder import Trace
 from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Projection
-from nrp_core.brain.spikes import NO_SPIKES, Spikes, SynapticEvents
+from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import NS_PER_MS, milliseconds
 
 _PATIENCE_NS: Final = 20_000_000
@@ -47,9 +48,7 @@ class EventBrain(Brain):
     def _take(self, engine: EngineArrays) -> None:
         """Continue with an engine."""
         self._engine, self._places = handle(engine)
-        # views, which are found once because every step needs them
-        self._now_ms, self._n_spikes = engine.clock["now"], engine.clock["n_spikes"]
-        self._spike_ids, self._spike_times = engine.spikes["id"], engine.spikes["time"]
+        self._now_ms, self._stored = engine.clock["now"], StoredSpikes(engine.clock, engine.spikes)
 
     def _do_run_until(self, t_ns: int) -> None:
         until_ms, stop_ms = milliseconds(t_ns), self._now_ms.item(0)
@@ -75,11 +74,7 @@ class EventBrain(Brain):
                 raise diverged(self.network, int(self._engine.clock["failed"][0]), t_ns)
 
     def _do_take_spikes(self) -> Spikes:
-        n_spikes = self._n_spikes.item(0)
-        if not n_spikes:
-            return NO_SPIKES
-        self._n_spikes[0] = 0
-        return Spikes(self._spike_ids[:n_spikes].copy(), self._spike_times[:n_spikes].copy())
+        return self._stored.take()
 
     def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
         done = 0
@@ -159,5 +154,4 @@ class EventBrain(Brain):
             begin_streams(self._engine.short_term, self._seeds.integer("synapses", 62))
 
     def _do_close(self) -> None:
-        del self._engine, self._places, self._initial
-        del self._now_ms, self._n_spikes, self._spike_ids, self._spike_times
+        del self._engine, self._places, self._initial, self._now_ms, self._stored

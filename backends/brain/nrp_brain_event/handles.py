@@ -69,13 +69,15 @@ if COMPILED:
 
     @intrinsic  # type: ignore[untyped-decorator]
     def opened(_typing: Any, kind: Any, places: Any) -> Any:
-        """Return the arrays of a handle, a named tuple of a kind, from its ``places``."""
+        """Return the arrays of a handle, a named tuple of a kind, from its ``places`` or their address."""
         declared = list(_declared(kind.instance_class).values())
         members = [types.Array(numba.from_dtype(dtype), ndim, "C") for dtype, ndim in declared]
         opened_type = types.NamedTuple(members, kind.instance_class)  # type: ignore[attr-defined]
 
         def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-            table = make_array(places)(context, builder, arguments[1]).data
+            table = arguments[1]
+            if isinstance(places, types.Array):
+                table = make_array(places)(context, builder, table).data
 
             def number(row: int, column: int) -> Any:
                 place = context.get_constant(types.intp, row * (1 + _MOST_DIMENSIONS) + column)

@@ -11,7 +11,7 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import TimestepError
 
-_ROUNDING: Final = 1e-6
+ROUNDING: Final = 1e-6
 """Tolerance for a time on the grid, in steps."""
 
 
@@ -34,7 +34,7 @@ class Grid:
 
     def first_at(self, times_ms: FloatArray) -> IntArray:
         """Return the number of the first point at or after each time."""
-        return np.ceil(times_ms * (NS_PER_MS / self.step_ns) - _ROUNDING).astype(np.int64)
+        return np.ceil(times_ms * (NS_PER_MS / self.step_ns) - ROUNDING).astype(np.int64)
 
     def time_ms(self, numbers: IntArray) -> FloatArray:
         """Return the times of points."""

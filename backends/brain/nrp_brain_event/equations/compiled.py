@@ -1,8 +1,6 @@
-"""Compiles kernels, and calls them by their address from compiled code.
+"""Compiles the kernels of equations, each once on a machine.
 
-The engine is compiled once for all cells and synapses; a kernel is compiled for its own equations, once on a
-machine. So a new equation costs the compilation of one small function, and the engine calls it through a
-pointer.
+So a new equation costs the compilation of one small function, which the engine calls by its address.
 """
 
 from __future__ import annotations
@@ -14,21 +12,20 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from tempfile import NamedTemporaryFile, mkdtemp
-from typing import Any, Final
+from typing import Final
 
+from nrp_brain_event.addresses import address_of
 from nrp_core._support.jit import COMPILED, cache_folder
 
 Arguments = tuple[tuple[str, str], ...]
 """Names of arguments, and their types for :func:`nrp_core._support.jit.c_function`."""
 _UNBOUNDED: Final = 1 << 59
 """The length of an array behind a pointer, whose length is not known; bytes of it fit into 64 bits."""
-_kept: Final[list[Any]] = []
-"""The kernels in this process, which must stay in memory."""
 
 
 @cache
 def compiled(source: str, name: str, arguments: Arguments) -> int:
-    """Return what :func:`call` needs to call a function; its address, if code is compiled.
+    """Return what :func:`~nrp_brain_event.addresses.call` needs to call a function.
 
     Args:
         source: the module of the function.
@@ -36,14 +33,7 @@ def compiled(source: str, name: str, arguments: Arguments) -> int:
         arguments: its arguments.
     """
     kernel = _imported(source + _entry(name, arguments), name)
-    if not COMPILED:
-        _kept.append(kernel)
-        return len(_kept) - 1
-    from nrp_core._support.jit import c_function
-
-    kernel = c_function(kernel, "int64", tuple(kind for _, kind in arguments))
-    _kept.append(kernel)
-    return int(kernel.address)
+    return address_of(kernel, tuple(kind for _, kind in arguments))
 
 
 def _imported(source: str, function: str) -> Callable[..., int]:
@@ -83,34 +73,3 @@ def _entry(function: str, arguments: Arguments) -> str:
         f"\n\nfrom numba import carray\n\n\ndef entry({', '.join(names)}):\n"
         f"    return {function}({', '.join(passed)})\n"
     )
-
-
-if COMPILED:
-    from llvmlite import ir  # type: ignore[import-untyped]
-    from numba.core import types
-    from numba.extending import intrinsic
-    from numba.np.arrayobj import make_array
-
-    @intrinsic  # type: ignore[untyped-decorator]
-    def call(_typing: Any, code: Any, arguments: Any) -> Any:
-        """Call a kernel with the elements of a tuple; arrays and records become pointers."""
-
-        def generate(context: Any, builder: Any, _signature: Any, given: Any) -> Any:
-            values = []
-            for k, kind in enumerate(arguments):
-                value = builder.extract_value(given[1], k)
-                if isinstance(kind, types.Array):
-                    value = make_array(kind)(context, builder, value).data
-                values.append(value)
-            function = ir.FunctionType(ir.IntType(64), [value.type for value in values])
-            return builder.call(builder.inttoptr(given[0], function.as_pointer()), values)
-
-        return types.int64(code, arguments), generate
-
-else:
-
-    def call(code: int, arguments: tuple[Any, ...]) -> int:
-        """Call a kernel with arrays as they lie in memory, and return its result."""
-        flat = (x.reshape(-1) if getattr(x, "ndim", 0) > 1 else x for x in arguments)
-        result: int = _kept[code](*flat)
-        return result

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from nrp_brain_event.equations.compiled import call
+from nrp_brain_event.addresses import call
 from nrp_core._support.jit import jit
 
 

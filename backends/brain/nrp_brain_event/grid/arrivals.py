@@ -1,74 +1,131 @@
-"""Inputs outside the calendar: from devices, and through synapses whose weights have changed since."""
+"""Inputs outside the calendar: spikes of source cells, events from devices, and what was in transit.
+
+They are appended in any order, and arranged when the grid runs.
+"""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from math import ceil
 
 import numpy as np
 
+from nrp_brain_event.grid.merging import sorting
+from nrp_brain_event.grid.records import Grid, GridClock, Input
+from nrp_brain_event.handles import opened
 from nrp_brain_event.records import Array
-from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import inlined, jit
+from nrp_core.brain.network.grid import ROUNDING
+from nrp_core.clock import NS_PER_MS
+
+_ROOM = 256
 
 
-class Arrivals(NamedTuple):
-    """A list of inputs in the order of arrival.
+def no_inputs() -> Array:
+    """Return an empty list with some room."""
+    return np.zeros(_ROOM, Input.dtype())
 
-    Args:
-        inputs: steps, flat indices into the state, rows of plastic synapses that determine the weight, or -1;
-            ascending, shape ``(3, n)``.
-        weights: weights of inputs without a plastic synapse; shape ``(n,)``.
+
+def waiting(grid: Grid) -> tuple[Array, Array]:
+    """Return copies of the spikes of sources and of the arrivals that have not been used."""
+    clock = grid.clock[0]
+    return (
+        grid.sources[clock["source"] : clock["n_sources"]].copy(),
+        grid.arrivals[clock["arrival"] : clock["n_arrivals"]].copy(),
+    )
+
+
+def with_waiting(grid: Grid, sources: Array, arrivals: Array) -> Grid:
+    """Return the grid with other inputs, in order."""
+    clock = grid.clock[0]
+    clock["source"] = clock["arrival"] = clock["is_mixed"] = 0
+    clock["n_sources"], clock["n_arrivals"] = len(sources), len(arrivals)
+    kept = [np.concatenate([each, no_inputs()]) for each in (sources, arrivals)]
+    for inputs, n in zip(kept, (len(sources), len(arrivals)), strict=True):
+        sort(inputs, n)
+    return grid._replace(sources=kept[0], arrivals=kept[1])
+
+
+@jit
+def fire(places: Array, neurons: Array, times: Array, begin: int) -> int:
+    """Append spikes of source cells (global ids; ms), from number ``begin`` on.
+
+    Returns:
+        The number of spikes appended; fewer than all if there is no room.
     """
-
-    inputs: IntArray
-    weights: FloatArray
-
-    @classmethod
-    def none(cls) -> Arrivals:
-        """Return an empty list."""
-        return cls(np.empty((3, 0), np.int64), np.empty(0))
-
-    def joined(self, inputs: IntArray, weights: FloatArray) -> Arrivals:
-        """Return these and others, in an order that does not depend on the insertion."""
-        return Arrivals(*_joined(self.inputs, self.weights, inputs, weights))
-
-    def after(self, n: int) -> Arrivals:
-        """Return all but the first n."""
-        return Arrivals(self.inputs[:, n:].copy(), self.weights[n:].copy()) if n else self
+    grid = opened(Grid, places)
+    clock = grid.clock[0]
+    for k in range(begin, len(neurons)):
+        if clock.n_sources == len(grid.sources):
+            return k
+        _write(grid.sources[clock.n_sources], _first_at(clock, times[k]), neurons[k], 0.0)
+        clock.n_sources += 1
+        clock.is_mixed = 1
+    return len(neurons)
 
 
 @jit
-def _joined(inputs: Array, weights: Array, more: Array, their_weights: Array) -> tuple[Array, Array]:
-    every, each = np.concatenate((inputs, more), axis=1), np.concatenate((weights, their_weights))
-    order = _order(every, each)
-    return every[:, order], each[order]
+def inject(places: Array, neurons: Array, times: Array, weights: Array, inhibitory: int, begin: int) -> int:
+    """Append events at neurons (global ids), from number ``begin`` on; returns as :func:`fire`."""
+    grid = opened(Grid, places)
+    clock = grid.clock[0]
+    for k in range(begin, len(neurons)):
+        if clock.n_arrivals == len(grid.arrivals):
+            return k
+        step = max(_first_at(clock, times[k]), clock.step + 1)
+        _write(grid.arrivals[clock.n_arrivals], step, grid.lines[inhibitory, neurons[k]], weights[k])
+        clock.n_arrivals += 1
+        clock.is_mixed = 1
+    return len(neurons)
 
 
 @jit
-def _order(inputs: Array, weights: Array) -> Array:
-    """Return the ascending order of inputs, by their columns and then by weight: a merge sort."""
-    n = len(weights)
-    order, merged = np.arange(n), np.empty(n, np.int64)
-    width = 1
-    while width < n:
-        for first in range(0, n, 2 * width):
-            middle, end = min(first + width, n), min(first + 2 * width, n)
-            a, b = first, middle
-            for k in range(first, end):
-                if b == end or (a < middle and not _earlier(inputs, weights, order[b], order[a])):
-                    merged[k] = order[a]
-                    a += 1
-                else:
-                    merged[k] = order[b]
-                    b += 1
-        order, merged = merged, order
-        width *= 2
-    return order
+def arrange(clock: GridClock, sources: Array, arrivals: Array) -> None:
+    """Put inputs in order, however they came; those that have been used are dropped."""
+    if clock.is_mixed:
+        clock.n_sources = _arranged(sources, clock.source, clock.n_sources)
+        clock.n_arrivals = _arranged(arrivals, clock.arrival, clock.n_arrivals)
+        clock.source = clock.arrival = clock.is_mixed = 0
 
 
 @inlined
-def _earlier(inputs: Array, weights: Array, a: int, b: int) -> bool:
-    for what in range(len(inputs)):
-        if inputs[what, a] != inputs[what, b]:
-            return bool(inputs[what, a] < inputs[what, b])
-    return bool(weights[a] < weights[b])
+def _first_at(clock: GridClock, time: float) -> int:
+    """Return the first step that ends at or after a time, as :class:`~nrp_core.brain.network.grid.Grid`."""
+    return ceil(time * (NS_PER_MS / clock.step_ns) - ROUNDING)
+
+
+@inlined
+def _write(new: Input, step: int, target: int, weight: float) -> None:
+    new.step, new.target, new.synapse, new.weight = step, target, -1, weight
+
+
+@jit
+def _arranged(inputs: Array, used: int, n: int) -> int:
+    for k in range(used, n if used > 0 else 0):
+        inputs[k - used] = inputs[k]
+    sort(inputs, n - used)
+    return n - used
+
+
+@jit
+def sort(inputs: Array, n: int) -> None:
+    """Sort the first n inputs by their fields."""
+    order = np.arange(n)
+    _order(inputs, order, 0, n)
+    given = inputs[:n].copy()
+    for k in range(n):
+        inputs[k] = given[order[k]]
+
+
+@inlined
+def _earlier(inputs: Array, first: int, second: int) -> bool:
+    a, b = inputs[first], inputs[second]
+    if a.step != b.step:
+        return bool(a.step < b.step)
+    if a.target != b.target:
+        return bool(a.target < b.target)
+    if a.synapse != b.synapse:
+        return bool(a.synapse < b.synapse)
+    return bool(a.weight < b.weight)
+
+
+_order = sorting(_earlier)

@@ -9,9 +9,10 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_brain_event.cell_types import TIME_CONSTANTS, diverged, require_variable
+from nrp_brain_event.engine import doubled
 from nrp_brain_event.equations.synapses import keep_kernels
 from nrp_brain_event.grid.advance import set_currents
-from nrp_brain_event.grid.arrivals import Arrivals
+from nrp_brain_event.grid.arrivals import fire, inject, waiting, with_waiting
 from nrp_brain_event.grid.equations.blocks import (
     begin_cell_streams,
     places_of,
@@ -22,17 +23,18 @@ from nrp_brain_event.grid.equations.blocks import (
 from nrp_brain_event.grid.flight import hear_all, plastic_now, unfolded
 from nrp_brain_event.grid.live import change_cells, offsets_of
 from nrp_brain_event.grid.loader import build_grid, changing, labels_from
+from nrp_brain_event.grid.on_demand import with_kernels
 from nrp_brain_event.grid.parts import Held, Threads, advance
 from nrp_brain_event.grid.poisson import drawable
 from nrp_brain_event.grid.probes import load_probes, no_probes
-from nrp_brain_event.grid.readout import is_lost, lost_row, read
-from nrp_brain_event.grid.records import Grid
-from nrp_brain_event.grid.runs import input_lines
+from nrp_brain_event.grid.readout import lost_row, read
+from nrp_brain_event.grid.records import DELIVER_LATE, TAKE_SAMPLES, Grid
 from nrp_brain_event.grid.tables import load_tables, places_of_plastic
 from nrp_brain_event.handles import handle
 from nrp_brain_event.options import EventOptions
 from nrp_brain_event.random_numbers import begin_streams
 from nrp_brain_event.records import DIVERGED, Array
+from nrp_brain_event.stored_spikes import StoredSpikes
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.changes import ParameterChange
 from nrp_core.brain.devices.state_recorder import Trace
@@ -57,12 +59,6 @@ class GridBrain(Brain):
     _grid: Grid
     _held: Held
     """The same."""
-    _fired: IntArray
-    """Steps and global ids of future source spikes, shape ``(2, n)``."""
-    _arrivals: Arrivals
-    """Events from devices, and events that were in transit when weights changed."""
-    _sent: list[SynapticEvents]
-    """Events from devices that are not merged yet."""
     _cells: Array
     """``Cell`` in each row, for its parameters."""
     _given: dict[str, FloatArray]
@@ -79,82 +75,71 @@ class GridBrain(Brain):
         self._options = options
         self._drawn = drawable(network) if options.poisson == "grid" else frozenset()
         self._times = TimeGrid(resolution_ns, "the grid")
+        self._patience = -(-_PATIENCE_NS // resolution_ns)
+        """The steps between two returns from compiled code."""
         identity = f"event:{options.model_dump_json(exclude={'threads'})}"
         super().__init__(network, seed=seed, capabilities=capabilities, identity=identity)
         self._initial, self._initial_cells, self._row_of = build_grid(
             network, options.tolerance, self._times, self._drawn
         )
-        lines = input_lines(self._initial.runs, self._initial.state)
-        self._lines = lines.take(self._row_of, axis=1) if lines.size else lines
         self._warn_of_rounding()
         self._threads = self._as_many(options.threads)
         self._start()
 
     def _do_run_until(self, t_ns: int) -> None:
-        until, stop = self._times.number_of(t_ns), int(self._grid.clock["step"][0])
+        until, stop = self._times.number_of(t_ns), self._step.item(0)
         patience = self._patience
-        self._listen_to_noise()
-        self._take_in()
+        if len(self._grid.noise):
+            self._listen_to_noise()
         while stop < until:  # compiled code cannot be interrupted, so it returns from time to time
             stop = min(stop - stop % patience + patience, until)
             if self._step_to(stop) == DIVERGED:
-                raise diverged(self.network, int(self._grid.clock["failed"][0]), t_ns)
-        self._drop_used()
-        if self._is_lost():
-            raise diverged(self.network, int(self._grid.ids[lost_row(self._grid)]), t_ns)
+                raise diverged(self.network, self._failed(), t_ns)
 
     def _step_to(self, step: int) -> int:
         """Advance to a step; return ``DONE`` or ``DIVERGED``."""
         move = self._threads.advance if self._threads else advance
-        held, status = move(self._held, self._fired, self._arrivals, step)
-        self._take(held)
+        held, status = move(self._held, step)
+        if held is not self._held:
+            self._take(held)
         return status
 
-    def _is_lost(self) -> bool:
-        return is_lost(self._held.places)
+    def _failed(self) -> int:
+        """Return the global id of a neuron that cannot be integrated, or whose voltage is not a number."""
+        failed: int = self._grid.clock["failed"].item(0)
+        return failed if failed >= 0 else int(self._grid.ids[lost_row(self._grid)])
 
     def _do_run_recording(self, t_ns: int, traces: Sequence[Trace], samples: FloatArray) -> None:
         for trace in traces:
             require_variable(self.network, trace.variable, trace.neurons)
         probes = load_probes(self._grid, self.network, traces, samples, self._row_of, self._times)
-        self._take(handle(self._grid._replace(**probes)))
+        self._take(handle(self._grid._replace(**probes, codes=with_kernels(self._grid.codes, TAKE_SAMPLES))))
         self._do_run_until(t_ns)
         self._take(handle(self._grid._replace(**no_probes())))
-
-    @property
-    def _patience(self) -> int:
-        """The steps between two returns from compiled code."""
-        return -(-_PATIENCE_NS // self._times.step_ns)
 
     def _take(self, held: Held) -> None:
         """Continue with a grid."""
         self._held, self._grid = held, held.arrays
+        clock = self._grid.clock
+        self._step, self._stored = clock["step"], StoredSpikes(clock, self._grid.spikes)
 
     def _do_take_spikes(self) -> Spikes:
-        clock = self._grid.clock
-        steps, neurons = self._grid.spikes[:, : int(clock["n_spikes"][0])]
-        clock["n_spikes"] = 0
-        return Spikes(neurons.copy(), self._times.time_ms(steps))
+        return self._stored.take()
 
     def _do_fire(self, neurons: IntArray, times_ms: FloatArray) -> None:
-        fired = np.concatenate([self._fired, np.stack([self._times.first_at(times_ms), neurons])], axis=1)
-        self._fired = fired.take(np.lexsort((fired[1], fired[0])), axis=1)
+        done = 0
+        while (done := fire(self._held.places, neurons, times_ms, done)) < len(neurons):
+            self._take(handle(self._grid._replace(sources=doubled(self._grid.sources))))
 
     def _do_inject(self, events: SynapticEvents) -> None:
-        require_receptor(self.network, events)
-        self._sent.append(events)
-
-    def _take_in(self) -> None:
-        """Merge new events from devices with the other arrivals, all at once."""
-        if not self._sent:
-            return
-        sent, self._sent = self._sent, []
-        steps = self._times.first_at(np.concatenate([events.times_ms for events in sent]))
-        inputs = np.full((3, len(steps)), -1)
-        np.maximum(steps, int(self._grid.clock["step"][0]) + 1, out=inputs[0])
-        lines = [self._lines[int(events.receptor == "inhibitory")].take(events.neurons) for events in sent]
-        np.concatenate(lines, out=inputs[1])
-        self._arrivals = self._arrivals.joined(inputs, np.concatenate([events.weights for events in sent]))
+        if len(self._grid.blocks):
+            require_receptor(self.network, events)
+        neurons, times_ms, weights = events.neurons, events.times_ms, events.weights
+        inhibitory, done = int(events.receptor == "inhibitory"), 0
+        while (done := inject(self._held.places, neurons, times_ms, weights, inhibitory, done)) < len(
+            neurons
+        ):
+            self._take(handle(self._grid._replace(arrivals=doubled(self._grid.arrivals))))
 
     def _do_set_current(self, currents_na: FloatArray) -> None:
         require_input(self.network, currents_na)
@@ -188,13 +173,14 @@ class GridBrain(Brain):
     def _do_read_weights(self, projection: Projection) -> FloatArray:
         if not projection.is_plastic:
             return self._given.get(projection.label, projection.weight).copy()
-        plastic = plastic_now(self._grid, self._arrivals)[self._plastic_places[projection.label]]
+        plastic = plastic_now(self._grid)[self._plastic_places[projection.label]]
         weights: FloatArray = plastic["weight"] * self._grid.rules["sign"][plastic["rule"]]
         return weights
 
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
-        grid, self._arrivals = unfolded(self._grid, self._arrivals)
-        self._take(handle(grid))
+        self._take(handle(unfolded(self._grid)))
+        if len(self._grid.plastic):
+            self._take(handle(self._grid._replace(codes=with_kernels(self._grid.codes, DELIVER_LATE))))
         if projection.is_plastic:
             hear_all(self._grid)
             rows = self._plastic_places[projection.label]
@@ -224,8 +210,6 @@ class GridBrain(Brain):
     def _start(self) -> None:
         self._take(handle(self._initial._replace(**changing(self._initial))))
         self._cells, self._given = self._initial_cells, {}
-        self._fired = np.empty((2, 0), np.int64)
-        self._arrivals, self._sent = Arrivals.none(), []
         if len(self._grid.short_term):
             begin_streams(self._grid.short_term, self._seeds.integer("synapses", 62))
         begin_cell_streams(self._grid, self.network, self._seeds)
@@ -234,37 +218,27 @@ class GridBrain(Brain):
             noise["key"] = self._seeds.integer(f"population/{label}", 62)
 
     def _do_save(self) -> object:
-        self._take_in()
         cells = None if self._cells is self._initial_cells else self._cells
-        return changing(self._grid), self._fired, self._arrivals, cells, self._given
+        return changing(self._grid), waiting(self._grid), cells, self._given
 
     def _do_restore(self, saved: Any) -> None:
-        self._sent = []
-        arrays, self._fired, self._arrivals, cells, given = saved
+        arrays, inputs, cells, given = saved
         self._cells = self._initial_cells if cells is None else cells
         self._grid = self._initial
         if given:
             self._give(given)
         self._given = given
-        self._take(handle(with_code(self._grid._replace(**arrays), self.network)))
+        grid = with_waiting(self._grid._replace(**arrays), *inputs)
+        self._take(handle(with_code(grid, self.network)))
         keep_kernels(self._grid.short_term, self._initial.short_term)
 
     def _do_close(self) -> None:
         if self._threads:
             self._threads.close()
-        del self._grid, self._held, self._initial, self._cells, self._initial_cells
+        del self._grid, self._held, self._initial, self._cells, self._initial_cells, self._step, self._stored
 
     def _emits(self, population: Population) -> bool:
         return population.label in self._drawn
-
-    def _drop_used(self) -> None:
-        """Discard the spikes and inputs that have been used."""
-        clock = self._grid.clock
-        n_fired, n_inputs = int(clock["n_sources"][0]), int(clock["n_inputs"][0])
-        clock["n_sources"] = clock["n_inputs"] = 0
-        if n_fired:
-            self._fired = self._fired[:, n_fired:].copy()
-        self._arrivals = self._arrivals.after(n_inputs)
 
     def _listen_to_noise(self) -> None:
         """Store the spikes of Poisson cells that the grid draws, if a sink records them."""

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final
 
-from nrp_brain_event.compiled_laws import released_share
-from nrp_brain_event.grid.records import PLASTIC, Grid, GridClock
-from nrp_brain_event.plasticity import store_spike, transmit
-from nrp_brain_event.records import Array
+import numpy as np
+
+from nrp_brain_event.grid.records import Grid, GridClock
 from nrp_core._support.jit import inlined, jit, prefetch
+from nrp_core.clock import NS_PER_MS
 
 Arrive = Callable[[GridClock, Grid, Any, int, int], None]
 """Delivers a segment in a step to what is passed on."""
@@ -38,6 +38,14 @@ def send(clock: GridClock, grid: Grid, neuron: int, step: int) -> None:
     segment = grid.row_first[neuron]
     if segment < grid.row_first[neuron + 1]:
         _post(clock, grid, segment, step + grid.segments[segment].gap)
+
+
+@inlined
+def store(clock: GridClock, grid: Grid, neuron: int, step: int) -> None:
+    """Store a spike of a neuron (global id) for those who take it; there must be room."""
+    spike = grid.spikes[clock.n_spikes]
+    spike.time, spike.id = step * clock.step_ns / NS_PER_MS, neuron
+    clock.n_spikes += 1
 
 
 @inlined
@@ -83,57 +91,6 @@ def _fetched(grid: Grid, entry: int) -> int:
     return following
 
 
-@inlined
-def _arrive(clock: GridClock, grid: Grid, lines: Array, segment: int, step: int) -> None:
-    passed = grid.segments[segment]
-    table, first, last = grid.tables[passed.table], passed.start, passed.start + passed.length
-    onto, targets = lines[table.line :], grid.targets[first:last]
-    if not table.own:
-        _add_equal(onto, targets, table.weight)
-        return
-    weights = grid.weights[first + table.weights : last + table.weights]
-    if not table.dynamic:
-        _add_own(onto, targets, weights)
-    elif table.dynamic == PLASTIC:
-        rows = grid.plastic_rows[first + table.dynamics : last + table.dynamics]
-        for k in range(len(targets)):
-            onto[targets[k]] += transmitted(grid, rows[k], step * clock.h)
-    else:
-        synapses = grid.short_term[first + table.dynamics : last + table.dynamics]
-        for k in range(len(targets)):
-            onto[targets[k]] += weights[k] * released_share(synapses[k], step * clock.h)
-
-
-@inlined
-def transmitted(grid: Grid, row: int, arrival: float) -> float:
-    """Return the weight with which a spike arrives over the plastic synapse in a row."""
-    synapse = grid.plastic[row]
-    memory = grid.memories[synapse.target >> 1]
-    return transmit(synapse, grid.rules[synapse.rule], memory, grid.stored, arrival)
-
-
-@inlined
-def store_spike_of(grid: Grid, row: int, t: float) -> None:
-    """Store the present spike of a neuron with plastic synapses; there must be a free place."""
-    first, last = grid.first_plastic[row], grid.first_plastic[row + 1]
-    if first < last:
-        memory = grid.memories[row]
-        memory.wake = t
-        store_spike(memory, grid.plastic[first:last], grid.rules, grid.pool[0], grid.stored)
-
-
-@inlined
-def _add_equal(onto: Array, targets: Array, weight: float) -> None:
-    for k in range(len(targets)):
-        onto[targets[k]] += weight
-
-
-@inlined
-def _add_own(onto: Array, targets: Array, weights: Array) -> None:
-    for k in range(len(targets)):
-        onto[targets[k]] += weights[k]
-
-
 def delivering(arrive: Arrive) -> Callable[[GridClock, Grid, Any, int], None]:
     """Return the function that delivers all spikes due in a step, by a function that delivers a segment."""
 
@@ -147,7 +104,8 @@ def delivering(arrive: Arrive) -> Callable[[GridClock, Grid, Any, int], None]:
             near = _fetched(grid, near)
         while entry >= 0:
             far, near = _announced(grid, far), _fetched(grid, near)
-            segment, following = grid.entry_segment[entry], grid.entry_after[entry]
+            segment: Any = np.int64(grid.entry_segment[entry])  # of one type: nothing is compiled twice
+            following = grid.entry_after[entry]
             grid.entry_after[entry] = clock.free
             clock.free = entry
             clock.n_free += 1
@@ -162,7 +120,3 @@ def delivering(arrive: Arrive) -> Callable[[GridClock, Grid, Any, int], None]:
             entry = following
 
     return inlined(deliver)
-
-
-deliver = delivering(_arrive)
-"""Deliver all spikes due in a step to the state of the grid, which is passed as one line."""

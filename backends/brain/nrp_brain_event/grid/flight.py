@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from nrp_brain_event.compiled_laws import released_share
-from nrp_brain_event.grid.arrivals import Arrivals
-from nrp_brain_event.grid.delivery import send_all, transmitted
+from nrp_brain_event.grid.arrivals import sort, waiting, with_waiting
+from nrp_brain_event.grid.arriving import transmitted
+from nrp_brain_event.grid.delivery import send_all
 from nrp_brain_event.grid.loader import changing, enlarged
-from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, Grid
+from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, Grid, Input
 from nrp_brain_event.plasticity import bring_up_to
 from nrp_brain_event.records import Array
 from nrp_brain_event.rules.weights import SIMULTANEOUS
@@ -16,33 +17,34 @@ from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core._support.jit import jit
 
 
-def unfolded(grid: Grid, arrivals: Arrivals) -> tuple[Grid, Arrivals]:
-    """Return the grid with an empty calendar, and all inputs in transit.
+def unfolded(grid: Grid) -> Grid:
+    """Return the grid with an empty calendar, and all inputs in transit among its arrivals.
 
     Spikes that have passed their synapses keep their weights.
     """
     grid = _sent(grid)
-    steps, lines, synapses, weights = _synapses_ahead(grid)
+    sources, ahead = waiting(grid)
+    arrivals = np.concatenate([ahead, _synapses_ahead(grid)])
     grid.slots[:] = -1
     n = len(grid.entry_after)
     grid.entry_after[:] = np.arange(1, n + 1)
     grid.entry_after[-1] = -1
     grid.clock["free"], grid.clock["n_free"] = 0, n
-    arrivals = arrivals.joined(np.stack([steps, lines, synapses]), weights)
-    passed, weights = _pass(grid, arrivals.inputs)
-    arrivals.weights[passed], arrivals.inputs[2, passed] = weights, -1
-    return grid, arrivals
+    sort(arrivals, len(arrivals))
+    passed, weights = _pass(grid, arrivals)
+    arrivals["weight"][passed], arrivals["synapse"][passed] = weights, -1
+    return with_waiting(grid, sources, arrivals)
 
 
-def plastic_now(grid: Grid, arrivals: Arrivals) -> Array:
+def plastic_now(grid: Grid) -> Array:
     """Return plastic synapses after processing all spikes of both sides that have reached them by now.
 
     Because of the axonal and dendritic parts of the delay, synapses process a spike before it arrives.
     """
     seen = _sent(grid._replace(**changing(grid)))
-    steps, lines, synapses, weights = _synapses_ahead(seen)
-    everything = arrivals.joined(np.stack([steps, lines, synapses]), weights)
-    _pass(seen, everything.inputs)
+    arrivals = np.concatenate([waiting(seen)[1], _synapses_ahead(seen)])
+    sort(arrivals, len(arrivals))
+    _pass(seen, arrivals)
     hear_all(seen)
     return seen.plastic
 
@@ -65,8 +67,8 @@ def _now(grid: Grid) -> float:
     return float(grid.clock["step"][0] * grid.clock["h"][0])
 
 
-def _synapses_ahead(grid: Grid) -> tuple[IntArray, IntArray, IntArray, FloatArray]:
-    """Return arrival time, target, plastic synapse and weight of spikes in the calendar.
+def _synapses_ahead(grid: Grid) -> Array:
+    """Return the inputs through each synapse of the spikes in the calendar.
 
     For short-term plasticity the weight is the released share.
     """
@@ -87,18 +89,21 @@ def _synapses_ahead(grid: Grid) -> tuple[IntArray, IntArray, IntArray, FloatArra
     weights[dynamic] *= _released(grid.short_term, rows, steps[dynamic] * grid.clock["h"][0])
     plastic, of = np.full(len(steps), -1, np.int64), tables["dynamic"] == PLASTIC
     plastic[of] = grid.plastic_rows[synapses[of] + tables["dynamics"][of]]
-    return steps, tables["line"] + grid.targets[synapses], plastic, weights
+    found = np.zeros(len(steps), Input.dtype())
+    found["step"], found["target"] = steps, tables["line"] + grid.targets[synapses]
+    found["synapse"], found["weight"] = plastic, weights
+    return found
 
 
-def _pass(grid: Grid, inputs: IntArray) -> tuple[IntArray, FloatArray]:
+def _pass(grid: Grid, inputs: Array) -> tuple[IntArray, FloatArray]:
     """Process the spikes that have reached plastic synapses by now; return these and their weights."""
-    plastic = np.flatnonzero(inputs[2] >= 0)
-    arrivals_ms = inputs[0, plastic] * grid.clock["h"][0]
-    heard = arrivals_ms - grid.plastic["dendritic_delay"][inputs[2, plastic]]
+    plastic = np.flatnonzero(inputs["synapse"] >= 0)
+    synapses, arrivals_ms = inputs["synapse"][plastic], inputs["step"][plastic] * grid.clock["h"][0]
+    heard = arrivals_ms - grid.plastic["dendritic_delay"][synapses]
     chosen = np.flatnonzero(heard <= _now(grid) + SIMULTANEOUS)
     chosen = chosen[np.argsort(heard[chosen], kind="stable")]
     passed, weights = plastic[chosen], np.empty(len(chosen))
-    _transmit(grid, inputs[2, passed], arrivals_ms[chosen], weights)
+    _transmit(grid, synapses[chosen], arrivals_ms[chosen], weights)
     return passed, weights
 
 

@@ -9,14 +9,16 @@ import numpy as np
 
 from nrp_brain_event.cells import load_cells
 from nrp_brain_event.engine import chain_free, doubled
+from nrp_brain_event.grid.arrivals import no_inputs
 from nrp_brain_event.grid.equations.blocks import load_blocks
+from nrp_brain_event.grid.on_demand import codes_for
 from nrp_brain_event.grid.poisson import load_noise
 from nrp_brain_event.grid.probes import no_probes
 from nrp_brain_event.grid.records import BLOCK, CHANGING, CURVED, Grid, GridClock, Memory, Pool
-from nrp_brain_event.grid.runs import load_runs, load_state
+from nrp_brain_event.grid.runs import input_lines, load_runs, load_state
 from nrp_brain_event.grid.tables import load_tables, targets_of_plastic
 from nrp_brain_event.plastic_connections import load_plastic
-from nrp_brain_event.records import Array, Event, Work
+from nrp_brain_event.records import Array, Event, Spike, Work
 from nrp_core._support.arrays import IntArray, aligned_copy
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.grid import Grid as TimeGrid
@@ -45,13 +47,14 @@ def build_grid(
     runs = load_runs(cells, times.step_ms)
     curved = np.repeat(runs["kind"] == CURVED, runs["last"] - runs["first"])
     clock = np.zeros(1, GridClock.dtype())
-    clock["h"], clock["failed"], clock["free"] = times.step_ms, -1, -1
+    clock["h"], clock["step_ns"], clock["failed"], clock["free"] = times.step_ms, times.step_ns, -1, -1
     clock["window"] = shortest_delay(tables, cells["id"])
+    state = load_state(cells)
     longest = int(np.max(tables["segments"]["gap"], initial=1))
     grid = Grid(
         clock=clock,
         runs=runs,
-        state=load_state(cells),
+        state=state,
         drive=cells["i_offset"].copy(),
         ids=cells["id"].copy(),
         queue=np.zeros(len(cells), np.int32),
@@ -60,6 +63,7 @@ def build_grid(
         cell_rows=np.where(curved, np.cumsum(curved) - 1, -1),
         work=np.zeros(1, Work.dtype()),
         **load_blocks(network, row_of, times.step_ms),
+        codes=np.empty(0, np.int64),
         scratch=np.zeros((4, BLOCK)),
         fired=np.zeros(len(cells), np.int32),
         **tables,
@@ -68,11 +72,14 @@ def build_grid(
         entry_segment=np.empty(0, np.int32),
         entry_after=np.empty(0, np.int32),
         outbox=np.empty((2, 0), np.int64),
-        spikes=np.empty((2, 0), np.int64),
+        spikes=np.empty(0, Spike.dtype()),
+        sources=no_inputs(),
+        arrivals=no_inputs(),
+        lines=input_lines(runs, state).take(row_of if len(cells) else [], axis=1),
         **load_noise(network, cells, row_of, times, drawn),
         **no_probes(),
     )
-    return enlarged(grid), cells, row_of
+    return enlarged(grid._replace(codes=codes_for(grid))), cells, row_of
 
 
 def shortest_delay(tables: dict[str, Array], neurons: IntArray) -> int:
@@ -111,14 +118,11 @@ def enlarged(grid: Grid) -> Grid:
     if grid.pool["n_free"][0] < len(grid.memories):
         n_stored, grid = len(grid.stored), grid._replace(stored=doubled(grid.stored))
         chain_free(grid.pool, grid.stored, n_stored)
-    spikes, outbox = _widened(grid.spikes, len(grid.drive)), _widened(grid.outbox, len(grid.drive))
+    n_spikes, n_out = len(grid.spikes), grid.outbox.shape[1]
+    spikes = np.empty(2 * max(n_spikes, len(grid.drive), _ROOM), Spike.dtype())
+    outbox = np.empty((2, 2 * max(n_out, len(grid.drive), _ROOM)), np.int64)
+    spikes[:n_spikes], outbox[:, :n_out] = grid.spikes, grid.outbox
     return grid._replace(spikes=spikes, outbox=outbox, entry_after=after, entry_segment=segments)
-
-
-def _widened(spikes: Array, n_rows: int) -> Array:
-    wider = np.empty((2, 2 * max(spikes.shape[1], n_rows, _ROOM)), np.int64)
-    wider[:, : spikes.shape[1]] = spikes
-    return wider
 
 
 def changing(grid: Grid) -> dict[str, Array]:

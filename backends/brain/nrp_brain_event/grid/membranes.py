@@ -21,7 +21,7 @@ _FEW: Final = 16
 """Number of neurons up to which starting a loop costs more than its iterations."""
 
 
-@jit
+@inlined
 def update_block(run: Run, state: Array, drive: Array, scratch: Array, a: int, b: int) -> int:
     """Advance rows a to b; return how many are at or above threshold."""
     if b - a <= _FEW:
@@ -58,7 +58,7 @@ def update_block(run: Run, state: Array, drive: Array, scratch: Array, a: int, b
     return _linear(v, effects[0], effects[1], current, run.leak, run.gain, run.threshold)
 
 
-@jit
+@inlined
 def _one_by_one(run: Run, state: Array, drive: Array, a: int, b: int) -> int:
     """Compute the same as the loops below, one neuron at a time."""
     n = 0

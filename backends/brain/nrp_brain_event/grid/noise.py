@@ -14,7 +14,9 @@ from typing import Final
 
 import numpy as np
 
+from nrp_brain_event.grid.delivery import store
 from nrp_brain_event.grid.records import Grid, GridClock, Noise
+from nrp_brain_event.handles import opened
 from nrp_brain_event.random_numbers import GOLDEN, mixed
 from nrp_brain_event.records import Array
 from nrp_core._support.jit import inlined, jit
@@ -54,9 +56,26 @@ def n_words(n_cells: int) -> int:
     return n_cells // _PER_WORD + 1
 
 
-@jit
-def add_noise(noise: Noise, grid: Grid, lines: Array, step: int) -> None:
+def add_noise(places: Array, step: int) -> int:
     """Deliver the spikes that the cells emitted one delay before."""
+    grid = opened(Grid, places)
+    lines = grid.state.reshape(-1)
+    for k in range(len(grid.noise)):
+        _add(grid.noise[k], grid, lines, step)
+    return 0
+
+
+def hear_noise(places: Array, step: int) -> int:
+    """Store the spikes that recorded cells emit in a step; 0 if there is no room for all."""
+    grid = opened(Grid, places)
+    for k in range(len(grid.noise)):
+        if grid.noise[k].heard and not _hear(grid.clock[0], grid.noise[k], grid, step):
+            return 0
+    return 1
+
+
+@jit
+def _add(noise: Noise, grid: Grid, lines: Array, step: int) -> None:
     emitted = step - noise.delay
     if noise.begin < emitted <= noise.end and noise.last > noise.first:
         targets = grid.noise_lines[noise.first : noise.last]
@@ -111,8 +130,7 @@ _add_counts, _scatter_counts = _adding(_its_own), _adding(_listed)
 
 
 @jit
-def hear_noise(clock: GridClock, noise: Noise, grid: Grid, step: int) -> bool:
-    """Store the spikes that the cells emit in a step; false if there is no room for all."""
+def _hear(clock: GridClock, noise: Noise, grid: Grid, step: int) -> bool:
     if not noise.begin < step <= noise.end:
         return True
     counts, bounds = grid.noise_guides[noise.guide], grid.noise_bounds[noise.guide]
@@ -122,11 +140,10 @@ def hear_noise(clock: GridClock, noise: Noise, grid: Grid, step: int) -> bool:
         number += GOLDEN
         for i in range(max(first, noise.first), min(first + _PER_WORD, noise.last)):
             count = _count(counts, bounds, word, i - first)
-            if clock.n_spikes + count > grid.spikes.shape[1]:
+            if clock.n_spikes + count > len(grid.spikes):
                 return False
             for _ in range(count):
-                grid.spikes[0, clock.n_spikes], grid.spikes[1, clock.n_spikes] = step, grid.noise_ids[i]
-                clock.n_spikes += 1
+                store(clock, grid, grid.noise_ids[i], step)
     return True
 
 

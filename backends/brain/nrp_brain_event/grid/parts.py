@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nrp_brain_event.grid.advance import run
-from nrp_brain_event.grid.arrivals import Arrivals
+from nrp_brain_event.grid.arrivals import arrange
 from nrp_brain_event.grid.live import with_runs
 from nrp_brain_event.grid.loader import enlarged
 from nrp_brain_event.grid.records import Grid
@@ -28,9 +28,9 @@ if not COMPILED:  # NumPy would warn of overflowing hashes, and of the NaN volta
     _run = np.errstate(over="ignore", invalid="ignore")(run)
 
 
-def advance(held: Held, fired: IntArray, arrivals: Arrivals, until: int) -> tuple[Held, int]:
+def advance(held: Held, until: int) -> tuple[Held, int]:
     """Advance a grid, or a part of one, to a step; return it, and ``DONE`` or ``DIVERGED``."""
-    while (status := _run(held.places, fired, *arrivals, until)) == FULL:
+    while (status := _run(held.places, until)) == FULL:
         held = handle(enlarged(held.arrays))
     return held, status
 
@@ -60,9 +60,10 @@ class Threads:
         self._targets: Array | None = None
         """Names of the shared tables."""
 
-    def advance(self, held: Held, fired: IntArray, arrivals: Arrivals, until: int) -> tuple[Held, int]:
+    def advance(self, held: Held, until: int) -> tuple[Held, int]:
         """Advance a grid to a step; return it, and ``DONE`` or ``DIVERGED``."""
         grid = _with_cuts(held.arrays, self._bounds[:-1])
+        arrange(grid.clock[0], grid.sources, grid.arrivals)
         if self._targets is not grid.targets:
             self._shares = [_share(grid, *rows) for rows in zip(self._bounds, self._bounds[1:], strict=False)]
             self._targets = grid.targets
@@ -72,8 +73,8 @@ class Threads:
             if step % window == 0:
                 parts = _exchanged(parts)
             step = min(until, step - step % window + window)
-            others = [self._pool.submit(advance, part, fired, arrivals, step) for part in parts[1:]]
-            done = [advance(parts[0], fired, arrivals, step), *(other.result() for other in others)]
+            others = [self._pool.submit(advance, part, step) for part in parts[1:]]
+            done = [advance(parts[0], step), *(other.result() for other in others)]
             parts, status = [part for part, _ in done], max(status for _, status in done)
         return handle(_joined(grid, [part.arrays for part in parts])), status
 
@@ -178,12 +179,11 @@ def _joined(grid: Grid, parts: list[Grid]) -> Grid:
     failed = [part.clock for part in reversed(parts) if part.clock["failed"][0] >= 0]
     if failed:  # the whole grid stops in the first step in which a neuron fails, and reports the last one
         first.clock["failed"] = min(failed, key=lambda clock: int(clock["step"][0]))["failed"]
-    spikes = np.concatenate([part.spikes[:, : part.clock["n_spikes"][0]] for part in parts], axis=1)
-    n = spikes.shape[1]
-    while first.spikes.shape[1] < n:
+    spikes = np.concatenate([part.spikes[: part.clock["n_spikes"][0]] for part in parts])
+    while len(first.spikes) < len(spikes):
         first = enlarged(first)
-    first.spikes[:, :n] = spikes
-    first.clock["n_spikes"] = n
+    first.spikes[: len(spikes)] = spikes
+    first.clock["n_spikes"] = len(spikes)
     return grid._replace(
         slots=first.slots, entry_segment=first.entry_segment, entry_after=first.entry_after,
         outbox=first.outbox, spikes=first.spikes, probes=first.probes,

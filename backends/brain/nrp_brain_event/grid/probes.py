@@ -9,9 +9,9 @@ import numpy as np
 from nrp_brain_event.grid.equations.blocks import places_of
 from nrp_brain_event.grid.readout import reading_of, sampled
 from nrp_brain_event.grid.records import Grid, Probe
+from nrp_brain_event.handles import opened
 from nrp_brain_event.records import Array
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core._support.jit import inlined
 from nrp_core.brain.devices.state_recorder import Trace
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.grid import Grid as TimeGrid
@@ -68,11 +68,12 @@ def _are_plain(grid: Grid, rows: IntArray) -> bool:
     return bool((np.diff(rows) == 1).all() and (grid.cell_rows[rows] < 0).all())
 
 
-@inlined
-def take_samples(grid: Grid, step: int) -> None:
+def take_samples(places: Array, step: int) -> int:
     """Take the samples that are due at a step, of the rows of this part."""
+    grid = opened(Grid, places)
     for k in range(len(grid.probes)):
         probe = grid.probes[k]
         if probe.taken < probe.n_steps and grid.probe_steps[probe.step + probe.taken] == step:
             sampled(grid, probe, step)
             probe.taken += 1
+    return 0

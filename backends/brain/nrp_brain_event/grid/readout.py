@@ -8,7 +8,6 @@ from typing import Final
 import numpy as np
 
 from nrp_brain_event.grid.records import Grid, Probe, V, X
-from nrp_brain_event.handles import opened
 from nrp_brain_event.kernels import READABLE
 from nrp_brain_event.neuron import voltage_at
 from nrp_brain_event.records import Array, Cell, constant
@@ -40,7 +39,7 @@ def reading_of(variable: str) -> int:
 
 
 def lost_row(grid: Grid) -> int:
-    """Return a row whose voltage is not a number; there must be one, see :func:`is_lost`."""
+    """Return a row whose voltage is not a number; there must be one."""
     lost = ~np.isfinite(grid.state[V])
     for run in grid.runs[grid.runs["n_waiting"] > 0]:
         places = (run["head"] + np.arange(run["n_waiting"])) % (run["last"] - run["first"])
@@ -48,15 +47,15 @@ def lost_row(grid: Grid) -> int:
     return int(np.argmax(lost))
 
 
-@jit
-def is_lost(places: Array) -> bool:
-    """Return whether a voltage is not a number; those of refractory rows are NaN by design."""
-    grid = opened(Grid, places)
+@inlined
+def is_lost(grid: Grid) -> bool:
+    """Return whether a voltage is not a number in this part; those of refractory rows are NaN by design."""
     n = 0
-    for row in range(len(grid.drive)):
-        n += not isfinite(grid.state[V, row])
     for k in range(len(grid.runs)):
-        n -= grid.runs[k].n_waiting
+        run = grid.runs[k]
+        n -= run.n_waiting
+        for row in range(run.first, run.last):
+            n += not isfinite(grid.state[V, row])
     return n > 0
 
 

@@ -19,6 +19,7 @@ from nrp_brain_event.records import (
     Rule,
     Short,
     ShortTerm,
+    Spike,
     Work,
 )
 
@@ -82,7 +83,7 @@ class Block(Record):
     """A population whose cells are given as equations; see :mod:`nrp_brain_event.grid.equations`."""
 
     code: int
-    """Its kernel, see :func:`~nrp_brain_event.equations.compiled.call`."""
+    """Its kernel, see :func:`~nrp_brain_event.addresses.call`."""
     first: int
     last: int
     """Its rows."""
@@ -122,6 +123,17 @@ class Table(Record):
 
 SHORT_TERM: Final = 1
 PLASTIC: Final = 2
+
+# Kernels that only some networks need, see grid/on_demand.py: their place in ``codes``.
+UPDATE_CURVED: Final = 0
+ADD_NOISE: Final = 1
+HEAR_NOISE: Final = 2
+TAKE_SAMPLES: Final = 3
+SET_CURVED_CURRENT: Final = 4
+DELIVER: Final = 5
+DELIVER_LATE: Final = 6
+STORE_FOR_PLASTIC: Final = 7
+N_ON_DEMAND: Final = 8
 
 
 class Memory(Record):
@@ -183,6 +195,17 @@ class Probe(Record):
     """Whether the state of the grid holds them as voltages of consecutive rows."""
 
 
+class Input(Record):
+    """What is not in the calendar: the spike of a source cell, or the event of a device or in transit."""
+
+    step: int
+    target: int
+    """Global id of the source cell that fires, or flat index into the state."""
+    synapse: int
+    """Plastic synapse that determines the weight, or -1."""
+    weight: float
+
+
 class GridClock(Record):
     """The position of the grid in time."""
 
@@ -193,14 +216,19 @@ class GridClock(Record):
     n_fired: int
     n_spikes: int
     n_sources: int
-    n_inputs: int
-    """Number of the waiting source spikes and inputs that have been used."""
+    source: int
+    n_arrivals: int
+    arrival: int
+    """Number of ``sources`` and ``arrivals``, and the next one of each."""
+    is_mixed: int
+    """Whether these are not in order yet."""
     n_out: int
     window: int
     """Spikes in ``outbox``; steps after which they are sent, at most the shortest delay of any neuron."""
     failed: int
     h: float
     """Length of a step, ms."""
+    step_ns: int
 
 
 class Grid(NamedTuple):
@@ -219,6 +247,8 @@ class Grid(NamedTuple):
         blocks: ``Block``; not kept in snapshots, since addresses belong to a process.
         values: variables of each block in SI units, one after the other, each with one value a row.
         constants: parameters and propagators of each block, in the same order.
+        codes: what :func:`~nrp_brain_event.addresses.call` needs to call the kernels that only some networks
+            need; not kept in snapshots, since addresses belong to a process.
         scratch: shape ``(4, BLOCK)``.
         fired: rows that fire in the current step.
         row_first: first segment of each global id, shape ``(network.size + 1,)``.
@@ -234,9 +264,12 @@ class Grid(NamedTuple):
         pool: ``Pool``, shape ``(1,)``.
         slots: head of the list of segments that arrive in a step, a ring.
         entry_segment, entry_after: the entries of the lists.
+        sources: ``Input``, spikes of source cells.
+        arrivals: ``Input``, events outside the calendar; both in order once they are arranged.
+        lines: flat index into the state on which devices act, by receptor and global id.
         outbox: spikes to be sent at the end of the window: twice the step, and one more where the neuron
             advances after the arrivals; row. Ascending, shape ``(2, room)``.
-        spikes: steps and global ids of spikes not yet taken, shape ``(2, room)``.
+        spikes: ``Spike``, not yet taken.
         noise: ``Noise``.
         noise_lines, noise_ids: index into the flattened state on which each Poisson cell acts (unsigned, so
             that it is not checked for a sign), and its global id.
@@ -261,6 +294,7 @@ class Grid(NamedTuple):
     blocks: Annotated[Array, Block]
     values: Annotated[Array, np.float64]
     constants: Annotated[Array, np.float64]
+    codes: Annotated[Array, np.int64]
     scratch: Annotated[Array, np.float64, 2]
     fired: Annotated[Array, np.int32]
     row_first: Annotated[Array, np.int64]
@@ -279,8 +313,11 @@ class Grid(NamedTuple):
     slots: Annotated[Array, np.int32]
     entry_segment: Annotated[Array, np.int32]
     entry_after: Annotated[Array, np.int32]
+    sources: Annotated[Array, Input]
+    arrivals: Annotated[Array, Input]
+    lines: Annotated[Array, np.int64, 2]
     outbox: Annotated[Array, np.int64, 2]
-    spikes: Annotated[Array, np.int64, 2]
+    spikes: Annotated[Array, Spike]
     noise: Annotated[Array, Noise]
     noise_lines: Annotated[Array, np.uint32]
     noise_ids: Annotated[Array, np.int32]
@@ -299,6 +336,6 @@ CHANGING: Final = (
     "plastic", "memories", "stored", "pool", "slots", "entry_segment", "entry_after", "outbox", "spikes",
     "noise",
 )  # fmt: skip
-"""The parts of the grid that change while running."""
+"""The parts of the grid that change while running, apart from ``sources`` and ``arrivals``."""
 BLOCK: Final = 512
 """Number of neurons that are advanced together, so that their data stay in the level-1 cache."""

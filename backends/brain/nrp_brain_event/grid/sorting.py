@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from nrp_brain_event.records import Array
-from nrp_core._support.jit import jit
+from nrp_brain_event.grid.merging import sorting
+from nrp_brain_event.records import Array, constant
+from nrp_core._support.jit import inlined, jit
 
 _MOST = 1 << 16
 """Keys below it are counted if they are not much more than the synapses."""
+_FIRST = constant(0)
 
 
 @jit
@@ -50,7 +52,7 @@ def sort_targets(first: Array, targets: Array) -> None:
         row = targets[first[i] : first[i + 1]]
         for k in range(len(row) - 1):
             if row[k] > row[k + 1]:
-                row[:] = np.sort(row)
+                row.sort()
                 break
 
 
@@ -65,14 +67,17 @@ def sort_by_key(first: Array, keys: Array, targets: Array, values: Array) -> Non
         a, b = first[i], first[i + 1]
         if b - a < 2:
             continue
+        both = keys[a:b], targets[a:b]
         if longest < min(_MOST, 4 * (b - a)):
             order = _by_key(keys[a:b], place)
+            _ascend(order, both)
         else:
-            order = np.argsort(keys[a:b], kind="mergesort")
-        order = _ascending(order, keys[a:b], targets[a:b])
-        keys[a:b], targets[a:b] = keys[a:b][order], targets[a:b][order]
+            order = np.arange(b - a)
+            _order(both, order, _FIRST, b - a)
+        _write(keys, a, keys[a:b][order])
+        _write(targets, a, targets[a:b][order])
         if len(values) > 0:
-            values[a:b] = values[a:b][order]
+            _write(values, a, values[a:b][order])
 
 
 @jit
@@ -91,18 +96,29 @@ def _by_key(keys: Array, place: Array) -> Array:
 
 
 @jit
-def _ascending(order: Array, keys: Array, targets: Array) -> Array:
-    """Sort by target where keys are equal, and only there where connectors did not."""
-    begin = 0
+def _ascend(order: Array, both: tuple[Array, Array]) -> None:
+    """Sort by target where keys are equal."""
+    keys, begin = both[0], 0
     for k in range(1, len(order) + 1):
         if k == len(order) or keys[order[k]] != keys[order[begin]]:
-            for j in range(begin + 1, k):
-                if targets[order[j]] < targets[order[j - 1]]:
-                    part = order[begin:k].copy()
-                    order[begin:k] = part[np.argsort(targets[part], kind="mergesort")]
-                    break
+            _order(both, order, begin, k)
             begin = k
-    return order
+
+
+@inlined
+def _earlier(both: tuple[Array, Array], a: int, b: int) -> bool:
+    keys, targets = both
+    return bool(keys[a] < keys[b] or (keys[a] == keys[b] and targets[a] < targets[b]))
+
+
+_order = sorting(_earlier)
+
+
+@jit
+def _write(onto: Array, first: int, values: Array) -> None:
+    """Write values one after the other; an assignment to a slice takes seconds to compile."""
+    for k in range(len(values)):
+        onto[first + k] = values[k]
 
 
 @jit

@@ -8,12 +8,12 @@ from typing import Final
 from nrp_brain_event.grid.membranes import update_block
 from nrp_brain_event.grid.records import BLOCK, GridClock, Run, V, X
 from nrp_brain_event.records import Array
-from nrp_core._support.jit import jit
+from nrp_core._support.jit import inlined, jit
 
 _FEW: Final = 32
 
 
-@jit
+@inlined
 def update_run(
     clock: GridClock, run: Run, state: Array, drive: Array, scratch: Array,
     queue: Array, release: Array, fired: Array, step: int,

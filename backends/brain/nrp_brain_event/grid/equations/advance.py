@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from nrp_brain_event.equations.compiled import call
+from nrp_brain_event.addresses import call
 from nrp_brain_event.grid.equations.layout import length_of_row
 from nrp_brain_event.grid.records import Grid, GridClock, Run
 from nrp_core._support.jit import inlined, jit

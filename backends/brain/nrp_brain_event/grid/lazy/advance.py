@@ -5,14 +5,16 @@ from __future__ import annotations
 from math import isfinite
 from typing import Final
 
+from nrp_brain_event.addresses import call
 from nrp_brain_event.compiled_laws import released_share
 from nrp_brain_event.grid.advance import accept, emit
-from nrp_brain_event.grid.delivery import delivering, transmitted
+from nrp_brain_event.grid.arrivals import arrange
+from nrp_brain_event.grid.arriving import transmitted
+from nrp_brain_event.grid.delivery import delivering
 from nrp_brain_event.grid.lazy.neuron import bring, may_fire, receive
 from nrp_brain_event.grid.lazy.records import Lazy
 from nrp_brain_event.grid.lazy.show import show
-from nrp_brain_event.grid.probes import take_samples
-from nrp_brain_event.grid.records import PLASTIC, Grid, GridClock, Table
+from nrp_brain_event.grid.records import PLASTIC, TAKE_SAMPLES, Grid, GridClock, Table
 from nrp_brain_event.handles import opened
 from nrp_brain_event.records import DIVERGED, DONE, FULL, Array
 from nrp_core._support.jit import borrowed, inlined, jit, prefetch
@@ -22,37 +24,40 @@ _AHEAD: Final = 12
 
 
 @jit
-def run(places: Array, own: Array, sources: Array, inputs: Array, weights: Array, until: int) -> int:
+def run(places: Array, own: Array, until: int) -> int:
     """Advance to a step.
 
     Args:
         places: places of the arrays of the grid, whose state is not used.
         own: places of the arrays of the lazy grid.
-        sources: as for :func:`nrp_brain_event.grid.advance.run`, which also says what is returned.
-        inputs: as there.
-        weights: as there.
         until: the step.
+
+    Returns:
+        ``DONE``, ``FULL`` or ``DIVERGED``, as :func:`nrp_brain_event.grid.advance.run`.
     """
     grid, lazy = opened(Grid, places), opened(Lazy, own)
     clock = grid.clock[0]
+    arrange(clock, grid.sources, grid.arrivals)
     while clock.step < until:
         step = clock.step + 1
-        if not accept(clock, grid, sources, step):
+        if not accept(clock, grid, places, step):
             return FULL
         clock.n_fired = 0
         clock_of = lazy.clock[0]
         clock_of.n_early = _look(clock, grid, lazy, lazy.early, clock_of.n_early, step)
         n_early = clock.n_fired
         _deliver(clock, grid, lazy, step)
-        _let_in(clock, grid, lazy, inputs, weights, step)
+        _let_in(clock, grid, lazy, step)
         clock_of.n_late = _look(clock, grid, lazy, lazy.late, clock_of.n_late, step)
         if clock.failed >= 0:
             return DIVERGED
         grid.fired[:n_early].sort()  # as in the plain grid, so that spikes arrive in the same order
         grid.fired[n_early : clock.n_fired].sort()
-        emit(clock, grid, step, n_early)
+        emit(clock, grid, places, step, n_early)
         clock.step = step
-        _sample(grid, lazy, step)
+        if len(grid.probes) > 0:
+            _show_samples(grid, lazy, step)
+            call(grid.codes[TAKE_SAMPLES], (places, step))
     return DONE
 
 
@@ -125,24 +130,23 @@ _deliver = delivering(_arrive)
 
 
 @inlined
-def _let_in(clock: GridClock, grid: Grid, lazy: Lazy, inputs: Array, weights: Array, step: int) -> None:
+def _let_in(clock: GridClock, grid: Grid, lazy: Lazy, step: int) -> None:
     """Apply the inputs outside the calendar that are due."""
     n_rows = len(grid.drive)
-    while clock.n_inputs < inputs.shape[1] and inputs[0, clock.n_inputs] <= step:
-        line, synapse, weight = inputs[1, clock.n_inputs], inputs[2, clock.n_inputs], weights[clock.n_inputs]
-        if synapse >= 0:
-            weight = transmitted(grid, synapse, step * clock.h)
-        row = line % n_rows
-        receive(lazy, grid.drive[row], row, line // n_rows, weight, step)
-        clock.n_inputs += 1
+    while clock.arrival < clock.n_arrivals and grid.arrivals[clock.arrival].step <= step:
+        arrival = grid.arrivals[clock.arrival]
+        row, weight = arrival.target % n_rows, arrival.weight
+        if arrival.synapse >= 0:
+            weight = transmitted(grid, arrival.synapse, step * clock.h)
+        receive(lazy, grid.drive[row], row, arrival.target // n_rows, weight, step)
+        clock.arrival += 1
 
 
 @inlined
-def _sample(grid: Grid, lazy: Lazy, step: int) -> None:
-    """Take the samples that are due at a step."""
+def _show_samples(grid: Grid, lazy: Lazy, step: int) -> None:
+    """Show the neurons of which samples are due at a step."""
     for k in range(len(grid.probes)):
         probe = grid.probes[k]
         if probe.taken < probe.n_steps and grid.probe_steps[probe.step + probe.taken] == step:
             for j in range(probe.row, probe.row + probe.n_rows):
                 show(grid, lazy, grid.probe_rows[j], step)
-    take_samples(grid, step)

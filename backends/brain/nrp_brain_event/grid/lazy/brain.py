@@ -48,14 +48,11 @@ class LazyBrain(GridBrain):
         if self._lazy is None:
             return super()._step_to(step)
         places = self._lazy.places
-        while (status := _run(self._held.places, places, self._fired, *self._arrivals, step)) == FULL:
+        while (status := _run(self._held.places, places, step)) == FULL:
             self._take(handle(enlarged(self._grid)))
         if step % self._patience == 0:
             self._judge(self._lazy.arrays)
         return int(status)
-
-    def _is_lost(self) -> bool:
-        return self._lazy is None and super()._is_lost()
 
     def _judge(self, lazy: Lazy) -> None:
         """Continue as a plain grid where this has been cheaper for some time."""
