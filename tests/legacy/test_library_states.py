@@ -122,6 +122,29 @@ def test_a_delay_has_its_name_of_each_year(folder: Path, given: str) -> None:
         assert run.now_s == 0.3
 
 
+OF_ITS_OWN = """
+class WaitTo(states.ClockMonitorState):
+    def __init__(self, time):
+        super(WaitTo, self).__init__(self.__callback)
+        self.__time = time
+    def __callback(self, user_data, time):
+        return time.clock.secs + time.clock.nsecs * 1e-9 < self.__time and time.clock.to_sec() < self.__time
+with sm:
+    StateMachine.add('wait', WaitTo(0.3), {'valid': 'wait', 'invalid': 's0'})
+"""
+
+
+def test_a_state_of_its_own_reads_the_message_of_the_clock(folder: Path) -> None:
+    """As the mice of the project's first co-design do."""
+    spawns = "    StateMachine.add('s0', *then(states.SpawnBox('box', size=Vector3(1, 1, 1)), 'DONE'))\n"
+    (folder / "m.exd").write_text(HEAD.removesuffix("with sm:\n") + OF_ITS_OWN + spawns)
+    with Run(read_exc(folder / "x.exc")) as run:
+        run.run(0.28)
+        assert "box" not in [model.name for model in run.world.scene.models]
+        run.run(0.4)
+        assert "box" in [model.name for model in run.world.scene.models]
+
+
 def test_a_machine_ends_the_run(folder: Path) -> None:
     (folder / "m.exd").write_text(HEAD + WAITS + machine_of(["StopSimulation()"]).removeprefix(HEAD))
     with Run(read_exc(folder / "x.exc")) as run:

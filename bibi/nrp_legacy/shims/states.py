@@ -72,6 +72,15 @@ class TwistMonitorState(ModelMonitorState):
         super().__init__(*values, **more, part="twist")
 
 
+class Tick(Time):
+    """A message of the clock, which is compared like its time: machines were written for both."""
+
+    @property
+    def clock(self) -> Time:
+        """The time."""
+        return Time(0, self.ns)
+
+
 class ClockMonitorState(PollingState):
     """Waits while a condition holds for the simulated time."""
 
@@ -79,7 +88,7 @@ class ClockMonitorState(PollingState):
         takes_data = len(inspect.signature(callback).parameters) > 1
 
         def no_longer(userdata: Any) -> bool:
-            now = Time(0, graph.now_ns)
+            now = Tick(0, graph.now_ns)
             return not (callback(userdata, now) if takes_data else callback(now))
 
         super().__init__(graph, no_longer)
