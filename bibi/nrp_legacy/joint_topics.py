@@ -22,11 +22,11 @@ _PLACE = r"%[sd]|\{\w*\}|[\"']\s*\+[^\"'\n]*\+\s*[\"']"
 """Where code puts a name, or a part of one, in."""
 _JOINT = rf"(?P<joint>(?:[\w-]|{_PLACE})+?)"
 """The name of a joint."""
-_TOPIC = re.compile(
-    rf"""["']/?(?P<lead>(?:[\w-]+/)*){_JOINT}(?P<end>/(?:cmd_)?(?:pos|vel|effort|torque))/?["']"""
-)
+_LEAD = rf"(?P<lead>(?:(?:[\w-]|{_PLACE})+/)*)"
+"""What comes before it: the name of the robot, perhaps, which code may put in."""
+_TOPIC = re.compile(rf"""["']/?{_LEAD}{_JOINT}(?P<end>/(?:cmd_)?(?:pos|vel|effort|torque))/?["']""")
 _CONTROLLER = re.compile(
-    rf"""["']/?(?P<lead>(?:[\w-]+/)*){_JOINT}"""
+    rf"""["']/?{_LEAD}{_JOINT}"""
     r"""(?P<end>(?:_(?:position|velocity|effort|pos|vel))?_(?:controller|cntr)/command)["']"""
 )
 _TRAJECTORY = re.compile(r"""["']/?(?P<topic>[\w/-]+)["']\s*,\s*(?:\w+\s*=\s*)?(?:\w+\.)*JointTrajectory\b""")
@@ -81,6 +81,7 @@ def _followers(
 def _commands(model: str, sources: Iterable[str], joints: Collection[str]) -> Iterator[tuple[str, str, Kind]]:
     """Yield the topics in some code, with the joints that they name; all joints if the name is computed.
 
+    A computed name before it is taken for the robot's.
     Joints that trajectories move get their own topics, so that they hold their positions.
     """
     for source in sources:
@@ -90,8 +91,9 @@ def _commands(model: str, sources: Iterable[str], joints: Collection[str]) -> It
                     yield f"/{model}/{joint}/cmd_pos", joint, "position"
         for found in (*_TOPIC.finditer(source), *_CONTROLLER.finditer(source)):
             named = re.compile(re.sub(_PLACE, r"[\\w-]+", found["joint"]))
+            lead = re.sub(_PLACE, model, found["lead"])
             for joint in filter(named.fullmatch, joints):
-                yield f"/{found['lead']}{joint}{found['end']}", joint, _kind(found["end"])
+                yield f"/{lead}{joint}{found['end']}", joint, _kind(found["end"])
 
 
 def _kind(end: str) -> Kind:

@@ -118,6 +118,9 @@ ARM = Model("arm", (), (Joint("j1", "revolute", "a", "b"), Joint("fixed", "fixed
         ("'/robot/%s/cmd_pos' % name", "/robot/j1/cmd_pos", "position"),
         ("'/robot/{}/cmd_pos'.format(name)", "/robot/j1/cmd_pos", "position"),
         ("'/robot/' + name + '/cmd_vel'", "/robot/j1/cmd_vel", "velocity"),
+        ("'/%s/j1/cmd_pos' % robot", "/arm/j1/cmd_pos", "position"),
+        ("'/%s/%s/cmd_pos' % (robot, joint)", "/arm/j1/cmd_pos", "position"),
+        ("'/' + robot + '/j1/cmd_pos'", "/arm/j1/cmd_pos", "position"),
     ],
 )
 def test_a_joint_is_commanded_by_any_name_that_code_has_for_it(code: str, topic: str, kind: str) -> None:
