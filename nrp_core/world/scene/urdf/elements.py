@@ -11,7 +11,8 @@ from nrp_core.findings import Code
 from nrp_core.world.scene.reading.context import Notes
 from nrp_core.world.scene.reading.xml import Element
 
-_LISTS: Final = ("xyz", "rpy", "size", "scale", "rgba", "normal")
+_QUATERNION: Final = "quat_xyzw"
+_LISTS: Final = ("xyz", "rpy", _QUATERNION, "size", "scale", "rgba", "normal")
 _COMMA: Final = re.compile(r",(?=\s)")
 """A comma between two numbers; one within a number, as in "0,5", stays an error."""
 
@@ -45,8 +46,12 @@ def pose(element: Element, **attributes: str) -> Element:
     origin = element.find("origin")
     if origin is None:
         return new("pose", element, **attributes)
-    text = f"{numbers(origin, 'xyz', '0 0 0')} {numbers(origin, 'rpy', '0 0 0')}"
-    return new("pose", origin, text=text, **attributes)
+    place, turn = numbers(origin, "xyz", "0 0 0"), origin.attributes.get(_QUATERNION)
+    if turn is None:
+        return new("pose", origin, text=f"{place} {numbers(origin, 'rpy', '0 0 0')}", **attributes)
+    if "rpy" in origin.attributes:
+        raise origin.error(f"<origin> has both rpy and {_QUATERNION}: it has one rotation")
+    return new("pose", origin, text=f"{place} {turn}", rotation_format=_QUATERNION, **attributes)
 
 
 def from_attributes(element: Element, *names: str) -> Iterator[Element]:

@@ -25,6 +25,8 @@ _SOLVER = {
     *("implicitSpringDamper", "cfmDamping", "stopCfm", "stopErp", "fudgeFactor"),
     *("disableFixedJointLumping", "preserveFixedJoint"),
 }
+_BEFORE_SDF = ("sensor", "controller", "body", "geom", "interface")
+"""Namespaces of elements of the first Gazebo; SDF has elements of some of these names without one."""
 _NAMES = {"selfCollide": "self_collide"}
 """The names that elements have in SDF, if not the same."""
 _SPRINGS = {"springStiffness": "spring_stiffness", "springReference": "spring_reference"}
@@ -46,6 +48,10 @@ def apply_block(block: Element, model: Element, notes: Notes) -> None:
             return
         target = named[name]
     for child in block.children:
+        if child.tag.rpartition(":")[0] in _BEFORE_SDF:
+            message = f"<{child.tag}> is of Gazebo before its version 1.0 and SDF: ignored"
+            notes.warn(child, Code.NRP263, message, subject=child.tag)
+            continue
         # plugins that run controllers have no effect unless they name a file
         control = child.tag == "plugin" and plugin_name(child) in ROS_CONTROL and not child.word("parameters")
         if child.tag not in _SOLVER and not control:

@@ -21,7 +21,7 @@ _TABLE: Final = {
     "inertial": ("", "origin mass inertia"),
     "mass": ("value", ""),
     "inertia": ("ixx iyy izz ixy ixz iyz", ""),
-    "origin": ("xyz rpy", ""),
+    "origin": ("xyz rpy quat_xyzw", ""),
     "visual": ("name", "origin geometry material"),
     "collision": ("name", "origin geometry"),
     "geometry": ("", _SHAPES),
@@ -37,7 +37,7 @@ _TABLE: Final = {
     "child": ("link", ""),
     "axis": ("xyz", ""),
     "dynamics": ("damping friction", ""),
-    "limit": ("lower upper effort velocity", ""),
+    "limit": ("lower upper effort velocity acceleration deceleration jerk", ""),
     "mimic": ("joint multiplier offset", ""),
     "safety_controller": ("soft_lower_limit soft_upper_limit k_position k_velocity", ""),
 }

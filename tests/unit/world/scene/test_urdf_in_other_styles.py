@@ -180,3 +180,29 @@ def test_a_plugin_that_couples_an_absent_joint_is_reported(tmp_path: Path, follo
 def test_a_plugin_that_couples_a_joint_with_itself_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="the joint 'left' mimics itself"):
         read_model(robot(tmp_path, COUPLED.format("gazebo_mimic_joint_plugin", "left")))
+
+
+def test_an_origin_may_have_a_quaternion(tmp_path: Path) -> None:
+    """A quarter turn about z takes x to y; the parser of ROS scales it to a length of 1."""
+    held = HELD.replace("<parent", '<origin xyz="1 0 0" quat_xyzw="0 0 2 2"/><parent')
+    model = read_model(robot(tmp_path, f'<link name="eye">{MASS}</link>{held}'))
+    assert model.warnings == ()
+    assert model.link("eye").pose.rotate((1.0, 0.0, 0.0)) == pytest.approx((0, 1, 0))
+    with pytest.raises(SceneError, match="has both rpy and quat_xyzw"):
+        read_model(
+            robot(tmp_path, f'<link name="eye">{MASS}</link>' + held.replace("quat", 'rpy="0 0 0" quat'))
+        )
+
+
+def test_limits_of_acceleration_are_no_mistake(tmp_path: Path) -> None:
+    file = robot(tmp_path, "")
+    file.write_text(file.read_text().replace('velocity="1"', 'velocity="1" acceleration="4" jerk="9"'))
+    assert read_model(file).warnings == ()
+
+
+@pytest.mark.parametrize(("tag", "told"), [("sensor:camera", True), ("gz:frame_id", False)])
+def test_elements_of_the_first_gazebo_are_reported(tmp_path: Path, tag: str, told: bool) -> None:
+    prefix = tag.partition(":")[0]
+    block = f'<gazebo reference="base" xmlns:{prefix}="http://x"><{tag} name="c"/></gazebo>'
+    said = [str(each) for each in read_model(robot(tmp_path, block)).warnings]
+    assert ["<sensor:camera> is of Gazebo before its version 1.0" in each for each in said] == [True] * told
