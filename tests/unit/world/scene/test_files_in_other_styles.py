@@ -10,6 +10,7 @@ import pytest
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Pose
+from nrp_core.world.scene.loops import Freedom
 from nrp_core.world.scene.model import Box, Cylinder, Model, Scene, Sphere
 
 ModelReader = Callable[..., Model]
@@ -135,12 +136,21 @@ def test_a_joint_of_a_world_ties_two_models(world: WorldReader) -> None:
     assert world(PAIR).digest != scene.digest == world(PAIR + JOINT.format("a", "b::base")).digest
 
 
-def test_a_joint_between_two_models_that_has_a_position_is_left_out(world: WorldReader) -> None:
-    slide = JOINT.replace('type="fixed">', 'type="prismatic"><axis><xyz>1 0 0</xyz></axis>')
-    scene = world(PAIR + slide.format("a", "b"))
+def test_a_screw_between_two_models_is_left_out(world: WorldReader) -> None:
+    screw = JOINT.replace('type="fixed">', 'type="screw"><axis><xyz>1 0 0</xyz></axis>')
+    scene = world(PAIR + screw.format("a", "b"))
     (warning,) = scene.warnings
-    assert "the joint 'j' between two models is prismatic, which is not simulated" in str(warning)
+    assert "the joint 'j' between two models is screw, which is not simulated" in str(warning)
     assert (warning.code, scene.ties) == (Code.NRP260, ())
+
+
+def test_a_rail_between_two_models_has_its_axis_in_the_frame_of_the_joint(world: WorldReader) -> None:
+    limit = "<limit><lower>-1</lower><upper>2</upper></limit><dynamics><damping>3</damping></dynamics>"
+    slide = JOINT.replace('type="fixed">', f'type="prismatic"><axis><xyz>1 0 0</xyz>{limit}</axis>')
+    scene = world(PAIR + slide.format("a", "b"))
+    (tie,) = scene.ties
+    assert (scene.warnings, tie.kind) == ((), "prismatic")
+    assert tie.freedoms == (Freedom("prismatic", pytest.approx((1, 0, 0)), -1.0, 2.0, 3.0),)
 
 
 def test_a_joint_of_a_world_within_one_model_is_one_of_it(world: WorldReader) -> None:
