@@ -151,7 +151,7 @@ def check_message(topic: TopicInfo, message: Any) -> None:
         if not isinstance(message, topic.type) and type_name(type(message)) != type_name(topic.type):
             given = f"{type(message).__name__} ({message!r:.80})"
             raise TopicError(f"{topic.name} carries {type_name(topic.type)}, not {given}")
-        if dataclasses.is_dataclass(message) and (wrong := invalid_field(message)):
+        if wrong := invalid_field(message):
             raise TopicError(f"{topic.name}: in {type_name(topic.type)}, {wrong}")
     if topic.limits is not None:
         low, high = topic.limits

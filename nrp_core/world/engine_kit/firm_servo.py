@@ -112,6 +112,8 @@ class FirmServos:
         self._targets, self._rates = self.paths["target"], self.paths["rate"]
         self._smooth, self._fresh = self.paths["smooth"], self.paths["fresh"]
         self._wanted: FloatArray = self.paths["wanted"]
+        self._smoothed: slice | IntArray | None = None
+        """The joints that are known to approach targets at rest, so that only these have to be set."""
         self.paths["braking"] = [each.braking for each in firm]
         self.paths["limit"] = [each.joint.velocity for each in firm]
         self.paths["lowest"] = [each.joint.lower for each in firm]
@@ -127,13 +129,16 @@ class FirmServos:
         if kind != before[0]:
             self._fresh[number], self.kinds[number] = True, kind
         self._targets[number], self._rates[number], self._smooth[number] = target, rate, bool(aim.firm)
+        self._smoothed = None
         self.moving |= kind != FREE and (kind, target, rate) != before
 
     def retarget(self, numbers: slice | IntArray, targets: JointTargets) -> None:
         """Set the targets of joints that have some of the same kind."""
         self._targets[numbers] = targets.values
-        self._rates[numbers] = targets.rates or 0.0
-        self._smooth[numbers] = targets.smooth
+        if targets.rates or not targets.smooth or numbers is not self._smoothed:
+            self._rates[numbers] = targets.rates or 0.0
+            self._smooth[numbers] = targets.smooth
+            self._smoothed = numbers if targets.smooth and not targets.rates else None
         self.moving = True
 
     def forget(self, numbers: Sequence[int]) -> None:
@@ -167,3 +172,4 @@ class FirmServos:
     def restore(self, saved: Any) -> None:
         """Restore a state from :meth:`save`."""
         self.paths[:], self.moving = saved
+        self._smoothed = None

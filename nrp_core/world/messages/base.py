@@ -217,6 +217,8 @@ def _all_floats(cls: type) -> tuple[Callable[[Any], tuple[Any, ...]], tuple[type
 @lru_cache(maxsize=256)
 def _fields(cls: type) -> tuple[tuple[str, Any, bool, bool], ...]:
     """Return name and declared type of each field, and whether it is a message, or may hold a list."""
+    if not dataclasses.is_dataclass(cls):
+        return ()
     try:
         hints = get_type_hints(cls)
     except (NameError, TypeError):  # the names of its file are gone: built-in types are still known

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nrp_core.world.engine_kit.firm_servo import BRAKING, RETURN_S, FirmJoint, FirmServos
-from nrp_core.world.rigid.motion import JointAim
+from nrp_core.world.rigid.motion import JointAim, JointTargets
 from nrp_core.world.scene.joint_inertia import STIFF_TIME_CONSTANT_S as LAG
 from nrp_core.world.scene.model import Joint
 
@@ -91,3 +91,21 @@ def test_a_joint_far_off_its_path_is_taken_back_no_faster_than_it_can_brake():
     speed = -servo.velocities(np.array([off]))[0]
     assert speed**2 / (2 * BRAKING * effort / inertia) == pytest.approx(off)  # v^2 / 2a
     assert speed < off / (RETURN_S + STEP_S)  # without a limit it would pass its path, and turn back for ever
+
+
+@pytest.mark.parametrize("between", ["rates", "aim", "restore"])
+def test_a_rate_that_came_between_is_gone_with_the_next_target_at_rest(between: str) -> None:
+    servo, whole = servos(), slice(0, 1)
+    saved = servos()
+    saved.aim(0, JointAim(stiffness=1.0, position=0.1, velocity=0.3, firm=True))
+    servo.aim(0, JointAim(stiffness=1.0, position=0.1, firm=True))
+    servo.retarget(whole, JointTargets(("j",), [0.2], (), smooth=True))
+    if between == "rates":
+        servo.retarget(whole, JointTargets(("j",), [0.2], [0.3], smooth=False))
+    elif between == "aim":
+        servo.aim(0, JointAim(stiffness=1.0, position=0.2, velocity=0.3, firm=True))
+    else:
+        servo.restore(saved.save())
+    assert servo.paths["rate"][0] == 0.3
+    servo.retarget(whole, JointTargets(("j",), [0.4], (), smooth=True))
+    assert (servo.paths["rate"][0], servo.paths["smooth"][0]) == (0.0, 1)
