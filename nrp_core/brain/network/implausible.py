@@ -33,6 +33,8 @@ class Plausible(NamedTuple):
 
 
 _TIME: Final = Plausible(0.05, 10_000.0, "ms", "s", "us")
+_ENDLESS_MS: Final = 1e12
+"""A time constant from which a state is meant not to decay; no unit of time is so far from ms."""
 _SHORT_TIME: Final = Plausible(0.01, 1_000.0, "ms", "s", "us")
 _CELLS: Final = {
     "tau_m": _TIME,
@@ -115,7 +117,9 @@ def _of_cells(population: Population, step_ms: float | None) -> Iterator[str]:
     plausibles = _IZHIKEVICH if population.cell_type == "Izhikevich" else _CELLS
     for name, plausible in plausibles.items():
         if name in population.parameters:
-            yield from _outside(f"{name} of {owner}", population.parameters[name], plausible)
+            values = population.parameters[name]
+            decaying = values[values < _ENDLESS_MS] if plausible is _TIME else values
+            yield from _outside(f"{name} of {owner}", decaying, plausible)
     for name in _VOLTAGES:
         yield from _in_volts(f"{name} of {owner}", population.parameters.get(name, np.empty(0)))
     yield from _of_threshold(owner, population)
@@ -188,7 +192,7 @@ def _of_offset(owner: str, population: Population) -> Iterator[str]:
         return
     effects_mv = np.abs(cells["i_offset"]) * cells["tau_m"] / cells["cm"]
     distance_mv = float(np.abs(cells["v_thresh"] - cells["v_rest"]).min())
-    if effects_mv.max() < _NOTICED * distance_mv:
+    if np.isfinite(distance_mv) and effects_mv.max() < _NOTICED * distance_mv:
         size = f"{np.abs(cells['i_offset']).max():g} nA, which moves a cell by {effects_mv.max():.2g} mV"
         yield f"i_offset of {owner} is {size}; is it meant in uA?"
 
@@ -344,11 +348,12 @@ def _most_onto_a_cell(projection: Projection) -> int:
 
 
 def _leak_us(cells: Population) -> float | None:
-    """Return the smallest leak conductance of cells, uS (nF/ms); None if they have none."""
+    """Return the smallest leak conductance of cells that leak, uS (nF/ms); None if none does."""
     if not {"cm", "tau_m"} <= cells.parameters.keys() or cells.cell_type in _IN_MV:
         return None
-    leak = float((cells.parameters["cm"] / cells.parameters["tau_m"]).min())
-    return leak if leak > 0.0 else None  # equations may have any sign
+    leaks = cells.parameters["tau_m"] < _ENDLESS_MS
+    leak = float((cells.parameters["cm"] / cells.parameters["tau_m"])[leaks].min(initial=np.inf))
+    return leak if 0.0 < leak < np.inf else None  # equations may have any sign
 
 
 def _extremes(projection: Projection, name: str) -> FloatArray:

@@ -77,7 +77,9 @@ class Signals:
 
     def _sum(self, name: str, arriving: list[Signal]) -> Signal:
         if not arriving:
-            raise self._graph.error(name, "no edge leads to it")
+            kinds = {type(node).__name__ for node in self._graph.nodes.values()}
+            why = "" if "Input" in kinds else ", and the file has no node Input, where spikes would come in"
+            raise self._graph.error(name, f"no edge leads to it{why}")
         whole = arriving[0]
         for other in arriving[1:]:
             if prod(other.shape) != prod(whole.shape):
@@ -115,10 +117,15 @@ def _transformed(node: Any, signal: Signal) -> Signal:
 
 def _dense(node: Any, signal: Signal) -> Signal:
     weight = np.asarray(node.weight, dtype=float)
-    if weight.ndim != 2 or weight.shape[1] != prod(signal.shape):
+    *apart, n_out, n_in = weight.shape if weight.ndim > 1 else (0, 0)
+    if prod(apart) * n_in != prod(signal.shape):
         raise ValueError(f"its weights of shape {weight.shape} do not fit an input of shape {signal.shape}")
-    bias = np.ravel(getattr(node, "bias", 0.0)).astype(float)
-    return signal.through(sparse.csr_array(weight), (weight.shape[0],), bias)
+    shape = (*apart, n_out)
+    bias = np.broadcast_to(np.asarray(getattr(node, "bias", 0.0), dtype=float), shape).ravel()
+    matrix = sparse.block_diag(
+        [sparse.csr_array(one) for one in weight.reshape(-1, n_out, n_in)], format="csr"
+    )
+    return signal.through(matrix, shape, bias)
 
 
 def _scaled(node: Any, signal: Signal) -> Signal:
@@ -188,7 +195,7 @@ def _shape(graph: Graph, name: str, after: tuple[str, ...]) -> Shape | None:
     if kind == "Input":
         own = tuple(int(n) for n in np.ravel(node.input_type["input"]))
     elif kind in {"Affine", "Linear"}:
-        own = (int(np.shape(node.weight)[-2]),)
+        own = np.shape(node.weight)[:-1]
     elif kind in NEURONS:
         own = np.broadcast_shapes(*(np.shape(value) for value in parameters_of(node).values()))
     if own is not None and (kind not in NEURONS or (prod(own) > 1 and 1 not in own)):

@@ -98,7 +98,7 @@ class _Loader:
         self._shapes = emitting(graph, set(self._order))
         signals = Signals(graph, self._shapes)
         into = {name: signals.into(name) for name in self._order if name not in own}
-        self._signals, self._currents = currents(graph, self._shapes, into)
+        self._signals, self._currents = currents(graph, self._shapes, into, step.dt_s)
 
     def load(self) -> dict[str, Any]:
         """Build all populations and projections; return the populations by name."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.network.filters import driven
-from nrp_core.brain.nir.graded import Current
+from nrp_core.brain.nir.graded import Current, without_leak
 from nrp_core.brain.nir.linear import Shape, parameters_of
 
 Method = Literal["exact", "euler"]
@@ -28,7 +28,7 @@ _RELAYED: Final = 3e-9
 
 _driven = np.vectorize(driven)
 _BEHIND_A_CURRENT: Final = {"tau": "tau_mem", "threshold": "v_threshold"}
-"""Names of parameters of LIF, LI and Threshold as those of CubaLIF."""
+"""Names of parameters of the other nodes as those of CubaLIF."""
 
 
 @dataclass(frozen=True)
@@ -114,6 +114,7 @@ def cells_of(
     kind = type(node).__name__
     given = {name: np.broadcast_to(value, shape).ravel() for name, value in parameters_of(node).items()}
     if current is not None:
+        given = given if "tau" in given or "r" not in given else without_leak(given, step.dt_s)
         own = {"v_leak": np.zeros(len(bias))} | {_BEHIND_A_CURRENT.get(k, k): v for k, v in given.items()}
         own |= {"tau_syn": current.tau_s, "w_in": np.ones(len(bias))}
         return _current_based(own, current.bias, step, lag, bias)
@@ -160,7 +161,7 @@ def _delta(given: dict[str, FloatArray], bias: FloatArray, step: Step, lag: int)
 def _current_based(
     given: dict[str, FloatArray], bias: FloatArray, step: Step, lag: int, direct: FloatArray
 ) -> Cells:
-    """Return cells with a current that decays: CubaLIF, CubaLI, and others behind a node LI.
+    """Return cells with a current that decays: CubaLIF, CubaLI, and others behind an integrator.
 
     Args:
         given: the parameters of a CubaLIF; without ``tau_mem`` the voltage is the current.

@@ -181,9 +181,14 @@ def li(n: int) -> Any:
 
 WRONG = {
     "graded": (
-        {"i": nir.I(np.ones(1)), "w": nir.Linear(np.ones((1, 1))), "lif": lif(1)},
-        [("input", "i"), ("i", "w"), ("w", "lif"), ("lif", "output")],
-        r"node 'lif' \(LIF\): its input comes from 'i' \(I\), which does not spike; only a node LI may drive",
+        {"li": nir.CubaLI(*np.full((4, 1), 10 * DT)), "w": nir.Linear(np.ones((1, 1))), "lif": lif(1)},
+        [("input", "li"), ("li", "w"), ("w", "lif"), ("lif", "output")],
+        r"node 'lif' \(LIF\): its input comes from 'li' \(CubaLI\), which does not spike; only nodes LI",
+    ),
+    "current": (
+        {"li": li(1), "lif": nir.CubaLIF(*np.full((3, 1), 10 * DT), np.zeros(1), np.ones(1))},
+        [("input", "li"), ("li", "lif"), ("lif", "output")],
+        r"node 'lif' \(CubaLIF\): .* 'li' \(LI\), .* such a node may drive I, IF, LI, LIF, Threshold",
     ),
     "both": (
         {"li": li(1), "lif": lif(1)},
@@ -196,9 +201,14 @@ WRONG = {
         r"node 'lif' \(LIF\): .* and it is itself driven by a node that does not",
     ),
     "rest": (
-        {"li": nir.LI(np.ones(1), np.ones(1), np.ones(1)), "lif": lif(1)},
-        [("input", "li"), ("li", "lif"), ("lif", "output")],
-        r"node 'lif' \(LIF\): .* and its v_leak is not 0",
+        {"w": nir.Affine(np.ones((1, 1)), np.ones(1)), "i": nir.I(np.ones(1)), "lif": lif(1)},
+        [("input", "w"), ("w", "i"), ("i", "lif"), ("lif", "output")],
+        r"node 'lif' \(LIF\): .* 'i' \(I\), .* and its constant input lets it rise without end",
+    ),
+    "leaks": (
+        {"li": li(1), "i": nir.I(np.ones(1)), "lif": lif(1)},
+        [("input", "li"), ("input", "i"), ("li", "lif"), ("i", "lif"), ("lif", "output")],
+        r"node 'li' \(LI\): .* nodes LI with 0.001 s and from a node I, which does not leak",
     ),
     "times": (
         {

@@ -19,10 +19,14 @@ TAU_LI, R_LI = 5 * DT, np.array([4.0, 5.0, 6.0, 3.0])
 BIAS, DIRECT = np.array([0.1, -0.05, 0.0, 0.2]), np.array([0.02, 0.0, -0.1])
 
 
-def written(tmp_path: Path, last: Any, tau_li: Any = TAU_LI, out: Any = OUT) -> Path:
+def written(
+    tmp_path: Path, last: Any, tau_li: Any = TAU_LI, out: Any = OUT, rest: float = 0.0, first: Any = None
+) -> Path:
+    into = nir.Linear(IN) if first else nir.Affine(IN, BIAS)
     nodes = {
-        "input": nir.Input(np.array([2])), "w": nir.Affine(IN, BIAS),
-        "li": nir.LI(np.full(4, tau_li), R_LI, np.zeros(4)), "w2": nir.Affine(out, DIRECT), "last": last,
+        "input": nir.Input(np.array([2])), "w": into,
+        "li": first or nir.LI(np.full(4, tau_li), R_LI, np.full(4, rest)), "w2": nir.Affine(out, DIRECT),
+        "last": last,
         "output": nir.Output(np.array([3])),
     }  # fmt: skip
     graph = nir.NIRGraph(nodes, list(pairwise(nodes)), type_check=False)
@@ -132,3 +136,60 @@ def test_exact_currents_are_those_of_the_differential_equations(tmp_path: Path) 
     )
     constant = 2.0 * DIRECT * (1 - np.exp(-after / tau))
     assert reached == pytest.approx(pulse + rises + constant, abs=1e-6)
+
+
+@pytest.mark.parametrize("method", ["euler", "exact"])
+def test_what_an_integrator_rests_at_is_a_constant_input(tmp_path: Path, method: str) -> None:
+    inputs, full, found = noise(), np.ones(3), []
+    node = nir.LI(full * 10 * DT, full * 2.0, 0 * full)
+    for rest in (0.0, 0.25):
+        cells = run(written(tmp_path, node, rest=rest), inputs, method)
+        found.append((voltages(cells["li"]), voltages(cells["last"])))
+    steps = np.arange(1, STEPS + 1)[:, None]
+    kept = 1 - 0.1 if method == "euler" else np.exp(-0.1)
+    assert found[1][0] - found[0][0] == pytest.approx(np.full((STEPS, 4), 0.25), abs=1e-6)
+    expected = 2.0 * (OUT @ np.full(4, 0.25)) * (1 - kept**steps)
+    assert found[1][1] - found[0][1] == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("fires", [True, False])
+def test_cells_without_a_leak_integrate_a_current(tmp_path: Path, fires: bool) -> None:
+    inputs, rise = noise(), 0.5 if fires else 0.1
+    full = np.full(3, rise / DT)
+    last = nir.IF(full, np.ones(3), np.zeros(3)) if fires else nir.I(full)
+    cells = run(written(tmp_path, last), inputs, "euler")
+    v, spiked, reached = np.zeros(3), [], []
+    for graded in integrated(inputs):
+        v = v + rise * (OUT @ graded + DIRECT)
+        spiked.append((v > 1.0) & fires)
+        v = np.where(spiked[-1], 0.0, v)
+        reached.append(v)
+    assert np.array_equal(spikes(cells["last"]), spiked)
+    assert not fires or np.sum(spiked) > 20
+    assert voltages(cells["last"]) == pytest.approx(np.array(reached), abs=1e-6)
+
+
+def test_a_current_without_a_leak_integrates_and_rises_in_a_cell_as_its_equation(tmp_path: Path) -> None:
+    inputs = np.zeros((STEPS, 2), bool)
+    inputs[3, 0] = True
+    full = np.full(3, 3.0)
+    node = nir.I(full)
+    cells = run(written(tmp_path, node, first=nir.I(R_LI)), inputs, "exact")
+    since = np.maximum(np.arange(STEPS)[:, None] - 3, 0) * DT
+    kick = OUT @ (R_LI * DT * IN[:, 0])
+    constant = 3.0 * DIRECT * (np.arange(STEPS)[:, None] + 1) * DT
+    assert voltages(cells["last"]) == pytest.approx(3.0 * kick * since + constant, abs=1e-9)
+
+
+def test_a_layer_follows_a_current_without_a_leak(tmp_path: Path) -> None:
+    inputs = noise()
+    out = np.random.default_rng(4).uniform(-0.2, 0.25, (3, 4))
+    cells = run(written(tmp_path, lif(), out=out, first=nir.I(0.2 / DT * np.ones(4))), inputs, "euler")
+    v, graded, expected = np.zeros(3), np.zeros(4), []
+    for x in inputs:
+        graded = graded + 0.2 * (IN @ x)
+        v = v + 0.1 * (12.0 * (out @ graded + DIRECT) - v)
+        expected.append(v > 1.0)
+        v = np.where(v > 1.0, 0.0, v)
+    assert np.array_equal(spikes(cells["last"]), expected)
+    assert 20 < np.sum(expected) < np.size(expected) - 20

@@ -258,3 +258,26 @@ def test_another_reset_is_refused(tmp_path: Path) -> None:
     path = written(tmp_path, chain(lif(3)), CHAIN)
     with pytest.raises(NetworkError, match="reset is 'subtrct'; did you mean 'subtract'"):
         emitted(path, {}, reset="subtrct")
+
+
+@pytest.mark.parametrize(
+    "bias", [0.0, np.array([[0.1, 0.0, -0.05], [0.0, 0.2, 0.1]])], ids=["linear", "affine"]
+)
+def test_weights_of_three_dimensions_are_a_matrix_for_each_row_of_the_input(
+    tmp_path: Path, bias: Any
+) -> None:
+    weight = np.random.default_rng(4).uniform(-0.3, 0.9, (2, 3, 4))
+    map_ = nir.Affine(weight, bias) if np.ndim(bias) else nir.Linear(weight)
+    ends = {"input": nir.Input(np.array([2, 4])), "output": nir.Output(np.array([2, 3]))}
+    path = written(tmp_path, {**ends, "w": map_, "cells": lif(1)}, CHAIN)
+    inputs = noise(8)
+    found = emitted(path, {"input": inputs})["cells"]
+    expected = fired(np.einsum("boi,tbi->tbo", weight, inputs.reshape(STEPS, 2, 4)) + bias, 0.9, 1.0)
+    assert np.array_equal(found, expected.reshape(STEPS, 6))
+    assert expected.sum() > 20
+
+
+def test_a_graph_without_an_input_is_refused_by_what_lacks(tmp_path: Path) -> None:
+    path = written(tmp_path, {"w": nir.Linear(WEIGHT), "cells": lif(3)}, [("w", "cells")])
+    with pytest.raises(NetworkError, match=r"node 'w' \(Linear\): no edge leads to it, and .* no node Input"):
+        emitted(path, {})

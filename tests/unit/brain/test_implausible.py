@@ -88,6 +88,25 @@ def test_other_scales_of_the_voltage_and_high_thresholds_are_not_reported(
 
 
 @pytest.mark.parametrize(
+    ("parameters", "n_remarks"),
+    [
+        ({"tau_m": 1e15, "i_offset": 0.1}, 0),
+        ({"tau_m": 1e9, "i_offset": 0.1}, 2),
+        ({"tau_syn_E": 1e15}, 0),
+        ({"v_thresh": np.inf, "i_offset": 0.0002}, 0),
+    ],
+)
+def test_cells_without_a_leak_or_a_threshold_are_not_reported(
+    parameters: dict[str, float], n_remarks: int
+) -> None:
+    sim = builder()
+    inputs = sim.Population(1, sim.SpikeSourceArray(spike_times=[1.0]))
+    cells = sim.Population(1, sim.IF_curr_exp(**parameters), label="cells")
+    sim.Projection(inputs, cells, sim.AllToAllConnector(), sim.StaticSynapse(weight=0.5, delay=1.0))
+    assert len(implausible(sim.network())) == n_remarks
+
+
+@pytest.mark.parametrize(
     ("cell", "values", "words"),
     [
         (
