@@ -55,7 +55,7 @@ class Agent:
             )
         for name, given in (("reward", self.reward), ("terminate", self.terminate)):
             if given is not None and not _takes_two(given):
-                shown = f"one of {signature(given)}" if callable(given) else f"{given!r:.60}"
+                shown = f"one that takes {signature(given)}" if callable(given) else f"{given!r:.60}"
                 raise ExperimentError(f"{name} is a function of the run and the observation, not {shown}")
         if not isinstance(self.same_noise, bool):
             raise ExperimentError(f"same_noise is true or false, not {self.same_noise!r:.60}")

@@ -348,3 +348,11 @@ def test_a_setting_for_a_file_of_functions_alone_is_reported(husky: Path) -> Non
     said_of_it = [str(one) for one in validate_file(husky / "listing1.py", ["seed=3"])]
     assert any("'seed=3' has no effect on a file of functions alone" in one for one in said_of_it)
     assert not any("has no effect" in str(one) for one in validate_file(husky / "listing1.py"))
+
+
+def test_a_topic_of_two_parts_is_one_error_with_its_place(husky: Path) -> None:
+    path = husky / "husky.sdf"
+    path.write_text(path.read_text().replace("<odometryTopic>odom<", "<odometryTopic>cmd_vel<"))
+    (error,) = [one for one in validate_file(husky / "experiment.yaml") if one.level is Level.ERROR]
+    assert error.message.startswith("two parts of the scene have the topic '/husky/cmd_vel'")
+    assert (error.path, error.line) == (husky / "experiment.yaml", 19)

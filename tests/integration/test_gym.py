@@ -119,9 +119,9 @@ def test_bounds_come_from_the_messages_and_actions_move_the_robot() -> None:
 @pytest.mark.parametrize(
     ("given", "shown"),
     [
-        (lambda seen: 1.0, r"not one of \(seen\)"),
-        (lambda: 1.0, r"not one of \(\)"),
-        (lambda run, seen, gain: 1.0, r"not one of \(run, seen, gain\)"),
+        (lambda seen: 1.0, r"not one that takes \(seen\)"),
+        (lambda: 1.0, r"not one that takes \(\)"),
+        (lambda run, seen, gain: 1.0, r"not one that takes \(run, seen, gain\)"),
         (1.0, "not 1.0"),
         (lambda run, seen, gain=2.0: gain, ""),
         (lambda *given: 1.0, ""),

@@ -406,8 +406,12 @@ class Examination:
         own = self._own_topics()
         if self.scene is None or own is None:
             return
-        world = MockWorld(engine=MockEngine(self.scene, topics=own))
-        if declare_own(self._experiment, world, self.collector):
+        world: MockWorld | None = None
+        with self.collector.during(Code.NRP209, "world", "robots"):
+            world = MockWorld(engine=MockEngine(self.scene, topics=own))
+        if world is None:
+            self.scene = None  # no world can be made of it
+        elif declare_own(self._experiment, world, self.collector):
             Watch(self._experiment, world, self.collector)
             if self.network is not None:
                 before = len(self.collector.findings)
