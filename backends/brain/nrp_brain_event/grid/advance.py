@@ -10,9 +10,9 @@ from __future__ import annotations
 from typing import Final
 
 from nrp_brain_event.addresses import call
-from nrp_brain_event.grid.arrivals import arrange
 from nrp_brain_event.grid.delivery import send, send_all, store
 from nrp_brain_event.grid.equations.advance import update_blocks
+from nrp_brain_event.grid.inputs import arrange
 from nrp_brain_event.grid.readout import is_lost
 from nrp_brain_event.grid.records import (
     ADD_NOISE,

@@ -12,7 +12,6 @@ from nrp_brain_event.cell_types import TIME_CONSTANTS, diverged, require_variabl
 from nrp_brain_event.engine import doubled
 from nrp_brain_event.equations.synapses import keep_kernels
 from nrp_brain_event.grid.advance import set_currents
-from nrp_brain_event.grid.arrivals import fire, inject, waiting, with_waiting
 from nrp_brain_event.grid.equations.blocks import (
     begin_cell_streams,
     places_of,
@@ -21,6 +20,7 @@ from nrp_brain_event.grid.equations.blocks import (
     with_code,
 )
 from nrp_brain_event.grid.flight import hear_all, plastic_now, unfolded
+from nrp_brain_event.grid.inputs import fire, inject, waiting, with_waiting
 from nrp_brain_event.grid.live import change_cells, offsets_of
 from nrp_brain_event.grid.loader import build_grid, changing, labels_from
 from nrp_brain_event.grid.on_demand import with_kernels

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from nrp_brain_event.compiled_laws import released_share
-from nrp_brain_event.grid.arrivals import sort, waiting, with_waiting
-from nrp_brain_event.grid.arriving import transmitted
 from nrp_brain_event.grid.delivery import send_all
+from nrp_brain_event.grid.inputs import sort, waiting, with_waiting
 from nrp_brain_event.grid.loader import changing, enlarged
 from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, Grid, Input
+from nrp_brain_event.grid.synapses import transmitted
 from nrp_brain_event.plasticity import bring_up_to
 from nrp_brain_event.records import Array
 from nrp_brain_event.rules.weights import SIMULTANEOUS

@@ -9,8 +9,8 @@ import numpy as np
 
 from nrp_brain_event.cells import load_cells
 from nrp_brain_event.engine import chain_free, doubled
-from nrp_brain_event.grid.arrivals import no_inputs
 from nrp_brain_event.grid.equations.blocks import load_blocks
+from nrp_brain_event.grid.inputs import no_inputs
 from nrp_brain_event.grid.on_demand import codes_for
 from nrp_brain_event.grid.poisson import load_noise
 from nrp_brain_event.grid.probes import no_probes

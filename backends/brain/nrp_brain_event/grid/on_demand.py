@@ -12,14 +12,6 @@ from typing import Final
 import numpy as np
 
 from nrp_brain_event.addresses import address_of
-from nrp_brain_event.grid.arriving import (
-    deliver_every,
-    deliver_late,
-    deliver_plastic,
-    deliver_short_term,
-    deliver_static,
-    store_for_plastic,
-)
 from nrp_brain_event.grid.curved import set_curved_current, update_curved
 from nrp_brain_event.grid.noise import add_noise, hear_noise
 from nrp_brain_event.grid.probes import take_samples
@@ -37,6 +29,14 @@ from nrp_brain_event.grid.records import (
     TAKE_SAMPLES,
     UPDATE_CURVED,
     Grid,
+)
+from nrp_brain_event.grid.synapses import (
+    deliver_every,
+    deliver_late,
+    deliver_plastic,
+    deliver_short_term,
+    deliver_static,
+    store_for_plastic,
 )
 from nrp_brain_event.records import Array
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nrp_brain_event.grid.advance import run
-from nrp_brain_event.grid.arrivals import arrange
+from nrp_brain_event.grid.inputs import arrange
 from nrp_brain_event.grid.live import with_runs
 from nrp_brain_event.grid.loader import enlarged
 from nrp_brain_event.grid.records import Grid

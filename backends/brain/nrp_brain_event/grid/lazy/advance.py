@@ -8,13 +8,13 @@ from typing import Final
 from nrp_brain_event.addresses import call
 from nrp_brain_event.compiled_laws import released_share
 from nrp_brain_event.grid.advance import accept, emit
-from nrp_brain_event.grid.arrivals import arrange
-from nrp_brain_event.grid.arriving import transmitted
 from nrp_brain_event.grid.delivery import delivering
+from nrp_brain_event.grid.inputs import arrange
 from nrp_brain_event.grid.lazy.neuron import bring, may_fire, receive
 from nrp_brain_event.grid.lazy.records import Lazy
 from nrp_brain_event.grid.lazy.show import show
 from nrp_brain_event.grid.records import PLASTIC, TAKE_SAMPLES, Grid, GridClock, Table
+from nrp_brain_event.grid.synapses import transmitted
 from nrp_brain_event.handles import opened
 from nrp_brain_event.records import DIVERGED, DONE, FULL, Array
 from nrp_core._support.jit import borrowed, inlined, jit, prefetch

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from nrp_brain_event.grid.arrivals import arrange, no_inputs, sort
+from nrp_brain_event.grid.inputs import arrange, no_inputs, sort
 from nrp_brain_event.grid.records import GridClock, Input
 from nrp_brain_event.records import Array
 
