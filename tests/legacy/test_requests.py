@@ -12,7 +12,7 @@ from nrp_core.experiment.running.run import Run
 FUNCTIONS = """
 import decimal, fractions, rospy
 from gazebo_msgs.msg import ModelState
-from gazebo_msgs.srv import GetModelState, SetModelState
+from gazebo_msgs.srv import GetModelState, GetModelStateRequest, SetModelState
 from std_msgs.msg import Float64
 get_state = rospy.ServiceProxy("gazebo/get_model_state", GetModelState)
 set_state = rospy.ServiceProxy("gazebo/set_model_state", SetModelState)
@@ -25,7 +25,7 @@ def place(t, heard, seen):
     state = ModelState()
     state.model_name = "left_vr_screen"
     state.pose = get_state("left_vr_screen", "world").pose
-    state.scale = get_state("left_vr_screen", "world").scale
+    state.scale = get_state(GetModelStateRequest("left_vr_screen", "world")).scale
     state.pose.position.x = decimal.Decimal(205) / 100
     state.pose.position.y = np.float32(0.5)
     state.pose.position.z = np.array([0.25])

@@ -177,7 +177,8 @@ class Services:
         if name.rpartition("/")[2].startswith(_ACTING):
             self.has_refused(name, answer)
         if isinstance(answer, gazebo_srvs.GetModelStateResponse):
-            model = named.get("model_name", next(iter(values), ""))
+            first = next(iter(values), "")
+            model = named.get("model_name", getattr(first, "model_name", first))
             size = Vector3(*self._graph.scales.get(model, (1.0, 1.0, 1.0)))
             known_fields = {field.name: getattr(answer, field.name) for field in dataclasses.fields(answer)}
             return SizedModelState(**known_fields, scale=size)
