@@ -22,6 +22,8 @@ def then(state, next):
 with sm:
 """
 
+SPHERE = "<sphere><radius>0.1</radius></sphere>"
+
 Ran = Callable[..., Run]
 
 
@@ -87,7 +89,7 @@ def test_a_sphere_and_a_cylinder_have_a_radius_of_1_m_by_default(ran: Ran) -> No
     assert [one.radius for one in geometries] == [1.0, 1.0]  # type: ignore[union-attr]
 
 
-@pytest.mark.parametrize("geometry", ["<sphere><radius>0.1</radius></sphere>", "<geometry>{}</geometry>"])
+@pytest.mark.parametrize("geometry", [SPHERE, "<geometry>{}</geometry>"])
 def test_a_model_is_spawned_from_a_geometry_in_sdf(ran: Ran, geometry: str) -> None:
     text = geometry.format("<box><size>0.2 0.2 0.2</size></box>")
     run = ran(
@@ -108,6 +110,48 @@ def test_a_warning_is_shown_and_the_machine_goes_on(ran: Ran, caplog: pytest.Log
     run = ran("WarningState('the arm is too hot')", "SpawnSphere('s', gravity_factor=0)")
     assert ("WARNING", "the arm is too hot") in [(one.levelname, one.message) for one in caplog.records]
     assert "s" in [model.name for model in run.world.scene.models]
+
+
+def test_an_object_is_coloured_by_the_names_of_its_parts_in_the_library(ran: Ran) -> None:
+    """As the mouse of the platform's demonstration follows a sphere that turns red."""
+    run = ran(
+        "SpawnSphere(model_name='tracked', radius=0.05, position=Point(1, 1, 1), use_gravity=False)",
+        "SetMaterialColorServiceState('tracked', 'body', 'visual', 'Gazebo/RedGlow')",
+        "SpawnBox('box', size=Vector3(1, 1, 1), position=Point(2, 2, 2), use_gravity=False)",
+        f"ModelSpawnServiceState('odd', '{SPHERE}', Point(3, 3, 3), use_gravity=False)",
+        "SetMaterialColorServiceState('odd', 'body', 'visual', 'Gazebo/BlueGlow')",
+        "SpawnSphere('last', gravity_factor=0)",
+    )
+    names = [model.name for model in run.world.scene.models]
+    assert names[-4:] == ["tracked", "box", "odd", "last"]
+    assert [height(run, name) for name in names[-4:-1]] == [1.0, 2.0, 3.0]
+    assert Code.NRP280 not in [problem.code for problem in run.problems]
+
+
+def test_texts_that_a_machine_publishes_are_shown(folder: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """As machines did before the platform had a logger."""
+    machine = """
+import rospy
+from smach import StateMachine
+from smach.state import State
+from std_msgs.msg import String
+sm = StateMachine(outcomes=['DONE'])
+clientLogger = rospy.Publisher('/ros_cle_simulation/logs', String, latch=True, queue_size=10)
+class Talk(State):
+    def __init__(self, outcomes=['success']):
+        super(Talk, self).__init__(outcomes=outcomes)
+        clientLogger.publish('begins')
+    def execute(self, userdata):
+        clientLogger.publish('talks {}'.format(1))
+        return 'success'
+with sm:
+    StateMachine.add('talk', Talk(), {'success': 'DONE'})
+"""
+    (folder / "m.exd").write_text(machine)
+    with caplog.at_level("INFO"), Run(read_exc(folder / "x.exc")) as run:
+        run.run(0.2)
+        assert Code.NRP267 not in [problem.code for problem in run.problems]
+    assert [one.message for one in caplog.records if one.name == "nrp_legacy"] == ["begins", "talks 1"]
 
 
 WAITS = "    StateMachine.add('wait', states.ClockDelayState(0.3), {'valid': 'wait', 'invalid': 's0'})\n"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from types import ModuleType
+from typing import Any
 
 from nrp_core.world.messages.std_msgs import String
 from nrp_legacy.shims.graph import Graph, log
@@ -14,6 +15,14 @@ LOGS = "/ros_cle_simulation/logs"
 
 class ClientLoggerMessage(OpenMessage):
     """A text for the user, as ``message``."""
+
+
+def shown(topic: str, message: Any, graph: Graph) -> bool:
+    """Show a message of the topic of texts to the user; return whether nobody else listens to it."""
+    if topic != LOGS:
+        return False
+    log.info("%s", getattr(message, "data", getattr(message, "message", message)))
+    return LOGS not in graph.topics
 
 
 class ClientLogger:

@@ -11,6 +11,7 @@ from typing import Any
 from nrp_core.clock import NS_PER_S
 from nrp_core.findings import Code
 from nrp_legacy.shims.graph import Graph, absolute, log
+from nrp_legacy.shims.logs import shown
 from nrp_legacy.shims.message_numbers import with_numbers
 from nrp_legacy.shims.modules import OpenMessage, module
 from nrp_legacy.shims.services import Service, ServiceException, Services
@@ -38,7 +39,8 @@ class Publisher:
         """Publish a message, or one made of these fields."""
         is_message = len(values) == 1 and not fields and isinstance(values[0], self.type)
         message = values[0] if is_message else self.type(*values, **fields)
-        self._graph.publish(self.name, self.type, with_numbers(message))
+        if not shown(self.name, message, self._graph):
+            self._graph.publish(self.name, self.type, with_numbers(message))
 
     def get_num_connections(self) -> int:
         """Return 1, because the world is subscribed."""

@@ -28,6 +28,9 @@ from nrp_legacy.shims.smach import State
 _MOMENT = 0.01
 _SIZES = frozenset({"size", "radius", "length"})
 
+_LINK, _VISUAL = "body", "visual"
+"""The names of the parts of an object, by which machines change its look."""
+
 
 def spawn(
     shape: Callable[[Any], Geometry],
@@ -57,9 +60,11 @@ def spawn(
         gravity_factor: 0 for a static object.
         mass: kg.
         color: name of a material.
-        more: the size by its own name; ``kinematic``, which has no effect.
+        more: the size by its own name; ``use_gravity``, which ``gravity_factor`` followed;
+            ``kinematic``, which has no effect.
     """
     more.pop("kinematic", None)
+    gravity_factor = more.pop("use_gravity", gravity_factor)
     unknown = sorted(more.keys() - _SIZES) if size is None else list(more)
     if unknown:
         raise TypeError(f"a state that adds an object has no argument '{unknown[0]}'")
@@ -68,9 +73,9 @@ def spawn(
     geometry = shape(given)
     hits = collides if can_collide is None else bool(can_collide)
     link = Link(
-        "link",
+        _LINK,
         inertial=Inertial(mass, inertia=(_MOMENT * mass,) * 3 + (0.0,) * 3) if gravity_factor else None,
-        visuals=(Visual("visual", geometry, rgba=color_of(color)),),
+        visuals=(Visual(_VISUAL, geometry, rgba=color_of(color)),),
         collisions=(Collision("collision", geometry),) if hits else (),
     )
 
@@ -94,9 +99,10 @@ def spawn_model(
     """Return a state that adds a model: a text in SDF, or the geometry of its only link.
 
     A pose, or position and rotation, may follow. For a geometry there are also ``can_collide``,
-    ``gravity_factor``, ``mass`` and ``color``.
+    ``gravity_factor`` (or ``use_gravity``), ``mass`` and ``color``.
     """
     names = ("xml", "sdf", "model_sdf", "model_xml")
+    shape = {"gravity_factor": more.get("use_gravity", 1), **more}
     text = next((more[name] for name in names if name in more), geometry)
     named = [more.get("initial_pose", more.get("pose", more.get("position"))), more.get("rotation")]
     position, rotation = (*places, *named, None, None)[:2] if places else named
@@ -104,7 +110,7 @@ def spawn_model(
 
     def change(userdata: Any) -> None:
         name, pose = name_of(userdata), posed(position_of(userdata), rotation)
-        xml = text if "<model" in text else _around(text, name, **more)
+        xml = text if "<model" in text else _around(text, name, **shape)
         answer = services.call("/gazebo/spawn_sdf_entity", name, xml, "", pose, "")
         if not answer.success:
             raise ServiceException(answer.status_message)
@@ -129,9 +135,9 @@ def _around(
     collision = f'<collision name="collision">{shape}</collision>' if can_collide else ""
     return (
         f'<sdf version="1.6"><model name="{name}"><static>{int(not gravity_factor)}</static>'
-        f'<link name="link">'
+        f'<link name="{_LINK}">'
         f"<inertial><mass>{float(mass)}</mass><inertia>{inertia}</inertia></inertial>{collision}"
-        f'<visual name="visual">{shape}<material><script><name>{color}</name></script></material></visual>'
+        f'<visual name="{_VISUAL}">{shape}<material><script><name>{color}</name></script></material></visual>'
         "</link></model></sdf>"
     )
 
