@@ -202,6 +202,9 @@ def test_what_a_body_takes_from_elsewhere_is_reported(husky: Path, body: str, wo
         "try:\n        print(1 / t)\n    except Exception as error:\n        print(error)",
         "red.rate = 100.0 * (t > 1)",
         "red.rate = 100.0 if t > 1 else 0.0",
+        "x = 0\n    for i in range(5):\n        x = x + i\n    print(x)",
+        "x = [t] * 5\n    for i in range(5):\n        x[i] = t + i\n    print(x)",
+        "x = 0\n    for i in range(5):\n        x = i\n        if i > t:\n            break\n    print(x)",
         "import numpy as np; red.rate = 100.0 * (np.array([t, 1.0])[:1].min() > 0.5)",
         "red = None if t > 1 else red\n    if red is None:\n        return",
         f"if t > 1:\n        {SEND}\n        return\n    {SEND}",
@@ -228,6 +231,10 @@ def test_what_stays_in_the_body_is_not_reported(husky: Path, body: str) -> None:
         (
             {"body": f"if topic is None:\n        {SEND}"},
             "'topic is None' is never true: 'topic' is a published",
+        ),
+        (
+            {"body": "for i in range(5):\n        x = [t, 1, 2, 3, 4][i]\n    print(x)"},
+            "each pass of the loop replaces 'x': only the last value is kept [NRP320]",
         ),
         ({"body": "red.rate = True"}, "'rate' is in Hz and is set to true or false, which is 1 or 0 Hz"),
         ({"neurons": "[[0, 0]]"}, "'red' drives the same neuron 2 times: brain.sensors[[0, 0]] [NRP211]"),

@@ -110,6 +110,16 @@ def test_a_robot_inside_a_wall_is_reported_with_both_shapes_and_the_depth(experi
     assert "is 0.10 m deep in 'room/body/post'" in problem.message  # half of its thickness
 
 
+@pytest.mark.parametrize(("x", "expected"), [(0, [Code.NRP291]), (0.5, [Code.NRP291]), (1.2, [])])
+def test_a_robot_inside_a_loose_thing_is_reported(experiment: Path, x: float, expected: list[Code]) -> None:
+    """The crate is 1 m wide; the Husky is 1 m long and turned about."""
+    crate = f"""<model name="crate"><pose>{x} 0 0.5 0 0 0</pose><link name="l"><collision name="c">
+    <geometry><box><size>1 1 1</size></box></geometry></collision></link></model></world>"""
+    path = experiment.parent / "room.sdf"
+    path.write_text(path.read_text().replace("</world>", crate))
+    assert codes(experiment) == expected
+
+
 @pytest.mark.parametrize(
     ("x", "z", "expected"), [(-2, 1.3, []), (2, 0.5, []), (-2, 0.5, [Code.NRP291]), (2, -0.4, [Code.NRP291])]
 )

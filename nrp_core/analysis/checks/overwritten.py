@@ -66,6 +66,22 @@ def last_times_are_set_last(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP320)
+def loops_keep_more_than_the_last_value(function: Examined) -> Iterator[Finding]:
+    """Look for loops over numbers that only set a name to one item after the other."""
+    for loop in function.declared.own:
+        match loop:
+            case ast.For(ast.Name(index), ast.Call(ast.Name("range")), [ast.Assign([ast.Name(kept)], value)]):
+                read = {one.id for one in ast.walk(value) if isinstance(one, ast.Name)}
+                if (
+                    index in read
+                    and kept not in read
+                    and not any(isinstance(one, ast.Call) for one in ast.walk(value))
+                ):
+                    message = f"each pass of the loop replaces '{kept}': only the last value is kept"
+                    yield function.declared.finding(Code.NRP320, loop, message, Level.WARNING)
+
+
+@checks_function(Code.NRP320)
 def sides_have_their_own_values(function: Examined) -> Iterator[Finding]:
     """Look for sources of the left and right side that are set to the same part of something, in one go."""
     for (one, value), (other, same) in _pairs(function):

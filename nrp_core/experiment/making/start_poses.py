@@ -35,7 +35,9 @@ def wrong_starts(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str, Cod
         scene: the scene with the robots at their start poses.
         robots: names of the robots.
     """
-    room, names = room_of(scene), set(robots)
+    names = set(robots)
+    loose = (model for model in scene.models if not model.static and model.name not in names)
+    room = [*room_of(scene), *(solid for model in loose for solid in solids_of(model))]
     yield from _inside_each_other([model for model in scene.models if model.name in names])
     for model in scene.models:
         if model.name not in names or not can_fall(model, scene):

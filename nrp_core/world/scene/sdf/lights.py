@@ -34,6 +34,8 @@ def read_light(element: Element, name: str, pose: Pose, reading: Reading) -> Lig
         )
         reading.notes.warn(element, Code.NRP264, message, subject=name)
     strength = element.number("intensity", 1.0) if element.flag("light_on", True) else 0.0
+    if strength < 0:
+        raise element.require("intensity").error(f"the <intensity> of a light must not be {strength:g}")
     return Light(
         name,
         kind,

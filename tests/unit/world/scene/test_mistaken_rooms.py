@@ -48,6 +48,12 @@ def test_a_light_that_contradicts_itself_is_reported(
     assert [words in one for one in said] == [True] * bool(words)
 
 
+def test_a_light_that_darkens_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="the <intensity> of a light must not be -1"):
+        _warnings(tmp_path, light="<intensity>-1</intensity>")
+    assert _warnings(tmp_path, light="<intensity>0</intensity>") == []
+
+
 @pytest.mark.parametrize(
     ("earth", "words"),
     [
