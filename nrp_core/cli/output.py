@@ -30,3 +30,8 @@ def document(data: Any) -> None:
     json.dump(to_jsonable(data), stream, indent=2, allow_nan=False, ensure_ascii=False)
     stream.write("\n")
     stream.flush()
+
+
+def size_text(n_bytes: int) -> str:
+    """Return the size of files in kB or MB."""
+    return f"{n_bytes / 1e6:.1f} MB" if n_bytes >= 1e6 else f"{n_bytes / 1e3:.1f} kB"

@@ -52,6 +52,21 @@ def test_a_full_disk_ends_the_run_and_every_step_up_to_there_is_recorded(disk: P
         assert again.verify().identical
 
 
+def test_a_recording_is_complete_on_a_disk_that_was_nearly_full_at_its_start(disk: Path) -> None:
+    (disk / "ballast").write_bytes(bytes(SIZE - 300_000))
+    folder = disk / "run"
+    command = [
+        sys.executable, "-m", "nrp_core", "run", "braitenberg_husky", "--until", "60s",
+        "--record", str(folder), "--images", "off", "--json",
+    ]  # fmt: skip
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 1
+    assert json.loads(done.stdout)["error"]["message"].endswith("No space left on device")
+    recording = Recording(folder)
+    assert json.loads((folder / "run.json").read_text())["state"] == "failed"
+    assert recording.check().intact
+
+
 def test_a_recording_that_cannot_be_completed_makes_a_run_that_failed(disk: Path, tmp_path: Path) -> None:
     (tmp_path / "talk.py").write_text(
         "@nrp.MapCSVRecorder('rows', filename='rows.csv', headers=['text'])\n@nrp.Robot2Neuron()\n"

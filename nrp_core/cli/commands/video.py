@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from nrp_core.cli.failure import complain
-from nrp_core.cli.options import Json, usage_errors
+from nrp_core.cli.options import Json, beginning_with, usage_errors
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
     from nrp_core.recording.video import Vector
 
-_VIEWS = "follow|above|free"
+VIEWS = ("follow", "above", "free")
 _SIZE = "640x480"
 
 
@@ -27,7 +27,14 @@ def video(
     camera: Annotated[
         str | None, typer.Option(metavar="NAME", help="Show the images of this camera, or topic.")
     ] = None,
-    view: Annotated[str, typer.Option(metavar=_VIEWS, help="The viewpoint of the drawn scene.")] = "follow",
+    view: Annotated[
+        str,
+        typer.Option(
+            metavar="|".join(VIEWS),
+            help="The viewpoint of the drawn scene.",
+            autocompletion=beginning_with(lambda: VIEWS),
+        ),
+    ] = "follow",
     robot: Annotated[str | None, typer.Option(metavar="NAME", help="The robot to follow.")] = None,
     eye: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Position of the free view, m.")] = None,
     target: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Target of the free view, m.")] = None,

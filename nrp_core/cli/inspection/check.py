@@ -9,7 +9,7 @@ import typer
 
 from nrp_core._support.jsonable import to_jsonable
 from nrp_core.cli.failure import NO, complain
-from nrp_core.cli.output import document
+from nrp_core.cli.output import document, size_text
 from nrp_core.recording.reading.check import Check
 from nrp_core.recording.reading.recording import Recording
 
@@ -33,7 +33,7 @@ def _data(check: Check) -> dict[str, Any]:
 
 
 def _verdict(path: Path, check: Check) -> str:
-    files = f"{check.files} files of {check.size / 1e6:.1f} MB match their digests"
+    files = f"{check.files} files of {size_text(check.size)} match their digests"
     if check.flaws:
         return f"{path}: {typer.style('not intact', fg='red', bold=True)}"
     if check.intact:

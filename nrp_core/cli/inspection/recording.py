@@ -10,7 +10,7 @@ from typing import Any
 import typer
 
 from nrp_core.cli.failure import complain
-from nrp_core.cli.output import document
+from nrp_core.cli.output import document, size_text
 from nrp_core.cli.summary import print_problems, styled_headline
 from nrp_core.clock import seconds
 from nrp_core.experiment.running.judgement import recorded_judgement
@@ -122,7 +122,7 @@ def _lines(data: dict[str, Any]) -> Iterator[str]:
     sides = " and ".join(filter(None, (data["brain"], data["world"])))
     name = typer.style(str(data["experiment"] or data["recording"].name), bold=True)
     yield f"{name}: {sides}, seed {data['seed']}" if sides else name
-    size = f"{data['bytes'] / 1e6:.1f} MB"
+    size = size_text(data["bytes"])
     yield f"  {data['begin_s']:g} s to {data['end_s']:g} s, {data['steps']} steps, {size}"
     for side, parameters in data["parameters"].items():
         for name, one in parameters.items():

@@ -12,6 +12,9 @@ from nrp_core._support.closing import Closing
 RESERVE_BYTES = 1 << 20
 """Disk space that is reserved for the end of a file, bytes."""
 
+LEAST_RESERVE_BYTES = 1 << 16
+"""The same on a disk that is nearly full: enough for the index and ``run.json`` of a short run, bytes."""
+
 
 class GrowingFile(Closing):
     """Writes a file; each piece is written completely or not at all.
@@ -92,15 +95,19 @@ class GrowingFile(Closing):
 
 
 def _reserved(folder: Path) -> IO[bytes] | None:
-    """Reserve disk space in a folder; return None if there is not even enough for the reserve."""
+    """Reserve disk space in a folder: less on a disk that is nearly full, and None on a full one."""
     try:
         reserve = TemporaryFile(dir=folder, buffering=0)  # noqa: SIM115  closed with the file
     except OSError:
         return None
-    try:
-        if reserve.write(bytes(RESERVE_BYTES)) == RESERVE_BYTES:
-            return reserve
-    except OSError:
-        pass
+    size = RESERVE_BYTES
+    while size >= LEAST_RESERVE_BYTES:
+        try:
+            if reserve.seek(0) == 0 and reserve.write(bytes(size)) == size:
+                return reserve
+        except OSError:
+            pass
+        reserve.truncate(0)
+        size //= 2
     reserve.close()
     return None

@@ -9,11 +9,13 @@ import pytest
 
 from nrp_core.cli.commands.export import FORMATS
 from nrp_core.cli.commands.plot import FIGURES, PANELS
+from nrp_core.cli.commands.video import VIEWS
 from nrp_core.experiment.reading.find import shipped
 from nrp_core.findings import Code
 from nrp_core.recording.export import Format
 from nrp_core.recording.figures import What
 from nrp_core.recording.figures.options import Panel
+from nrp_core.recording.video import View
 
 
 def completed(*words: str) -> list[str]:
@@ -39,6 +41,7 @@ def completed(*words: str) -> list[str]:
         (("plot", "somewhere", "ra"), {"raster"}),
         (("plot", "somewhere", "--panels", "map,sp"), {"map,spikes"}),
         (("export", "somewhere", "--format", "n"), {"nwb"}),
+        (("video", "somewhere", "--view", "f"), {"follow", "free"}),
     ],
 )
 def test_a_shell_completes(words: tuple[str, ...], proposals: set[str]) -> None:
@@ -49,6 +52,7 @@ def test_completion_offers_exactly_the_valid_values() -> None:
     assert set(FORMATS) == {str(one) for one in Format}
     assert set(FIGURES) == {str(one) for one in What}
     assert set(PANELS) == {str(one) for one in Panel}
+    assert set(VIEWS) == {str(one) for one in View}
     assert len(Code) > 80
 
 

@@ -235,7 +235,8 @@ def test_inspect_lists_the_contents_of_a_recording(nrp: Nrp, recorded: Path) -> 
     done = nrp("inspect", recorded)
     assert done.code == 0
     assert done.out.startswith("drive_to_the_wall: counting and disc, seed 7\n")
-    assert "\n  0 s to 1 s, 50 steps, " in done.out
+    size_kb = (recorded / MCAP_NAME).stat().st_size / 1000
+    assert f"\n  0 s to 1 s, 50 steps, {size_kb:.1f} kB\n" in done.out
     assert "/husky/cmd_vel" in done.out
     assert done.out.splitlines()[-1].endswith("(criteria judged up to 1 s of 3 s: 2 open)")
     bare = nrp("inspect", recorded / MCAP_NAME, "--json")
