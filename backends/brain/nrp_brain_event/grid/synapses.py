@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from nrp_brain_event.compiled_laws import released_share
-from nrp_brain_event.grid.delivery import delivering
+from nrp_brain_event.grid.delivery import Arrive, delivering
 from nrp_brain_event.grid.records import PLASTIC, Grid, GridClock, Segment, Table
 from nrp_brain_event.handles import opened
 from nrp_brain_event.plasticity import store_spike, transmit
 from nrp_brain_event.records import Array
 from nrp_core._support.jit import inlined
+
+Dynamic = Callable[[Grid, Array, Segment, Table, float], None]
+"""Delivers a segment of synapses whose weight changes, at a time (ms)."""
 
 
 def deliver_static(places: Array, step: int) -> int:
@@ -66,42 +71,18 @@ def transmitted(grid: Grid, row: int, arrival: float) -> float:
     return transmit(synapse, grid.rules[synapse.rule], memory, grid.stored, arrival)
 
 
-@inlined
-def _arrive_static(_clock: GridClock, grid: Grid, lines: Array, segment: int, _step: int) -> None:
-    passed = grid.segments[segment]
-    _add(grid, lines, passed, grid.tables[passed.table])
+def _arriving(dynamic: Dynamic) -> Arrive:
+    """Return the function that delivers a segment of static synapses, or of others by ``dynamic``."""
 
+    def arrive(clock: GridClock, grid: Grid, lines: Array, segment: int, step: int) -> None:
+        passed = grid.segments[segment]
+        table = grid.tables[passed.table]
+        if table.dynamic:
+            dynamic(grid, lines, passed, table, step * clock.h)
+        else:
+            _add(grid, lines, passed, table)
 
-@inlined
-def _arrive_short_term(clock: GridClock, grid: Grid, lines: Array, segment: int, step: int) -> None:
-    passed = grid.segments[segment]
-    table = grid.tables[passed.table]
-    if table.dynamic:
-        _release(grid, lines, passed, table, step * clock.h)
-    else:
-        _add(grid, lines, passed, table)
-
-
-@inlined
-def _arrive_plastic(clock: GridClock, grid: Grid, lines: Array, segment: int, step: int) -> None:
-    passed = grid.segments[segment]
-    table = grid.tables[passed.table]
-    if table.dynamic:
-        _transmit(grid, lines, passed, table, step * clock.h)
-    else:
-        _add(grid, lines, passed, table)
-
-
-@inlined
-def _arrive_at_any(clock: GridClock, grid: Grid, lines: Array, segment: int, step: int) -> None:
-    passed = grid.segments[segment]
-    table = grid.tables[passed.table]
-    if table.dynamic == PLASTIC:
-        _transmit(grid, lines, passed, table, step * clock.h)
-    elif table.dynamic:
-        _release(grid, lines, passed, table, step * clock.h)
-    else:
-        _add(grid, lines, passed, table)
+    return inlined(arrive)
 
 
 @inlined
@@ -141,5 +122,21 @@ def _release(grid: Grid, lines: Array, passed: Segment, table: Table, t: float) 
         onto[grid.targets[k]] += grid.weights[k + table.weights] * share
 
 
-_deliver_static, _deliver_short_term = delivering(_arrive_static), delivering(_arrive_short_term)
-_deliver_plastic, _deliver_every = delivering(_arrive_plastic), delivering(_arrive_at_any)
+@inlined
+def _release_or_transmit(grid: Grid, lines: Array, passed: Segment, table: Table, t: float) -> None:
+    if table.dynamic == PLASTIC:
+        _transmit(grid, lines, passed, table, t)
+    else:
+        _release(grid, lines, passed, table, t)
+
+
+@inlined
+def _none(_grid: Grid, _lines: Array, _passed: Segment, _table: Table, _t: float) -> None:
+    pass
+
+
+_deliver_static, _deliver_short_term = delivering(_arriving(_none)), delivering(_arriving(_release))
+_deliver_plastic, _deliver_every = (
+    delivering(_arriving(_transmit)),
+    delivering(_arriving(_release_or_transmit)),
+)
