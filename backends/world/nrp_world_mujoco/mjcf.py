@@ -32,6 +32,7 @@ from nrp_world_mujoco.actuators import actuators_of
 from nrp_world_mujoco.file_meshes import files_of
 from nrp_world_mujoco.library import compiled, mujoco
 from nrp_world_mujoco.mjcf_images import Images
+from nrp_world_mujoco.mjcf_missing import replace_missing
 from nrp_world_mujoco.mjcf_native import Names, NativeElements
 from nrp_world_mujoco.mjcf_slips import warn_of_slips
 
@@ -59,8 +60,10 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
     Raises:
         SceneError: MuJoCo cannot read the file.
     """
+    warnings = Findings()
     try:
         spec = mujoco.MjSpec.from_file(str(path))
+        replace_missing(spec, path, warnings)
         model = compiled(spec)
     except (ValueError, OSError) as error:
         raise SceneError(f"MuJoCo cannot read this: {' '.join(str(error).split())}", path=path) from None
@@ -76,7 +79,6 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
     balls = model.jnt_type == mujoco.mjtJoint.mjJNT_BALL
     if limited := int((balls & (model.jnt_limited != 0)).sum()):
         left_out.append(f"the limits of {limited} ball joints")
-    warnings = Findings()
     root = read_xml(path)
     warn_of_slips(root, model, warnings)
     if model.nkey:

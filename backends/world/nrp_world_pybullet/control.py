@@ -183,7 +183,7 @@ class Control:
         """Return the number of iterations for the motors of a multi-body, at its positions now."""
         places = self._built.joints[model.name].values()
         links = sorted({place.link for place in places if place.multibody == multibody})
-        states = bullet.getJointStates(multibody, links, physicsClientId=self._client)
+        states = bullet.getJointStates(multibody, links, self._client)
         inertia = Inertia(self._built.bodies[model.name], multibody, self._client)
         return iterations_for(inertia.now(np.array([state[0] for state in states])))
 

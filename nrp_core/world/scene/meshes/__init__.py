@@ -33,7 +33,8 @@ SETTLED_NS = 2_000_000_000
 
 _VERSION = 2  # of the cache; increased with each change of a conversion
 _LISTING = "pieces.json"
-_LFS = b"version https://git-lfs"
+LFS = b"version https://git-lfs"
+"""How a pointer of Git LFS begins, which is in the place of a file that was not fetched."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +146,7 @@ def _contents(path: Path) -> tuple[bytes, os.stat_result]:
         data = path.read_bytes()
     except OSError as error:
         raise SceneError(f"cannot be read: {error.strerror}", path=path) from error
-    if data.startswith(_LFS):
+    if data.startswith(LFS):
         raise SceneError("is a Git LFS pointer: fetch the file itself with `git lfs pull`", path=path)
     return data, facts
 

@@ -1,0 +1,61 @@
+"""An MJCF robot whose meshes or images are not there opens with simple ones, as one in URDF does."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nrp_core.errors import SceneError
+from nrp_core.findings import Code
+from nrp_core.world.backends import worlds
+from nrp_core.world.scene.meshes.stl import write_stl
+from nrp_core.world.scene.sdf import read_scene
+
+pytest.importorskip("nrp_world_mujoco")
+
+ROBOT = """<mujoco><compiler meshdir="assets" texturedir="images"/>
+<asset><mesh name="shell" file="shell.stl" scale="0.001 0.001 0.001"/>
+<texture name="paint" type="2d" file="paint.png"/><material name="painted" texture="paint"/></asset>
+<worldbody><body name="robot"><freejoint/><inertial pos="0 0 0" mass="2" diaginertia="0.1 0.1 0.1"/>
+<geom type="mesh" mesh="shell" material="painted"/></body></worldbody></mujoco>"""
+
+
+def told(folder: Path, engine: str = "mujoco") -> list[tuple[Code, str]]:
+    (folder / "robot.xml").write_text(ROBOT)
+    scene, backend = read_scene(folder / "robot.xml"), worlds().load(engine)
+    with backend.open(scene, seed=1, options=backend.options()) as world:
+        world.run_until(20_000_000)
+    (robot,) = scene.models
+    assert robot.links[0].inertial is not None
+    assert robot.links[0].inertial.mass == 2.0
+    return [(each.code, str(each.subject)) for each in scene.warnings if "is not there" in each.message]
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
+def test_missing_files_are_replaced_and_reported(tmp_path: Path, engine: str) -> None:
+    pytest.importorskip(engine)
+    assert told(tmp_path, engine) == [(Code.NRP258, "shell.stl"), (Code.NRP259, "paint.png")]
+
+
+def test_files_that_are_there_are_used(tmp_path: Path) -> None:
+    (tmp_path / "assets").mkdir()
+    corners = [[[0, 0, 0], [90, 0, 0], [0, 90, 0]], [[0, 0, 0], [0, 90, 0], [0, 0, 90]],
+               [[0, 0, 0], [0, 0, 90], [90, 0, 0]], [[90, 0, 0], [0, 0, 90], [0, 90, 0]]]  # fmt: skip
+    write_stl(tmp_path / "assets" / "shell.stl", np.array(corners, float))
+    assert told(tmp_path) == [(Code.NRP259, "paint.png")]
+
+
+def test_a_pointer_of_git_lfs_is_no_mesh_either(tmp_path: Path) -> None:
+    (tmp_path / "assets").mkdir()
+    (tmp_path / "assets" / "shell.stl").write_text("version https://git-lfs.github.com/spec/v1\noid x\n")
+    (tmp_path / "robot.xml").write_text(ROBOT)
+    assert "the mesh 'shell.stl' is a Git LFS pointer" in str(read_scene(tmp_path / "robot.xml").warnings[0])
+
+
+def test_a_file_that_is_no_mesh_is_still_an_error(tmp_path: Path) -> None:
+    (tmp_path / "assets").mkdir()
+    (tmp_path / "assets" / "shell.stl").write_text("nothing")
+    with pytest.raises(SceneError, match="MuJoCo cannot read this"):
+        told(tmp_path)
