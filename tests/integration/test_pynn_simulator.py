@@ -358,6 +358,16 @@ def test_data_that_were_asked_for_as_a_file_are_written_at_the_end(sim: ModuleTy
     assert segment.analogsignals[0].shape == (101, 1)
 
 
+def test_the_old_names_of_record_write_no_file(sim: ModuleType) -> None:
+    cells = driven(sim)
+    with pytest.warns(DeprecationWarning, match="record"):
+        cells.record_v()
+    sim.Assembly(cells).record_v()
+    sim.run(10.0)
+    sim.end()
+    assert cells.get_data().segments[0].filter(name="v")[0].shape == (101, 1)
+
+
 def test_a_segment_without_signals_says_what_was_recorded(sim: ModuleType) -> None:
     cells = driven(sim)
     sim.run(1.0)

@@ -233,6 +233,23 @@ def test_other_modules_of_it_are_refused_by_name(tmp_path: Path, module: str, re
     assert reason in str(error)
 
 
+def test_cells_that_the_simulator_has_are_found_in_modules_of_models(tmp_path: Path) -> None:
+    models = "spynnaker.pyNN.models"
+    script = run(
+        tmp_path,
+        f"{HEAD}from {models}.utility_models.spike_injector import SpikeInjector\n"
+        f"from {models}.spike_source.spike_source_array import SpikeSourceArray\n"
+        f"from {models}.populations import PopulationView\n"
+        "from spynnaker.pyNN.utilities.utility_calls import get_n_bits\n"
+        "p.set_number_of_neurons_per_core(SpikeInjector, (4, 4))\n"
+        "same = SpikeInjector is p.external_devices.SpikeInjector, SpikeSourceArray is p.SpikeSourceArray\n"
+        "bits = [get_n_bits(n) for n in (0, 1, 2, 3, 4, 5, 256, 257)]\n",
+    )
+    assert script.same == (True, True)
+    assert script.PopulationView is script.p.PopulationView
+    assert script.bits == [0, 1, 1, 2, 2, 3, 8, 9]
+
+
 def test_a_file_of_a_script_may_have_the_name_of_a_tool(tmp_path: Path) -> None:
     (tmp_path / "pacman.py").write_text("ghosts = 4\n")
     assert run(tmp_path, f"{HEAD}from pacman import ghosts\n").ghosts == 4

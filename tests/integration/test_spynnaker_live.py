@@ -180,6 +180,44 @@ def test_a_network_runs_beside_its_script_until_it_is_stopped(tmp_path: Path) ->
     assert script.n == pytest.approx(script.t / 28.5, abs=2.5)  # 20 ms ln(20 / 5) and the refractory step
 
 
+@pytest.mark.parametrize(
+    "last", ["p.external_devices.request_stop()\nthread.join()", "p.end()\nthread.join()"]
+)
+def test_a_thread_of_the_script_that_runs_forever_waits_for_the_end(tmp_path: Path, last: str) -> None:
+    script = run(
+        tmp_path,
+        HEAD
+        + f"""
+from threading import Thread
+from time import sleep
+times, ended = [], []
+sent = False
+def work(label, sender):
+    global sent
+    for _ in range(3):
+        sleep(0.01)
+        sender.send_spike(label, 0)
+    sleep(0.01)
+    sent = True
+def wait():
+    p.external_devices.run_forever()
+    ended.append(sent)
+injector = p.Population(1, p.external_devices.SpikeInjector(), label="in")
+p.external_devices.activate_live_output_for(injector)
+connection = p.external_devices.SpynnakerLiveSpikesConnection(send_labels=["in"], receive_labels=["in"])
+connection.add_start_callback("in", work)
+connection.add_receive_callback("in", lambda label, time, ids: times.append(time))
+thread = Thread(target=wait)
+thread.start()
+while not sent and not ended:
+    sleep(0.01)
+{last}
+""",
+    )
+    assert script.ended == [True]
+    assert len(script.times) == 3
+
+
 @pytest.mark.parametrize("stop", ["p.external_devices.request_stop()", "stop()"])
 def test_a_run_that_a_callback_stops_returns_when_it_is_stopped(tmp_path: Path, stop: str) -> None:
     script = run(

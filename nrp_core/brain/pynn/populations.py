@@ -164,6 +164,7 @@ class _Cells(common.BasePopulation):
         require_kind(owner, "list of variables", names, Iterable, "names such as 'spikes' and 'v'")
         require_existing(self._owner().label, self, self._owner()._simulator.state)
         file = arguments[0] if arguments else options.get("to_file")
+        file = None if file is True else file  # from PyNN's record_v(), which writes none
         require_kind(owner, "file (to_file)", file, (str, BaseIO, type(None)), "a name such as 'data.pkl'")
         if isinstance(file, str) and Path(file).suffix not in WRITTEN:  # or the data would be lost at the end
             hint = did_you_mean(Path(file).suffix, WRITTEN)

@@ -80,7 +80,7 @@ class LiveState(RunningState):
         self._ports: dict[str, ListenerPort] = {}
         self._forever: Thread | None = None
         self._stop = Event()
-        self._waiting = False
+        self._waiting, self._script = False, current_thread()
         self._failure: BaseException | None = None
         self._first = True
         self._fed = set[str]()
@@ -102,7 +102,10 @@ class LiveState(RunningState):
             self._end()
 
     def run_forever(self) -> None:
-        """Run in real time in a thread of its own until :meth:`stop`; return when it has begun, or ended."""
+        """Run in real time in a thread of its own until :meth:`stop`; return when it has begun, or ended.
+
+        A thread that the script started for this run waits for its end.
+        """
         if self._forever is not None:
             raise LifecycleError("run_forever: the network runs already")
         self._stop.clear()
@@ -111,7 +114,7 @@ class LiveState(RunningState):
             self._step_until(self.t + self.dt)
         self._forever = Thread(target=self._run_in_real_time, name="run_forever", daemon=True)
         self._forever.start()
-        if self._waits:
+        if self._waits or current_thread() is not self._script:
             self._waiting = True
             self._forever.join()
             self._waiting = False
@@ -120,8 +123,11 @@ class LiveState(RunningState):
     def stop(self) -> None:
         """Stop a network that runs forever; raises what a callback raised."""
         self._stop.set()
-        if self._waiting:
-            return  # the thread that waits does the rest
+        if self._waiting:  # the thread that waits does the rest
+            forever = self._forever if current_thread() is self._script else None
+            if forever is not None:
+                forever.join()
+            return
         if self._forever is not None and self._forever is not current_thread():
             self._forever.join()
             self._forever = None

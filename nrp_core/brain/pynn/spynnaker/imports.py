@@ -82,6 +82,42 @@ def no_equivalent(name: str) -> NoEquivalentError:
     )
 
 
+def models(names: Mapping[str, Any], injector: type) -> ModuleType:
+    """Return the module of sPyNNaker's cells, as far as a script finds the same ones in the simulator.
+
+    Args:
+        names: the names of the simulator.
+        injector: the source of live spikes.
+    """
+    return _nested(
+        "models",
+        {
+            "utility_models": {"spike_injector": {"SpikeInjector": injector}, "SpikeInjector": injector},
+            "spike_source": {
+                "spike_source_array": {"SpikeSourceArray": names["SpikeSourceArray"]},
+                "spike_source_poisson": {"SpikeSourcePoisson": names["SpikeSourcePoisson"]},
+                **{name: names[name] for name in ("SpikeSourceArray", "SpikeSourcePoisson")},
+            },
+            "populations": {name: names[name] for name in ("Population", "PopulationView", "Assembly")},
+        },
+    )
+
+
+def utilities(**found: ModuleType) -> ModuleType:
+    """Return the module of sPyNNaker's utilities, with those given."""
+    return module("utilities", **found, utility_calls=module("utility_calls", get_n_bits=get_n_bits))
+
+
+def get_n_bits(n_values: int) -> int:
+    """Return the number of bits for so many values, the first of which is 0."""
+    return max(n_values - 1, int(n_values == 1)).bit_length() if n_values else 0
+
+
+def _nested(name: str, parts: Mapping[str, Any]) -> ModuleType:
+    made = {key: _nested(key, part) if isinstance(part, dict) else part for key, part in parts.items()}
+    return module(name, **made)
+
+
 def tools(splitter: type) -> Callable[[str, Mapping[str, Any]], ModuleType | None]:
     """Return a function that returns a module of sPyNNaker's tools, or None for others, by name.
 

@@ -16,7 +16,14 @@ from nrp_core.brain.pynn.spynnaker.cells import cell_types, spike_injector
 from nrp_core.brain.pynn.spynnaker.connections import Hub, RatesConnection, SpikesConnection
 from nrp_core.brain.pynn.spynnaker.connectors import AllButMeConnector, OneToOneOffsetConnector
 from nrp_core.brain.pynn.spynnaker.former import former_names
-from nrp_core.brain.pynn.spynnaker.imports import exceptions, module, no_equivalent, tools
+from nrp_core.brain.pynn.spynnaker.imports import (
+    exceptions,
+    models,
+    module,
+    no_equivalent,
+    tools,
+    utilities,
+)
 from nrp_core.brain.pynn.spynnaker.kernels import ConvolutionConnector, KernelConnector
 from nrp_core.brain.pynn.spynnaker.neuromodulation import neuromodulation
 from nrp_core.brain.pynn.spynnaker.populations import (
@@ -148,7 +155,8 @@ class Dialect:
             extra_models=self._extra_models(own),
             external_devices=devices,
             connections=devices,
-            utilities=module("utilities", neo_convertor=neo_convertor, neo_compare=neo_compare),
+            utilities=utilities(neo_convertor=neo_convertor, neo_compare=neo_compare),
+            models=models(own, devices.SpikeInjector),
             extra_algorithms=module(
                 "extra_algorithms",
                 splitter_components=module(
