@@ -360,9 +360,9 @@ def test_data_that_were_asked_for_as_a_file_are_written_at_the_end(sim: ModuleTy
 
 def test_the_old_names_of_record_write_no_file(sim: ModuleType) -> None:
     cells = driven(sim)
-    with pytest.warns(DeprecationWarning, match="record"):
-        cells.record_v()
-    sim.Assembly(cells).record_v()
+    for whole in (cells, sim.Assembly(cells)):
+        with pytest.warns(DeprecationWarning, match="record_v"):
+            whole.record_v()
     sim.run(10.0)
     sim.end()
     assert cells.get_data().segments[0].filter(name="v")[0].shape == (101, 1)
