@@ -12,10 +12,11 @@ from nrp_legacy.files import Library
 from nrp_legacy.shims.cv_bridge import cv_bridge_module
 from nrp_legacy.shims.futurized import futurized_modules
 from nrp_legacy.shims.libraries import libraries_of_old
+from nrp_legacy.shims.matrices import transformations_module
 from nrp_legacy.shims.modules import message_modules, service_modules
 from nrp_legacy.shims.paths import Paths
 from nrp_legacy.shims.rospy import rospy_module
-from nrp_legacy.shims.transformations import tf_module, transformations_module
+from nrp_legacy.shims.transformations import tf_module
 
 from hbp_nrp_virtual_coach.node import ScriptGraph, ScriptServices
 from hbp_nrp_virtual_coach.simulation import Simulation

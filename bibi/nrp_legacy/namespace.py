@@ -32,13 +32,14 @@ from nrp_legacy.shims.graph import Graph, log
 from nrp_legacy.shims.import_path import ImportPath
 from nrp_legacy.shims.libraries import libraries_of_old
 from nrp_legacy.shims.logs import ClientLogger, log_modules
+from nrp_legacy.shims.matrices import transformations_module
 from nrp_legacy.shims.missing import StandIns, with_missing_parts
 from nrp_legacy.shims.modules import message_modules, module, service_modules
 from nrp_legacy.shims.paths import Paths
 from nrp_legacy.shims.rospy import rospy_module, sleep
 from nrp_legacy.shims.services import Services
 from nrp_legacy.shims.states import nrp_states_module, smach_ros_module
-from nrp_legacy.shims.transformations import tf_module, transformations_module
+from nrp_legacy.shims.transformations import tf_module
 
 _STATES = "hbp_nrp_excontrol.nrp_states"
 _FILES_OF_STATES = (

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from nrp_legacy.files import Library
 from nrp_legacy.namespace import Namespace
 from nrp_legacy.notes import unnoted
-from nrp_legacy.shims import change_states, transformations
+from nrp_legacy.shims import change_states, matrices, transformations
 from nrp_legacy.shims.containers import Concurrence
 from nrp_legacy.shims.cv_bridge import CvBridge, CvBridgeError
 from nrp_legacy.shims.smach import CBState, InvalidTransitionError, Sequence, State, StateMachine
@@ -64,6 +64,37 @@ def test_quaternions_multiply_as_their_matrices_do(one: float, two: float) -> No
     )
     one_turn = transformations.quaternion_multiply(p, transformations.quaternion_inverse(p))
     assert one_turn == pytest.approx([0, 0, 0, 1])
+
+
+def test_a_matrix_is_composed_of_its_parts_and_taken_apart() -> None:
+    parts = (2.0, 3.0, 0.5), (0.1, -0.2, 0.3), (0.4, -0.5, 0.6), (1.0, 2.0, 3.0)
+    composed = matrices.compose_matrix(*parts)
+    *found, perspective = matrices.decompose_matrix(composed)
+    assert [pytest.approx(part) for part in found] == list(parts)
+    assert perspective == pytest.approx((0, 0, 0, 1))
+    projected = matrices.compose_matrix(*parts, perspective=(0.0, 0.0, 0.1, 1.0))
+    assert matrices.is_same_transform(
+        projected, matrices.compose_matrix(*matrices.decompose_matrix(projected))
+    )
+    moved = matrices.compose_matrix(angles=parts[2], translate=parts[3])
+    turned = transformations.euler_matrix(*parts[2])
+    assert moved[:3, :3] == pytest.approx(turned[:3, :3])
+    assert moved @ (0, 0, 0, 1) == pytest.approx((1, 2, 3, 1))
+    mirrored = matrices.compose_matrix(scale=(-1, 1, 1))
+    assert matrices.is_same_transform(mirrored, matrices.compose_matrix(*matrices.decompose_matrix(mirrored)))
+
+
+def test_matrices_that_scale_mirror_and_rotate() -> None:
+    assert matrices.scale_matrix(2, (1, 0, 0)) @ (2, 1, 0, 1) == pytest.approx((3, 2, 0, 1))
+    assert matrices.scale_matrix(2, (1, 0, 0), (0, 5, 0)) @ (2, 1, 0, 1) == pytest.approx((2, 2, 0, 1))
+    assert matrices.reflection_matrix((1, 0, 0), (1, 0, 0)) @ (3, 2, 1, 1) == pytest.approx((-1, 2, 1, 1))
+    turn = transformations.rotation_matrix(0.5, (0, 0, 2), (1, 1, 0))
+    angle, axis, point = matrices.rotation_from_matrix(turn)
+    assert (angle, *axis) == pytest.approx((0.5, 0, 0, 1))
+    assert point == pytest.approx((1, 1, 0, 1))
+    assert transformations.unit_vector([[3, 4], [0, 2]], axis=1) == pytest.approx(
+        np.array([[0.6, 0.8], [0, 1]])
+    )
 
 
 # -- cv_bridge

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from types import ModuleType
 from typing import Any, TypeAlias
 
@@ -126,9 +125,10 @@ def quaternion_slerp(quat0: Sequence[float], quat1: Sequence[float], fraction: f
     return between
 
 
-def unit_vector(data: Sequence[float]) -> npt.NDArray[np.float64]:
-    """Return a vector of length 1."""
-    unit: npt.NDArray[np.float64] = np.asarray(data, dtype=float) / np.linalg.norm(data)
+def unit_vector(data: Sequence[float], axis: int | None = None) -> npt.NDArray[np.float64]:
+    """Return a vector of length 1, or several along an axis."""
+    values = np.asarray(data, dtype=float)
+    unit: npt.NDArray[np.float64] = values / np.linalg.norm(values, axis=axis, keepdims=axis is not None)
     return unit
 
 
@@ -174,22 +174,3 @@ def tf_module() -> ModuleType:
         "tf", TransformListener=TransformListener, TransformBroadcaster=TransformBroadcaster,
         **dict.fromkeys(errors, LookupException),
     )  # fmt: skip
-
-
-def transformations_module() -> ModuleType:
-    """Return the module."""
-    functions: dict[str, Any] = {
-        function.__name__: function
-        for function in (
-            quaternion_from_euler, euler_from_quaternion, quaternion_multiply, quaternion_conjugate,
-            quaternion_inverse, quaternion_matrix, euler_matrix, translation_matrix, unit_vector,
-            quaternion_about_axis, rotation_matrix, quaternion_from_matrix, euler_from_matrix,
-            translation_from_matrix, concatenate_matrices, quaternion_slerp,
-        )
-    }  # fmt: skip
-    plain = {
-        "inverse_matrix": np.linalg.inv,
-        "vector_norm": np.linalg.norm,
-        "identity_matrix": partial(np.eye, 4),
-    }
-    return module("transformations", **functions, **plain)
