@@ -22,7 +22,10 @@ def shown(topic: str, message: Any, graph: Graph) -> bool:
     if topic != LOGS:
         return False
     log.info("%s", getattr(message, "data", getattr(message, "message", message)))
-    return LOGS not in graph.topics
+    if not graph.has_begun:
+        return True
+    graph.declare(LOGS, type(message))
+    return LOGS not in graph.world.subscribed
 
 
 class ClientLogger:
