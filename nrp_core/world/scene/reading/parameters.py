@@ -71,7 +71,12 @@ def _no_value(child: Element) -> str:
     if text in _TRUTH or not _FLAG.fullmatch(child.tag):
         return ""
     slip = text in _FALSE_FRIENDS or get_close_matches(text, _TRUTH, n=1, cutoff=0.75)
-    return f"<{child.tag}> is '{child.text}', which is neither true nor false: ignored" if slip else ""
+    return without_truth_value(child) if slip else ""
+
+
+def without_truth_value(flag: Element) -> str:
+    """Return the message about a flag with another value."""
+    return f"<{flag.tag}> is '{flag.text}', which is neither true nor false: ignored"
 
 
 def _is_number(text: str) -> bool:

@@ -14,6 +14,7 @@ from nrp_core.errors import SceneError
 from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import ROUNDED_TURN_RAD
 from nrp_core.world.scene.reading.context import Notes
+from nrp_core.world.scene.reading.parameters import without_truth_value
 from nrp_core.world.scene.reading.xml import Element
 
 _CHILDREN = {
@@ -186,8 +187,7 @@ def _check(parent: Element, child: Element, known: Collection[str], notes: Notes
         )
         return
     if child.tag in _FLAGS and child.text.lower() not in _TRUTH and parent.tag != "world":
-        message = f"<{child.tag}> is '{child.text}', which is neither true nor false: ignored"
-        notes.warn(child, Code.NRP263, message, subject=child.tag)
+        notes.warn(child, Code.NRP263, without_truth_value(child), subject=child.tag)
         return
     nothing_special = _NOT_SIMULATED.get((parent.tag, child.tag))
     if nothing_special is not None and child.text.lower() not in nothing_special:
