@@ -143,9 +143,10 @@ def _of_topics(model: Model) -> Iterator[str]:
 def _of_contacts(model: Model, link: Link) -> Iterator[str]:
     """Yield the contact sensors of a link that feel a shape that the link does not have."""
     shapes = [one.name for one in link.collisions]
+    elsewhere = {f"{other.name}::{one.name}" for other in model.links for one in other.collisions}
     for sensor in link.sensors:
         for name in getattr(sensor, "collisions", ()):
-            if name not in shapes:
+            if name not in shapes and name not in elsewhere:
                 hint = did_you_mean(name, shapes) if shapes else "; it has none"
                 yield (
                     f"the sensor '{sensor.name}' of '{model.name}' feels the collision '{name}', which its "

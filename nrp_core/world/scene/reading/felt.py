@@ -7,12 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
-from nrp_core.errors import did_you_mean
-from nrp_core.findings import Code
 from nrp_core.world.scene.checks import rigid_groups
 from nrp_core.world.scene.model import Joint, Link
-from nrp_core.world.scene.reading.context import Notes
-from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.sensing import MountedSensor
 
 _LUMP: Final = "_fixed_joint_lump__"
@@ -21,12 +17,11 @@ _ADDED: Final = re.compile(r"(_collision)?(_\d+)?$")
 """What it adds at the end of such a name."""
 
 
-def with_felt_collisions(
-    links: Sequence[Link], joints: Sequence[Joint], model: Element, notes: Notes
-) -> tuple[Link, ...]:
-    """Return links whose contact sensors name collisions as they are here; absent ones cause a warning.
+def with_felt_collisions(links: Sequence[Link], joints: Sequence[Joint]) -> tuple[Link, ...]:
+    """Return links whose contact sensors name collisions as they are here.
 
-    A sensor has them in a field ``collisions``. One of another link is ``link::collision``.
+    A sensor has them in a field ``collisions``. One of another link is ``link::collision``, and the name of
+    one that does not exist stays as it is.
     """
     fixed = [(joint.parent, joint.child) for joint in joints if joint.kind == "fixed"]
     groups = rigid_groups({each for ends in fixed for each in ends} | {link.name for link in links}, fixed)
@@ -34,25 +29,14 @@ def with_felt_collisions(
 
     def felt(sensor: MountedSensor, link: str) -> MountedSensor:
         names: Sequence[str] = getattr(sensor, "collisions", ())
-        found = tuple(_found(name, link, groups[link], owned) for name in names)
-        for name, there in zip(names, found, strict=True):
-            if not there:
-                hint = did_you_mean(name, owned[link])
-                message = (
-                    f"the contact sensor '{sensor.name}' names '{name}', which is no collision of its link "
-                    f"'{link}'{hint}: it feels nothing there"
-                )
-                notes.warn(model, Code.NRP262, message, subject=sensor.name)
-        kept: dict[str, Any] = {"collisions": tuple(map(_either, found, names))}
+        kept: dict[str, Any] = {
+            "collisions": tuple(_found(name, link, groups[link], owned) or name for name in names)
+        }
         return replace(sensor, **kept) if names and kept["collisions"] != names else sensor
 
     return tuple(
         replace(link, sensors=tuple(felt(each, link.name) for each in link.sensors)) for link in links
     )
-
-
-def _either(found: str, name: str) -> str:
-    return found or name
 
 
 def _found(name: str, link: str, fixed: set[str], owned: Mapping[str, Sequence[str]]) -> str:

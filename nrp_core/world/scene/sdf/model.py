@@ -227,7 +227,7 @@ def build_model(placed: Placed, parts: Parts, name: str, pose: Pose, reading: Re
     rows = [in_a_row(row) for row in tree]
     links = (*links, *chain.from_iterable(carriers for _, carriers in rows))
     joints = tuple(with_leaders(chain.from_iterable(row for row, _ in rows), element, reading))
-    links = with_felt_collisions(links, joints, element, reading.notes)
+    links = with_felt_collisions(links, joints)
     topic = _joint_states_topic(placed, joints, name)
     model = Model(
         name,

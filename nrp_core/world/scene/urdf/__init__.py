@@ -37,6 +37,8 @@ _SHARES = 4
 """The numbers of a colour: red, green, blue and opacity."""
 _KINDS = {"spherical": "ball"}
 """The types of joints that have another name in SDF; ``spherical`` is PyBullet's."""
+_ENDED = ("revolute", "prismatic")
+"""The types of joints that must have limits."""
 _OF_ENGINES = ("mujoco",)
 """Elements of a robot that hold elements for one engine, such as ``<mujoco><option .../></mujoco>``."""
 
@@ -326,6 +328,23 @@ def _is_crossed(limit: Element, joint: Element, robot: _Robot) -> bool:
     return lower > upper
 
 
+def _is_endless(limit: Element, joint: Element, robot: _Robot) -> bool:
+    """Return whether a joint has limits of effort and velocity only, so that it has no ends in PyBullet.
+
+    Makers of robots with wheels mean that; in ROS it could not move.
+    """
+    _warn_without_limits(limit, joint, robot)
+    if joint.attribute("type") not in _ENDED or limit.attributes.keys() & {"lower", "upper"}:
+        return False
+    name = joint.attribute("name")
+    message = (
+        f"the <limit> of the joint '{name}' has no lower and no upper: it moves without ends, as in "
+        "PyBullet, and not at all in ROS"
+    )
+    robot.notes.warn(limit, Code.NRP264, message, subject=name)
+    return True
+
+
 def _warn_without_limits(limit: Element, joint: Element, robot: _Robot) -> None:
     """Warn of limits that URDF requires and the file lacks."""
     missing = [tag for tag in ("effort", "velocity") if tag not in limit.attributes]
@@ -357,8 +376,7 @@ def _axis(joint: Element, robot: _Robot) -> Element:
         ]
         if child.tag == "limit" and _is_crossed(child, joint, robot):
             values = [value for value in values if value.tag not in ("lower", "upper")]
-        elif child.tag == "limit":  # in URDF a missing limit is 0
-            _warn_without_limits(child, joint, robot)
+        elif child.tag == "limit" and not _is_endless(child, joint, robot):  # in URDF a missing limit is 0
             values += [new(tag, child, text="0") for tag in ("lower", "upper") if tag not in child.attributes]
         parts.append(new(child.tag, child, *values))
     return new("axis", axis, *parts)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from pathlib import Path
 
 import pytest
@@ -206,3 +207,25 @@ def test_elements_of_the_first_gazebo_are_reported(tmp_path: Path, tag: str, tol
     block = f'<gazebo reference="base" xmlns:{prefix}="http://x"><{tag} name="c"/></gazebo>'
     said = [str(each) for each in read_model(robot(tmp_path, block)).warnings]
     assert ["<sensor:camera> is of Gazebo before its version 1.0" in each for each in said] == [True] * told
+
+
+@pytest.mark.parametrize(
+    ("limits", "ends", "told"),
+    [
+        ("", (-inf, inf), True),
+        ('lower="0"', (0.0, 0.0), False),  # a missing one is 0, as in ROS
+        ('upper="0.5"', (0.0, 0.5), False),
+    ],
+)
+def test_a_joint_with_limits_of_effort_and_velocity_only_has_no_ends(
+    tmp_path: Path, limits: str, ends: tuple[float, float], told: bool
+) -> None:
+    """Wheels of robots that are made for PyBullet are such joints."""
+    file = robot(tmp_path, "")
+    file.write_text(file.read_text().replace('lower="-1" upper="1"', limits, 1))
+    model = read_model(file)
+    left = model.joints[0]
+    assert left.kind == {-inf: "continuous", 0.0: "revolute"}[ends[0]] if ends != (0.0, 0.0) else "fixed"
+    assert (left.lower, left.upper) == (ends if left.kind != "fixed" else (-inf, inf))
+    said = "the <limit> of the joint 'left' has no lower and no upper: it moves without ends"
+    assert [said in str(each) for each in model.warnings] == [True] * told
