@@ -67,6 +67,22 @@ def test_a_recording_is_complete_on_a_disk_that_was_nearly_full_at_its_start(dis
     assert recording.check().intact
 
 
+def test_a_limited_file_size_ends_the_run_and_every_step_up_to_there_is_recorded(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    command = [
+        sys.executable, "-m", "nrp_core", "run", "braitenberg_husky", "--until", "60s",
+        "--record", str(folder), "--snapshots", "off", "--json",
+    ]  # fmt: skip
+    limited = ["bash", "-c", 'ulimit -f 2000; exec "$@"', "bash", *command]
+    done = subprocess.run(limited, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 1
+    result = json.loads(done.stdout)
+    assert result["error"]["message"] == "the recording cannot be written: File too large"
+    recording = Recording(folder)
+    assert [step.t_ns for step in steps_of(recording)][-1] * 1e-9 == pytest.approx(result["sim_time_s"])
+    assert recording.check().intact
+
+
 def test_a_recording_that_cannot_be_completed_makes_a_run_that_failed(disk: Path, tmp_path: Path) -> None:
     (tmp_path / "talk.py").write_text(
         "@nrp.MapCSVRecorder('rows', filename='rows.csv', headers=['text'])\n@nrp.Robot2Neuron()\n"

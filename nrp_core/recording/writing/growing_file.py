@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
+import os
+import sys
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import IO
@@ -20,14 +23,14 @@ class GrowingFile(Closing):
     """Writes a file; each piece is written completely or not at all.
 
     A second file without a name reserves disk space. When the disk is full, that file is removed,
-    so that there is space for the end.
+    so that there is space for the end. Of a limited file size as much is reserved.
 
     Args:
         path: a new file; its folder exists.
 
     Attributes:
         size: number of bytes that were written.
-        full: the error after which the reserve was removed; None while there is space.
+        full: the error after which the reserve is used; None while there is space.
         failed: the error after which nothing more is written.
     """
 
@@ -38,6 +41,7 @@ class GrowingFile(Closing):
         self._file = path.open("wb", buffering=0)
         self._digest = hashlib.sha256()
         self._reserve = _reserved(path.parent)
+        self._limit = _limited()
 
     def append(self, data: bytes | bytearray) -> None:
         """Pass bytes to the operating system.
@@ -79,6 +83,8 @@ class GrowingFile(Closing):
         self._file.close()
 
     def _written(self, data: memoryview) -> int:
+        if self._limit is not None and self.full is None and self.size + len(data) > self._limit:
+            self.full = OSError(errno.EFBIG, os.strerror(errno.EFBIG))
         try:
             return self._file.write(data)
         except OSError as error:
@@ -111,3 +117,13 @@ def _reserved(folder: Path) -> IO[bytes] | None:
         size //= 2
     reserve.close()
     return None
+
+
+def _limited() -> int | None:
+    """Return the size from which a file uses its reserve, if this process may not write files of any size."""
+    if sys.platform == "win32":
+        return None
+    import resource
+
+    limit, _ = resource.getrlimit(resource.RLIMIT_FSIZE)
+    return None if limit == resource.RLIM_INFINITY else limit - min(RESERVE_BYTES, limit // 2)
