@@ -1,12 +1,16 @@
 """Live input and output of scripts of sPyNNaker, and runs that are stopped from elsewhere."""
 
 import struct
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from spynnaker_scripts import HEAD, run
+
+from nrp_core.pynn.spynnaker.stopping import stops_elsewhere
 
 
 def trains(population: Any) -> list[list[float]]:
@@ -245,3 +249,46 @@ for _ in range(2):
     assert [n for _, n in script.ends] == [1, 2]
     assert script.ends[0][0] >= 60.0
     assert script.ends[1][0] >= script.ends[0][0] + 60.0
+
+
+def test_a_run_that_nothing_in_the_script_stops_goes_on_until_ctrl_c(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(
+        HEAD
+        + """
+import os, signal
+from time import sleep
+def hear(label, time, ids):
+    print("heard", time)
+    sleep(0.02)  # in a callback, it does not tell that the script goes on
+    os.kill(os.getpid(), signal.SIGINT)
+source = p.Population(1, p.SpikeSourceArray([300.0]), label="source")
+source.record("spikes")
+p.external_devices.activate_live_output_for(source)
+connection = p.external_devices.SpynnakerLiveSpikesConnection(receive_labels=["source"])
+connection.add_receive_callback("source", hear)
+p.external_devices.run_forever()
+print(source.get_data().segments[0].spiketrains[0].magnitude)
+p.end()
+"""
+    )
+    command = [sys.executable, "-m", "nrp_core.pynn", "--as", "spinnaker", str(script)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.stdout == "heard 300\n[300.]\n", done.stderr
+
+
+@pytest.mark.parametrize(
+    ("lines", "waits"),
+    [
+        ("run_forever()", True),
+        ("def main():\n    run_forever()\nmain()", True),
+        ("run_forever()\nrequest_stop()", False),
+        ("run_forever()\ninput()\nend()", False),
+        ("def main():\n    run_forever()\n    sleep(1)\nmain()", False),
+        ("def send():\n    sleep(1)\nrun_forever()", True),
+        ("def stop():\n    request_stop()\nrun_forever()\nsleep(1)", True),
+        ("run(10)", False),
+    ],
+)
+def test_the_script_tells_whether_it_waits_for_the_end_of_its_run(lines: str, waits: bool) -> None:
+    assert stops_elsewhere(lines.encode()) is waits

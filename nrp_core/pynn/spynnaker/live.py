@@ -116,7 +116,11 @@ class LiveState(RunningState):
         self._forever.start()
         if self._waits or current_thread() is not self._script:
             self._waiting = True
-            self._forever.join()
+            try:
+                self._forever.join()
+            except KeyboardInterrupt:  # the script goes on, with what there is
+                self._stop.set()
+                self._forever.join()
             self._waiting = False
             self.stop()
 
