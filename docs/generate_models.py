@@ -13,8 +13,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.capabilities import BrainCapabilities
-from nrp_core.brain.interface import BrainBackend
 from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.parameters import Parameter
 from nrp_core.brain.network.synapses.law import EVERY_SYNAPSE, SynapseLaw

@@ -13,6 +13,7 @@ Each is also the matching builtin, so ``except ValueError`` works where a caller
     │   ├── TopicError                (LookupError)   unknown topic, or wrong type or direction
     │   ├── NeuronSelectionError      (LookupError)   population unknown or index out of range
     │   ├── UnknownNameError          (KeyError)      a result has no value of this name
+    │   ├── ArgumentError             (TypeError)     a function is given an argument of the wrong kind
     │   ├── TransferFunctionError                     a transfer function is declared wrongly
     │   │   └── TriggerError                          its trigger brings no messages or spikes
     │   ├── NetworkError                              a network contradicts itself
@@ -155,6 +156,10 @@ class UnknownNameError(ExperimentError, KeyError):
     """A name in a result that does not exist."""
 
 
+class ArgumentError(ExperimentError, TypeError):
+    """A function is given an argument of the wrong kind, or one that it does not have."""
+
+
 class TransferFunctionError(ExperimentError):
     """A transfer function is declared wrongly (found before the first step)."""
 
@@ -224,11 +229,11 @@ _MOST_NAMES, _NEAREST = 12, 6
 """At most this many names are listed."""
 
 
-def did_you_mean(name: str, valid: Iterable[str], *, cutoff: float = 0.6) -> Hint:
+def did_you_mean(name: object, valid: Iterable[str], *, cutoff: float = 0.6) -> Hint:
     """Return a hint for a misspelt name.
 
     Args:
-        name: the misspelt name.
+        name: the misspelt name, or whatever was given in its place.
         valid: the valid ones.
         cutoff: how similar one must be to be proposed, 0 to 1.
 
@@ -236,13 +241,13 @@ def did_you_mean(name: str, valid: Iterable[str], *, cutoff: float = 0.6) -> Hin
         ``"; did you mean 'x'?"`` if one valid name is close, otherwise ``"; valid: a, b, c"`` with the most
         similar names.
     """
-    names = sorted(set(valid))
-    close = [one for one in names if one.lower() == name.lower()]
-    close = close or difflib.get_close_matches(name, names, n=1, cutoff=cutoff)
+    names, text = sorted(set(valid)), str(name)
+    close = [one for one in names if one.lower() == text.lower()]
+    close = close or difflib.get_close_matches(text, names, n=1, cutoff=cutoff)
     if close:
-        return Hint(f"; did you mean '{close[0]}'?", Instead(name, close[0]))
+        return Hint(f"; did you mean '{close[0]}'?", Instead(text, close[0]))
     if len(names) > _MOST_NAMES:
-        like = difflib.get_close_matches(name, names, n=_NEAREST, cutoff=0.0)
+        like = difflib.get_close_matches(text, names, n=_NEAREST, cutoff=0.0)
         return Hint(f"; valid: {', '.join(like)} and {len(names) - len(like)} more")
     return Hint(f"; valid: {', '.join(names)}" if names else "; there are none")
 

@@ -8,6 +8,7 @@ from functools import partial
 from math import inf
 from pathlib import Path
 
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.numbers import is_number
 from nrp_core.analysis.doubts import checked_run
 from nrp_core.clock import from_seconds
@@ -22,6 +23,7 @@ from nrp_core.recording.folder.used_files import FilesRead
 from nrp_core.recording.layout import Images, check_folder
 
 
+@checks_arguments("overrides")
 def open_run(
     experiment: str | Path,
     overrides: Iterable[str] = (),
@@ -48,6 +50,7 @@ def open_run(
     return checked_run(read(), read, progress, until_s=until_s)
 
 
+@checks_arguments("overrides", "images", "snapshots_s", "on_step", "until_s")
 def run(
     experiment: str | Path,
     overrides: Iterable[str] = (),

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, final
 
+from nrp_core._support.checked_arguments import checks_arguments, require_kind
 from nrp_core._support.closing import Closing
 from nrp_core.clock import seconds
 from nrp_core.errors import (
@@ -107,6 +108,8 @@ class Simulation(Closing):
             SimulationError: the engine failed; its error is the cause.
         """
         self.require_ready()
+        if type(t_ns) is not int:
+            require_kind("run_until", "t_ns", int, t_ns)
         if t_ns < self.now_ns:
             raise LifecycleError(
                 f"cannot run back to {seconds(t_ns):g} s: it is {seconds(self.now_ns):g} s already"
@@ -120,6 +123,7 @@ class Simulation(Closing):
             self.now_ns = t_ns
 
     @final
+    @checks_arguments()
     def reset(self, *, seed: int | None = None) -> None:
         """Return to time 0 and the state right after opening; devices and ports stay.
 
@@ -142,6 +146,7 @@ class Simulation(Closing):
             return Snapshot(self.identity, self.now_ns, pickle.dumps(self._save()))
 
     @final
+    @checks_arguments()
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot; running on from it equals never having left.
 

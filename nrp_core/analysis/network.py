@@ -28,8 +28,8 @@ from nrp_core._support.machine import cores
 from nrp_core._support.probe import ChildResult, run_module, run_probe
 from nrp_core.analysis.silence import Silence, mute, silent_parts
 from nrp_core.analysis.skeleton import Ends, ends_of, joined, linked, skeleton_of
+from nrp_core.brain.backend import BrainBackend, BrainOptions
 from nrp_core.brain.files import read_network
-from nrp_core.brain.interface import BrainBackend, BrainOptions
 from nrp_core.brain.network.data import Network
 from nrp_core.errors import NetworkError, NrpError, SlowScriptError
 from nrp_core.experiment.making.maker import build_here

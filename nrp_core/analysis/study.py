@@ -18,10 +18,11 @@ from nrp_core.analysis.network import ChildBuilder
 from nrp_core.analysis.shapes import UNKNOWN, Known, Number, Shape
 from nrp_core.analysis.silence import Silence
 from nrp_core.analysis.skeleton import Ends
+from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.backends import brains
 from nrp_core.brain.devices.ports import SourcePort
 from nrp_core.brain.devices.sinks import SinkPort
-from nrp_core.brain.interface import Brain, BrainBackend
+from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network
 from nrp_core.cle.wiring import declare_topics
 from nrp_core.clock import seconds

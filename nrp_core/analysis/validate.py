@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.analysis import checks as checks  # registers them
 from nrp_core.analysis.declarations import Declarations
 from nrp_core.analysis.registry import CHECKS
@@ -19,6 +20,7 @@ from nrp_core.experiment.reading.platforms import described_by
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
 
 
+@checks_arguments("experiment")
 def validate(experiment: Experiment | str | Path, progress: ProgressCallback = no_progress) -> list[Finding]:
     """Return all findings about an experiment.
 

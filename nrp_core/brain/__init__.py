@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from nrp_core._support.closing import Closing as Closing
     from nrp_core._support.diagnosis import Diagnosis as Diagnosis
     from nrp_core._support.subnormals import flushing_subnormals as flushing_subnormals
+    from nrp_core.brain.backend import BRAIN_INTERFACE_VERSION as BRAIN_INTERFACE_VERSION
+    from nrp_core.brain.backend import BrainBackend as BrainBackend
+    from nrp_core.brain.backend import BrainOptions as BrainOptions
     from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
     from nrp_core.brain.changes import PARAMETERS as PARAMETERS
     from nrp_core.brain.changes import WEIGHTS as WEIGHTS
@@ -35,16 +38,13 @@ if TYPE_CHECKING:
     from nrp_core.brain.devices.state_recorder import StateRecorder as StateRecorder
     from nrp_core.brain.devices.state_recorder import VoltageRecorder as VoltageRecorder
     from nrp_core.brain.devices.train_queue import TrainQueue as TrainQueue
-    from nrp_core.brain.interface import BRAIN_INTERFACE_VERSION as BRAIN_INTERFACE_VERSION
     from nrp_core.brain.interface import Brain as Brain
-    from nrp_core.brain.interface import BrainBackend as BrainBackend
-    from nrp_core.brain.interface import BrainOptions as BrainOptions
     from nrp_core.brain.network.data import RECEPTORS as RECEPTORS
     from nrp_core.brain.network.data import Network as Network
-    from nrp_core.brain.network.data import Origin as Origin
     from nrp_core.brain.network.data import Population as Population
     from nrp_core.brain.network.data import Projection as Projection
     from nrp_core.brain.network.grid import Grid as Grid
+    from nrp_core.brain.network.origin import Origin as Origin
     from nrp_core.brain.network.synapse_order import same_order as same_order
     from nrp_core.brain.network.synapses.static import STATIC as STATIC
     from nrp_core.brain.network.synapses.stdp import STDP as STDP
@@ -85,8 +85,10 @@ else:
             ),
             "nrp_core.brain.devices.state_recorder": "ConductanceRecorder StateRecorder VoltageRecorder",
             "nrp_core.brain.devices.train_queue": "TrainQueue",
-            "nrp_core.brain.interface": "BRAIN_INTERFACE_VERSION Brain BrainBackend BrainOptions",
-            "nrp_core.brain.network.data": "Network Origin Population Projection RECEPTORS",
+            "nrp_core.brain.backend": "BRAIN_INTERFACE_VERSION BrainBackend BrainOptions",
+            "nrp_core.brain.interface": "Brain",
+            "nrp_core.brain.network.data": "Network Population Projection RECEPTORS",
+            "nrp_core.brain.network.origin": "Origin",
             "nrp_core.brain.network.grid": "Grid",
             "nrp_core.brain.network.synapse_order": "same_order",
             "nrp_core.brain.network.synapses.static": "STATIC",

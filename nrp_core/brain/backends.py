@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from nrp_core.brain.interface import BRAIN_INTERFACE_VERSION, BrainBackend
+from nrp_core.brain.backend import BRAIN_INTERFACE_VERSION, BrainBackend
 from nrp_core.registry import Registry
 
 BRAIN_GROUP = "nrp_core.brain"

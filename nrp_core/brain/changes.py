@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
+from nrp_core._support.checked_arguments import require_kind
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.limits import check_spike_times, check_synapses, check_values, limits_of_cells
 from nrp_core.errors import CapabilityError, NetworkError, did_you_mean
@@ -106,6 +107,7 @@ def parameter_changes(
     Raises:
         NetworkError: a population has no such parameter, or a value is impossible.
     """
+    require_kind("set_parameters", "values", Mapping, values)
     each = {name: _each(name, value, len(neurons)) for name, value in values.items()}
     changes = []
     for label, population in network.populations.items():
@@ -176,7 +178,10 @@ def new_weights(network: Network, label: str, weights: npt.ArrayLike) -> FloatAr
 
 
 def _each(name: str, value: npt.ArrayLike, n: int) -> FloatArray:
-    array = np.asarray(value, dtype=float)
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise NetworkError(f"{name} is {value!r:.60}; it must be a number, or one for each") from None
     if array.ndim and array.shape != (n,):
         given = f"an array of shape {array.shape}" if array.ndim > 1 else array.size
         raise NetworkError(f"{name} takes one value or {n}, not {given}")

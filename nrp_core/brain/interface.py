@@ -7,17 +7,15 @@ once for all backends.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from math import isfinite, prod
 from typing import Any, ClassVar, final
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict
 
 from nrp_core._support.arrays import FloatArray, IntArray, unset
-from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.brain import changes
 from nrp_core.brain.capabilities import BrainCapabilities as BrainCapabilities
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange, Rewirings, Synapses
@@ -28,25 +26,15 @@ from nrp_core.brain.devices.sources import SourcePort, SourceSpec
 from nrp_core.brain.devices.state_recorder import StateRecorderPort, Trace, divided, run_halting
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.grid import Grid
-from nrp_core.brain.report import Report
 from nrp_core.brain.selection import drivable, require_spec, selected, source_among
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.brain.watched_weights import WatchedWeights
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.errors import DivergedError
-from nrp_core.findings import Finding, Findings
+from nrp_core.findings import Findings
 from nrp_core.findings.refusals import SNAPSHOTS, no_change, no_variable, not_shown, refusal
 from nrp_core.seeds import Seeds
 from nrp_core.simulation import Simulation, guarded
-
-BRAIN_INTERFACE_VERSION = 1
-"""Version of this interface; a backend states the one it was written for as ``interface_version``."""
-
-
-class BrainOptions(BaseModel):
-    """Base class of a backend's options in an experiment file; unknown names are errors."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class Brain(Simulation):
@@ -456,45 +444,3 @@ class Brain(Simulation):
     def _do_restore(self, saved: object) -> None:
         """Restore a state from :meth:`_do_save`."""
         raise NotImplementedError
-
-
-class BrainBackend(ABC):
-    """The entry point of a brain simulator. It must be cheap to import and construct.
-
-    Attributes:
-        interface_version: the version of this interface that it was written for; 1 by default.
-        options: the class of its options.
-    """
-
-    interface_version: ClassVar[int] = 1
-    options: ClassVar[type[BrainOptions]] = BrainOptions
-
-    @abstractmethod
-    def capabilities(self, options: BrainOptions) -> BrainCapabilities:
-        """Return the backend's capabilities with these options, without loading the simulator."""
-
-    def diagnose(self) -> list[Diagnosis]:
-        """Check this machine for the requirements of the backend; may load the simulator."""
-        return []
-
-    def warnings(self, network: Network, options: BrainOptions) -> Sequence[Finding | str]:
-        """Return the parts of a network that the simulator would change or ignore: findings, or texts.
-
-        Called before every run.
-
-        Raises:
-            NetworkError, CapabilityError: the simulator cannot run the network.
-        """
-        return []
-
-    def reports(self, network: Network, options: BrainOptions) -> list[Report]:
-        """Return reports about a network on this backend, before it runs; none by default.
-
-        Raises:
-            NetworkError, CapabilityError: the simulator cannot run the network.
-        """
-        return []
-
-    @abstractmethod
-    def open(self, network: Network, *, seed: int, options: BrainOptions) -> Brain:
-        """Load a network into the simulator, at time 0."""

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import IntArray
+from nrp_core._support.checked_arguments import require_kind
 from nrp_core.brain.network.data import Network
 from nrp_core.errors import NeuronSelectionError
 
@@ -32,8 +33,10 @@ def require_spec(spec: object, kind: type, name: str) -> None:
     """Check that a device is described as one that drives neurons, or as one that reads them.
 
     Raises:
+        ArgumentError: its name is not a text.
         NeuronSelectionError: it is not.
     """
+    require_kind("a device", "name", str, name)
     if not isinstance(spec, kind):
         raise NeuronSelectionError(f"the device '{name}' is {spec!r:.60}, not a {kind.__name__}")
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.clock import seconds
 from nrp_core.errors import LifecycleError
 from nrp_core.recording.export.numbers import Numbers, Series, groups_of
@@ -29,6 +30,7 @@ class RunSignals:
         run: the contents of ``run.json``.
     """
 
+    @checks_arguments()
     def __init__(
         self, recording: Recording | dict[str, Any], window_s: tuple[float, float] | None = None
     ) -> None:

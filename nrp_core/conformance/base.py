@@ -9,7 +9,8 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 import pytest
 
-from nrp_core.brain.interface import BrainBackend, BrainCapabilities
+from nrp_core.brain.backend import BrainBackend
+from nrp_core.brain.interface import BrainCapabilities
 from nrp_core.conformance.guard import refuse_quiet_edits, undeclared
 from nrp_core.simulation import Determinism
 from nrp_core.world.capabilities import WorldCapabilities

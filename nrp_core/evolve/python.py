@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.evolve.evolution import Evolution, Tell, TellGeneration
 from nrp_core.evolve.history import History
 from nrp_core.evolve.reading import evolve_of, read_evolve
@@ -56,6 +57,7 @@ class Evolved:
         return data_frame(self.history.rows)
 
 
+@checks_arguments("description", "workers")
 def evolve(
     description: str | Path | Mapping[str, Any],
     out: str | Path,

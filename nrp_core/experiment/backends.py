@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from nrp_core._support.fingerprint import fingerprint
+from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.backends import brains
-from nrp_core.brain.interface import BrainBackend
 from nrp_core.errors import BackendError, BackendLoadError, NrpError
 from nrp_core.experiment.model.schema_findings import schema_findings
 from nrp_core.experiment.model.tree import Tree

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.backends import brains
-from nrp_core.brain.interface import BrainBackend
 from nrp_core.brain.report import Report
 from nrp_core.errors import CapabilityError
 from nrp_core.experiment.backends import named

@@ -13,6 +13,7 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
+from nrp_core._support.callables import takes
 from nrp_core.analysis.doubts import announcement
 from nrp_core.clock import seconds
 from nrp_core.dsl.functions.function import TransferFunction
@@ -48,40 +49,19 @@ class Agent:
                 "a step of an environment is a whole number of steps of the loop, at least 1, not "
                 f"{self.steps}"
             )
-        if isinstance(self.observe, str) or not self.observe:
+        if not self.observe:
             raise ExperimentError(
                 "an environment needs a list of at least one observation: a topic, or 'rate:GROUP', not "
                 f"{self.observe!r:.60}"
             )
         for name, given in (("reward", self.reward), ("terminate", self.terminate)):
-            if given is not None and not _takes_two(given):
+            if given is not None and not takes(given, 2):
                 shown = f"one that takes {signature(given)}" if callable(given) else f"{given!r:.60}"
                 raise ExperimentError(f"{name} is a function of the run and the observation, not {shown}")
-        if not isinstance(self.same_noise, bool):
-            raise ExperimentError(f"same_noise is true or false, not {self.same_noise!r:.60}")
-
-
-def _takes_two(given: object) -> bool:
-    """Return whether something can be called with two arguments; functions in C may not say."""
-    if not callable(given):
-        return False
-    try:
-        signature(given).bind(None, None)
-    except ValueError:
-        return True
-    except TypeError:
-        return False
-    return True
 
 
 def bounds_by_name(act: Sequence[str] | Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the actions with their bounds; None: those of the topic.
-
-    Raises:
-        ExperimentError: it is one text.
-    """
-    if isinstance(act, str):
-        raise ExperimentError(f"actions are a list, or {{topic or 'source:GROUP': bounds}}, not {act!r:.60}")
+    """Return the actions with their bounds; None: those of the topic."""
     return act if isinstance(act, Mapping) else dict.fromkeys(act)
 
 

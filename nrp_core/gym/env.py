@@ -9,6 +9,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.run import Run
@@ -53,6 +54,7 @@ class NrpEnv(gymnasium.Env[Any, Any]):
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 50}  # noqa: RUF012  as declared there
 
+    @checks_arguments("steps")
     def __init__(
         self,
         experiment: str | Path,

@@ -14,6 +14,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from nrp_core._support.arrays import BoolArray, FloatArray
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.cle.side_by_side import SideBySide
 from nrp_core.errors import ExperimentError, SimulationError
 from nrp_core.experiment.running.run import Run
@@ -56,6 +57,7 @@ class NrpVectorEnv(VectorEnv[Any, Any, Any]):
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012  as declared there
     first_number = 0
 
+    @checks_arguments("num_envs", "steps", "threads", "autoreset_mode")
     def __init__(
         self,
         experiment: str | Path,

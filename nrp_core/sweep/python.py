@@ -9,6 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.extras import require_extra
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.model.tree import tree_of
@@ -33,6 +34,7 @@ def require_workers(workers: object) -> None:
         raise ExperimentError(f"'workers' is a whole number, at least 1, not {workers!r:.60}")
 
 
+@checks_arguments("description", "workers")
 def sweep(
     description: str | Path | Mapping[str, Any],
     out: str | Path | None = None,

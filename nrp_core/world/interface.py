@@ -13,6 +13,7 @@ from typing import ClassVar, final
 
 from pydantic import BaseModel, ConfigDict
 
+from nrp_core._support.checked_arguments import checks_arguments, require_kind
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.world.batch import WorldBatch
 from nrp_core.world.capabilities import WorldCapabilities
@@ -67,8 +68,10 @@ class WorldBackend(ABC):
         return []
 
     @final
+    @checks_arguments("options")
     def open(self, scene: Scene, *, seed: int, options: WorldOptions) -> World:
         """Return a world around an engine with a scene in it, at time 0."""
+        require_kind(f"{type(self).__name__}.open", "options", self.options, options)
         return _around(self.engine(scene, seed=seed, options=options))
 
     @final

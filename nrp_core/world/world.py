@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.clock import milliseconds
 from nrp_core.errors import TimestepError
 from nrp_core.findings import Findings
@@ -76,7 +77,11 @@ class World(Simulation):
 
     def model_motion(self, model: str) -> ModelMotion:
         """Return pose and velocity of a model's frame."""
-        return self.engine.model_motion(model)
+        try:
+            return self.engine.model_motion(model)
+        except (KeyError, TypeError):
+            self.scene.model(model)  # names one that exists, if there is no such model
+            raise
 
     def link_motion(self, model: str, link: str) -> ModelMotion:
         """Return pose and velocity of a link."""
@@ -84,7 +89,11 @@ class World(Simulation):
 
     def joint_states(self, model: str) -> JointStates:
         """Return the state of the movable joints of a model."""
-        return self.engine.joint_states(model)
+        try:
+            return self.engine.joint_states(model)
+        except (KeyError, TypeError):
+            self.scene.model(model)
+            raise
 
     # -- topics; see Switchboard
 
@@ -103,14 +112,17 @@ class World(Simulation):
         """The declared topics on which messages were published, but never while there was a subscriber."""
         return self._board.unheard
 
+    @checks_arguments()
     def add_alias(self, alias: str, topic: str) -> None:
         """Add an alias of a topic; see :meth:`.Switchboard.add_alias`."""
         self._board.add_alias(alias, topic)
 
+    @checks_arguments()
     def declare(self, name: str, type_: type) -> None:
         """Add a topic of the user; see :meth:`.Switchboard.declare`."""
         self._board.declare(name, type_)
 
+    @checks_arguments()
     def subscribe(self, topic: str, *, depth: int = 1) -> Subscription:
         """Subscribe to a topic; see :meth:`.Switchboard.subscribe`."""
         return self._board.subscribe(topic, depth=depth)
@@ -123,6 +135,7 @@ class World(Simulation):
         """Return the right to publish on a topic; see :meth:`.Switchboard.advertise`."""
         return self._board.advertise(topic)
 
+    @checks_arguments()
     def add_observer(self, observer: Callable[[str, Stamped], None]) -> None:
         """Call an observer with every published message and its topic (never an alias)."""
         self._board.observers.append(observer)
@@ -161,38 +174,47 @@ class World(Simulation):
         self._board.show(topic.name, request)
         return answer
 
+    @checks_arguments()
     def spawn(self, model: Model) -> None:
         """Add a model; see :meth:`.LiveScene.spawn`."""
         self.live.spawn(model)
 
+    @checks_arguments()
     def delete(self, model: str) -> None:
         """Remove a model; see :meth:`.LiveScene.delete`."""
         self.live.delete(model)
 
+    @checks_arguments()
     def place(self, model: str, motion: ModelMotion) -> None:
         """Set pose and velocity of a model; see :meth:`.LiveScene.place`."""
         self.live.place(model, motion)
 
+    @checks_arguments()
     def set_joints(self, model: str, positions: Mapping[str, float]) -> None:
         """Set positions (rad, m) of joints of a model, at rest; see :meth:`.LiveScene.set_joints`."""
         self.live.set_joints(model, positions)
 
+    @checks_arguments()
     def set_material(self, visual: str, rgba: Rgba, glows: bool | None = None) -> None:
         """Set the colour of a visual; see :meth:`.LiveScene.set_material`."""
         self.live.set_material(visual, rgba, glows)
 
+    @checks_arguments()
     def set_lights(self, lights: Iterable[Light]) -> None:
         """Set the lights; see :meth:`.LiveScene.set_lights`."""
         self.live.set_lights(lights)
 
+    @checks_arguments()
     def set_gravity(self, gravity: Vector) -> None:
         """Set gravity, m/s^2; see :meth:`.LiveScene.set_gravity`."""
         self.live.set_gravity(gravity)
 
+    @checks_arguments()
     def return_home(self, models: Iterable[str] | None = None) -> None:
         """Put models and their joints to their initial poses; see :meth:`.LiveScene.return_home`."""
         self.live.return_home(models)
 
+    @checks_arguments()
     def repaint(self, models: Iterable[str]) -> None:
         """Give models the colours with which they were opened."""
         self.live.repaint(models)

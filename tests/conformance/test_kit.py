@@ -8,7 +8,8 @@ from types import FunctionType, SimpleNamespace
 
 import pytest
 
-from nrp_core.brain.interface import BrainBackend, BrainCapabilities
+from nrp_core.brain.backend import BrainBackend
+from nrp_core.brain.interface import BrainCapabilities
 from nrp_core.conformance import SUITES, BrainBackendTests, WorldBackendTests, proof
 from nrp_core.conformance.base import BackendTests
 from nrp_core.conformance.brain.reference import Arrival, simulate

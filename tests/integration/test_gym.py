@@ -175,8 +175,12 @@ def test_a_source_drives_neurons() -> None:
         (["rate:wheel"], {}, "no group of neurons 'wheel'; did you mean 'wheels'?"),
         (["joint:pioneer"], {}, "'joint:pioneer' cannot be observed; did you mean 'joints:'?"),
         ([], {}, "an environment needs a list of at least one observation"),
-        ("/pioneer/scan", {}, "at least one observation: a topic, or 'rate:GROUP', not '/pioneer/scan'"),
-        (["rate:wheels"], "/pioneer/cmd_vel", "are a list, or {topic or 'source:GROUP': bounds}, not '/pi"),
+        ("/pioneer/scan", {}, "observe is '/pioneer/scan'; it must be a list of texts"),
+        (
+            ["rate:wheels"],
+            "/pioneer/cmd_vel",
+            "act is '/pioneer/cmd_vel'; it must be a list of texts or a dictionary",
+        ),
         (["rate:wheels"], {"source:feelers": (-5.0, 200.0, 6.0)}, "with rates from 0 Hz on and a weight"),
         (["rate:wheels"], {"source:feelers": (0.0, 200.0, 0.0)}, "weight that is not 0, not (0.0, 200.0, 0"),
         (["rate:wheels"], {"/pioneer/cmd_vl": None}, "did you mean '/pioneer/cmd_vel'?"),
@@ -228,9 +232,9 @@ def test_a_reward_that_is_no_number_and_half_a_step_are_refused() -> None:
         make_env("slalom_pioneer", observe=["rate:wheels"], steps=1.5)  # type: ignore[arg-type]
     with pytest.raises(nrp_core.NrpError, match=r"of 51 steps of the loop takes 1\.02 s, and an episode 1 s"):
         make_env("slalom_pioneer", observe=["rate:wheels"], steps=51, overrides=["duration=1 s"])
-    with pytest.raises(nrp_core.NrpError, match=r"reward is a function of the run and .*, not 1\.0"):
+    with pytest.raises(nrp_core.NrpError, match=r"reward is 1\.0; it must be a function or None"):
         make_env("slalom_pioneer", observe=["rate:wheels"], reward=1.0)  # type: ignore[arg-type]
-    with pytest.raises(nrp_core.NrpError, match="same_noise is true or false, not 'no'"):
+    with pytest.raises(nrp_core.NrpError, match="same_noise is 'no'; it must be True or False"):
         make_env("slalom_pioneer", observe=["rate:wheels"], same_noise="no")  # type: ignore[arg-type]
 
 

@@ -41,5 +41,5 @@ def test_a_world_whose_topics_do_not_fit_the_experiment_is_closed(monkeypatch: p
 
 
 def test_only_an_experiment_has_a_world() -> None:
-    with pytest.raises(ExperimentError, match="open_world takes an experiment that is loaded, not 'nope'"):
+    with pytest.raises(ExperimentError, match="open_world: experiment is 'nope'; it must be an Experiment"):
         open_world("nope")  # type: ignore[arg-type]

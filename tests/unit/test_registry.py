@@ -9,8 +9,8 @@ import pytest
 
 import nrp_core
 from nrp_core.brain import backends
+from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.backends import BRAIN_GROUP, brains
-from nrp_core.brain.interface import BrainBackend
 from nrp_core.errors import (
     BackendLoadError,
     DuplicateBackendError,
@@ -23,7 +23,7 @@ from nrp_core.world.backends import worlds
 Install = Callable[..., None]
 
 GOOD = """
-from nrp_core.brain.interface import BrainBackend
+from nrp_core.brain.backend import BrainBackend
 class Backend(BrainBackend):
     def capabilities(self, options): return None
     def open(self, network, *, seed, options): return None

@@ -83,7 +83,7 @@ def test_a_misspelt_name_in_a_result_is_explained(fakes: None, drive_to_the_wall
         ({"snapshots_s": float("nan")}, "not nan"),
         ({"snapshots_s": "1"}, "not '1'"),
         ({"on_step": 3}, "on_step is a function of the run, not 3"),
-        ({"record": 3}, "a path is a text or a pathlib.Path, not 3"),
+        ({"record": 3}, "record is 3; it must be a path or None"),
     ],
 )
 def test_impossible_options_are_refused_before_anything_is_opened(

@@ -13,7 +13,8 @@ from nrp_core.cli.survey import KINDS, Surveyed, examine, survey
 from nrp_core.errors import BackendError
 
 GOOD = """
-from nrp_core.brain.interface import BrainBackend, BrainCapabilities
+from nrp_core.brain.backend import BrainBackend
+from nrp_core.brain.interface import BrainCapabilities
 from nrp_core._support.diagnosis import Diagnosis
 
 class Backend(BrainBackend):

@@ -7,8 +7,9 @@ from typing import ClassVar
 from nrp_brain_event.grid.lazy.choice import lazy_grid
 from nrp_brain_event.options import EventOptions
 from nrp_brain_event.synapse_laws import SYNAPSES
+from nrp_core.brain.backend import BrainBackend, BrainOptions
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS
-from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
+from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.equations.model import CELL_TYPE
 from nrp_core.simulation import Determinism

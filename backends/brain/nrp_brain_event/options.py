@@ -6,7 +6,7 @@ from typing import Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from nrp_core.brain.interface import BrainOptions
+from nrp_core.brain.backend import BrainOptions
 from nrp_core.clock import NS_PER_MS
 from nrp_core.quantities import DurationNs
 

@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field
 
 from nrp_brain_spinnaker.hardware import NEURONS_PER_CORE
 from nrp_brain_spinnaker.models import Semantics
-from nrp_core.brain.interface import BrainOptions
+from nrp_core.brain.backend import BrainOptions
 from nrp_core.quantities import DurationNs, RateHz
 
 NS_PER_US = 1000

@@ -10,7 +10,7 @@ from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.devices.source_cells import PopulationTrains
 from nrp_core.brain.devices.sources import SourcePort
 from nrp_core.brain.devices.state_recorder import StateRecorderPort
-from nrp_core.errors import SnapshotError
+from nrp_core.errors import LifecycleError, SnapshotError
 from nrp_core.seeds import Seeds
 
 
@@ -42,11 +42,15 @@ class AttachedDevices:
         self._sort()
 
     def remove(self, port: SourcePort | SinkPort) -> None:
-        """Remove a device."""
-        if isinstance(port, SourcePort):
-            self.sources.remove(port)
-        else:
-            self.sinks.remove(port)
+        """Remove a device.
+
+        Raises:
+            LifecycleError: it is not attached.
+        """
+        attached: list[Any] = self.sources if isinstance(port, SourcePort) else self.sinks
+        if port not in attached:
+            raise LifecycleError(f"{port!r:.60} is not a device of this brain, or it is removed already")
+        attached.remove(port)
         self._sort()
 
     def reset(self, seeds: Seeds) -> None:

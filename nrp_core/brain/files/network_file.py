@@ -32,12 +32,14 @@ from typing import Any, Final, TypeVar
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.brain.files.hdf5 import array, attribute, group, library, reading
-from nrp_core.brain.network.data import Network, Origin, Population, Projection
+from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.network.equations.cell import CellEquations
 from nrp_core.brain.network.equations.synapse import SynapseEquations
 from nrp_core.brain.network.limits import distinct
 from nrp_core.brain.network.neuromodulation import Neuromodulation
+from nrp_core.brain.network.origin import Origin
 from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.errors import NetworkError
@@ -65,6 +67,7 @@ _OTHERS: Final = {
 """Suffixes by which a network would be read as something else."""
 
 
+@checks_arguments()
 def save_network(network: Network, path: Path | str) -> None:
     """Write a network to a file. An existing file is replaced once the new one is complete.
 
@@ -73,7 +76,7 @@ def save_network(network: Network, path: Path | str) -> None:
         path: the file; by convention its name ends in ``.nrpnet``.
 
     Raises:
-        NetworkError: the file cannot be written, or this is not a network.
+        NetworkError: the file cannot be written.
     """
     path = path_of(path, NetworkError)
     if path.suffix in _OTHERS:
@@ -81,8 +84,6 @@ def save_network(network: Network, path: Path | str) -> None:
             f"'{path.suffix}' is the suffix of {_OTHERS[path.suffix]}; that of networks is '.nrpnet'",
             path=path,
         )
-    if not isinstance(network, Network):
-        raise NetworkError(f"a network is saved, not {network!r:.60}")
     library()
     from nrp_core._support.hdf5 import new_file
 
@@ -99,6 +100,7 @@ def save_network(network: Network, path: Path | str) -> None:
         raise NetworkError(f"the network cannot be written: {error}", path=path) from error
 
 
+@checks_arguments()
 def read_network(
     path: Path | str,
     *,

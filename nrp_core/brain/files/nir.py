@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.picking import Selection, with_views
 from nrp_core.brain.pynn import builder
@@ -12,6 +13,7 @@ from nrp_core.brain.pynn import builder
 STEP_MS = 1.0
 
 
+@checks_arguments()
 def read_nir(
     path: Path | str,
     *,

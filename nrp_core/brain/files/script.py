@@ -16,6 +16,7 @@ from pathlib import Path
 from types import CodeType, MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any, Final
 
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.global_generators import seeded
 from nrp_core._support.scoped_import import Missing, Scope
 from nrp_core.brain.network.data import Network
@@ -42,6 +43,7 @@ _NETWORKS: Final = {".nir": "nrp_core.pynn.load_nir", ".nrpnet": "read_network"}
 """What reads files of networks that are not scripts, by their suffix."""
 
 
+@checks_arguments("seed")
 def load_network(
     path: Path | str,
     *,

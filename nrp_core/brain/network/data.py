@@ -19,6 +19,7 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core._support.arrays import BoolArray, FloatArray, IndexArray, IntArray
+from nrp_core._support.checked_arguments import checks_arguments, require_fields
 from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.checked import (
     fixed,
@@ -55,6 +56,7 @@ from nrp_core.brain.network.names import (
     require_synapse_names,
 )
 from nrp_core.brain.network.neuromodulation import MODULATORY, Neuromodulation
+from nrp_core.brain.network.origin import LISTED, Origin
 from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.brain.network.synapses.laws import LAWS, PLASTIC
 from nrp_core.brain.network.synapses.static import STATIC
@@ -103,6 +105,7 @@ class Population:
 
     def __post_init__(self) -> None:
         require_identity(self.label, self.size)
+        require_fields(self, f"population '{self.label}'", "cell_type", "spike_times_ms")
         keep_mappings(self, f"population '{self.label}'", "parameters", "initial_values", "hints")
         object.__setattr__(self, "spike_times_ms", tuple(map(fixed, self.spike_times_ms)))
         object.__setattr__(self, "positions_um", fixed(self.positions_um))
@@ -147,28 +150,6 @@ class Population:
             return self.equations.model.receptors[receptor].unit
         known = CELLS.get(self.cell_type)
         return unit_of(known.weight_unit if known else "uS" if self.is_conductance_based else "nA")
-
-
-@dataclass(frozen=True)
-class Origin:
-    """How a projection was made, for backends that need distributions instead of drawn values.
-
-    Args:
-        connector: PyNN's name of the connector, e.g. ``FixedProbabilityConnector``.
-        parameters: its parameters: numbers, Booleans and strings; None for arrays.
-        weight: the weight as given: a number, a distribution such as ``normal(mu=0.5, sigma=0.1)``, or a
-            function of the distance ``d`` such as ``0.1*exp(-d)``; None if each synapse got its own.
-        delay: the delay (ms) from the script, in the same form.
-    """
-
-    connector: str
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    weight: Any = None
-    delay: Any = None
-
-
-LISTED: Final = Origin("FromListConnector")
-"""The origin of synapses that follow no rule."""
 
 
 @redrawn("weight", "delay_ms")
@@ -220,6 +201,7 @@ class Projection:
 
     def __post_init__(self) -> None:
         owner = f"projection '{self.label}'"
+        require_fields(self, owner, "label", "pre", "post", "receptor", "synapse_type")
         keep_mappings(self, owner, "synapse_parameters", "plasticity", "initial_values")
         for name in ("weight", "delay_ms"):
             object.__setattr__(self, name, require_values(f"{owner}: its {name}", fixed(kept(self, name))))
@@ -248,10 +230,12 @@ class Projection:
         """Yield ``pre_index`` and ``post_index`` of all synapses in small parts."""
         return zip(indices_of(self, "pre_index").parts(), indices_of(self, "post_index").parts(), strict=True)
 
+    @checks_arguments()
     def ends(self, synapse: int) -> tuple[int, int]:
         """Return the indices of the two cells that a synapse connects."""
         return ends_of(self, synapse)
 
+    @checks_arguments()
     def only(self, synapses: BoolArray | IntArray) -> Projection:
         """Return the projection with only some synapses: a mask, or their places in a new order."""
         return replace(
@@ -326,6 +310,7 @@ class Network:
             total += population.size
         return offsets
 
+    @checks_arguments()
     def neurons(self, label: str) -> IntArray:
         """Return the global ids of a named view or population.
 
@@ -340,10 +325,18 @@ class Network:
         return self.ids_of(label)
 
     def ids_of(self, label: str) -> IntArray:
-        """Return the global ids of a population."""
+        """Return the global ids of a population.
+
+        Raises:
+            NeuronSelectionError: there is no population of that name.
+        """
+        if label not in self.populations:
+            known = did_you_mean(label, self.populations)
+            raise NeuronSelectionError(f"the network has no population '{label}'{known}")
         first = self.offsets[label]
         return np.arange(first, first + self.populations[label].size)
 
+    @checks_arguments()
     def label_of(self, neuron: int) -> tuple[str, int]:
         """Return the population of a global id and the index within it."""
         for label, first in self.offsets.items():
@@ -351,6 +344,7 @@ class Network:
                 return label, neuron - first
         raise NeuronSelectionError(f"the network has no neuron {neuron}; it has {self.size}")
 
+    @checks_arguments()
     def positions_of(self, neurons: IntArray) -> FloatArray:
         """Return the positions of neurons (global ids), um, shape ``(n, 3)``.
 

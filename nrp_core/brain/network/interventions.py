@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from nrp_core.brain.network.data import LISTED, Network, Projection
+from nrp_core.brain.network.data import Network, Projection
+from nrp_core.brain.network.origin import LISTED
 from nrp_core.brain.network.synapses.laws import LAWS
 
 Synapses = npt.NDArray[np.bool_]

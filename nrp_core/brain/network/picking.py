@@ -31,10 +31,6 @@ def with_views(network: Network, populations: Mapping[str, Selection]) -> Networ
     Raises:
         NeuronSelectionError: the circuit has no such cells.
     """
-    if not isinstance(populations, Mapping):
-        raise NeuronSelectionError(
-            f"populations are selections of cells by name, such as {{'eyes': '0:5'}}, not {populations!r:.60}"
-        )
     if not populations:
         return network
     named = CIRCUIT in network.views or CIRCUIT in network.populations

@@ -8,6 +8,7 @@ from typing import Any, Final, Literal, get_args
 
 import numpy as np
 
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.brain.nir.graded import GRADED, currents
 from nrp_core.brain.nir.graph import Graph, read_graph
 from nrp_core.brain.nir.linear import NEURONS, Signal, Signals, emitting
@@ -27,6 +28,7 @@ _SHORT: Final = 1.0 - 1e-6
 _SUBTRACTING: Final = frozenset({"LIF", "IF", "CubaLIF"})
 
 
+@checks_arguments("method", "inputs", "reset", "refractory", "dt")
 def load_nir(
     sim: Any,
     path: Path | str,

@@ -8,6 +8,7 @@ from typing import Any, Final, get_args
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.synapses.static import STATIC
 from nrp_core.brain.nir.graph import library
@@ -21,6 +22,7 @@ _MOST_WEIGHTS: Final = 10**8
 """The largest dense matrix that is written; it has 0.8 GB."""
 
 
+@checks_arguments("method")
 def save_nir(network: Network, path: Path | str, *, method: Method = "exact") -> None:
     """Write a network of cells that NIR has: ``IF_curr_delta`` and ``IF_curr_exp`` with static synapses.
 
@@ -38,8 +40,6 @@ def save_nir(network: Network, path: Path | str, *, method: Method = "exact") ->
         NetworkError: NIR has no node for something in the network, or the file cannot be written.
     """
     path = path_of(path, NetworkError)
-    if not isinstance(network, Network):
-        raise NetworkError(f"save_nir: a network is saved, not {network!r:.60}")
     if method not in get_args(Method):
         raise NetworkError(f"save_nir: method is '{method}'{did_you_mean(str(method), get_args(Method))}")
     if network.timestep_ms is None:

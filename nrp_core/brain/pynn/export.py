@@ -13,11 +13,12 @@ from pyNN.random import RandomDistribution
 
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
 from nrp_core.brain.network import data as data
-from nrp_core.brain.network.data import Network, Origin
+from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.equations.doubts import known_value
 from nrp_core.brain.network.equations.model import INPUT
 from nrp_core.brain.network.equations.responses import beginning
 from nrp_core.brain.network.indices import indices_of
+from nrp_core.brain.network.origin import Origin
 from nrp_core.brain.network.rewiring import Rewiring
 from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.populations import SPIKE_TIMES, Population, ids_of, parts_of

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Final, Self
 from pydantic import Field
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.backend import BrainBackend, BrainOptions
 from nrp_core.brain.changes import ParameterChange, Rewirings, Synapses
-from nrp_core.brain.interface import Brain, BrainBackend, BrainOptions
+from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network, Population, Projection
 from nrp_core.brain.remote.idle import borrow, give_back
 from nrp_core.brain.remote.sole import is_taken

@@ -7,8 +7,9 @@ from contextlib import suppress
 from typing import Any, Final, NamedTuple
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.backend import BrainBackend, BrainOptions
 from nrp_core.brain.changes import ParameterChange, Rewirings, Synapses, projection_of
-from nrp_core.brain.interface import Brain, BrainBackend, BrainOptions
+from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.remote.columns import SharedColumns
 from nrp_core.brain.remote.messages import Channel

@@ -72,7 +72,7 @@ def _values(subject: Subject, name: str) -> Mapping[str, Any]:
     """Return the variables of the templates."""
     from importlib.metadata import version
 
-    from nrp_core.brain.interface import BRAIN_INTERFACE_VERSION
+    from nrp_core.brain.backend import BRAIN_INTERFACE_VERSION
     from nrp_core.world.interface import WORLD_INTERFACE_VERSION
 
     words = re.split("[_-]", name)

@@ -16,6 +16,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Generic, TypeVar
 
+from nrp_core._support.checked_arguments import checks_arguments, require_fields
 from nrp_core.comparison.signals import RunSignals
 from nrp_core.errors import BackendLoadError, ExperimentError, did_you_mean
 from nrp_core.experiment.model.experiment import Experiment
@@ -39,12 +40,16 @@ class Margin:
     at_most: float | None = None
     at_least: float = 0.0
 
+    def __post_init__(self) -> None:
+        require_fields(self, "Margin")
+
     def within(self, sd: float) -> float:
         """Return the margin in the metric's unit, for a spread in that unit."""
         margin = max(self.amount * sd if self.in_sd else self.amount, self.at_least)
         return margin if self.at_most is None else min(margin, self.at_most)
 
     @classmethod
+    @checks_arguments()
     def parse(cls, text: str, unit: str = "") -> Margin:
         """Read ``0.5``, with or without its unit, or ``2sd``.
 

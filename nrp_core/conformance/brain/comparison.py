@@ -7,8 +7,8 @@ from time import perf_counter
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
+from nrp_core.brain.backend import BrainBackend, BrainOptions
 from nrp_core.brain.backends import brains
-from nrp_core.brain.interface import BrainBackend, BrainOptions
 from nrp_core.clock import milliseconds
 from nrp_core.conformance.brain.kit import EXACT_MS, BrainKit, record
 from nrp_core.conformance.brain.parts import network

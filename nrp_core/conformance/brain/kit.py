@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.backends import brains
 from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort
-from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities
+from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Population, Projection
 from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.conformance.base import SimulatorTests

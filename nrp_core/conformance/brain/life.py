@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from nrp_core.brain.backend import BRAIN_INTERFACE_VERSION
 from nrp_core.brain.devices.sources import DCSource
-from nrp_core.brain.interface import BRAIN_INTERFACE_VERSION
 from nrp_core.clock import NS_PER_MS
 from nrp_core.conformance.brain.kit import BrainKit, record
 from nrp_core.conformance.brain.samples import SAMPLES

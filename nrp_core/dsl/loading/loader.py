@@ -8,6 +8,7 @@ from types import CodeType, MappingProxyType, ModuleType
 from typing import Any
 
 from nrp_core import dsl
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.scoped_import import Scope
 from nrp_core.dsl import tf_lib
 from nrp_core.dsl.functions.collector import collecting
@@ -21,6 +22,7 @@ from nrp_core.paths import path_of
 DECLARES_NOTHING = "declares no transfer function; decorate one with @nrp.Neuron2Robot or @nrp.Robot2Neuron"
 
 
+@checks_arguments()
 def load_transfer_functions(
     path: Path | str,
     *,

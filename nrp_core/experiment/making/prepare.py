@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from functools import partial, reduce
 from typing import Any, Generic, TypeVar
 
+from nrp_core._support.checked_arguments import checks_arguments
+from nrp_core.brain.backend import BrainBackend
 from nrp_core.brain.backends import brains
-from nrp_core.brain.interface import BrainBackend
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.implausible import implausible
 from nrp_core.cle.time_limit import TimeLimit, TimeLimitExceeded
@@ -106,6 +107,7 @@ class Plan:
     warnings: tuple[Finding, ...]
 
 
+@checks_arguments()
 def prepare(
     experiment: Experiment, progress: ProgressCallback = no_progress, build: Build | None = None
 ) -> Plan:

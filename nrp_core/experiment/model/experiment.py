@@ -23,6 +23,7 @@ from pydantic import (
     model_validator,
 )
 
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.brain.network.data import Network
 from nrp_core.cle.pacing import SLOWEST
 from nrp_core.clock import NS_PER_MS, milliseconds
@@ -364,6 +365,7 @@ class Experiment(Section):
         copy._maker = maker
         return copy
 
+    @checks_arguments()
     def with_overrides(self, overrides: Sequence[str]) -> Experiment:
         """Return the same experiment with the overrides ``dotted.key=value`` of its file."""
         copy = self.model_copy()

@@ -15,6 +15,7 @@ from pathlib import Path
 from types import ModuleType
 
 from nrp_core._support.archives import unpacked
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.errors import BackendError, ExperimentError, did_you_mean
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.paths import MissingFileError, require_target
@@ -29,6 +30,7 @@ STEM = "experiment"
 ARCHIVE = ".zip"
 
 
+@checks_arguments("text", "overrides")
 def load_experiment(text: str | Path, overrides: Iterable[str] = ()) -> Experiment:
     """Find and read an experiment.
 

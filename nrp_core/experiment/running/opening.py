@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.brain.network.data import Network
-from nrp_core.errors import ExperimentError
 from nrp_core.experiment.backends import named
 from nrp_core.experiment.making.prepare import Side, prepare
 from nrp_core.experiment.making.watch import declare_own
@@ -28,6 +28,7 @@ def open_beside(first: World, section: BackendSection, side: Side[Any], seed: in
         return world
 
 
+@checks_arguments()
 def open_world(experiment: Experiment) -> World:
     """Open the world of an experiment without its brain, with the topics and aliases of the experiment.
 
@@ -37,8 +38,6 @@ def open_world(experiment: Experiment) -> World:
         BackendError: a backend is missing, broken or does not open.
         InvalidExperimentError: the experiment is wrong; it carries all findings.
     """
-    if not isinstance(experiment, Experiment):
-        raise ExperimentError(f"open_world takes an experiment that is loaded, not {experiment!r:.60}")
     plan = prepare(experiment)
     world: World = open_side(experiment.world, plan.world, plan.scene, experiment.seed)
     collector = Collector(experiment.source)

@@ -20,6 +20,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.closing import Closing
 from nrp_core._support.stopwatch import work
 from nrp_core.brain.interface import Brain
@@ -263,7 +264,8 @@ class Run(Closing):
         """
         self.run_until(seconds(self.experiment.duration) if until_s is None else until_s)
 
-    def change(self, add: Added = (), remove: Iterable[str] = ()) -> None:
+    @checks_arguments("add")
+    def change(self, add: Added = (), remove: Iterable[str] | str = ()) -> None:
         """Add, replace and remove transfer functions before the next step, or change nothing; any thread may.
 
         Args:
@@ -290,6 +292,7 @@ class Run(Closing):
     def _load(self, path: Path) -> list[TransferFunction]:
         return load_functions(path, self.experiment.function_parameters)
 
+    @checks_arguments("active")
     def activate(self, name: str, active: bool = True) -> None:
         """Activate or deactivate a transfer function from the next step on; any thread may call this.
 
@@ -474,6 +477,7 @@ class Run(Closing):
         """Return whether each criterion is met so far; None: it is not decided."""
         return self._watch.passed()
 
+    @checks_arguments()
     def write_csv(self, folder: Path | None = None) -> list[Path]:
         """Write the rows of CSV recorders so far, and return the files.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from mcap.records import Message
 
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.clock import NS_PER_MS
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.paths import path_of
@@ -95,6 +96,7 @@ class Recording:
         """Every topic by its name."""
         return {topic.name: topic for topic, _ in self._stored()}
 
+    @checks_arguments("roles")
     def with_role(self, *roles: Role) -> list[RecordedTopic]:
         """Return the topics of these roles.
 
@@ -108,6 +110,7 @@ class Recording:
                 )
         return [topic for topic in self.topics.values() if topic.role in roles]
 
+    @checks_arguments("topics")
     def messages(self, topics: Iterable[str] | None = None) -> Iterator[Recorded]:
         """Return messages in the order of time, in which they were written.
 
@@ -126,16 +129,11 @@ class Recording:
         return self._messages(wanted)
 
     def _messages(self, wanted: set[str] | None) -> Iterator[Recorded]:
-        codec, known = Codec({}), set[str]()
-        for topic, message in self._stored():
-            known.add(topic.name)
-            if message is not None and (wanted is None or topic.name in wanted):
-                yield Recorded(topic.name, message.log_time, self.decoded(codec, topic, message.data))
-        for name in sorted((wanted or set()) - known):
-            if not name.startswith(_OWN):  # not every recording has all of them
-                hint = did_you_mean(name, known)
-                _logger.warning("%s: no message was recorded on '%s'%s", self.file, name, hint)
+        codec = Codec({})
+        for topic, message in self._chosen(wanted):
+            yield Recorded(topic.name, message.log_time, self.decoded(codec, topic, message.data))
 
+    @checks_arguments("topic")
     def frame(self, topic: str) -> Any:
         """Return the messages of a topic as a pandas DataFrame, a row for each.
 
@@ -237,11 +235,21 @@ class Recording:
     def _without_messages(self) -> ExperimentError:
         return ExperimentError(f"no recording: no file '{self.file.name}' is in it", path=self.folder)
 
-    def raw(self, topics: Collection[str] | None = None) -> Iterator[tuple[RecordedTopic, Message]]:
-        """Return messages undecoded, as records of the file."""
+    @checks_arguments()
+    def raw(self, topics: Iterable[str] | None = None) -> Iterator[tuple[RecordedTopic, Message]]:
+        """Return messages undecoded, as records of the file; otherwise as :meth:`messages`."""
+        return self._chosen(None if topics is None else _names(topics, self.file))
+
+    def _chosen(self, wanted: set[str] | None) -> Iterator[tuple[RecordedTopic, Message]]:
+        known = set[str]()
         for topic, message in self._stored():
-            if message is not None and (topics is None or topic.name in topics):
+            known.add(topic.name)
+            if message is not None and (wanted is None or topic.name in wanted):
                 yield topic, message
+        for name in sorted((wanted or set()) - known):
+            if not name.startswith(_OWN):  # not every recording has all of them
+                hint = did_you_mean(name, known)
+                _logger.warning("%s: no message was recorded on '%s'%s", self.file, name, hint)
 
 
 def _names(topics: object, file: Path) -> set[str]:

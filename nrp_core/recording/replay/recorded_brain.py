@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
+from nrp_core.brain.backend import BrainBackend, BrainOptions
+from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Population
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.experiment.making.prepare import Plan, Side
@@ -83,4 +84,4 @@ class RecordedBrain(Brain):
 def with_recorded_brain(plan: Plan, recording: Recording) -> Plan:
     """Return a plan with a recorded brain."""
     backend = RecordedBrainBackend(recording, plan.brain.capabilities)
-    return replace(plan, brain=Side(backend, None, backend.capabilities(BrainOptions())))
+    return replace(plan, brain=Side(backend, BrainOptions(), backend.capabilities(BrainOptions())))

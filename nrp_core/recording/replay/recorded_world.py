@@ -220,4 +220,4 @@ def _image(small: CompressedImage) -> Image:
 def with_recorded_world(plan: Plan, recording: Recording) -> Plan:
     """Return a plan with a recorded world."""
     backend = RecordedWorldBackend(recording, plan.world.capabilities)
-    return replace(plan, world=Side(backend, None, backend.capabilities(WorldOptions())))
+    return replace(plan, world=Side(backend, WorldOptions(), backend.capabilities(WorldOptions())))

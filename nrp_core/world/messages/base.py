@@ -13,6 +13,7 @@ from typing import Any, TypeVar, cast, get_origin, get_type_hints
 
 import numpy as np
 
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.clock import NS_PER_S
 
 T = TypeVar("T")
@@ -20,6 +21,7 @@ T = TypeVar("T")
 _TYPES: dict[str, type] = {}
 
 
+@checks_arguments()
 def message(name: str, definition: str = "") -> Callable[[type[T]], type[T]]:
     """Name a dataclass as a message type.
 

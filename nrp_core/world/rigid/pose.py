@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from math import atan2, copysign, cos, hypot, pi, sin, sqrt
 from typing import Final
 
+from nrp_core._support.checked_arguments import checks_arguments
+
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
@@ -27,6 +29,7 @@ class Pose:
     orientation: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
     @classmethod
+    @checks_arguments()
     def from_rpy(cls, position: Vector, roll: float, pitch: float, yaw: float) -> Pose:
         """Build a pose from roll, pitch and yaw in radians, about fixed axes x, y, z (as SDF, URDF)."""
         cr, sr = cos(roll / 2), sin(roll / 2)
@@ -41,6 +44,7 @@ class Pose:
         return cls(position, orientation)
 
     @classmethod
+    @checks_arguments()
     def pointing(cls, direction: Vector) -> Pose:
         """Build the shortest rotation that takes z to a unit vector."""
         x, y, z = direction

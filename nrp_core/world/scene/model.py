@@ -13,6 +13,7 @@ from math import inf, pi
 from pathlib import Path
 from typing import ClassVar, TypeVar
 
+from nrp_core._support.checked_arguments import checks_arguments, require_fields
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.findings import Finding
 from nrp_core.world.rigid.pose import Pose, Vector
@@ -314,6 +315,7 @@ class Model:
                 not exist, a pose is none, a link is held by two joints, or joints form a loop.
         """
         owner = f"the model '{self.name}'"
+        require_fields(self, owner)
         links = [link.name for link in self.links]
         if not links:
             raise SceneError(f"{owner} has no link")
@@ -407,6 +409,7 @@ class Scene:
     ties: tuple[Tie, ...] = field(default=(), metadata=LATER)
 
     def __post_init__(self) -> None:
+        require_fields(self, "the scene")
         check_unique((model.name for model in self.models), "models", "the scene")
         for model in self.models:
             model.check()
@@ -414,18 +417,23 @@ class Scene:
             for name, link in (tie.parent, tie.child):
                 self.model(name).link(link)
 
+    @checks_arguments()
     def with_model(self, model: Model) -> Scene:
         """Return this scene with one more model and its warnings."""
         return replace(self, models=(*self.models, model), warnings=(*self.warnings, *model.warnings))
 
+    @checks_arguments()
     def without(self, name: str) -> Scene:
         """Return this scene without a model and what ties others to it."""
+        self.model(name)
         models = tuple(model for model in self.models if model.name != name)
         ties = tuple(tie for tie in self.ties if name not in (tie.parent[0], tie.child[0]))
         return replace(self, models=models, ties=ties)
 
+    @checks_arguments()
     def with_pose(self, name: str, pose: Pose) -> Scene:
         """Return this scene with a model at another pose."""
+        self.model(name)
         models = (replace(model, pose=pose) if model.name == name else model for model in self.models)
         return replace(self, models=tuple(models))
 

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.devices.sources import DCSource, FixedFrequencySource, PoissonSource
 from nrp_core.brain.interface import Brain
-from nrp_core.brain.network.data import Origin, Population, Projection
+from nrp_core.brain.network.data import Population, Projection
+from nrp_core.brain.network.origin import Origin
 from nrp_core.brain.network.synapses.stdp import STDP
 from nrp_core.brain.network.synapses.tsodyks_markram import TSODYKS_MARKRAM
 from nrp_core.brain.spikes import Spikes, SynapticEvents

@@ -10,8 +10,9 @@ from registry import Found, register
 from small_brain import CELL, SmallBackend, SmallBrain
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core.brain.backend import BrainOptions
 from nrp_core.brain.changes import PARAMETERS, WEIGHTS, ParameterChange
-from nrp_core.brain.interface import Brain, BrainCapabilities, BrainOptions
+from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.synapses.static import STATIC
 from nrp_core.brain.network.synapses.stdp import STDP

@@ -12,7 +12,8 @@ from registry import Found, register
 from small_brain import STEP_MS, SmallBackend, SmallBrain
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.interface import Brain, BrainCapabilities, BrainOptions
+from nrp_core.brain.backend import BrainOptions
+from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network, Projection
 from nrp_core.brain.network.synapses.tsodyks_markram_kernel import CONSTANTS, released_share
 

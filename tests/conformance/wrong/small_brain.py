@@ -11,7 +11,8 @@ from math import ceil
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
+from nrp_core.brain.backend import BrainBackend, BrainOptions
+from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.grid import Grid
 from nrp_core.brain.network.synapses.static import STATIC

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from nrp_core.brain.backend import BRAIN_INTERFACE_VERSION
 from nrp_core.brain.backends import brains
-from nrp_core.brain.interface import BRAIN_INTERFACE_VERSION, Brain
+from nrp_core.brain.interface import Brain
 from nrp_core.errors import NrpError
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run

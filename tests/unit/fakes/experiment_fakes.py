@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from nrp_core.brain.interface import Brain, BrainBackend, BrainCapabilities, BrainOptions
+from nrp_core.brain.backend import BrainBackend, BrainOptions
+from nrp_core.brain.interface import Brain, BrainCapabilities
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.spikes import Spikes, SynapticEvents
 from nrp_core.clock import seconds

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from nrp_core._support.arrays import IntArray
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.brain.files.hdf5 import attribute, group, groups, reading
 from nrp_core.brain.files.sonata.config import Config, Files, read_config
 from nrp_core.brain.files.sonata.doubts import (
@@ -34,6 +35,7 @@ _MAGIC = 0x0A7A
 T = TypeVar("T")
 
 
+@checks_arguments()
 def read_sonata(
     path: Path | str,
     *,

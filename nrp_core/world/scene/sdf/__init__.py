@@ -15,6 +15,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
+from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.errors import SceneError
 from nrp_core.findings import Code
 from nrp_core.paths import path_of
@@ -38,6 +39,7 @@ _ON_EARTH: Final = (-9.9, -9.7)
 _ASIDE: Final = 0.1
 
 
+@checks_arguments()
 def read_model(
     path: Path | str,
     *,
@@ -89,6 +91,7 @@ def _warn_of_gravity(holder: Element, reading: Reading) -> None:
             reading.notes.warn(gravity, Code.NRP263, message, subject="gravity")
 
 
+@checks_arguments()
 def read_scene(
     path: Path | str,
     *,

@@ -1,0 +1,76 @@
+"""What a distribution provides of a spiking simulator: its capabilities, its options, and brains."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from pydantic import BaseModel, ConfigDict
+
+from nrp_core._support.checked_arguments import checks_arguments
+from nrp_core._support.diagnosis import Diagnosis
+from nrp_core.brain.capabilities import BrainCapabilities
+from nrp_core.brain.network.data import Network
+from nrp_core.brain.report import Report
+from nrp_core.findings import Finding
+
+if TYPE_CHECKING:
+    from nrp_core.brain.interface import Brain
+
+BRAIN_INTERFACE_VERSION = 1
+"""Version of this interface; a backend states the one it was written for as ``interface_version``."""
+
+
+class BrainOptions(BaseModel):
+    """Base class of a backend's options in an experiment file; unknown names are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class BrainBackend(ABC):
+    """The entry point of a brain simulator. It must be cheap to import and construct.
+
+    Attributes:
+        interface_version: the version of this interface that it was written for; 1 by default.
+        options: the class of its options.
+    """
+
+    interface_version: ClassVar[int] = 1
+    options: ClassVar[type[BrainOptions]] = BrainOptions
+
+    def __init_subclass__(cls, **named: Any) -> None:
+        """Let the ``open`` of each backend check what it is given."""
+        super().__init_subclass__(**named)
+        if "open" in vars(cls):
+            setattr(cls, "open", checks_arguments(options=cls.options)(vars(cls)["open"]))  # noqa: B010
+
+    @abstractmethod
+    def capabilities(self, options: BrainOptions) -> BrainCapabilities:
+        """Return the backend's capabilities with these options, without loading the simulator."""
+
+    def diagnose(self) -> list[Diagnosis]:
+        """Check this machine for the requirements of the backend; may load the simulator."""
+        return []
+
+    def warnings(self, network: Network, options: BrainOptions) -> Sequence[Finding | str]:
+        """Return the parts of a network that the simulator would change or ignore: findings, or texts.
+
+        Called before every run.
+
+        Raises:
+            NetworkError, CapabilityError: the simulator cannot run the network.
+        """
+        return []
+
+    def reports(self, network: Network, options: BrainOptions) -> list[Report]:
+        """Return reports about a network on this backend, before it runs; none by default.
+
+        Raises:
+            NetworkError, CapabilityError: the simulator cannot run the network.
+        """
+        return []
+
+    @abstractmethod
+    def open(self, network: Network, *, seed: int, options: BrainOptions) -> Brain:
+        """Load a network into the simulator, at time 0."""
