@@ -8,7 +8,10 @@ from typing import Any
 
 from pyNN.common.control import DEFAULT_MIN_DELAY, DEFAULT_TIMESTEP
 
+from nrp_core.brain.backends import brains
+from nrp_core.brain.pynn.arguments import require_kind
 from nrp_core.pynn.running import DEFAULT_BACKEND, RunningState
+from nrp_core.seeds import require_seed
 
 
 def control(api: ModuleType, state: RunningState) -> Mapping[str, Any]:
@@ -36,6 +39,12 @@ def control(api: ModuleType, state: RunningState) -> Mapping[str, Any]:
             extra: ``max_delay``; arguments of other simulators are ignored, as PyNN requires.
         """
         rank: int = begin(DEFAULT_TIMESTEP if timestep is None else timestep, min_delay, **extra)
+        require_kind("setup", "backend", backend, str, "the name of a brain backend, such as 'event'")
+        require_kind(
+            "setup", "options", options, (Mapping, type(None)), "a dictionary such as {'threads': 2}"
+        )
+        require_seed(seed)
+        brains().provider(backend)
         state.use(backend, options or {}, seed, follows=timestep is not None)
         return rank
 

@@ -14,10 +14,12 @@ from neo import Segment
 from pyNN import recording
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.numbers import is_number
 from nrp_core.brain.changes import Rewirings
 from nrp_core.brain.devices.sinks import SpikeRecorder, SpikeRecorderPort
 from nrp_core.brain.devices.state_recorder import StateRecorder, StateRecorderPort
 from nrp_core.brain.interface import Brain
+from nrp_core.brain.pynn.arguments import require_kind
 from nrp_core.brain.pynn.own_names import own_name
 from nrp_core.clock import NS_PER_MS, from_milliseconds, milliseconds
 from nrp_core.errors import NetworkError, NrpError
@@ -27,6 +29,8 @@ from nrp_core.pynn.trains import SpikeTrains
 if TYPE_CHECKING:
     from nrp_core.brain.pynn.simulator import Simulator
 
+_CLEAR = 2
+"""The place of `clear` among the arguments of `get`, after the variables."""
 SPIKES = recording.Variable(name="spikes", location=None, label=None)
 
 
@@ -82,6 +86,8 @@ class Recorder(recording.Recorder):
         Raises:
             NetworkError: there are no data before a run.
         """
+        clear = options["clear"] if "clear" in options else (*arguments, False, False, False)[_CLEAR]
+        require_kind(f"population '{self.population.label}'", "clear", clear, bool, "True or False")
         if not self._simulator.state.running and not list(self.cache):
             raise NetworkError(f"population '{self.population.label}' has no data yet; run first")
         self._simulator.state.tell(self._missing(variables))
@@ -100,9 +106,11 @@ class Recorder(recording.Recorder):
     # -- what PyNN's recorder calls
 
     def _check_sampling_interval(self, sampling_interval: float | None) -> None:
-        if sampling_interval is not None and not milliseconds(1) <= sampling_interval < inf:
+        if sampling_interval is not None and not (
+            is_number(sampling_interval) and milliseconds(1) <= sampling_interval < inf
+        ):
             raise NetworkError(
-                f"population '{self.population.label}': sampling_interval is {sampling_interval} ms; it must "
+                f"'{self.population.label}': sampling_interval is {sampling_interval!r} ms; it must "
                 "be at least 1 ns, and finite"
             )
         super()._check_sampling_interval(sampling_interval)

@@ -355,3 +355,26 @@ def test_the_command_line_runs_one_and_ends_with_one_error(warm: Path, tmp_path:
     assert done.returncode == 1
     assert done.stderr.startswith("error: ")
     assert "bad.py:3: StocExp is not supported: it has a random threshold" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("n_boards_required=0", "setup: n_boards_required is 0; it must be a number above 0, or None"),
+        (
+            "n_chips_required='many'",
+            "setup: n_chips_required is 'many'; it must be a number above 0, or None",
+        ),
+        ("time_scale_factor=-1", "setup: time_scale_factor is -1; it must be a number above 0, or None"),
+        ("machine_time_step=True", "setup: machine_time_step is True; it must be a number above 0, or None"),
+    ],
+)
+def test_an_impossible_size_of_the_machine_is_refused(setting: str, words: str, tmp_path: Path) -> None:
+    assert words in str(refused(tmp_path, f"p.setup(timestep=1.0, {setting})"))
+
+
+def test_possible_sizes_of_the_machine_are_taken(tmp_path: Path) -> None:
+    run(
+        tmp_path,
+        f"{HEAD}p.setup(timestep=1.0, n_boards_required=3, time_scale_factor=1.5, n_chips_required=None)\n",
+    )

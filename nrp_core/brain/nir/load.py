@@ -9,6 +9,7 @@ from typing import Any, Final, Literal, get_args
 import numpy as np
 
 from nrp_core._support.checked_arguments import checks_arguments
+from nrp_core._support.named_values import Named
 from nrp_core.brain.nir.graded import GRADED, currents
 from nrp_core.brain.nir.graph import Graph, read_graph
 from nrp_core.brain.nir.linear import NEURONS, Signal, Signals, emitting
@@ -119,7 +120,7 @@ class _Loader:
         self._remark_loose_ends({start for start, _ in edges})
         self._remark_unheard_outputs()
         self._remark_short_times()
-        return populations
+        return Named(populations, "population", "the file")
 
     def _remark_short_times(self) -> None:
         """Remark on time constants shorter than a step, in which a cell keeps nothing of its state."""

@@ -13,6 +13,7 @@ from pyNN import common, connectors, errors, random, space, standardmodels
 from pyNN.network import Network as Components
 from pyNN.standardmodels import StandardCellType
 
+from nrp_core._support.numbers import is_number
 from nrp_core.brain.network.cells.types import CELLS
 from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.brain.nir.load import load_nir
@@ -29,7 +30,7 @@ from nrp_core.brain.pynn.invalid import PastTimeError, WrongKindError
 from nrp_core.brain.pynn.nestml import nestml_cell
 from nrp_core.brain.pynn.recording import Recorder
 from nrp_core.brain.pynn.simulator import Simulator
-from nrp_core.brain.pynn.space import Space
+from nrp_core.brain.pynn.space import checked_space
 from nrp_core.brain.pynn.standard_equations import cells_in_equations
 from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.parameters import GivenParameters
@@ -47,10 +48,7 @@ _BOUND = (
     electrodes.DCSource, electrodes.ACSource, electrodes.StepCurrentSource, electrodes.NoisyCurrentSource,
     rng.NumpyRNG, rng.NativeRNG, rng.RandomDistribution,
 )  # fmt: skip
-_UNBOUND = (
-    Space, space.Line, space.Grid2D, space.Grid3D, space.RandomStructure, space.Cuboid, space.Sphere,
-    Components, StandardCellType, random.GSLRNG,
-)  # fmt: skip
+_UNBOUND = (Components, StandardCellType, random.GSLRNG)
 
 
 def programming_interface(
@@ -83,6 +81,7 @@ def programming_interface(
         "EquationSynapse": equation_synapse,
         "nestml_cell": nestml_cell,
         **models.unavailable_models(),
+        **checked_space(),
         **{unbound.__name__: unbound for unbound in _UNBOUND},
         **{base.__name__: simulator.bind(base) for base in bound},
         **_control(simulator),
@@ -151,6 +150,7 @@ def _control(simulator: Simulator) -> dict[str, Any]:
         Raises:
             PastTimeError: the time has passed.
         """
+        _require_time(time_point)
         if time_point - state.t < -state.dt / 2:
             raise PastTimeError(f"run: {time_point:g} ms is in the past; the time is {state.t:g} ms")
         reached: float = advance(time_point, checked(callbacks, time_point))
@@ -158,8 +158,7 @@ def _control(simulator: Simulator) -> dict[str, Any]:
 
     def run(simtime: float, callbacks: Any = None) -> float:
         """Run for a time (ms), see PyNN."""
-        if not isinstance(simtime, (int, float, np.number)):
-            raise WrongKindError(f"run: the time is a number of ms, not {simtime!r}")
+        _require_time(simtime)
         return run_until(state.t + simtime, callbacks)
 
     queries = ("get_current_time", "get_time_step", "get_min_delay", "get_max_delay", "num_processes", "rank")
@@ -190,13 +189,28 @@ def _procedures(simulator: Simulator) -> dict[str, Any]:
     }
 
 
+def _require_time(time_ms: Any) -> None:
+    if not is_number(time_ms):
+        raise WrongKindError(f"run: the time is a number of ms, not {time_ms!r:.60}")
+
+
 class _NoArguments(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         raise NetworkError(f"a brain script gets no command line: {message}")
 
 
 def _defaults(arguments: tuple[Any, ...]) -> argparse.Namespace:
-    """Return the result of PyNN's ``get_simulator`` for a command line with only a simulator."""
+    """Return the result of PyNN's ``get_simulator`` for a command line with only a simulator.
+
+    Raises:
+        WrongKindError: an argument is not one of a command line.
+    """
+    for given in arguments:
+        if not isinstance(given, list | tuple) or len(given) < 2:
+            raise WrongKindError(
+                "get_simulator: its arguments are (name, help) of further ones of the command line, not "
+                f"{given!r:.60}; the simulator is named on the command line, here it is this one"
+            )
     parser = _NoArguments()
     parser.add_argument("simulator")
     for name, text, *options in arguments:

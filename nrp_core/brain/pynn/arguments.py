@@ -12,7 +12,9 @@ from typing import Any, Final
 
 import numpy as np
 from pyNN import errors
+from pyNN.models import BaseCellType
 from pyNN.parameters import LazyArray
+from pyNN.space import BaseStructure
 
 from nrp_core.brain.pynn.invalid import InvalidValueError, WrongKindError
 from nrp_core.errors import NetworkError, did_you_mean
@@ -129,7 +131,7 @@ def require_values(owner: str, given: Mapping[str, Any]) -> None:
     """
     for name, value in given.items():
         for part in value if isinstance(value, (list, tuple)) else [value]:
-            if part is None or np.asarray(part).dtype.kind in _NO_NUMBERS:
+            if part is None or isinstance(part, Mapping) or np.asarray(part).dtype.kind in _NO_NUMBERS:
                 raise InvalidValueError(
                     f"{owner}: {name} is {reprlib.repr(value)}; it must be a number, one number for each, a "
                     "RandomDistribution or a function of the index"
@@ -148,3 +150,24 @@ def require_shape(owner: str, space: Mapping[str, Any], shape: tuple[int, ...]) 
         if isinstance(base, np.ndarray) and base.shape not in ((), shape):
             sizes = [" x ".join(map(str, numbers)) for numbers in (base.shape, shape)]
             raise InvalidValueError(f"{owner}: {name} has {sizes[0]} values where there are {sizes[1]}")
+
+
+def require_population(label: str, size: Any, model: Any, structure: Any, initial_values: Any) -> None:
+    """Check the arguments of a population.
+
+    Raises:
+        NetworkError: the size is not a whole number of 0 or more, or an argument has the wrong type.
+    """
+    owner = f"population '{label}'"
+    numbers = size if isinstance(size, tuple) else (size,)
+    if len(numbers) > 3 or not all(isinstance(number, (int, np.integer)) for number in numbers):
+        raise InvalidValueError(
+            f"{owner}: its size is {size!r}; it must be a whole number, or one for each of up to 3 axes"
+        )
+    if min(numbers) < 1:
+        raise NetworkError(f"{owner} has no cells: its size is {size}")
+    if not (isinstance(model, type) and issubclass(model, BaseCellType)):
+        example = model if isinstance(model, str) else "IF_cond_exp"
+        require_kind(owner, "cell type", model, BaseCellType, f"one such as sim.{example}()")
+    require_kind(owner, "structure", structure, (BaseStructure, type(None)), "one such as sim.Line()")
+    require_kind(owner, "initial_values", initial_values, (Mapping, type(None)), "a dictionary")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from numbers import Real
 from typing import Any, Final
 
-from nrp_core.brain.pynn.invalid import InvalidValueError
+from nrp_core.brain.pynn.invalid import InvalidValueError, WrongKindError
 
 _ROUNDING_MS: Final = 1e-9
 _MOST_CALLS: Final = 1000
@@ -44,5 +44,16 @@ class Callback:
 
 
 def checked(functions: Sequence[Callable[[float], Any]] | None, until_ms: float) -> list[Callback] | None:
-    """Return callbacks of a run until a time, ms, with their answers checked."""
-    return [Callback(function, until_ms) for function in functions] if functions else None
+    """Return callbacks of a run until a time, ms, with their answers checked.
+
+    Raises:
+        WrongKindError: they are not a list of functions.
+    """
+    if functions is None:
+        return None
+    given = [*functions] if isinstance(functions, Iterable) else [None]
+    if not all(map(callable, given)):
+        raise WrongKindError(
+            f"run: callbacks are a list of functions, which are called with the time, not {functions!r:.60}"
+        )
+    return [Callback(function, until_ms) for function in given] or None

@@ -16,9 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from neo.io.baseio import BaseIO
 from pyNN import common, errors, standardmodels
-from pyNN.models import BaseCellType
 from pyNN.parameters import ArrayParameter, LazyArray, ParameterSpace, simplify
-from pyNN.space import BaseStructure
 
 from nrp_core._support.arrays import FloatArray, IntArray
 from nrp_core.brain.network.limits import check_cells, check_spike_times, check_values, limits_of_cells
@@ -27,6 +25,7 @@ from nrp_core.brain.pynn.arguments import (
     UnknownParameterError,
     require_kind,
     require_names,
+    require_population,
     require_shape,
     require_values,
 )
@@ -41,6 +40,7 @@ from nrp_core.brain.pynn.invalid import (
 from nrp_core.brain.pynn.own_names import columns_of, own_name, values_of
 from nrp_core.brain.pynn.rng import name_streams, named
 from nrp_core.brain.pynn.simulator import Simulator, State
+from nrp_core.brain.pynn.space import are_at_one_place
 from nrp_core.errors import NetworkError, did_you_mean
 
 SPIKE_TIMES = "spike_times"
@@ -111,6 +111,15 @@ class _Cells(common.BasePopulation):
         view: PopulationView = self._simulator.types["PopulationView"](self, selector, label)
         return view
 
+    def write_data(self, io: Any, *arguments: Any, **options: Any) -> None:
+        """Write recorded data to a file, see PyNN.
+
+        Raises:
+            NetworkError: no file is of that kind.
+        """
+        _require_written(f"population '{self._owner().label}'", io)
+        super().write_data(io, *arguments, **options)
+
     def sample(self, n: int, rng: Any = None) -> PopulationView:
         """Return a view of ``n`` cells drawn at random; all where there are fewer."""
         if n > self.size:
@@ -164,11 +173,8 @@ class _Cells(common.BasePopulation):
         require_kind(owner, "list of variables", names, Iterable, "names such as 'spikes' and 'v'")
         require_existing(self._owner().label, self, self._owner()._simulator.state)
         file = arguments[0] if arguments else options.get("to_file")
-        file = None if file is True else file  # from PyNN's record_v(), which writes none
-        require_kind(owner, "file (to_file)", file, (str, BaseIO, type(None)), "a name such as 'data.pkl'")
-        if isinstance(file, str) and Path(file).suffix not in WRITTEN:  # or the data would be lost at the end
-            hint = did_you_mean(Path(file).suffix, WRITTEN)
-            raise InvalidValueError(f"{owner}: data are not written to '{file}'{hint}")
+        if file not in (None, True):  # True is from PyNN's record_v(), which writes none
+            _require_written(owner, file)  # or the data would be lost at the end
         try:
             super().record(variables, *arguments, **options)
         except errors.RecordingError as error:
@@ -217,15 +223,27 @@ class Population(_Cells, common.Population):
             else:
                 cellparams = {}
         label = label or f"population{len(self._simulator.state.populations)}"
-        _require_kinds(label, size, cellclass, structure)
+        require_population(label, size, cellclass, structure, initial_values)
         if cellparams is not None and not isinstance(cellclass, type):
             name = type(cellclass).__name__
             raise WrongKindError(
                 f"population '{label}': give its parameters to {name}(...), not as cellparams"
             )
         super().__init__(size, cellclass, cellparams, structure, dict(initial_values or {}), label)
+        if self.size > 1 and are_at_one_place(structure):
+            self._simulator.state.remark(
+                f"all cells of '{label}' are at one place, because the steps of its structure are 0 um"
+            )
         self.made_of = dict(self.celltype.parameter_space.items())
         self._simulator.state.populations.append(self)
+
+    def nearest(self, position: Any) -> Any:
+        """Return the cell that is closest to a position, three numbers in um."""
+        if np.shape(position) != (3,):
+            raise WrongKindError(
+                f"population '{self.label}': nearest takes three numbers, um, not {position!r:.60}"
+            )
+        return super().nearest(position)
 
     @property
     def _recorder_class(self) -> type:
@@ -381,6 +399,9 @@ class Assembly(common.Assembly):
 
     def _insert(self, element: Any) -> None:
         before = len(self.populations)
+        require_kind(
+            f"assembly '{self.label}'", "part", element, common.BasePopulation, "a population or a view"
+        )
         super()._insert(element)
         if len(self.populations) == before:  # PyNN logs this, in a log that nobody may read
             self._simulator.state.remark(
@@ -433,24 +454,11 @@ def _of_simulator(model: Any, types: Mapping[str, Any]) -> Any:
     return own if model is kind else own(**{k: each.base_value for k, each in model.parameter_space.items()})
 
 
-def _require_kinds(label: str, size: Any, model: Any, structure: Any) -> None:
-    """Check the arguments of a population.
-
-    Raises:
-        NetworkError: the size is not a whole number of 0 or more, or an argument has the wrong type.
-    """
-    owner = f"population '{label}'"
-    numbers = size if isinstance(size, tuple) else (size,)
-    if len(numbers) > 3 or not all(isinstance(number, (int, np.integer)) for number in numbers):
-        raise InvalidValueError(
-            f"{owner}: its size is {size!r}; it must be a whole number, or one for each of up to 3 axes"
-        )
-    if min(numbers) < 1:
-        raise NetworkError(f"{owner} has no cells: its size is {size}")
-    if not (isinstance(model, type) and issubclass(model, BaseCellType)):
-        example = model if isinstance(model, str) else "IF_cond_exp"
-        require_kind(owner, "cell type", model, BaseCellType, f"one such as sim.{example}()")
-    require_kind(owner, "structure", structure, (BaseStructure, type(None)), "one such as sim.Line()")
+def _require_written(owner: str, file: Any) -> None:
+    require_kind(owner, "file", file, (str, BaseIO), "a name such as 'data.pkl'")
+    if isinstance(file, str) and Path(file).suffix not in WRITTEN:
+        hint = did_you_mean(Path(file).suffix, WRITTEN)
+        raise InvalidValueError(f"{owner}: data are not written to '{file}'{hint}")
 
 
 def _times(owner: str, train: Any) -> FloatArray:

@@ -10,16 +10,20 @@ from __future__ import annotations
 
 from copy import deepcopy
 from math import inf
+from numbers import Integral
 from typing import Any
 
 import numpy as np
 from pyNN import random
 from pyNN.parameters import LazyArray
 
-from nrp_core.brain.pynn.arguments import require_names
+from nrp_core._support.numbers import is_number
+from nrp_core.brain.pynn.arguments import require_kind, require_names
 from nrp_core.brain.pynn.simulator import Simulator
 from nrp_core.errors import NetworkError, did_you_mean
 
+GENERATOR = (random.AbstractRNG, type(None)), "a generator such as sim.NumpyRNG(seed=1), or None"
+"""The classes of generators, and what they are in words."""
 _SIZES = frozenset({"sigma", "beta", "k", "theta", "kappa", "lambda_"})
 """Parameters of distributions that are never negative."""
 
@@ -35,7 +39,8 @@ class NumpyRNG(random.NumpyRNG):
     _simulator: Simulator
 
     def __init__(self, seed: int | None = None, parallel_safe: bool = True) -> None:
-        random.WrappedRNG.__init__(self, seed, parallel_safe)
+        require_kind(type(self).__name__, "seed", seed, (Integral, type(None)), "a whole number, or None")
+        random.WrappedRNG.__init__(self, None if seed is None else int(seed), parallel_safe)
         self._generator = None if self.seed is None else np.random.RandomState(self.seed)
 
     @property
@@ -69,17 +74,23 @@ class RandomDistribution(random.RandomDistribution):
         self, distribution: str, parameters_pos: Any = None, rng: Any = None, **parameters_named: Any
     ) -> None:
         known = random.available_distributions
-        if distribution not in known:
+        if not isinstance(distribution, str) or distribution not in known:
             raise NetworkError(
                 f"there is no distribution '{distribution}'{did_you_mean(distribution, known)}"
             )
         require_names(f"the distribution '{distribution}'", parameters_named, known[distribution])
+        require_kind(f"the distribution '{distribution}'", "rng", rng, *GENERATOR)
         rng = rng or self._simulator.types["NumpyRNG"]()
         try:
             super().__init__(distribution, parameters_pos, rng, **parameters_named)
-        except (KeyError, ValueError) as error:
+        except (KeyError, TypeError, ValueError) as error:
             raise NetworkError(f"the distribution '{distribution}': {error.args[0]}") from None
         values = self.parameters
+        for name, value in values.items():
+            if not isinstance(value, LazyArray | np.ndarray) and not is_number(value):
+                raise NetworkError(
+                    f"the distribution '{distribution}': {name} is {value!r:.60}, not a number"
+                )
         for name in _SIZES & values.keys():
             if not values[name] >= 0:
                 raise NetworkError(f"the distribution '{distribution}': {name} is {values[name]}, below 0")

@@ -114,7 +114,7 @@ CASES = {
         "IF_cond_exp takes its parameters by name, as IF_cond_exp(v_rest=...), not {'tau_m': 10.0}; those of",
     "sim.StaticSynapse(0.1, 1.0)": "StaticSynapse takes its parameters by name, as StaticSynapse(weight=...)",
     CELL + "a.inject(sim.DCSource)": "population 'a': its current source is DCSource; it must be one such as",
-    CELL + "a.record('v', to_file=3)": "population 'a': its file (to_file) is 3; it must be a name such as",
+    CELL + "a.record('v', to_file=3)": "population 'a': its file is 3; it must be a name such as",
     "sim.IndexBasedProbabilityConnector('i + j')": "its expression is an object of a subclass of pyNN.core.",
     CELL + "a.record(5)": "population 'a': its list of variables is 5; it must be names such as 'spikes'",
     CELL + "sim.DCSource().inject_into(5)": "DCSource: its target is 5; it must be a population, view,",
@@ -134,7 +134,7 @@ CASES = {
     joined("sim.StaticSynapse()") + ".set(delay=-2)": "projection 'p': delay of synapse 0 (0 -> 0) is -2",
     joined("sim.TsodyksMarkramSynapse(U=0.5)") + ".initialize(y=0.8, z=0.7)":
         "projection 'p': the initial y and z are shares of one whole, and their sum is 1.5",
-    "sim.Space(axes='xw')": "Space: axes is one of x, y, z, xy, yz, xz, xyz, not 'xw'",
+    "sim.Space(axes='xw')": "Space: axes is 'xw'; it must be one of x, y, z, xy, yz, xz, xyz",
     joined("sim.TsodyksMarkramSynapse(U=1.5)"): "projection 'p': U of synapse 0 (0 -> 0) is 1.5",
     CURRENT + "sim.Projection(a, a, sim.AllToAllConnector(), sim.StaticSynapse(weight=1), "
               "receptor_type='inhibitory', label='p')":

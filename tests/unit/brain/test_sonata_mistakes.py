@@ -56,6 +56,8 @@ def _cut(folder: Path) -> None:
     [
         (_text("circuit_config.json", '"networks"', '"network_"'), NetworkError, "no 'networks' with"),
         (_text("circuit_config.json", '"edges": [', '"edgs": ['), NetworkError, "'edgs'; did you mean 'ed"),
+        (_text("circuit_config.json", '"components"', '"componets"'), NetworkError,
+         "the configuration has no key 'componets'; did you mean 'components'"),
         (_text("models/exc.json", "12.0", "NaN"), NetworkError, "all_types.csv:2: .*NaN is not a value"),
         (_data("edges.h5", "edges/lgn_to_v1/0/nsyns", [5, 4, 3, 2, -1]), NetworkError,
          "edge 0 of 'lgn_to_v1' has nsyns -1; it must be 0 or more"),

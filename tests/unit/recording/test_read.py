@@ -45,6 +45,21 @@ def counts(path: Path) -> dict[str, int]:
     return found
 
 
+def test_raw_messages_of_a_topic_that_was_not_recorded_are_warned_of(
+    folder: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    recording = Recording(folder)
+    topic = next(iter(counts(folder)))
+    of_all = [message.data for found, message in recording.raw() if found.name == topic]
+    assert of_all
+    assert [message.data for _, message in recording.raw(iter([topic]))] == of_all
+    assert not caplog.records
+    assert list(recording.raw([f"{topic}s"])) == []
+    assert f"no message was recorded on '{topic}s'; did you mean '{topic}'?" in caplog.text
+    with pytest.raises(TypeError, match="raw: topics is '.*'; it must be a list of texts or None"):
+        recording.raw(topic)
+
+
 @pytest.mark.parametrize("misspelt", ["", "s"])
 def test_a_topic_that_is_not_in_a_recording_is_told(
     folder: Path, misspelt: str, caplog: pytest.LogCaptureFixture

@@ -12,6 +12,11 @@ from typing import Any, Final
 from nrp_core.brain.files.sonata.doubts import unused_settings
 from nrp_core.errors import NetworkError
 
+_SECTIONS: Final = (
+    "manifest", "networks", "components", "node_sets_file", "network", "target_simulator", "simulation",
+    "run", "conditions", "inputs", "output", "reports",
+)  # fmt: skip
+"""Those of a circuit and of a simulation."""
 _NETWORKS: Final = ("nodes", "edges")
 _FOLDERS: Final = ("point_neuron_models_dir", "synaptic_models_dir")
 """The folders of 'components' that are read; circuits have others."""
@@ -60,9 +65,9 @@ def read_config(path: Path) -> Config:
     networks, components = _section(path, circuit, "networks"), circuit.get("components") or {}
     if not networks.get("nodes"):
         raise NetworkError("the configuration has no 'networks' with 'nodes'", path=path)
-    for key in networks:
-        if key not in _NETWORKS and (near := get_close_matches(key, _NETWORKS, 1)):
-            raise NetworkError(f"'networks' has no key '{key}'; did you mean '{near[0]}'?", path=path)
+    for part in (circuit, given):
+        _require_spelt(path, "the configuration", part, _SECTIONS)
+    _require_spelt(path, "'networks'", networks, _NETWORKS)
     _require_spelt(path, "components", components, _FOLDERS)
     sets = {name: None for part in (circuit, given) if isinstance(name := part.get("node_sets_file"), str)}
     for name in ("conditions", "run", "inputs", "reports"):
@@ -85,7 +90,7 @@ def _require_spelt(path: Path, what: str, given: Mapping[str, Any], known: tuple
     """Refuse a key that is nearly one that is missing."""
     missing = [name for name in known if name not in given]
     for key in given:
-        if key not in known and (near := get_close_matches(key, missing, 1, _ALIKE)):
+        if key not in known and (near := get_close_matches(key.lower(), missing, 1, _ALIKE)):
             raise NetworkError(f"{what} has no key '{key}'; did you mean '{near[0]}'?", path=path)
 
 

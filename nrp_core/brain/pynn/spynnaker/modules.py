@@ -10,7 +10,9 @@ from typing import Any, Final
 
 from pyNN import common, space
 
+from nrp_core._support.numbers import is_number
 from nrp_core.brain.pynn.arguments import refuse_misspelt
+from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.spynnaker import neo_compare, neo_convertor, refused
 from nrp_core.brain.pynn.spynnaker.cells import cell_types, spike_injector
 from nrp_core.brain.pynn.spynnaker.connections import Hub, RatesConnection, SpikesConnection
@@ -54,6 +56,8 @@ _MACHINE: Final = (
     "database_socket_addresses", "graph_label", "machine",
 )  # fmt: skip
 """Arguments of ``setup`` that concern the machine alone."""
+_SIZES: Final = frozenset({"n_chips_required", "n_boards_required", "time_scale_factor", "machine_time_step"})
+"""Those of them that are numbers above 0."""
 _ALIKE: Final = 0.75
 _EXTRA: Final = (OneToOneOffsetConnector, AllButMeConnector)
 _CONNECTORS: Final = (*_EXTRA, ConvolutionConnector, KernelConnector)
@@ -68,6 +72,12 @@ _CONNECTIONS: Final = (
 """Modules of live connections, which are that of all devices here."""
 _MESSAGES: Final = SimpleNamespace(KEY_16_BIT=0, KEY_PAYLOAD_16_BIT=1, KEY_32_BIT=2, KEY_PAYLOAD_32_BIT=3)
 """Kinds of packets of live output."""
+
+
+def _require_size(name: str, value: Any) -> None:
+    """Check an argument of ``setup`` that a machine would refuse, though it has no effect here."""
+    if value is not None and not (is_number(value) and value > 0):
+        raise InvalidValueError(f"setup: {name} is {value!r:.60}; it must be a number above 0, or None")
 
 
 class Dialect:
@@ -183,6 +193,8 @@ class Dialect:
             sPyNNaker ignores ``max_delay``, so delays may be longer.
             """
             refuse_misspelt("setup", "setting", extra, _MACHINE, _ALIKE)
+            for name in extra.keys() & _SIZES:
+                _require_size(name, extra[name])
             step = DEFAULT_TIMESTEP_MS if timestep is None else timestep
             given = {name: value for name, value in extra.items() if name not in _MACHINE}
             if max_delay:

@@ -16,13 +16,19 @@ class Named(dict[str, V]):
     Args:
         values: the values by name.
         kind: what the names are of, for the message.
+        owner: what they belong to, for the message.
     """
 
-    def __init__(self, values: Mapping[str, V] | Iterable[tuple[str, V]] = (), kind: str = "value") -> None:
+    def __init__(
+        self,
+        values: Mapping[str, V] | Iterable[tuple[str, V]] = (),
+        kind: str = "value",
+        owner: str = "the run",
+    ) -> None:
         super().__init__(values)
-        self._kind = kind
+        self._kind, self._owner = kind, owner
 
     def __missing__(self, name: object) -> NoReturn:
         known = ", ".join(map(repr, self)) or "none"
-        hint = did_you_mean(str(name), self)
-        raise UnknownNameError(f"the run has no {self._kind} {name!r}{hint}; there are: {known}")
+        hint = did_you_mean(name, self)
+        raise UnknownNameError(f"{self._owner} has no {self._kind} {name!r}{hint}; there are: {known}")

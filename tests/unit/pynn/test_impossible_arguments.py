@@ -1,0 +1,133 @@
+"""What PyNN's own classes take in silence, or refuse without a word: each is one sentence here."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import nrp_core.pynn as sim
+from nrp_core import NrpError
+
+Cells = Any
+
+
+@pytest.fixture
+def cells() -> Cells:
+    sim.setup(timestep=0.1)
+    return sim.Population(4, sim.IF_curr_exp(), label="cells")
+
+
+def normal(**named: Any) -> Any:
+    return sim.RandomDistribution("normal", **{"mu": 0.5, "sigma": 0.1, **named})
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda _: sim.Line(dx="50 um"), "Line: dx is '50 um'; it must be a finite number"),
+        (lambda _: sim.Line(dz=1.0), "Line: got an unexpected keyword argument 'dz'"),
+        (lambda _: sim.Grid2D(aspect_ratio=0), "Grid2D: aspect_ratio is 0; it must be a number above 0"),
+        (
+            lambda _: sim.Grid3D(fill_order="rows"),
+            "fill_order is 'rows'; it must be 'sequential' or 'random'",
+        ),
+        (
+            lambda _: sim.Grid2D(rng=42),
+            "Grid2D: rng is 42; it must be a generator such as sim.NumpyRNG(seed=1)",
+        ),
+        (lambda _: sim.Sphere(-100.0), "Sphere: radius is -100.0; it must be a number above 0"),
+        (lambda _: sim.Cuboid(100, 100, -1), "Cuboid: depth is -1; it must be a number of 0 or more"),
+        (
+            lambda _: sim.RandomStructure("sphere"),
+            "boundary is 'sphere'; it must be one such as sim.Sphere(100.0)",
+        ),
+        (lambda _: sim.RandomStructure(sim.Sphere(1), origin=0), "origin is 0; it must be three numbers"),
+        (lambda _: sim.Space(scale_factor=0), "Space: scale_factor is 0; it must be a number other than 0"),
+        (
+            lambda _: sim.Space(periodic_boundaries=(0, 100)),
+            "the borders of three axes, such as ((0, 100), None",
+        ),
+        (lambda _: sim.NumpyRNG(seed="7"), "NumpyRNG: its seed is '7'; it must be a whole number, or None"),
+        (lambda _: normal(rng=7), "the distribution 'normal': its rng is 7; it must be a generator such as"),
+        (lambda _: normal(sigma="0.1"), "the distribution 'normal': sigma is '0.1', not a number"),
+        (lambda _: normal(mu=None), "the distribution 'normal': mu is None, not a number"),
+        (
+            lambda _: sim.setup(timestep=0.1, options="threads=2"),
+            "its options is 'threads=2'; it must be a dictionary",
+        ),
+        (lambda _: sim.setup(timestep=0.1, seed="7"), "a seed is an integer, not '7'"),
+        (
+            lambda _: sim.setup(timestep=0.1, backend="evnt"),
+            "no brain backend is called 'evnt'; did you mean 'event'?",
+        ),
+        (
+            lambda _: sim.run(1.0, callbacks=[3.0]),
+            "callbacks are a list of functions, which are called with the time",
+        ),
+        (lambda _: sim.run(1.0, callbacks=print), "callbacks are a list of functions"),
+        (lambda _: sim.run_until("10"), "run: the time is a number of ms, not '10'"),
+        (lambda _: sim.run(True), "run: the time is a number of ms, not True"),
+        (lambda _: sim.get_simulator("nest"), "(name, help) of further ones of the command line, not 'nest'"),
+        (
+            lambda cells: cells.nearest((0, 0)),
+            "population 'cells': nearest takes three numbers, um, not (0, 0)",
+        ),
+        (lambda cells: sim.Assembly(cells, 3), "its part is 3; it must be a population or a view"),
+        (
+            lambda cells: cells.record("v", sampling_interval="1 ms"),
+            "sampling_interval is '1 ms' ms; it must be",
+        ),
+        (
+            lambda cells: cells.write_data("out.xyz"),
+            "population 'cells': data are not written to 'out.xyz'; valid: ",
+        ),
+        (
+            lambda cells: cells.get_data(clear="no"),
+            "population 'cells': its clear is 'no'; it must be True or False",
+        ),
+        (lambda cells: cells.set(tau_m={"a": 20}), "tau_m is {'a': 20}; it must be a number"),
+        (
+            lambda _: sim.Population(2, sim.IF_curr_exp(), label="a", initial_values=[-60.0]),
+            "population 'a': its initial_values is [-60.0]; it must be a dictionary",
+        ),
+    ],
+)
+def test_an_impossible_argument_is_named(call: Callable[[Cells], object], words: str, cells: Cells) -> None:
+    with pytest.raises(NrpError, match=re.escape(words)):
+        call(cells)
+
+
+def test_what_is_possible_is_taken(cells: Cells, tmp_path: Path) -> None:
+    for structure in (
+        sim.Line(dx=-5.0, y=np.float64(2.0)),
+        sim.Grid2D(2.0, 10, fill_order="random", rng=sim.NumpyRNG(seed=np.int64(1))),
+        sim.Grid3D(dx=20),
+        sim.RandomStructure(sim.Cuboid(100.0, 100.0, 0.0), origin=np.zeros(3)),
+        sim.RandomStructure(boundary=sim.Sphere(50)),
+    ):
+        assert sim.Population(8, sim.IF_curr_exp(), structure=structure).positions.shape == (3, 8)
+    sim.Space("xy", scale_factor=0.5, offset=(1, 2, 3), periodic_boundaries=((0, 100), None, None))
+    cells.set(i_offset=normal(rng=sim.NumpyRNG(seed=1)), tau_m=sim.RandomDistribution("uniform", (10, 20)))
+    assert cells.nearest(np.array([2.2, 0.0, 0.0])) == cells[2]
+    cells.record("v", sampling_interval=np.float64(0.5))
+    sim.run(np.int64(1), callbacks=(lambda t: t + 0.5,))
+    sim.run(1, callbacks=[])
+    cells.write_data(str(tmp_path / "out.pkl"), clear=True)
+    assert (tmp_path / "out.pkl").exists()
+    sim.setup(timestep=0.1, seed=np.int64(7), options=None)
+
+
+@pytest.mark.parametrize(
+    ("structure", "told"), [(lambda: sim.Line(dx=0), True), (lambda: sim.Grid3D(dx=0, dy=1.0), False)]
+)
+def test_cells_at_one_place_are_told(structure: Callable[[], Any], told: bool, cells: Cells) -> None:
+    sim.Population(8, sim.IF_curr_exp(), structure=structure(), label="line")
+    sim.Population(1, sim.IF_curr_exp(), structure=structure(), label="single")
+    remarks = [one for one in sim.network().remarks if "at one place" in one]
+    words = "all cells of 'line' are at one place, because the steps of its structure are 0 um"
+    assert remarks == ([words] if told else [])
