@@ -83,6 +83,7 @@ def test_a_misspelt_name_in_a_result_is_explained(fakes: None, drive_to_the_wall
         ({"snapshots_s": float("nan")}, "not nan"),
         ({"snapshots_s": "1"}, "not '1'"),
         ({"on_step": 3}, "on_step is a function of the run, not 3"),
+        ({"on_step": lambda: None}, "on_step is called with the run after every step: it takes one argument"),
         ({"record": 3}, "record is 3; it must be a path or None"),
     ],
 )
@@ -91,3 +92,11 @@ def test_impossible_options_are_refused_before_anything_is_opened(
 ) -> None:
     with pytest.raises(ExperimentError, match=words):
         nrp_core.run("no such experiment", **{"record": tmp_path / "out", **options})
+
+
+def test_whatever_takes_the_run_is_called_after_each_step(fakes: None, drive_to_the_wall: Path) -> None:
+    seen: list[object] = []
+    nrp_core.run(drive_to_the_wall, until_s=0.1, on_step=seen.append)
+    nrp_core.run(drive_to_the_wall, until_s=0.1, on_step=lambda run, *more: seen.append(run.now_s))
+    assert len(seen) > 1
+    assert seen[-1] == 0.1
