@@ -57,7 +57,7 @@ def _admits_type(kind: type, parts: tuple[Any, ...], value: object) -> bool:
     simple = {
         bool: lambda: isinstance(value, bool) or _dtype_kind(value) == _FLAGS,
         int: lambda: isinstance(value, Integral) and not isinstance(value, bool),
-        float: lambda: is_number(value) and value == value,
+        float: lambda: is_number(value),
         type: lambda: isinstance(value, type),
         CallableABC: lambda: callable(value),
     }

@@ -74,7 +74,7 @@ class Tell(Protocol):
     ("hint", "right", "wrong", "words"),
     [
         (int, [3, np.int64(3), -1], [True, 3.0, "3", None], "a whole number"),
-        (float, [3, 0.5, np.float32(1), np.int8(1), float("inf")], ["1", True, float("nan"), 1j], "a number"),
+        (float, [3, 0.5, np.float32(1), np.int8(1), float("nan")], ["1", True, 1j], "a number"),
         (bool, [True, np.bool_(False)], [0, "no", None], "True or False"),
         (str, ["", "a"], [Path("a"), 3, b"a"], "a text"),
         (str | Path, ["a", Path("a")], [3, None, ["a"]], "a path"),

@@ -315,11 +315,11 @@ class Model:
                 not exist, a pose is none, a link is held by two joints, or joints form a loop.
         """
         owner = f"the model '{self.name}'"
+        check_pose(self.pose, owner)
         require_fields(self, owner)
         links = [link.name for link in self.links]
         if not links:
             raise SceneError(f"{owner} has no link")
-        check_pose(self.pose, owner)
         for link in self.links:
             check_pose(link.pose, f"the link '{link.name}' of {owner}")
         check_unique(links, "links", owner)
