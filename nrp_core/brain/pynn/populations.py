@@ -173,7 +173,7 @@ class _Cells(common.BasePopulation):
         require_kind(owner, "list of variables", names, Iterable, "names such as 'spikes' and 'v'")
         require_existing(self._owner().label, self, self._owner()._simulator.state)
         file = arguments[0] if arguments else options.get("to_file")
-        if file not in (None, True):  # True is from PyNN's record_v(), which writes none
+        if file is not None and file is not True:  # True is from PyNN's record_v(), which writes none
             _require_written(owner, file)  # or the data would be lost at the end
         try:
             super().record(variables, *arguments, **options)
