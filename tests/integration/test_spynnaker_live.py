@@ -260,21 +260,22 @@ import os, signal
 from time import sleep
 def hear(label, time, ids):
     print("heard", time)
-    sleep(0.02)  # in a callback, it does not tell that the script goes on
-    os.kill(os.getpid(), signal.SIGINT)
-source = p.Population(1, p.SpikeSourceArray([300.0]), label="source")
+    if time == 300:
+        os.kill(os.getpid(), signal.SIGINT)
+        sleep(0.02)  # in a callback, it does not tell that the script goes on
+source = p.Population(1, p.SpikeSourceArray([200.0, 300.0]), label="source")
 source.record("spikes")
 p.external_devices.activate_live_output_for(source)
 connection = p.external_devices.SpynnakerLiveSpikesConnection(receive_labels=["source"])
 connection.add_receive_callback("source", hear)
 p.external_devices.run_forever()
-print(source.get_data().segments[0].spiketrains[0].magnitude)
-p.end()
+print(source.get_data().segments[0].spiketrains[0].magnitude[:1], p.get_current_time() >= 300.0)
 """
     )
     command = [sys.executable, "-m", "nrp_core.pynn", "--as", "spinnaker", str(script)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
-    assert done.stdout == "heard 300\n[300.]\n", done.stderr
+    assert done.stdout == "heard 200\nheard 300\n[200.] True\n", done.stderr
+    assert done.returncode == 0
 
 
 @pytest.mark.parametrize(

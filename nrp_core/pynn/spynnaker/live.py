@@ -79,7 +79,7 @@ class LiveState(RunningState):
         self._sockets: Sockets | None = None
         self._ports: dict[str, ListenerPort] = {}
         self._forever: Thread | None = None
-        self._stop = Event()
+        self._stop, self._ended = Event(), Event()
         self._waiting, self._script = False, current_thread()
         self._failure: BaseException | None = None
         self._first = True
@@ -112,15 +112,16 @@ class LiveState(RunningState):
         with self._stopping_programs_on_failure():
             self._begin(float("inf"))
             self._step_until(self.t + self.dt)
+        self._ended.clear()
         self._forever = Thread(target=self._run_in_real_time, name="run_forever", daemon=True)
         self._forever.start()
         if self._waits or current_thread() is not self._script:
             self._waiting = True
             try:
-                self._forever.join()
+                self._ended.wait()  # an interrupt of join() would let later ones return at once
             except KeyboardInterrupt:  # the script goes on, with what there is
                 self._stop.set()
-                self._forever.join()
+                self._ended.wait()
             self._waiting = False
             self.stop()
 
@@ -173,6 +174,8 @@ class LiveState(RunningState):
                 self._end()
         except BaseException as error:  # noqa: BLE001 - raised in the thread of the script
             self._failure = error
+        finally:
+            self._ended.set()
 
     def _open(self) -> Brain:
         brain = super()._open()
