@@ -94,7 +94,7 @@ WORKS = [
     "while 1:\n    for rate in wheels.rate:\n        if rate:\n            break\n    else:\n        break",
     "def forever():\n    while True:\n        yield 1\neyes.rate = next(forever())",
     "if t < 39.9 and t * 1000 < 1e6:\n    eyes.rate = 1.0",
-    "if camera is None or wheel == 3 or not count:\n    eyes.rate = 1.0",
+    "if camera.value is None or wheel == 3 or not count:\n    eyes.rate = 1.0",
     "import random\neyes.rate = random.Random(t).random()",
     "eyes.rate = float(np.sum(wheels.rate)) + sum(count.value)",
 ]
