@@ -127,7 +127,7 @@ def _control(simulator: Simulator) -> dict[str, Any]:
             raise NetworkError(f"setup: the time step must be more than 0 ms, not {timestep}")
         refuse_misspelt("setup", "setting", extra, _SETTINGS, _ALIKE)
         longest = extra.get("max_delay", "auto")
-        if isinstance(longest, (int, float, np.number)) and longest < timestep:
+        if isinstance(longest, (int, float, np.number)) and not longest >= timestep:
             raise NetworkError(
                 f"setup: max_delay ({longest:g} ms) must be at least the time step ({timestep:g} ms)"
             )

@@ -394,6 +394,7 @@ class Assembly(common.Assembly):
 
     def __init__(self, *populations: Any, label: str | None = None) -> None:
         label = label or " + ".join(str(getattr(part, "label", part)) for part in populations)
+        require_kind("Assembly", "label", label, str, "a text")
         self.label = label  # PyNN sets it after it has taken the parts
         super().__init__(*populations, label=label)
 

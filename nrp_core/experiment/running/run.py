@@ -264,7 +264,7 @@ class Run(Closing):
         """
         self.run_until(seconds(self.experiment.duration) if until_s is None else until_s)
 
-    @checks_arguments("add")
+    @checks_arguments()
     def change(self, add: Added = (), remove: Iterable[str] | str = ()) -> None:
         """Add, replace and remove transfer functions before the next step, or change nothing; any thread may.
 

@@ -395,5 +395,5 @@ def test_one_file_of_functions_is_changed_like_a_list_of_one(
     run.change(kind(tmp_path / "reader.py"))
     assert "listen" in {function.name for function in run.loop.functions}
     run.change(remove="listen")
-    with pytest.raises(ExperimentError, match=r"a path is a text or a pathlib\.Path, not 3"):
+    with pytest.raises(ExperimentError, match=r"add is \[3\]; it must be a list of"):
         run.change([3])  # type: ignore[list-item]

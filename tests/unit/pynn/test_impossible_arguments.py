@@ -77,6 +77,8 @@ def normal(**named: Any) -> Any:
             lambda cells: cells.nearest((0, 0)),
             "population 'cells': nearest takes three numbers, um, not (0, 0)",
         ),
+        (lambda _: sim.setup(timestep=0.1, max_delay=float("nan")), "max_delay (nan ms) must be at least"),
+        (lambda cells: sim.Assembly(cells, label=3), "Assembly: its label is 3; it must be a text"),
         (lambda cells: sim.Assembly(cells, 3), "its part is 3; it must be a population or a view"),
         (
             lambda cells: cells.record("v", sampling_interval="1 ms"),
