@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 from hbp_nrp_virtual_coach.virtual_coach import VirtualCoach
 from nrp_legacy.reader import read_exc
@@ -126,6 +128,22 @@ def test_an_object_is_coloured_by_the_names_of_its_parts_in_the_library(ran: Ran
     assert names[-4:] == ["tracked", "box", "odd", "last"]
     assert [height(run, name) for name in names[-4:-1]] == [1.0, 2.0, 3.0]
     assert Code.NRP280 not in [problem.code for problem in run.problems]
+
+
+def test_a_screen_shows_the_mean_colour_of_a_texture(folder: Path, ran: Ran) -> None:
+    """As the digits on the screens of the labyrinth of Telluride."""
+    textures = folder / "resources" / "textures"
+    textures.mkdir(parents=True)
+    cv2.imwrite(str(textures / "9.png"), np.full((4, 4, 3), (0, 51, 255), np.uint8))
+    run = ran(
+        "SpawnBox('screen', size=Vector3(1, 1, 1), position=Point(2, 2, 2), gravity_factor=0)",
+        "SetMaterialColorServiceState('screen', 'body', 'visual', '9.png')",
+        "SpawnSphere('last', gravity_factor=0)",
+    )
+    assert "last" in [model.name for model in run.world.scene.models]
+    shown = run.world.subscribe("/screen/body/visual/color").latest
+    assert shown is not None
+    assert (shown.message.r, shown.message.g, shown.message.b) == pytest.approx((1.0, 0.2, 0.0))
 
 
 def test_texts_that_a_machine_publishes_are_shown(folder: Path, caplog: pytest.LogCaptureFixture) -> None:

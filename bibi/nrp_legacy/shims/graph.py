@@ -8,6 +8,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Any, Final, Protocol
 
 from nrp_core.cle.engine import ClosedLoop
@@ -129,6 +130,11 @@ class Graph:
     def has_begun(self) -> bool:
         """Whether there is a run."""
         return self._run is not None
+
+    @property
+    def folders(self) -> tuple[Path, ...]:
+        """The folders of the experiment and its models."""
+        return () if self._run is None else self._run.experiment.models
 
     @property
     def world(self) -> World:

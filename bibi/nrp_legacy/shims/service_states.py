@@ -8,10 +8,14 @@ from typing import Any
 from nrp_core.clock import NS_PER_S
 from nrp_core.findings import Code
 from nrp_core.world.messages.std_msgs import ColorRGBA
+from nrp_core.world.scene.meshes.images import mean_color
 from nrp_legacy.shims.graph import Graph, absolute
 from nrp_legacy.shims.services import ServiceException, Services
 from nrp_legacy.shims.smach import State
 from nrp_legacy.shims.steps import Task
+
+_TEXTURES = ("resources/textures", "assets/textures")
+"""Where the images of an experiment are."""
 
 SERVED = ("succeeded", "aborted", "preempted")
 
@@ -84,7 +88,7 @@ class ServiceState(CallingState):
 
 
 class SetMaterialColorServiceState(CallingState):
-    """Sets the material of a visual."""
+    """Sets the material of a visual; a texture of the experiment is shown in its mean colour."""
 
     def __init__(
         self,
@@ -105,8 +109,17 @@ class SetMaterialColorServiceState(CallingState):
         task = Task.here()
         if task is not None and self._delay_s > 0:
             task.wait_until(self._graph.now_ns + round(self._delay_s * NS_PER_S))
-        name = "/gazebo/set_visual_properties"
-        return self._outcome(name, self._answer(name, *self.values))
+        name, (*visual, _, material) = "/gazebo/set_visual_properties", self.values
+        color = self._of_texture(str(material))
+        values = self.values if color is None else (*visual, "material:diffuse", color)
+        return self._outcome(name, self._answer(name, *values))
+
+    def _of_texture(self, image: str) -> str | None:
+        """Return the colour of an image that the experiment has among its textures."""
+        places = (folder / below / image for folder in self._graph.folders for below in _TEXTURES)
+        found = next((place for place in places if place.suffix and place.is_file()), None)
+        mean = mean_color(found.read_bytes()) if found else None
+        return None if mean is None else " ".join(map(str, (*mean, 1.0)))
 
 
 class LightServiceState(CallingState):
