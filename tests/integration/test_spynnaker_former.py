@@ -250,6 +250,15 @@ def test_cells_that_the_simulator_has_are_found_in_modules_of_models(tmp_path: P
     assert script.bits == [0, 1, 1, 2, 2, 3, 8, 9]
 
 
+@pytest.mark.parametrize(
+    ("package", "name"),
+    [("models", "neuron"), ("models.spike_source", "SpikeSourceFromFile"), ("utilities", "constants")],
+)
+def test_other_names_of_its_modules_are_refused_by_name(tmp_path: Path, package: str, name: str) -> None:
+    error = refused(tmp_path, f"from spynnaker.pyNN.{package} import {name}")
+    assert f"'spynnaker.pyNN.{package}.{name}' has no equivalent" in str(error)
+
+
 def test_a_file_of_a_script_may_have_the_name_of_a_tool(tmp_path: Path) -> None:
     (tmp_path / "pacman.py").write_text("ghosts = 4\n")
     assert run(tmp_path, f"{HEAD}from pacman import ghosts\n").ghosts == 4

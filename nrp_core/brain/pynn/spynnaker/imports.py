@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import ModuleType
-from typing import Any, Final
+from typing import Any, Final, NoReturn
 
 from nrp_core.errors import CapabilityError, NrpError
 
@@ -13,6 +13,7 @@ _TOOLS: Final = (
     "spinnaker_graph_front_end", "spinnman",
 )  # fmt: skip
 """The packages that sPyNNaker is made of; what a script needs of them has an equivalent here."""
+_SIMULATOR: Final = "spynnaker.pyNN"
 _EXCEPTIONS: Final = (
     "SpynnakerException", "ConfigurationException", "DelayExtensionException", "FilterableException",
     "InvalidParameterType", "MemReadException", "PacmanConfigurationException", "SpinnFrontEndException",
@@ -90,7 +91,7 @@ def models(names: Mapping[str, Any], injector: type) -> ModuleType:
         injector: the source of live spikes.
     """
     return _nested(
-        "models",
+        f"{_SIMULATOR}.models",
         {
             "utility_models": {"spike_injector": {"SpikeInjector": injector}, "SpikeInjector": injector},
             "spike_source": {
@@ -105,7 +106,7 @@ def models(names: Mapping[str, Any], injector: type) -> ModuleType:
 
 def utilities(**found: ModuleType) -> ModuleType:
     """Return the module of sPyNNaker's utilities, with those given."""
-    return module("utilities", **found, utility_calls=module("utility_calls", get_n_bits=get_n_bits))
+    return _nested(f"{_SIMULATOR}.utilities", {**found, "utility_calls": {"get_n_bits": get_n_bits}})
 
 
 def get_n_bits(n_values: int) -> int:
@@ -114,8 +115,15 @@ def get_n_bits(n_values: int) -> int:
 
 
 def _nested(name: str, parts: Mapping[str, Any]) -> ModuleType:
-    made = {key: _nested(key, part) if isinstance(part, dict) else part for key, part in parts.items()}
-    return module(name, **made)
+    """Return a module with modules, which refuses all other names."""
+    made = {k: _nested(f"{name}.{k}", part) if isinstance(part, dict) else part for k, part in parts.items()}
+
+    def other(attribute: str) -> NoReturn:
+        if attribute.startswith("__"):
+            raise AttributeError(attribute)
+        raise no_equivalent(f"{name}.{attribute}")
+
+    return module(name, **made, __getattr__=other)
 
 
 def tools(splitter: type) -> Callable[[str, Mapping[str, Any]], ModuleType | None]:

@@ -121,7 +121,7 @@ class Dialect:
             return None
         found: Any = self.simulator
         for part in (*_OTHERS.get(package, ()), *name.removeprefix(package).split(".")[1:]):
-            found = getattr(found, part, None)
+            found = vars(found).get(part) if isinstance(found, ModuleType) else getattr(found, part, None)
         if isinstance(found, ModuleType):
             return found
         if found is not None or package == name.rpartition(".")[0] in _THEMSELVES:
