@@ -91,6 +91,19 @@ def test_the_hashes_are_those_of_ros_2() -> None:
     )
 
 
+def test_the_names_are_those_of_ros_2_and_of_all_message_classes_that_can_be_encoded() -> None:
+    @message("test_msgs/msg/Impossible")
+    @dataclass
+    class Impossible:
+        value: complex = 0j
+
+    names = Codec().names()
+    assert {"std_msgs/msg/String", "tf2_msgs/msg/TFMessage", type_name(Spikes), type_name(Odometry)} <= {
+        *names
+    }
+    assert type_name(Impossible) not in names
+
+
 def test_spikes_are_defined_as_two_flat_arrays() -> None:
     codec = Codec()
     lines = codec.definition(codec.name(Spikes)).splitlines()[:4]
