@@ -86,12 +86,13 @@ def _require_all(
     named: dict[str, Any],
 ) -> None:
     declared, hints = _declared(function)
-    owner, hints = function.__qualname__.removesuffix(".__init__"), hints | closer
+    owner = function.__qualname__.removesuffix(".__init__")
     arguments, failure = _bound(declared, args, named)
     for name, value in arguments.items():
-        if name in hints and name not in but:
-            for called, one in _given(name, value, declared.parameters[name].kind):
-                require_kind(owner, called, hints[name], one)
+        kind = declared.parameters[name].kind
+        hint = hints.get(name, Any) if kind in _SEVERAL else closer.get(name, hints.get(name, Any))
+        for called, one in _given(name, value, kind) if name not in but else ():
+            require_kind(owner, called, hint, one)
     if failure is not None:
         raise ArgumentError(f"{owner}: {_reason(failure, declared, named)}") from None
 

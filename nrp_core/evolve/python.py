@@ -89,7 +89,7 @@ def evolve(
     else:
         file, source = read_evolve(path_of(description))
     made = Evolution(file, source, path_of(out))
-    made.plan.tell_doubts(partial(warnings.warn, stacklevel=3))
+    made.plan.tell_doubts(partial(warnings.warn, stacklevel=4))
     with executor(on, made.folder, workers) as where:
         history = made.run(where, tell, tell_generation)
     return Evolved(history, tuple(made.files), made.ended)

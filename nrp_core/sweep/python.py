@@ -83,7 +83,7 @@ def sweep(
         chosen = (only,) if isinstance(only, str) else tuple(only)
         made = SweepRun(plan, folder, Choice(chosen, retry_failed, record))
         if made.pending:
-            plan.tell_doubts(partial(warnings.warn, stacklevel=3))
+            plan.tell_doubts(partial(warnings.warn, stacklevel=4))
         with executor(on, folder, workers) as where:
             made.run(where, tell)
         return data_frame(made.rows)

@@ -216,3 +216,11 @@ def test_names_that_nothing_has_are_refused_by_scenes_networks_and_worlds() -> N
         for ask in (world.model_motion, world.joint_states):
             with pytest.raises(SceneError, match="the scene has no model 'hsky'; there are none"):
                 ask("hsky")
+
+
+def test_a_closer_hint_is_not_for_the_rest_of_the_arguments_under_its_name() -> None:
+    @checks_arguments(options=str)
+    def opened(*arguments: Any, **options: Any) -> tuple[Any, Any]:
+        return arguments, options
+
+    assert opened(1, seed=0, options=2) == ((1,), {"seed": 0, "options": 2})

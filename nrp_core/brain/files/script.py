@@ -43,7 +43,7 @@ _NETWORKS: Final = {".nir": "nrp_core.pynn.load_nir", ".nrpnet": "read_network"}
 """What reads files of networks that are not scripts, by their suffix."""
 
 
-@checks_arguments("seed")
+@checks_arguments("seed", populations=Mapping[str, Any] | None)  # a selection is checked with its circuit
 def load_network(
     path: Path | str,
     *,
