@@ -11,7 +11,6 @@ from typing import Final
 
 from nrp_brain_event.addresses import call
 from nrp_brain_event.grid.delivery import send, send_all, store
-from nrp_brain_event.grid.equations.advance import update_blocks
 from nrp_brain_event.grid.inputs import arrange
 from nrp_brain_event.grid.readout import is_lost
 from nrp_brain_event.grid.records import (
@@ -25,6 +24,7 @@ from nrp_brain_event.grid.records import (
     SET_CURVED_CURRENT,
     STORE_FOR_PLASTIC,
     TAKE_SAMPLES,
+    UPDATE_BLOCKS,
     UPDATE_CURVED,
     Grid,
     GridClock,
@@ -144,7 +144,7 @@ def _update(clock: GridClock, grid: Grid, places: Array, when: int, step: int) -
             if part.kind == CURVED:
                 call(grid.codes[UPDATE_CURVED], (places, r, step))
             elif part.kind == EQUATIONS:
-                update_blocks(clock, grid, part, step)
+                call(grid.codes[UPDATE_BLOCKS], (places, r, step))
             else:
                 update_run(
                     clock, part, grid.state, grid.drive, grid.scratch,

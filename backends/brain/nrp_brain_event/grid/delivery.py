@@ -12,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_brain_event.grid.records import Grid, GridClock
+from nrp_brain_event.records import Array
 from nrp_core._support.jit import inlined, jit, prefetch
 from nrp_core.clock import NS_PER_MS
 
@@ -37,7 +38,8 @@ def send(clock: GridClock, grid: Grid, neuron: int, step: int) -> None:
     """Send a spike of a neuron (global id); there must be a free entry."""
     segment = grid.row_first[neuron]
     if segment < grid.row_first[neuron + 1]:
-        _post(clock, grid, segment, step + grid.segments[segment].gap)
+        ahead = step + grid.segments[segment].gap
+        _post(clock, grid.slots, grid.entry_segment, grid.entry_after, segment, ahead)
 
 
 @inlined
@@ -49,23 +51,23 @@ def store(clock: GridClock, grid: Grid, neuron: int, step: int) -> None:
 
 
 @inlined
-def _post(clock: GridClock, grid: Grid, segment: int, step: int) -> None:
+def _post(clock: GridClock, slots: Array, segments: Array, after: Array, segment: int, step: int) -> None:
     entry = clock.free
-    clock.free = grid.entry_after[entry]
+    clock.free = after[entry]
     clock.n_free -= 1
-    slot = step & (len(grid.slots) - 1)
-    grid.entry_segment[entry] = segment
-    grid.entry_after[entry] = grid.slots[slot]
-    grid.slots[slot] = entry
+    slot = step & (len(slots) - 1)
+    segments[entry] = segment
+    after[entry] = slots[slot]
+    slots[slot] = entry
 
 
 @inlined
-def _announced(grid: Grid, entry: int) -> int:
+def _announced(segments: Array, entry_segment: Array, entry_after: Array, entry: int) -> int:
     """Prefetch the location of an entry's synapses, before these are prefetched; return the next entry."""
     following: int = entry
     if entry >= 0:
-        prefetch(grid.segments, grid.entry_segment[entry], 0)
-        following = grid.entry_after[entry]
+        prefetch(segments, entry_segment[entry], 0)
+        following = entry_after[entry]
     return following
 
 
@@ -99,11 +101,12 @@ def delivering(arrive: Arrive) -> Callable[[GridClock, Grid, Any, int], None]:
         entry = near = far = grid.slots[slot]
         grid.slots[slot] = -1
         for _ in range(_FAR):
-            far = _announced(grid, far)
+            far = _announced(grid.segments, grid.entry_segment, grid.entry_after, far)
         for _ in range(_NEAR):
             near = _fetched(grid, near)
         while entry >= 0:
-            far, near = _announced(grid, far), _fetched(grid, near)
+            far = _announced(grid.segments, grid.entry_segment, grid.entry_after, far)
+            near = _fetched(grid, near)
             segment: Any = np.int64(grid.entry_segment[entry])  # of one type: nothing is compiled twice
             following = grid.entry_after[entry]
             grid.entry_after[entry] = clock.free
@@ -115,7 +118,8 @@ def delivering(arrive: Arrive) -> Callable[[GridClock, Grid, Any, int], None]:
                     break
                 segment += 1
                 if grid.segments[segment].gap > 0:
-                    _post(clock, grid, segment, step + grid.segments[segment].gap)
+                    ahead = step + grid.segments[segment].gap
+                    _post(clock, grid.slots, grid.entry_segment, grid.entry_after, segment, ahead)
                     break
             entry = following
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from nrp_brain_event.addresses import address_of
 from nrp_brain_event.grid.curved import set_curved_current, update_curved
+from nrp_brain_event.grid.equations.advance import update_blocks
 from nrp_brain_event.grid.noise import add_noise, hear_noise
 from nrp_brain_event.grid.probes import take_samples
 from nrp_brain_event.grid.records import (
@@ -27,6 +28,7 @@ from nrp_brain_event.grid.records import (
     SHORT_TERM,
     STORE_FOR_PLASTIC,
     TAKE_SAMPLES,
+    UPDATE_BLOCKS,
     UPDATE_CURVED,
     Grid,
 )
@@ -43,6 +45,7 @@ from nrp_brain_event.records import Array
 Kernel = Callable[..., int]
 
 _KERNELS: Final[dict[int, tuple[Kernel, tuple[str, ...]]]] = {
+    UPDATE_BLOCKS: (update_blocks, ("int64", "int64")),
     UPDATE_CURVED: (update_curved, ("int64", "int64")),
     SET_CURVED_CURRENT: (set_curved_current, ("int64", "float64")),
     ADD_NOISE: (add_noise, ("int64",)),
@@ -66,6 +69,8 @@ def codes_for(grid: Grid) -> Array:
     is_plastic, needed = bool((grid.tables["dynamic"] == PLASTIC).any()), []
     if (grid.runs["kind"] == CURVED).any():
         needed += [UPDATE_CURVED, SET_CURVED_CURRENT]
+    if len(grid.blocks):
+        needed += [UPDATE_BLOCKS]
     if len(grid.noise):
         needed += [ADD_NOISE, HEAR_NOISE]
     if is_plastic:

@@ -133,7 +133,8 @@ SET_CURVED_CURRENT: Final = 4
 DELIVER: Final = 5
 DELIVER_LATE: Final = 6
 STORE_FOR_PLASTIC: Final = 7
-N_ON_DEMAND: Final = 8
+UPDATE_BLOCKS: Final = 8
+N_ON_DEMAND: Final = 9
 
 
 class Memory(Record):

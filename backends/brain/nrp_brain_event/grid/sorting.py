@@ -98,7 +98,7 @@ def _by_key(keys: Array, place: Array) -> Array:
 @jit
 def _ascend(order: Array, both: tuple[Array, Array]) -> None:
     """Sort by target where keys are equal."""
-    keys, begin = both[0], 0
+    keys, begin = both[0], _FIRST
     for k in range(1, len(order) + 1):
         if k == len(order) or keys[order[k]] != keys[order[begin]]:
             _order(both, order, begin, k)

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from nrp_brain_event.addresses import call
 from nrp_brain_event.grid.equations.layout import length_of_row
-from nrp_brain_event.grid.records import Grid, GridClock, Run
-from nrp_core._support.jit import inlined, jit
+from nrp_brain_event.grid.records import Grid
+from nrp_brain_event.handles import opened
+from nrp_brain_event.records import Array
+from nrp_core._support.jit import inlined
 
 _S_PER_MS = 1e-3
 _length_of_row = inlined(length_of_row)
 
 
-@jit
-def update_blocks(clock: GridClock, grid: Grid, part: Run, step: int) -> None:
+def update_blocks(places: Array, number: int, step: int) -> int:
     """Advance a run to a grid point, apply the input there, and add the rows that fire to ``fired``."""
+    grid = opened(Grid, places)
+    clock, part = grid.clock[0], grid.runs[number]
     for k in range(len(grid.blocks)):
         block = grid.blocks[k]
         first, last = max(part.first, block.first), min(part.last, block.last)
@@ -31,3 +34,4 @@ def update_blocks(clock: GridClock, grid: Grid, part: Run, step: int) -> None:
             clock.failed = grid.ids[block.first - 1 - n_fired]
         else:
             clock.n_fired = n_fired
+    return 0
