@@ -212,6 +212,7 @@ class TellsTheJointsOfTheFirstRobot(MujocoEngine):
 
 
 @found_by(
+    "a_ball_joint_follows_orientations",
     "an_effort_accelerates_a_joint",
 )
 class TellsNoEfforts(MujocoEngine):

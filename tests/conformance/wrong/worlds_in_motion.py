@@ -123,6 +123,7 @@ class HasGravityOfItsOwn(ChangesTheScene):
     "an_imu_measures_gravity_at_rest_and_nothing_in_free_fall",
     "contacts_report_the_weight_or_are_refused",
     "contacts_report_the_forces_on_a_box_on_a_slope",
+    "a_ball_joint_follows_orientations",
     "the_load_on_a_joint_is_the_weight_below_it_or_is_refused",
 )
 class HasALittleLessGravity(ChangesTheScene):
@@ -255,6 +256,7 @@ class NeverStopsADrive(MujocoEngine):
     "several_robots_each_follow_their_own_commands",
     "the_turn_rate_of_a_ball_joint_is_along_the_axes_of_its_child",
     "wheels_turn_in_the_direction_in_which_they_roll",
+    "a_ball_joint_follows_orientations",
     "link_poses_are_reported_or_refused",
 )
 class ReportsJointsBackwards(MujocoEngine):
@@ -264,6 +266,7 @@ class ReportsJointsBackwards(MujocoEngine):
 
 
 @found_by(
+    "a_ball_joint_follows_orientations",
     "joints_are_listed_in_the_order_of_the_file",
 )
 class SortsJoints(MujocoEngine):
