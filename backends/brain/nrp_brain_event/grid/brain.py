@@ -28,7 +28,7 @@ from nrp_brain_event.grid.parts import Held, Threads, advance
 from nrp_brain_event.grid.poisson import drawable
 from nrp_brain_event.grid.probes import load_probes, no_probes
 from nrp_brain_event.grid.readout import lost_row, read
-from nrp_brain_event.grid.records import DELIVER_LATE, TAKE_SAMPLES, Grid
+from nrp_brain_event.grid.records import TAKE_SAMPLES, Grid
 from nrp_brain_event.grid.tables import load_tables, places_of_plastic
 from nrp_brain_event.handles import handle
 from nrp_brain_event.options import EventOptions
@@ -179,8 +179,6 @@ class GridBrain(Brain):
 
     def _do_set_weights(self, projection: Projection, weights: FloatArray) -> None:
         self._take(handle(unfolded(self._grid)))
-        if len(self._grid.plastic):
-            self._take(handle(self._grid._replace(codes=with_kernels(self._grid.codes, DELIVER_LATE))))
         if projection.is_plastic:
             hear_all(self._grid)
             rows = self._plastic_places[projection.label]

@@ -10,7 +10,8 @@ from math import ceil
 import numpy as np
 
 from nrp_brain_event.grid.merging import sorting
-from nrp_brain_event.grid.records import Grid, GridClock, Input
+from nrp_brain_event.grid.on_demand import with_kernels
+from nrp_brain_event.grid.records import DELIVER_LATE, Grid, GridClock, Input
 from nrp_brain_event.handles import opened
 from nrp_brain_event.records import Array
 from nrp_core._support.jit import inlined, jit
@@ -42,7 +43,9 @@ def with_waiting(grid: Grid, sources: Array, arrivals: Array) -> Grid:
     kept = [np.concatenate([each, no_inputs()]) for each in (sources, arrivals)]
     for inputs, n in zip(kept, (len(sources), len(arrivals)), strict=True):
         sort(inputs, n)
-    return grid._replace(sources=kept[0], arrivals=kept[1])
+    is_plastic = bool((arrivals["synapse"] >= 0).any())
+    codes = with_kernels(grid.codes, DELIVER_LATE) if is_plastic else grid.codes
+    return grid._replace(sources=kept[0], arrivals=kept[1], codes=codes)
 
 
 @jit

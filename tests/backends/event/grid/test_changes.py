@@ -5,7 +5,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from nrp_brain_event import EventBackend
 
+from nrp_core.brain import builder
 from nrp_core.brain.devices.sinks import SpikeRecorder
 from nrp_core.brain.interface import Brain
 from nrp_core.brain.network.data import Population, Projection
@@ -190,3 +192,29 @@ def test_synapses_of_one_step_keep_their_own_short_term_plasticity(
     for brain in (exact, grid):
         run(brain, 17.0)
     np.testing.assert_allclose(*(brain.read_state("v", [0, 1, 2]) for brain in (exact, grid)), atol=1e-3)
+
+
+def test_spikes_on_the_way_to_plastic_synapses_survive_a_snapshot_after_a_change_of_weights() -> None:
+    sim = builder()
+    sim.setup(timestep=0.1)
+    sources = sim.Population(2, sim.SpikeSourceArray(spike_times=[1.0, 2.0, 5.0]))
+    cells = sim.Population(2, sim.IF_curr_exp())
+    learning = sim.STDPMechanism(
+        timing_dependence=sim.SpikePairRule(A_plus=0.01, A_minus=0.01),
+        weight_dependence=sim.AdditiveWeightDependence(w_max=9.0),
+        dendritic_delay_fraction=0.0, weight=1.0, delay=4.0,
+    )  # fmt: skip
+    sim.Projection(sources, cells, sim.AllToAllConnector(), learning, label="p")
+    network, backend = sim.network(), EventBackend()
+    options = backend.options(resolution="0.1 ms", lazy="never")
+    with (
+        backend.open(network, seed=1, options=options) as one,
+        backend.open(network, seed=1, options=options) as other,
+    ):
+        one.run_until(3_000_000)
+        one.set_weights("p", np.full(4, 2.0))
+        other.restore(one.snapshot())
+        one.run_until(20_000_000)
+        other.run_until(20_000_000)
+        assert one.read_state("v", [2, 3]).tolist() == other.read_state("v", [2, 3]).tolist()
+        assert (one.read_state("v", [2, 3]) > -64.0).all()
