@@ -1,8 +1,11 @@
 """A participant of DDS whose topics come and go, of types of its own: python strangers.py DOMAIN."""
 
+import ctypes
 import os
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from cyclonedds.domain import Domain, DomainParticipant
@@ -25,12 +28,24 @@ def kind(number: int) -> Any:
     return struct("Outer", **{f"part{i}": part for i, part in enumerate(middle)})
 
 
+@contextmanager
+def deaf(domain: Domain) -> Iterator[None]:
+    """Hear of no other participant: one that comes while types are described can end this process."""
+    number, switch = ctypes.c_int32, ctypes.c_bool
+    change = domain._dll_handle.dds_domain_set_deafmute
+    change.argtypes = [number, switch, switch, ctypes.c_int64]
+    change(domain._ref, True, False, (1 << 63) - 1)
+    yield
+    change(domain._ref, False, False, 0)
+
+
 def main() -> None:
     """Open and close twenty topics until the process is ended."""
     number = int(sys.argv[1])
-    _domain = Domain(number, LOOPBACK)
-    participant = DomainParticipant(number)
-    topics = [Topic(participant, f"stranger_{os.getpid()}_{i}", kind(i)) for i in range(20)]
+    domain = Domain(number, LOOPBACK)
+    with deaf(domain):
+        participant = DomainParticipant(number)
+        topics = [Topic(participant, f"stranger_{os.getpid()}_{i}", kind(i)) for i in range(20)]
     print("ready", flush=True)
     while True:
         writers = [DataWriter(participant, topic) for topic in topics]

@@ -42,13 +42,14 @@ class Late:
 @needs_ros2
 @pytest.mark.slow
 def test_topics_are_created_while_others_come_and_go(ros2: Ros2) -> None:
-    for _ in range(2):
-        stranger = ros2.start(sys.executable, str(STRANGERS), str(ros2.domain))
+    strangers = [ros2.start(sys.executable, str(STRANGERS), str(ros2.domain)) for _ in range(2)]
+    for stranger in strangers:
         assert stranger.stdout is not None
         assert stranger.stdout.readline() == "ready\n"
     creating = ros2.start(sys.executable, "-X", "faulthandler", "-c", CREATE, str(ros2.domain), "15")
     said, _ = creating.communicate(timeout=120)
     assert (creating.returncode, said) == (0, "start\n")
+    assert [stranger.poll() for stranger in strangers] == [None, None]  # they came and went until the end
 
 
 @needs_ros2
