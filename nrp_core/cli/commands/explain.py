@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from nrp_core.cli.options import Json, beginning_with
+from nrp_core.cli.options import Json, Overrides, beginning_with, experiment_names
 from nrp_core.cli.output import document
 
 
@@ -16,27 +18,73 @@ def _codes() -> list[str]:
     return [one.name for one in Code]
 
 
+def _subjects(incomplete: str) -> list[str]:
+    return [*beginning_with(_codes)(incomplete), *experiment_names(incomplete)]
+
+
+def _parameters(context: typer.Context, incomplete: str) -> list[str]:
+    """Return the names of parameters of the subject before the word; none if it cannot be read."""
+    from nrp_core.cli.inspection.parameters import parameters_of
+
+    with suppress(Exception):
+        known, _ = parameters_of(context.params["subject"])
+        return beginning_with(lambda: dict.fromkeys(one.name for one in known))(incomplete)
+    return []
+
+
 def explain(
-    code: Annotated[
+    subject: Annotated[
         str | None,
         typer.Argument(
-            metavar="CODE",
-            help="A code such as NRP203; by default, list all codes.",
-            autocompletion=beginning_with(_codes),
+            metavar="CODE|FILE",
+            help="A code such as NRP203; or an experiment (its name or file), a recording, a brain script or "
+            "transfer functions. By default, list all codes.",
+            autocompletion=_subjects,
         ),
     ] = None,
+    parameter: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="PARAMETER",
+            help="A parameter of the file, by name or as for --set; by default, all of them.",
+            autocompletion=_parameters,
+        ),
+    ] = None,
+    overrides: Overrides = None,
     json: Json = False,
 ) -> None:
-    """Explain the code of a finding: its meaning, why it matters and how to fix it."""
+    """Explain the code of a finding, or parameters of an experiment.
+
+    Of a code: its meaning, why it matters and how to fix it. Of a parameter: its value and who set it, its
+    default, unit, range and purpose, and the line that declares it. Nothing is executed.
+    """
+    from nrp_core.cli.inspection.parameters import explain_parameters
+    from nrp_core.experiment.reading.find import shipped
+
+    names = _codes()
+    code = None if subject is None else subject.strip().upper()
+    if code is None or code in names:
+        if parameter is not None or overrides:
+            raise typer.BadParameter("a code takes no other arguments", param_hint="PARAMETER")
+        _explain_codes(code, as_json=json)
+    elif parameter is not None or Path(str(subject)).exists() or subject in shipped():
+        explain_parameters(str(subject), parameter, overrides or [], as_json=json)
+    else:
+        _refuse(str(subject), [*names, *shipped()])
+
+
+def _refuse(subject: str, known: list[str]) -> None:
     from nrp_core.errors import did_you_mean
+
+    hint = did_you_mean(subject, known)
+    hint = hint if hint.instead else did_you_mean(subject.upper(), known)
+    more = hint if hint.instead else "; nrp explain lists the codes, nrp list the experiments"
+    raise typer.BadParameter(f"'{subject}' is neither a code nor a file{more}", param_hint="CODE")
+
+
+def _explain_codes(wanted: str | None, *, as_json: bool) -> None:
     from nrp_core.findings import Code
 
-    names = [one.name for one in Code]
-    wanted = None if code is None else code.strip().upper()
-    if wanted is not None and wanted not in names:
-        hint = did_you_mean(wanted, names)
-        more = hint if hint.instead else "; nrp explain lists all"
-        raise typer.BadParameter(f"unknown code '{code}'{more}", param_hint="CODE")
     codes = [
         {
             "code": one.name,
@@ -48,7 +96,7 @@ def explain(
         for one in Code
         if wanted in (None, one.name)
     ]
-    if json:
+    if as_json:
         document({"codes": codes} if wanted is None else codes[0])
     elif wanted is None:
         for one in codes:

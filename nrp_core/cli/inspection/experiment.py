@@ -15,6 +15,7 @@ from nrp_core.clock import seconds
 if TYPE_CHECKING:
     from nrp_core.experiment.making.parameters import Parameters
     from nrp_core.experiment.model.experiment import Experiment
+    from nrp_core.findings import Finding
 
 
 def is_experiment(path: Path) -> bool:
@@ -33,23 +34,34 @@ def inspect_experiment(text: str, overrides: Sequence[str], *, as_json: bool) ->
     Raises:
         ExperimentError: the experiment does not exist or is not valid.
     """
+    from nrp_core.findings import has_errors
+
+    experiment, parameters, findings = checked_parameters(text, overrides)
+    if as_json:
+        document({**_data(experiment, parameters), "findings": [one.to_dict() for one in findings]})
+    else:
+        for line in _lines(experiment, parameters):
+            typer.echo(line)
+        for finding in findings:
+            complain(str(finding))
+    if has_errors(findings):
+        raise typer.Exit(INVALID)
+
+
+def checked_parameters(text: str, overrides: Sequence[str]) -> tuple[Experiment, Parameters, list[Finding]]:
+    """Return an experiment, its parameters, and the findings about these; no script is executed.
+
+    Raises:
+        ExperimentError: the experiment does not exist or is not valid.
+    """
     from nrp_core.experiment.making.parameters import with_parameters
     from nrp_core.experiment.model.collector import Collector
     from nrp_core.experiment.reading.find import load_experiment
-    from nrp_core.findings import has_errors
 
     experiment = load_experiment(text, overrides)
     collector = Collector(experiment.source)
     parameters = with_parameters(experiment, collector)[1]
-    if as_json:
-        document({**_data(experiment, parameters), "findings": [one.to_dict() for one in collector.findings]})
-    else:
-        for line in _lines(experiment, parameters):
-            typer.echo(line)
-        for finding in collector.findings:
-            complain(str(finding))
-    if has_errors(collector.findings):
-        raise typer.Exit(INVALID)
+    return experiment, parameters, collector.findings
 
 
 def _data(experiment: Experiment, parameters: Parameters) -> dict[str, Any]:

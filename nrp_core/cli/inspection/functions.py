@@ -13,6 +13,7 @@ from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
     from nrp_core.dsl.functions.function import TransferFunction
+    from nrp_core.experiment.making.parameters import ParameterValue
     from nrp_core.findings import Finding
 
 
@@ -30,14 +31,10 @@ def inspect_functions(file: Path, overrides: Sequence[str], *, as_json: bool) ->
         ExperimentError: the file cannot be read or declares no transfer function.
     """
     from nrp_core.errors import TransferFunctionError
-    from nrp_core.experiment.making.parameters import ParameterValue
-    from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
 
     functions, found = _contents(file, overrides)
-    declared = Declared()
-    for kind in (FUNCTIONS, BRAIN):
-        read_parameters(file, kind, into=declared)
-    parameters = [ParameterValue(one, one.default, False) for one in declared.parameters.values()]
+    parameters, mistakes = declared_parameters(file)
+    found += mistakes
     if not (functions or found or parameters):
         raise TransferFunctionError("declares no transfer function and no parameter", path=file)
     if as_json:
@@ -55,6 +52,20 @@ def inspect_functions(file: Path, overrides: Sequence[str], *, as_json: bool) ->
         typer.echo(f"parameter {one}")
     for finding in found:
         complain(str(finding), label="warning", color="yellow")
+
+
+def declared_parameters(file: Path) -> tuple[list[ParameterValue], list[Finding]]:
+    """Return the parameters that a script declares, with their defaults, and declarations that are wrong."""
+    from nrp_core.experiment.making.parameters import ParameterValue
+    from nrp_core.findings import Code, Finding
+    from nrp_core.parameters import BRAIN, FUNCTIONS, Declared, read_parameters
+
+    declared = Declared()
+    for kind in (FUNCTIONS, BRAIN):
+        read_parameters(file, kind, into=declared)
+    # a call may be read as one of both kinds
+    mistakes = dict.fromkeys(Finding.of(one, Code.NRP289) for one in declared.mistakes)
+    return [ParameterValue(one, one.default) for one in declared.parameters.values()], list(mistakes)
 
 
 def _contents(file: Path, overrides: Sequence[str]) -> tuple[list[TransferFunction], list[Finding]]:

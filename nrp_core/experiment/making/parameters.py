@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from nrp_core.experiment.making.maker import maker_of
@@ -21,17 +22,25 @@ class ParameterValue:
     Args:
         parameter: its declaration.
         value: in the declared unit.
-        is_given: whether the experiment sets it; else it is the default.
+        set_by: where the experiment sets it, such as ``experiment.yaml:5``; None: it is the default.
     """
 
     parameter: Parameter
     value: Value
-    is_given: bool
+    set_by: str | None = None
+
+    @classmethod
+    def of_data(cls, name: str, data: Mapping[str, Any]) -> ParameterValue:
+        """Return the parameter that :meth:`as_data` described."""
+        file = data["file"] and Path(data["file"])
+        about = {key: data[key] for key in ("default", "unit", "low", "high", "doc", "line")}
+        by_whom = data.get("set_by", "the experiment" if data["value"] != data["default"] else None)
+        return cls(Parameter(name, path=file, **about), data["value"], by_whom)
 
     def __str__(self) -> str:
         """Return value, range and description in one line."""
         about = [self.parameter.range, self.parameter.doc]
-        if self.is_given:
+        if self.set_by is not None:
             about.insert(0, f"default {self.parameter.shown(self.parameter.default)}")
         details = "; ".join(filter(None, about))
         return f"{self.parameter.name} = {self.parameter.shown(self.value)}" + (
@@ -43,7 +52,7 @@ class ParameterValue:
         one = self.parameter
         return {
             "value": self.value, "default": one.default, "unit": one.unit, "low": one.low, "high": one.high,
-            "doc": one.doc, "file": one.path and one.path.name, "line": one.line,
+            "doc": one.doc, "file": one.path and one.path.name, "line": one.line, "set_by": self.set_by,
         }  # fmt: skip
 
 
@@ -104,10 +113,14 @@ def _checked(
         if name in declared.parameters or not unread:  # an unreadable declaration may be the one for it
             collector.add(Code.NRP288, message, *keys, name)
     return {
-        name: ParameterValue(one, values[name], name in given and name not in wrong)
+        name: ParameterValue(
+            one,
+            values[name],
+            str(collector.source.place_of(*keys, name)) if name in given and name not in wrong else None,
+        )
         for name, one in declared.parameters.items()
     }
 
 
 def _given(parameters: Mapping[str, ParameterValue]) -> dict[str, Value]:
-    return {name: one.value for name, one in parameters.items() if one.is_given}
+    return {name: one.value for name, one in parameters.items() if one.set_by is not None}

@@ -29,6 +29,12 @@ class Place:
     column: int | None = None
     override: str | None = None
 
+    def __str__(self) -> str:
+        """Return ``file:line``, ``-s key=value``, or ``Python`` for data without a place."""
+        if self.override is not None:
+            return f"-s {self.override}"
+        return "Python" if self.path is None else f"{self.path.name}:{self.line}"
+
     @property
     def folder(self) -> Path:
         """The folder of relative paths written here."""

@@ -38,6 +38,10 @@ def completed(*words: str) -> list[str]:
             {"no_red", "nrp_gains", "nrp_gains_no_red", "nrp_gains_right_first"},
         ),
         (("explain", "NRP28"), {f"NRP28{digit}" for digit in range(10)}),
+        (
+            ("explain", "slalom_pioneer", "left_to_"),
+            {f"left_to_{side}" for side in ("left", "right", "other")},
+        ),
         (("plot", "somewhere", "ra"), {"raster"}),
         (("plot", "somewhere", "--panels", "map,sp"), {"map,spikes"}),
         (("export", "somewhere", "--format", "n"), {"nwb"}),

@@ -195,10 +195,60 @@ def test_inspect_shows_the_parameters_of_an_experiment_and_of_its_files(nrp, fol
     data = json.loads(nrp("inspect", folder, "--json").out)
     assert data["parameters"]["brain"]["cells"] == {
         "value": 4, "default": 4, "unit": None, "low": 4, "high": 100, "doc": "number of cells",
-        "file": "brain.py", "line": 4,
+        "file": "brain.py", "line": 4, "set_by": None,
     }  # fmt: skip
     wrong = nrp("inspect", folder, "-s", "brain.parameters.cells=3")
     assert (wrong.code, wrong.err.count("NRP288")) == (3, 1)
+
+
+def test_a_parameter_is_explained_with_its_value_and_who_set_it(nrp, folder, tmp_path):
+    file = folder / "experiment.yaml"
+    file.write_text(file.read_text().replace("model: brain.py", "model: brain.py, parameters: {cells: 6}"))
+    line = 1 + file.read_text()[: file.read_text().index("cells: 6")].count("\n")
+    done = nrp("explain", folder, "cells")
+    assert done.code == 0, done.err
+    assert done.out.splitlines() == [
+        "brain.parameters.cells: number of cells", "", "  value: 6", f"  set by: experiment.yaml:{line}",
+        "  default: 4", "  valid: a whole number, 4..100", "  declared: brain.py:4, in the brain script",
+    ]  # fmt: skip
+    assert "set by: nothing; it is the default" in nrp("explain", folder, "brain.parameters.delay").out
+    override = "function_parameters.speed=150 cm/s"
+    told = nrp("explain", folder, "speed", "-s", override).out
+    assert f"value: 1.5 m/s\n  set by: -s {override}\n" in told
+    assert told.endswith("declared: drive.py:4, in the transfer functions\n")
+    recording = tmp_path / "out"
+    run(folder, [override], until_s=0.02, record=recording)
+    assert nrp("explain", recording, "speed").out == told
+    assert "value: 0.5 m/s" in nrp("explain", folder / "drive.py", "speed").out
+    names = [one["name"] for one in json.loads(nrp("explain", folder, "--json").out)["parameters"]]
+    assert names == ["cells", "delay", "speed"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (("spede",), 2, "has no parameter 'spede'; did you mean 'speed'?"),
+        (("brain.parameters.cels",), 2, "did you mean 'brain.parameters.cells'?"),
+        (("cells", "-s", "brain.parameters.cells=3"), 3, "cells is 3; it must be 4..100"),
+    ],
+)
+def test_a_parameter_that_is_not_there_or_does_not_fit_is_told(nrp, folder, arguments, code, message):
+    done = nrp("explain", folder, *arguments)
+    assert done.code == code
+    assert message in " ".join(done.err.split())
+
+
+def test_a_code_has_no_parameters_and_a_recording_its_own_values(nrp, folder, tmp_path):
+    assert nrp("explain", "NRP223", "cells").code == 2
+    run(folder, until_s=0.02, record=tmp_path / "out")
+    assert nrp("explain", tmp_path / "out", "cells", "-s", "brain.parameters.cells=5").code == 2
+
+
+def test_a_declaration_that_cannot_be_read_is_told_by_inspect_and_explain(nrp, folder):
+    file = folder / "brain.py"
+    file.write_text(BRAIN.replace('"delay", 1.0', '"delay", 2 * cells'))
+    for command in ("inspect", "explain"):
+        assert nrp(command, file).err.count("NRP289") == 1
 
 
 def test_a_script_that_runs_by_itself_has_the_defaults(tmp_path):
