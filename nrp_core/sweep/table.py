@@ -86,8 +86,20 @@ def write_tables(folder: Path, rows: Sequence[Row]) -> list[Path]:
     if rows and find_spec("pandas") and find_spec("pyarrow"):
         written.append(folder / PARQUET)
         with writing(written[1]):
-            data_frame(rows).to_parquet(written[1], index=False)
+            data_frame(_columns_of_one_type(rows)).to_parquet(written[1], index=False)
     return written
+
+
+def _columns_of_one_type(rows: Sequence[Row]) -> list[Row]:
+    """Return rows for a format whose columns have one type: a column with a text has only texts."""
+    with_texts = {name for row in rows for name, value in row.items() if isinstance(value, str)}
+    return [
+        {
+            name: str(value) if name in with_texts and value is not None else value
+            for name, value in row.items()
+        }
+        for row in rows
+    ]
 
 
 def data_frame(rows: Sequence[Row]) -> pd.DataFrame:
