@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 
 import brains_in_kind
 import brains_in_number
+import brains_in_precision
 import brains_in_time
 import pytest
 import worlds_in_body
@@ -19,7 +21,8 @@ from nrp_core.conformance.base import BackendTests
 from nrp_core.conformance.report import Outcome
 from nrp_core.conformance.run import run_tests
 
-BRAINS = brains_in_time.FOUND_BY | brains_in_kind.FOUND_BY | brains_in_number.FOUND_BY
+_BRAINS = brains_in_time, brains_in_kind, brains_in_number, brains_in_precision
+BRAINS = {brain: tests for module in _BRAINS for brain, tests in module.FOUND_BY.items()}
 _WORLDS = worlds_in_motion, worlds_in_sight, worlds_in_change, worlds_in_body
 WORLDS = {world: tests for module in _WORLDS for world, tests in module.FOUND_BY.items()}
 
@@ -38,6 +41,14 @@ def named(backend: type) -> str:
 
 def test_there_are_enough_wrong_backends():
     assert len(BRAINS) + len(WORLDS) >= 100
+
+
+def test_a_brain_that_rounds_delays_to_nanoseconds_is_right():
+    class RoundsDelaysToNanoseconds(brains_in_precision.RoundsDelaysToMicroseconds):
+        def stored(self, projection):
+            return replace(projection, delay_ms=projection.delay_ms.round(6))
+
+    assert failing(BrainBackendTests, RoundsDelaysToNanoseconds) == set()
 
 
 def test_the_brain_that_wrong_ones_are_made_from_is_right():

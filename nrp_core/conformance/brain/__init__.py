@@ -7,6 +7,7 @@ from nrp_core.conformance.brain.comparison import CrossTests, SpeedTests
 from nrp_core.conformance.brain.devices import DeviceTests
 from nrp_core.conformance.brain.each import EachTests
 from nrp_core.conformance.brain.life import LifeTests
+from nrp_core.conformance.brain.precision import PrecisionTests
 from nrp_core.conformance.brain.sequences import SequenceTests
 from nrp_core.conformance.brain.short_term import ShortTermTests
 from nrp_core.conformance.brain.state import StateTests
@@ -27,6 +28,7 @@ class BrainBackendTests(
     ShortTermTests,
     AccuracyTests,
     DeviceAccuracyTests,
+    PrecisionTests,
     TwinTests,
 ):
     """The tests for the author of a backend: contract, capabilities, accuracy."""
