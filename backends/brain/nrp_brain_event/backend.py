@@ -41,8 +41,9 @@ class EventBackend(BrainBackend):
     def warnings(self, network: Network, options: BrainOptions) -> list[str]:
         from nrp_brain_event.connections import delay_range
 
-        delay_range(network)
         assert isinstance(options, EventOptions)
+        if options.resolution is None:
+            delay_range(network)
         obstacle = lazy_grid(network, options).obstacle if options.lazy == "always" else ""
         return [f"`lazy: always` has no effect: {obstacle}"] if obstacle else []
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,8 @@ from nrp_core.clock import NS_PER_MS, milliseconds
 from nrp_core.conformance.brain.kit import EXACT_MS, BrainKit, record, times, train
 from nrp_core.conformance.brain.parts import connect, spikes
 from nrp_core.conformance.brain.reference import Arrival, first_spike_ms
+from nrp_core.conformance.guard import undeclared
+from nrp_core.errors import CapabilityError, NetworkError
 
 
 class TimingTests(BrainKit):
@@ -62,6 +66,28 @@ class TimingTests(BrainKit):
         fired = times(heard, 1)
         assert fired, "the synapse had no effect"
         assert expected - self.tolerance_ms <= fired[0] <= expected + self.tolerance_ms + 1e-9
+
+    @pytest.mark.parametrize("pre", ["source", "cell"])
+    def test_a_delay_of_0_is_a_step_of_the_grid_or_is_refused(self, pre: str) -> None:
+        if self.capabilities.resolution_ns is None:
+            undeclared("a resolution")
+        strong, step_ms = self.sample.strong, milliseconds(self.capabilities.resolution_ns)
+        found = []
+        for delay in (step_ms, 0.0):
+            synapses = (
+                connect("source", "cell", strong, 1.0),
+                replace(connect(pre, "n", strong, delay), label="n"),
+            )
+            try:
+                brain = self.open(spikes("source", [5.0]), self.cells("cell"), self.cells("n"), *synapses)
+            except (CapabilityError, NetworkError):
+                assert not delay
+                return
+            heard = record(brain)
+            self.run(brain, 30)
+            found.append(times(heard, 2))
+        assert found[0]
+        assert found[1] == found[0]
 
     def test_each_synapse_has_its_own_delay(self) -> None:
         delays = [9.0, 2.0, 5.5]

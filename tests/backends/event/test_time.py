@@ -266,3 +266,38 @@ def test_a_cell_at_rest_waits_for_nothing(
     modes, records = brain._engine.modes, brain._engine.cells
     assert np.where(modes["kind"] < 0, records["wake"], modes["wake"]).tolist() == [inf]
     assert (brain._engine.cell_slots == -1).all()
+
+
+@pytest.mark.parametrize("cell_type", ["IF_curr_exp", "IF_cond_exp"])
+def test_a_spike_of_a_source_may_arrive_at_once(
+    cells: Cells, spike_source: Cells, connect: Connect, open_brain: Open, cell_type: str
+) -> None:
+    """All depends on the time of arrival, so that a later spike without a delay has the same effect."""
+    found = []
+    for emitted, delay in ((7.0, 0.0), (4.75, 2.25)):
+        source = spike_source("s", [emitted])
+        brain = open_brain(source, cells("n", cell_type, 1), connect("s", "n", 60 * DRIVEN[cell_type], delay))
+        heard = brain.add_sink(SpikeRecorder(), [1], name="heard")
+        brain.run_until(END_NS)
+        found.append(heard.spikes().times_ms.tolist())
+    assert found[0]
+    assert found[0] == pytest.approx(found[1], abs=1e-9)
+
+
+@pytest.mark.parametrize("lazy", ["never", "always"])
+@pytest.mark.parametrize("pre", ["s", "a"])
+def test_on_a_grid_a_delay_of_0_is_one_step_and_is_told(
+    cells: Cells, spike_source: Cells, connect: Connect, open_brain: Open, pre: str, lazy: str
+) -> None:
+    found = []
+    for delay in (0.1, 0.0):
+        population = [spike_source("s", [4.0]), cells("a", "IF_curr_exp", 1), cells("n", "IF_curr_exp", 1)]
+        synapses = [connect("s", "a", 50.0, 1.0), replace(connect(pre, "n", 50.0, delay), label="short")]
+        brain = open_brain(*population, *synapses, resolution="0.1 ms", lazy=lazy)
+        heard = brain.add_sink(SpikeRecorder(), [2], name="heard")
+        brain.run_until(END_NS)
+        found.append(heard.spikes().times_ms.tolist())
+        told = [one.message for one in brain.warnings if "to at least one step" in one.message]
+        assert bool(told) == (delay == 0.0)
+    assert found[0]
+    assert found[0] == found[1]

@@ -66,7 +66,9 @@ class SmallBrain(Brain):
             pre, post = self.network.offsets[p.pre], self.network.offsets[p.post]
             columns = zip(p.pre_index, p.post_index, p.weight, p.delay_ms, strict=True)
             for i, j, weight, delay in columns:
-                found[pre + int(i)].append((post + int(j), float(weight), float(delay), p.receptor))
+                found[pre + int(i)].append(
+                    (post + int(j), float(weight), max(float(delay), STEP_MS), p.receptor)
+                )
         return found
 
     def fresh(self) -> State:

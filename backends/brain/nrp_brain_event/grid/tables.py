@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from nrp_brain_event.connections import delay_range, fill_short_term, is_share, numbers_of
+from nrp_brain_event.connections import fill_short_term, is_share, numbers_of
 from nrp_brain_event.grid import sorting
 from nrp_brain_event.grid.records import PLASTIC, SHORT_TERM, Segment, Table
 from nrp_brain_event.grid.runs import line_of
@@ -101,9 +101,8 @@ def load_tables(
         weights_now: changed weights of projections, by label.
 
     Raises:
-        NetworkError: a delay between neurons is too short, or a parameter of plasticity is missing.
+        NetworkError: a parameter of plasticity is missing.
     """
-    delay_range(network)
     groups: dict[tuple[object, ...], list[ProjectionPart]] = {}
     plastic_rows = places_of_plastic(network, row_of)
     for projection in network.projections:

@@ -49,7 +49,7 @@ def outgoing(network: Network, tau_syn: FloatArray) -> Any:
         rows["pre"] = network.offsets[p.pre] + p.pre_index
         rows["target"] = network.offsets[p.post] + p.post_index
         rows["receptor"] = RECEPTORS.index(p.receptor)
-        rows["weight"], rows["delay_ms"] = p.weight, p.delay_ms
+        rows["weight"], rows["delay_ms"] = p.weight, np.maximum(p.delay_ms, STEP_MS)
         rows["plastic"] = p.synapse_type == TSODYKS_MARKRAM
         for name in CONSTANTS if p.synapse_type == TSODYKS_MARKRAM else ():
             rows[name] = p.synapse_parameters[name]
