@@ -11,8 +11,9 @@ from typing import Any
 from nrp_core.analysis.declared import Declared, Function, Unread, found_in, stub_of
 from nrp_core.analysis.evaluation import FAILURES, MisfitError
 from nrp_core.analysis.events import Call, Event, Index, Read, missing_name
+from nrp_core.analysis.function_body import assigned
 from nrp_core.analysis.imports import Imports
-from nrp_core.analysis.scopes import SCOPES
+from nrp_core.analysis.scopes import SCOPES, own_nodes
 from nrp_core.analysis.shapes import UNKNOWN, Known, Names, Shape
 from nrp_core.analysis.statements import Statements, Written, changed_in
 from nrp_core.dsl.devices.kinds import DeviceKind
@@ -101,7 +102,7 @@ class Declarations(Statements):
             setattr(made, name, shape.value)
         for declared in self.functions:
             if name == "name" and declared.function is made and not isinstance(shape, Known):
-                declared.is_read = False
+                declared.is_named = False
 
     def _import(self, node: ast.Import | ast.ImportFrom) -> None:
         for imported in self._imports.of(node, self.path):
@@ -180,7 +181,9 @@ class Declarations(Statements):
             self.is_complete = False
             return None
         declared = Declared(stub_of(node, self.path), node, self._source, self.local, {}, self._imports.of)
-        declared.is_read = self._is_read and len(made) == len(decorators)
+        others = [one for one, value in decorators if value is None]
+        declared.is_read = self._is_read and all(map(self._keeps_it, others))
+        declared.is_named = not others
         for one, value in reversed(made):
             if not self._apply(declared, one, value):
                 self.is_complete = False
@@ -216,11 +219,19 @@ class Declarations(Statements):
         value = found.value if isinstance(found, Known) else None
         if isinstance(value, (Mapping, *_FUNCTION_DECORATORS)):
             return value
-        if isinstance(value, type) and issubclass(value, _FUNCTION_DECORATORS):
-            message = f"'@nrp.{value.__name__}' must be called: @nrp.{value.__name__}()"
+        if isinstance(value, type) and issubclass(value, (Mapping, *_FUNCTION_DECORATORS)):
+            is_mapping = issubclass(value, Mapping)
+            arguments = "(...)" if is_mapping else "()"
+            message = f"'@nrp.{value.__name__}' must be called: @nrp.{value.__name__}{arguments}"
             self.findings.append(found_in(self._source, Code.NRP210, node, message))
-            return value()
+            self._is_read &= not is_mapping  # its parameter is unknown
+            return None if is_mapping else self._plain(value)
         return None
+
+    def _keeps_it(self, node: ast.expr) -> bool:
+        """Return whether a decorator of the user returns the function that it is given."""
+        found = self.quietly(node)
+        return isinstance(found, Known) and isinstance(found.value, Written) and _returns_its_own(found.value)
 
     def _substitute_of(self, node: ast.expr) -> Any:
         """Return a substitute for a refused decorator, so that the rest is still checked."""
@@ -303,6 +314,19 @@ class Declarations(Statements):
         name = decorator.parameter if isinstance(decorator, Mapping) else ""
         declared.nodes[name] = node
         return True
+
+
+def _returns_its_own(written: Written) -> bool:
+    """Return whether a function returns its first argument, and calls nothing that could add a mapping."""
+    first = next((one.arg for one in written.node.args.args), "")
+    nodes = list(own_nodes(written.node.body))
+    returns = [one.value for one in nodes if isinstance(one, ast.Return)]
+    return (
+        bool(returns)
+        and all(isinstance(one, ast.Name) and one.id == first for one in returns)
+        and first not in assigned(written.node.body)
+        and not any(isinstance(one, ast.Call) for one in nodes)
+    )
 
 
 def _level_in(node: ast.AST, level: Level) -> Level:

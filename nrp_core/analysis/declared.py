@@ -49,6 +49,7 @@ class Declared:
         nodes: the decorator of each mapping, and the function's own under an empty name.
         imports: returns the names that an import in its body binds.
         is_read: whether all of its decorators are understood.
+        is_named: whether its name is known: a decorator or a statement of the file may have changed it.
         adapters: the adapters of its parameters, after binding.
 
     Attributes:
@@ -62,6 +63,7 @@ class Declared:
     nodes: dict[str, ast.expr]
     imports: ImportsOf
     is_read: bool = True
+    is_named: bool = True
     adapters: dict[str, Adapter] = field(default_factory=dict)
     own: tuple[ast.AST, ...] = field(init=False, repr=False)
 

@@ -163,18 +163,26 @@ class Evaluation(Expressions):
         return Known(function)
 
     def _items(self, node: ast.ListComp | ast.SetComp | ast.GeneratorExp | ast.DictComp) -> Shape:
-        if isinstance(node, ast.DictComp) or len(node.generators) != 1 or node.generators[0].ifs:
+        if isinstance(node, ast.DictComp):
             return self._comprehension(node)
-        part, kept = node.generators[0], dict(self.names)
-        items = items_of(self.shape(part.iter))
-        if items is None:
-            return UNKNOWN
+        kept = dict(self.names)
         found: list[Shape] = []
-        for item in items:
-            self.bind(part.target, item)
-            found.append(self.shape(node.elt))
+        is_known = self._gather(node.elt, node.generators, found)
         self.names = kept
-        return Row(tuple(found))
+        return Row(tuple(found)) if is_known else self._comprehension(node)
+
+    def _gather(self, element: ast.expr, loops: list[ast.comprehension], found: list[Shape]) -> bool:
+        """Append the items that loops make, the first outermost; return whether all are known."""
+        if not loops:
+            found.append(self.shape(element))
+            return len(found) <= _LIMIT
+        items = items_of(self.shape(loops[0].iter))
+        for item in items or ():
+            self.bind(loops[0].target, item)
+            decided = [truth_of(self.shape(condition)) for condition in loops[0].ifs]
+            if None in decided or (all(decided) and not self._gather(element, loops[1:], found)):
+                return False
+        return items is not None
 
     _listcomp = _generatorexp = _items
 

@@ -202,9 +202,13 @@ class Expressions:
 
     def _call(self, node: ast.Call) -> Shape:
         callee = self.shape(node.func)
-        given = [self.shape(argument) for argument in node.args]
+        given: list[Shape] = []
         named = {keyword.arg: self.shape(keyword.value) for keyword in node.keywords}
-        whole = None not in named and not any(isinstance(argument, ast.Starred) for argument in node.args)
+        whole = None not in named
+        for argument in node.args:
+            spread = _spread(self.shape(argument.value)) if isinstance(argument, ast.Starred) else None
+            whole &= spread is not None or not isinstance(argument, ast.Starred)
+            given += [self.shape(argument)] if spread is None else spread
         by_name = {name: shape for name, shape in named.items() if name is not None}
         call = Call(node, callee, tuple(given), by_name, whole)
         self.observe(call)
@@ -219,6 +223,9 @@ class Expressions:
             made = instance_of(callee)
             if made != UNKNOWN:
                 return made
+        match call.given:
+            case (Known(str() as text),) if callee is float and _is_float(text):  # "nan", "inf"
+                return Known(float(text))
         if any(callee is one for one in _SAME_UNIT):
             return _common_unit(call.given)
         if any(callee is one for one in _COUNTS):
@@ -257,6 +264,16 @@ def _unpacked(shape: Shape, count: int) -> list[Shape]:
     return [item_of(shape)] * count
 
 
+def _spread(shape: Shape) -> list[Shape] | None:
+    """Return the items that ``*`` makes arguments of; None if their number is unknown."""
+    match shape:
+        case Row(items):
+            return list(items)
+        case Known(tuple() | list() as values):
+            return list(map(Known, values))
+    return None
+
+
 def _length(shape: Shape) -> int | None:
     match shape:
         case Row(items):
@@ -286,6 +303,14 @@ def _folded(operation: ast.operator, left: Any, right: Any) -> Shape:
         return Known(work(left, right))
     except (ArithmeticError, TypeError, ValueError):
         return UNKNOWN
+
+
+def _is_float(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _common_unit(given: tuple[Shape, ...]) -> Shape:

@@ -6,8 +6,10 @@ import ast
 import importlib
 import sys
 from collections.abc import Collection, Iterator
+from importlib.machinery import PathFinder
 from importlib.util import find_spec
 from pathlib import Path
+from pkgutil import iter_modules
 from types import ModuleType
 
 from nrp_core.analysis.imported import Imported
@@ -84,11 +86,15 @@ class Imports:
         root, _, child = name.partition(".")
         if (parent := self._scope.substitute(root)) is not None:
             known = [one for one in dir(parent) if not one.startswith("_")]
-            if _member(Known(parent), child.partition(".")[0]) != UNKNOWN or _exists(root):
+            if _member(Known(parent), child.partition(".")[0]) != UNKNOWN:
                 return ""
+            if _exists(root):
+                return _without_child(name)
             return f"there is no module '{name}'{did_you_mean(child, known) if known else ''}"
-        if root in sys.stdlib_module_names or self._neighbour(root, path) or _exists(root):
+        if self._neighbour(root, path):
             return ""
+        if root in sys.stdlib_module_names or _exists(root):
+            return _without_child(name)
         known = [*(found.stem for found in path.parent.glob("*.py")), *message_packages(), *_COMMON]
         hint = did_you_mean(root, known)
         return f"there is no module '{name}'{hint if 'did you mean' in hint else ''}"
@@ -124,6 +130,28 @@ def _exists(root: str) -> bool:
         return find_spec(root) is not None
     except (ImportError, ValueError):
         return False
+
+
+def _without_child(name: str) -> str:
+    """Return the message for a module that an installed package does not have; empty if it may have it."""
+    known, *children = name.split(".")
+    spec = find_spec(known)
+    for child in children:
+        if spec is None or spec.submodule_search_locations is None or _may_make(known, child):
+            return ""
+        places = list(spec.submodule_search_locations)
+        known = f"{known}.{child}"
+        spec = PathFinder.find_spec(known, places)
+        if spec is None:
+            there = [one.name for one in iter_modules(places) if not one.name.startswith("_")]
+            return f"there is no module '{name}'{did_you_mean(child, there)}"
+    return ""
+
+
+def _may_make(package: str, child: str) -> bool:
+    """Return whether a package may have a module without a file: one that it makes when it is imported."""
+    made = sys.modules.get(package)
+    return f"{package}.{child}" in sys.modules or hasattr(made, "__getattr__")
 
 
 def _imported(name: str) -> tuple[Shape, str]:

@@ -6,6 +6,7 @@ import ast
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from nrp_core.analysis.evaluation import UnreadableError
 from nrp_core.analysis.events import Event
 from nrp_core.analysis.function_body import FunctionBody
 from nrp_core.analysis.network import ChildBuilder
+from nrp_core.analysis.scripts import scripts_from
 from nrp_core.analysis.shapes import UNKNOWN, Known, Number, Shape
 from nrp_core.analysis.silence import Silence
 from nrp_core.analysis.skeleton import Ends
@@ -206,6 +208,21 @@ class Study(Examination):
     def neighbours(self) -> list[PythonSource]:
         """The modules beside them that they import."""
         return list(self._reading.neighbours.values())
+
+    @cached_property
+    def scripts(self) -> list[PythonSource]:
+        """Its brain script and the modules beside it that it imports, as far as they are plain Python."""
+        known = {source.path for source in self._of_functions}
+        return [one for one in scripts_from(self.experiment.brain.model) if one.path not in known]
+
+    @property
+    def sources(self) -> list[PythonSource]:
+        """The files of its transfer functions, those of its brain, and the modules beside them."""
+        return [*self._of_functions, *self.scripts]
+
+    @property
+    def _of_functions(self) -> list[PythonSource]:
+        return [*(source for listing in self.listings for source in listing.sources), *self.neighbours]
 
     def _brain_fits(self) -> bool:
         if self.brain is None or self.network is None:

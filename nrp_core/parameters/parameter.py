@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from nrp_core.errors import ExperimentError, ParameterError
-from nrp_core.parameters.units import factor
+from nrp_core.parameters.units import factor, meant_by
 
 Number: TypeAlias = float | int
 Value: TypeAlias = bool | int | float | str | list[Number]
@@ -134,6 +134,8 @@ class Parameter:
         bounds = [bound for bound in (self.low, self.high) if bound is not None]
         if not has_numbers and (self.unit or bounds):
             yield f"unit, low and high are for numbers; its default is {self.default!r}"
+        if self.unit and (meant := meant_by(self.unit)):
+            yield f"its unit '{self.unit}' is not known; did you mean '{meant}'?"
         if not all(_is_number(bound) for bound in bounds):
             yield f"low and high must be finite numbers{_of(self.unit)}, not {bounds}"
         elif len(bounds) == 2 and bounds[0] > bounds[1]:

@@ -37,6 +37,15 @@ def factor(unit: str, to: str) -> Fraction:
     return one[0] / other[0]
 
 
+def meant_by(unit: str) -> str:
+    """Return the simple unit of which an unknown one has the letters in another order, or an empty text."""
+    if _read(unit) is not None:
+        return ""
+    letters = sorted(plain(unit))
+    names = (prefix + base for base in _BASES for prefix in _PREFIXES)
+    return next((name for name in names if sorted(name) == letters), "")
+
+
 def plain(unit: str) -> str:
     """Return a unit in ASCII, without spaces."""
     for written, ascii_name in _SPELLINGS.items():

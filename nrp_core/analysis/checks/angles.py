@@ -64,8 +64,7 @@ def angles_have_units(study: Study) -> Iterator[Finding]:
 def angles_of_helpers_are_in_radians(study: Study) -> Iterator[Finding]:
     """Look outside transfer functions for sines and the like of numbers that are more than a full turn."""
     inside = {id(node) for declared in study.declared for node in ast.walk(declared.node)}
-    sources = [source for listing in study.listings for source in listing.sources]
-    for source in [*sources, *study.neighbours]:
+    for source in study.sources:
         names = full_names(source.tree)
         for node in ast.walk(source.tree):
             match node:

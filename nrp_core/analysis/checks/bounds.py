@@ -14,7 +14,6 @@ from nrp_core.findings import Code, Finding, Level
 @checks_experiment(Code.NRP320)
 def bounds_leave_a_choice(study: Study) -> Iterator[Finding]:
     """Look for ``x < 1 and x > 5``, ``x > 1 or x < 5`` and ``x != 1 or x != 2``."""
-    sources = [source for listing in study.listings for source in listing.sources]
-    for source in [*sources, *study.neighbours]:
+    for source in study.sources:
         for node, message in without_choice(source.tree):
             yield found_in(source, Code.NRP320, node, message, Level.WARNING)

@@ -26,8 +26,7 @@ _SPACED: Final = 2
 @checks_experiment(Code.NRP320)
 def code_can_act(study: Study) -> Iterator[Finding]:
     """Look for branches and statements that are never reached, and for constants in place of comparisons."""
-    sources = [source for listing in study.listings for source in listing.sources]
-    for source in [*sources, *study.neighbours]:
+    for source in study.sources:
         for node in ast.walk(source.tree):
             for place, message in chain(
                 _decided(node), _repeated(node), _unreached(node), _slips(node), _late(node), _alike(node)

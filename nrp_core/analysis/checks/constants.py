@@ -81,8 +81,7 @@ def _is_computed(value: ast.expr, work: str, made: Mapping[str, ast.expr]) -> bo
 @checks_experiment(Code.NRP320)
 def expressions_depend_on_something(study: Study) -> Iterator[Finding]:
     """Look for clamps with exchanged limits, products with 0, and values compared with themselves."""
-    sources = [source for listing in study.listings for source in listing.sources]
-    for source in [*sources, *study.neighbours]:
+    for source in study.sources:
         for node in ast.walk(source.tree):
             message = _constant(node) or _decided(node) or _ignored(node) or _half(node)
             if message:

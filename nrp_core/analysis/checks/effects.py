@@ -41,8 +41,7 @@ _LOOKING = frozenset({"locals", "vars", "exec", "eval"})
 @checks_experiment(Code.NRP300)
 def statements_have_an_effect(study: Study) -> Iterator[Finding]:
     """Look for expression statements without effect."""
-    sources = [source for listing in study.listings for source in listing.sources]
-    for source in [*sources, *study.neighbours]:
+    for source in study.sources:
         tried = {
             id(one)
             for node in ast.walk(source.tree)

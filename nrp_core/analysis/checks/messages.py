@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from types import MethodType
 from typing import Any, cast
 
-from nrp_core.analysis.checks.values import no_value
+from nrp_core.analysis.checks.values import no_value, not_called
 from nrp_core.analysis.events import Call, Return, Write
 from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_function
@@ -71,13 +71,25 @@ def numbers_of_messages_are_no_truth_values(function: Examined) -> Iterator[Find
                 values = [*zip(names, node.args, given, strict=False)]
                 values += [(one.arg, one.value, named[one.arg]) for one in node.keywords if one.arg]
                 for name, value, shape in values:
-                    is_known = isinstance(shape, Instance)  # another check knows that it is no number
-                    if hints(cls).get(name) is float and isinstance(value, ast.Compare) and not is_known:
+                    if isinstance(shape, Instance) or not isinstance(value, ast.Compare):
+                        continue  # another check knows the values whose type is known
+                    hint = hints(cls).get(name)
+                    if dataclasses.is_dataclass(hint) and isinstance(hint, type):
+                        message = f"{name} of {type_name(cls)} must be a {type_name(hint)}{_meant(value)}"
+                        yield function.declared.finding(Code.NRP227, value, message)
+                    elif hint is float:
                         message = (
                             f"{name} of {type_name(cls)} is a number, and '{excerpt(value)}' is "
                             "true or false, so 1 or 0; write '1.0 if ... else 0.0' if that is meant"
                         )
                         yield function.declared.finding(Code.NRP227, value, message, Level.WARNING)
+
+
+def _meant(value: ast.Compare) -> str:
+    """Return that '==' compares, and is not the '=' of an argument that is given by name."""
+    text = f", and '{excerpt(value)}' is true or false"
+    is_equal = isinstance(value.left, ast.Name) and isinstance(value.ops[0], ast.Eq)
+    return f"{text}; an argument is given by '='" if is_equal else text
 
 
 @checks_function(Code.NRP228)
@@ -124,7 +136,7 @@ def _refused(info: TopicInfo, value: Shape) -> str:
 
 def _misfit(function: Examined, shape: Shape, hint: Any) -> str:
     """Return the type of a field if a value does not fit it, else an empty text."""
-    wrong = no_value(function, shape)
+    wrong = no_value(function, shape) or not_called(shape)
     if wrong:
         return f"a value: {wrong}"
     is_message = dataclasses.is_dataclass(hint) and isinstance(hint, type)
@@ -140,7 +152,7 @@ def _no_message(shape: Shape, hint: type) -> str:
             return f"{wanted}, not a number"
         case Items() | Row():
             return f"{wanted}, not a list"
-        case Known(int() | float() | str() as value):
+        case Known(int() | float() | str() | None as value):
             return f"{wanted}, not {value!r:.40}"
     return ""
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 
 from pyflakes import messages
 from pyflakes.checker import Checker
 
 from nrp_core.analysis.declared import found_in
 from nrp_core.analysis.registry import checks_experiment
-from nrp_core.analysis.study import Study
+from nrp_core.analysis.study import Study, at_most
 from nrp_core.dsl.loading.listing import PythonSource
 from nrp_core.errors import Instead, did_you_mean
 from nrp_core.findings import Code, Finding, Level
@@ -22,7 +22,14 @@ _CODES = {
     messages.IsLiteral: (Code.NRP300, Level.WARNING),
     messages.AssertTuple: (Code.NRP300, Level.WARNING),
     messages.IfTuple: (Code.NRP300, Level.WARNING),
+    messages.RedefinedWhileUnused: (Code.NRP300, Level.WARNING),
+    messages.MultiValueRepeatedKeyLiteral: (Code.NRP300, Level.WARNING),
 }
+_OF_SCRIPTS = frozenset({
+    messages.UndefinedName, messages.UndefinedLocal, messages.IsLiteral, messages.AssertTuple,
+    messages.IfTuple, messages.RedefinedWhileUnused, messages.MultiValueRepeatedKeyLiteral,
+})  # fmt: skip
+"""Messages about brain scripts, in which a synapse is often kept under a name that nothing reads."""
 _PLAIN = {
     messages.IsLiteral: "'is' compares whether two objects are the same, not their values: write '=='",
     messages.AssertTuple: "this assertion is always true: a tuple with items is; remove the parentheses",
@@ -38,17 +45,31 @@ def names_are_defined_and_used(study: Study) -> Iterator[Finding]:
         yield from _names_of(listing.sources, set(listing.names))
     for source in study.neighbours:
         yield from _names_of([source], set())
+    for source in study.scripts:  # it was executed, so an undefined name is one that it did not reach
+        yield from (at_most(one, Level.WARNING) for one in _names_of([source], set(), _OF_SCRIPTS))
 
 
-def _names_of(sources: Iterable[PythonSource], known: set[str]) -> Iterator[Finding]:
+def _names_of(
+    sources: Iterable[PythonSource], known: set[str], kinds: Container[type] = _CODES
+) -> Iterator[Finding]:
     for source in sources:
         checker = Checker(source.tree, str(source.path), builtins=known)
         for found in checker.messages:
             code, level = _CODES.get(type(found), (None, Level.NOTE))
-            if code is not None:
+            if code is not None and type(found) in kinds and not _is_meant(found, source.tree):
                 message, instead = _message(found, source.tree, known)
                 yield found_in(source, code, _at(found), message, level, instead)
         known |= set(checker.scopeStack[0] if checker.scopeStack else checker.deadScopes[-1])
+
+
+def _is_meant(found: messages.Message, tree: ast.Module) -> bool:
+    """Return whether a name is given again by an import, or by a decorator that keeps what it decorates."""
+    return isinstance(found, messages.RedefinedWhileUnused) and not any(
+        isinstance(node, ast.FunctionDef | ast.ClassDef)
+        and (node.lineno, node.name) == (found.lineno, found.message_args[0])
+        and not node.decorator_list
+        for node in ast.walk(tree)
+    )
 
 
 def _at(found: messages.Message) -> ast.AST:
@@ -70,6 +91,16 @@ def _message(found: messages.Message, tree: ast.Module, known: set[str]) -> tupl
     if type(found) in _PLAIN:
         return _PLAIN[type(found)], None
     name = str(found.message_args[0])
+    if isinstance(found, messages.RedefinedWhileUnused):
+        return (
+            f"'{name}' is defined again, so that the definition in line {found.message_args[1]} is lost",
+            None,
+        )
+    if isinstance(found, messages.MultiValueRepeatedKeyLiteral):
+        return (
+            f"the key {found.message_args[0]!r} of this dictionary has several values; the last one counts",
+            None,
+        )
     if isinstance(found, messages.UndefinedLocal):
         return f"'{name}' is used before it has a value", None
     near = next(

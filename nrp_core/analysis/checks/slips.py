@@ -30,8 +30,7 @@ _POWERS: Final = (2, 3)
 @checks_experiment(Code.NRP320)
 def code_does_what_it_looks_like(study: Study) -> Iterator[Finding]:
     """Look for slips in the files of transfer functions and in the modules beside them."""
-    sources = [source for listing in study.listings for source in listing.sources]
-    for source in [*sources, *study.neighbours]:
+    for source in study.sources:
         for node in ast.walk(source.tree):
             message = next(filter(None, (look(node) for look in _LOOKS)), "")
             if message:

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
-from types import FunctionType, MethodType
+from math import isnan
+from types import BuiltinFunctionType, FunctionType, MethodType
 from typing import Any
+
+import numpy as np
 
 from nrp_core.analysis.events import Add, Call, Compute, Divide, Multiply, Return, Write
 from nrp_core.analysis.function_body import ORDERS, assigned
 from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_function
 from nrp_core.analysis.shapes import UNITS, Instance, Items, Known, Number, Row, Shape, names_of
+from nrp_core.analysis.statements import Written
 from nrp_core.analysis.study import Examined
 from nrp_core.dsl.devices.devices import Device
 from nrp_core.dsl.devices.groups import DeviceGroup
@@ -22,6 +26,7 @@ from nrp_core.world.messages.base import type_name
 _OF_VALUES: tuple[Any, ...] = (min, max, abs, float, int, round, sum, len)
 _TELLING = ("value", "voltage", "rate", "times", "amplitude", "mean")
 """The main attribute of a device, topic or variable."""
+_FUNCTIONS = (FunctionType, MethodType, BuiltinFunctionType, Written, np.ufunc)
 _ARITHMETIC = ("__add__", "__radd__", "__sub__", "__mul__", "__rmul__", "__truediv__", "__neg__", "__float__")
 
 
@@ -35,9 +40,14 @@ def numbers_are_computed_with(function: Examined) -> Iterator[Finding]:
             case Compute(node, operand):
                 wrong = _no_number(function, operand)
             case Add(ast.BinOp() as node, left, right) | Multiply(node, left, right):
-                wrong = _text_and_number(node, left, right) or _list_and_number(left, right)
+                wrong = (
+                    _text_and_number(node, left, right)
+                    or _list_and_number(left, right)
+                    or _never_a_number(left, right)
+                )
             case Divide(node, left, right):
-                wrong = _list_and_number(left, right)
+                is_text = isinstance(node.op, ast.Mod) and not isinstance(left, Number)
+                wrong = _list_and_number(left, right) or ("" if is_text else _never_a_number(left, right))
             case Return(node, Known(Adapter()) as given) if function.returns_to is not None:
                 wrong = _no_number(function, given)
             case Call(node, Known(callee), given, named):
@@ -142,6 +152,28 @@ def _list_and_number(left: Shape, right: Shape) -> str:
         if reads_group and isinstance(other, Known) and type(other.value) is float:  # a NumPy function works
             return "a group returns a list with a number for each device: [2.0 * one for one in ...]"
     return ""
+
+
+def _never_a_number(left: Shape, right: Shape) -> str:
+    """Return why two values cannot be computed with: one is None, nan, or a function without its call."""
+    for shape in (left, right):
+        match shape:
+            case Known(None):
+                return "None is not a number"
+            case Known(float() as value) if isnan(value):
+                return "the result is always nan, which topics and devices refuse"
+            case _:
+                uncalled = not_called(shape)
+                if uncalled:
+                    return uncalled
+    return ""
+
+
+def not_called(shape: Shape) -> str:
+    """Return that a value is a function or class, as one without its parentheses is; empty if not."""
+    value: Any = shape.value if isinstance(shape, Known) else None
+    kind = "class" if isinstance(value, type) else "function" if isinstance(value, _FUNCTIONS) else ""
+    return f"'{value.__name__}' is a {kind}, not a value; call it: {value.__name__}(...)" if kind else ""
 
 
 def _is(shape: Shape, kinds: type | tuple[type, ...]) -> bool:

@@ -30,7 +30,7 @@ def names_are_used_once(study: Study) -> Iterator[Finding]:
     first: dict[str, Declared] = {}
     for declared in study.declared:
         name = declared.function.name
-        if not declared.is_read:  # a decorator in the user's file may have renamed it
+        if not (declared.is_read and declared.is_named):  # a decorator in the user's file may have renamed it
             continue
         if name in first:
             other = first[name]

@@ -72,6 +72,7 @@ def test_a_value_that_does_not_fit_is_refused(parameter, given, message):
         (("p", {"a": 1}), "its default is {'a': 1}"),
         (("p", 1.0, None, 5, 0), "low, 5, is above high, 0"),
         (("p", 7.0, None, 0, 5), "its default is out of range"),
+        (("p", 1.0, "An"), "its unit 'An' is not known; did you mean 'nA'?"),
         (("p", "left", "mV"), "are for numbers"),
         (("p", True, None, 0), "are for numbers"),
         (("p", float("nan")), "must be finite"),
@@ -199,3 +200,8 @@ def test_a_parameter_of_a_module_may_be_read_by_the_script(tmp_path):
     assert not declared(tmp_path, "import parts\nprint(parts.g)\n").unused
     assert not declared(tmp_path, "from parts import g as gain\n").unused
     assert [one.name for one in declared(tmp_path, "import parts\n").unused] == ["g"]
+
+
+@pytest.mark.parametrize("unit", ["Pa", "spikes", "nA", "Hz/mV", "a.u.", "%"])
+def test_a_unit_of_ones_own_is_kept(unit):
+    assert Parameter("p", 1.0, unit).unit == unit
