@@ -243,6 +243,7 @@ def did_you_mean(name: object, valid: Iterable[str], *, cutoff: float = 0.6) -> 
     """
     names, text = sorted(set(valid)), str(name)
     close = [one for one in names if one.lower() == text.lower()]
+    close = close or [one for one in names if sorted(one) == sorted(text)]  # letters exchanged
     close = close or difflib.get_close_matches(text, names, n=1, cutoff=cutoff)
     if close:
         return Hint(f"; did you mean '{close[0]}'?", Instead(text, close[0]))

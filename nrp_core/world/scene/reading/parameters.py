@@ -6,6 +6,7 @@ The reader of a plugin decides which parameters it has: those that it looked for
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from difflib import get_close_matches
 from math import isfinite
 from typing import Final
@@ -39,26 +40,36 @@ _OTHERS: Final = frozenset(
 
 def check_parameters(plugin: Element, reading: Reading) -> None:
     """Warn of parameters of a plugin, which has been read, that have no effect by mistake."""
+    for child, problem in _problems(plugin, f"the plugin '{plugin_name(plugin)}'"):
+        reading.notes.warn(child, Code.NRP263, problem, subject=child.tag)
+
+
+def _problems(holder: Element, plugin: str) -> Iterator[tuple[Element, str]]:
+    """Yield the parameters in an element with a problem, and the problem."""
     first: dict[str, Element] = {}
-    for child in plugin.children:
+    for child in holder.children:
         earlier = first.setdefault(child.tag, child)
-        problem = _misspelt(child, plugin) or _no_value(child) or _repeated(child, earlier, plugin)
+        problem = (
+            _misspelt(child, holder, plugin) or _no_value(child) or _repeated(child, earlier, holder, plugin)
+        )
         if problem:
-            reading.notes.warn(child, Code.NRP263, problem, subject=child.tag)
+            yield child, problem
+        elif child.tag in holder.asked or child.text:
+            for inner in child.children:
+                if inner.tag in holder.asked and inner.tag not in child.asked:
+                    yield inner, f"<{inner.tag}> in <{child.tag}> is ignored; in {plugin} it stands beside it"
+        if child.asked:
+            yield from _problems(child, plugin)
 
 
-def _misspelt(child: Element, plugin: Element) -> str:
-    if child.tag in plugin.asked or child.tag in _OTHERS:
+def _misspelt(child: Element, holder: Element, plugin: str) -> str:
+    if child.tag in holder.asked or child.tag in _OTHERS:
         return ""
-    tags = {each.tag for each in plugin.children}
-    near = get_close_matches(child.tag, plugin.asked.keys() - tags, n=1, cutoff=_ALIKE)
-    near = near or get_close_matches(child.tag, plugin.asked, n=1, cutoff=_SAME)
-    return (
-        f"<{child.tag}> is not a parameter of the plugin '{plugin_name(plugin)}': ignored; "
-        f"did you mean <{near[0]}>?"
-        if near
-        else ""
-    )
+    free = holder.asked.keys() - {each.tag for each in holder.children}
+    near = [tag for tag in sorted(free) if sorted(tag) == sorted(child.tag)]  # letters exchanged
+    near = near or get_close_matches(child.tag, free, n=1, cutoff=_ALIKE)
+    near = near or get_close_matches(child.tag, holder.asked, n=1, cutoff=_SAME)
+    return f"<{child.tag}> is not a parameter of {plugin}: ignored; did you mean <{near[0]}>?" if near else ""
 
 
 def _no_value(child: Element) -> str:
@@ -66,7 +77,7 @@ def _no_value(child: Element) -> str:
     text = child.text.lower()
     if child.children or not text:
         return ""
-    if _NUMBER.fullmatch(child.tag) and not _is_number(text):
+    if _NUMBER.fullmatch(child.tag) and not _is_number(text, several="oise" in child.tag):
         return f"<{child.tag}> is '{child.text}', which is not a number: ignored"
     if text in _TRUTH or not _FLAG.fullmatch(child.tag):
         return ""
@@ -79,19 +90,17 @@ def without_truth_value(flag: Element) -> str:
     return f"<{flag.tag}> is '{flag.text}', which is neither true nor false: ignored"
 
 
-def _is_number(text: str) -> bool:
-    """Return whether a text is a number, or several."""
+def _is_number(text: str, *, several: bool) -> bool:
+    """Return whether a text is a number, or several numbers where there may be several."""
+    words = text.split()
     try:
-        return all(isfinite(float(word)) for word in text.split())
+        return all(isfinite(float(word)) for word in words) and (several or len(words) == 1)
     except ValueError:
         return False
 
 
-def _repeated(child: Element, earlier: Element, plugin: Element) -> str:
+def _repeated(child: Element, earlier: Element, holder: Element, plugin: str) -> str:
     """Report parameters that the reader takes once and that are given again with another value."""
-    if earlier is child or plugin.asked.get(child.tag, True) or child.text == earlier.text:
+    if earlier is child or holder.asked.get(child.tag, True) or child.text == earlier.text:
         return ""
-    return (
-        f"a second <{child.tag}> in the plugin '{plugin_name(plugin)}' is ignored: "
-        f"the one of line {earlier.line} is used"
-    )
+    return f"a second <{child.tag}> in {plugin} is ignored: the one of line {earlier.line} is used"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from posixpath import join
 
+from nrp_core.errors import slip_of
 from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import Vector
 from nrp_core.world.scene.reading.context import Reading
@@ -66,6 +67,18 @@ def name_of_file(plugin: Element) -> str:
         return file
     name = "".join(word.capitalize() for word in words[1].split("-"))
     return _SYSTEM_NAMES.get(name, name)
+
+
+def wrong_file(plugin: Element) -> str:
+    """Return that the file of a system of gz-sim is misspelt; here its class is used. Empty if it is not."""
+    scope, _, system = plugin.attributes.get("name", "").rpartition("::systems::")
+    file = plugin.attributes.get("filename", "").strip()
+    if not scope or not file or name_of_file(plugin) == system:
+        return ""
+    dashed = re.sub(r"(?<!^)(?=[A-Z])", "-", system).lower()
+    files = [f"{simulator}-{dashed}-system" for simulator in ("gz-sim", "ignition-gazebo")]
+    slip = slip_of(file.removeprefix("lib").removesuffix(".so"), files)
+    return f"Gazebo has no file '{file}' for the plugin '{system}'{slip}" if slip else ""
 
 
 def ros_namespace(plugin: Element) -> str:

@@ -69,6 +69,8 @@ def _script(material: Element, reading: Reading) -> Material | None:
     script = material.section("script")
     name = script.find("name") or script  # as old files write it
     if not name.text:
+        if material.find("script"):
+            reading.notes.warn(script, Code.NRP259, "the <script> has no <name>: shown grey")
         return None
     places, media = [reading.resources.locate(uri) for uri in script.all("uri")], reading.resources.media()
     found = script_material(name.text, [place for place in places if place], media)

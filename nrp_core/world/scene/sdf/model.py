@@ -184,9 +184,13 @@ def _read_plugin(
 ) -> tuple[Actuators, list[Link]]:
     """Return the actuators of a plugin, and the links with its sensor; unknown plugins cause a warning."""
     if plugin_name(plugin) in _JOINT_STATE_PLUGINS or couples(plugin):
+        plugin.find("topic")  # of joint states, read with the whole model
+        check_parameters(plugin, reading)
         return Actuators(), links
     if plugin_name(plugin) == LABEL:
-        return Actuators(), labelled(links, label_in(plugin))
+        labels = labelled(links, label_in(plugin))
+        check_parameters(plugin, reading)
+        return Actuators(), labels
     model = ModelParts(links, joints)
     actuators = read_actuators(plugin, model, reading)
     if actuators is None:

@@ -1,100 +1,26 @@
-"""The elements of SDF 1.4 to 1.12, and those with an effect that is not simulated.
+"""Elements and attributes that are not of SDF, values of the wrong kind, and effects that are not simulated.
 
-An element that is neither read nor listed here causes a warning, so that typing errors are found. Elements of
-other namespaces (``gz:...``) are accepted, as the specification requires.
+All of them cause a warning, so that typing errors are found. Elements of other namespaces (``gz:...``) are
+accepted, as the specification requires.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Iterator
 from difflib import get_close_matches
+from math import isnan
 from typing import Final
 
-from nrp_core.errors import SceneError
+from nrp_core.errors import SceneError, did_you_mean, slip_of
 from nrp_core.findings import Code
 from nrp_core.world.rigid.pose import ROUNDED_TURN_RAD
+from nrp_core.world.scene.bodies import TINTS
 from nrp_core.world.scene.reading.context import Notes
 from nrp_core.world.scene.reading.parameters import without_truth_value
+from nrp_core.world.scene.reading.plugins import wrong_file
+from nrp_core.world.scene.reading.repairs import MASSLESS
 from nrp_core.world.scene.reading.xml import Element
-
-_CHILDREN = {
-    "sdf": "world model actor light state",
-    "world": "audio wind include gravity magnetic_field atmosphere gui physics scene light frame joint model "
-    "actor plugin road spherical_coordinates state population",
-    "model": "static self_collide allow_auto_disable frame pose link joint plugin gripper include model "
-    "enable_wind",
-    "include": "uri name pose static placement_frame plugin namespace",
-    "frame": "pose",
-    "wind": "linear_velocity",
-    "link": "gravity enable_wind self_collide kinematic must_be_base_link velocity_decay frame pose inertial "
-    "collision visual sensor projector audio_sink audio_source battery light particle_emitter plugin",
-    "velocity_decay": "linear angular",
-    "inertial": "mass inertia pose frame density auto_inertia_params fluid_added_mass",
-    "inertia": "ixx ixy ixz iyy iyz izz",
-    "collision": "laser_retro max_contacts frame pose geometry surface density auto_inertia_params",
-    "visual": "cast_shadows laser_retro transparency visibility_flags meta frame pose material geometry "
-    "plugin",
-    "image": "width height format anti_aliasing uri scale threshold height granularity",
-    "geometry": "empty box capsule cone cylinder ellipsoid heightmap image mesh plane polyline sphere",
-    "box": "size",
-    "sphere": "radius",
-    "cylinder": "radius length",
-    "capsule": "radius length",
-    "cone": "radius length",
-    "ellipsoid": "radii",
-    "plane": "normal size",
-    "mesh": "uri scale submesh convex_decomposition",
-    "submesh": "name center",
-    "material": "script shader render_order lighting ambient diffuse specular shininess emissive "
-    "double_sided pbr",
-    "pbr": "metal specular",
-    "metal": "albedo_map roughness roughness_map metalness metalness_map environment_map "
-    "ambient_occlusion_map normal_map emissive_map light_map",
-    "specular": "albedo_map specular_map glossiness glossiness_map environment_map ambient_occlusion_map "
-    "normal_map emissive_map light_map",
-    "surface": "bounce friction contact soft_contact",
-    "friction": "torsional ode bullet",
-    "joint": "parent child gearbox_ratio gearbox_reference_body thread_pitch screw_thread_pitch axis axis2 "
-    "physics frame pose sensor",
-    "axis2": "initial_position xyz use_parent_model_frame dynamics limit mimic",
-    "axis": "initial_position xyz use_parent_model_frame dynamics limit mimic",
-    "mimic": "multiplier offset reference",
-    "dynamics": "damping friction spring_reference spring_stiffness",
-    "limit": "lower upper effort velocity stiffness dissipation",
-    "sensor": "always_on update_rate visualize enable_metrics topic frame_id gz_frame_id ignition_frame_id "
-    "frame pose plugin air_flow "
-    "air_pressure air_speed altimeter camera contact dvl force_torque gps imu lidar logical_camera "
-    "magnetometer navsat ray rfid rfidtag sonar transceiver event_camera retina",
-    "camera": "triggered camera_info_topic trigger_topic optical_frame_id horizontal_fov image clip save "
-    "depth_camera segmentation_type box_type noise distortion lens visibility_mask pose frame",
-    "clip": "near far",
-    "lens": "type scale_to_hfov custom_function cutoff_angle env_texture_size intrinsics projection",
-    "custom_function": "c1 c2 c3 f fun",
-    "intrinsics": "fx fy cx cy s",
-    "event_camera": "threshold spread",
-    "retina": "centre surround gain baseline sustained adaptation",
-    "sonar": "min max radius geometry",
-    "lidar": "scan range noise visibility_mask",
-    "ray": "scan range noise visibility_mask",
-    "scan": "horizontal vertical",
-    "horizontal": "samples resolution min_angle max_angle noise",
-    "vertical": "samples resolution min_angle max_angle noise",
-    "range": "min max resolution",
-    "imu": "orientation_reference_frame angular_velocity linear_acceleration enable_orientation noise topic",
-    "altimeter": "vertical_position vertical_velocity",
-    "air_pressure": "reference_altitude pressure",
-    "navsat": "position_sensing velocity_sensing",
-    "gps": "position_sensing velocity_sensing",
-    "logical_camera": "near far aspect_ratio horizontal_fov",
-    "force_torque": "frame measure_direction force torque",
-    "light": "cast_shadows intensity diffuse specular attenuation direction spot frame pose visualize "
-    "light_on",
-    "spot": "inner_angle outer_angle falloff",
-}
-_KNOWN = {parent: frozenset(children.split()) for parent, children in _CHILDREN.items()}
-
-# their contents are free, read elsewhere, or not used here
-_OPAQUE = ("actor", "gui", "physics", "plugin", "population", "scene", "state")
+from nrp_core.world.scene.sdf.grammar import RULES, Rule
 
 # elements of the specification that no backend simulates, with the values that have no effect
 _NOT_SIMULATED: dict[tuple[str, str], tuple[str, ...]] = {
@@ -121,28 +47,98 @@ _NOT_SIMULATED: dict[tuple[str, str], tuple[str, ...]] = {
     },
 }
 
-
-_FLAGS: Final = frozenset(
-    {
-        "always_on", "allow_auto_disable", "cast_shadows", "double_sided", "enable_metrics",
-        "enable_orientation", "enable_wind", "gravity", "kinematic", "light_on", "self_collide", "static",
-        "use_parent_model_frame", "visualize",
-    }
-)  # fmt: skip
-"""Elements that are true or false; those that are used are refused where they are read."""
 _TRUTH: Final = ("", "0", "1", "false", "true")
+_OWN: Final = (MASSLESS, TINTS)
+"""Attributes that elements have that were converted from another format."""
+_ANY: Final = Rule(free=True)
+_COUNTS: Final = {"c": ((3, 4), "3 or 4 numbers"), "p": ((0, 6, 7), "6 numbers")}
+"""The counts of numbers in a colour and in a pose, of which an empty one is none."""
 
 
 def check_vocabulary(element: Element, notes: Notes) -> None:
-    """Warn, once for each kind, of elements that are unknown or have no effect here."""
-    known = _KNOWN.get(element.tag)
+    """Warn of unknown elements and attributes, those without an effect here, and values of a wrong kind."""
+    _check_inside(element, RULES.get(element.tag, _ANY), None, notes)
+
+
+def _check_inside(element: Element, rule: Rule, around: tuple[Element, Rule] | None, notes: Notes) -> None:
     for child in element.children:
-        if known is not None and ":" not in child.tag:
-            _check(element, child, known, notes)
+        if ":" in child.tag or rule.free:
+            continue
+        inner = rule.children.get(child.tag)
+        if inner is None:
+            hint = _place_of(child, element, rule, around)
+            message = f"<{child.tag}> is not an element of <{element.tag}>: ignored{hint}"
+            notes.warn(child, Code.NRP263, message, subject=child.tag)
+            continue
+        problems = [*_attributes(child, inner), *_value(child, inner)]
+        if child.tag == "plugin":
+            problems += _plugin(child, rule)
+        for problem in problems or _without_effect(element, child):
+            notes.warn(child, Code.NRP263, problem, subject=child.tag)
         if child.tag == "pose":
             _check_angles(child, notes)
-        if child.tag not in _OPAQUE:
-            check_vocabulary(child, notes)
+        _check_inside(child, inner, (element, rule), notes)
+
+
+def _place_of(child: Element, parent: Element, rule: Rule, around: tuple[Element, Rule] | None) -> str:
+    """Return the name that was probably meant, or the element that an element belongs in."""
+    near = get_close_matches(child.tag, rule.children, n=1)
+    if near:
+        return f"; did you mean <{near[0]}>?"
+    if around is not None and child.tag in around[1].children:
+        return f"; it belongs in <{around[0].tag}>, beside <{parent.tag}>"
+    holders = [name for name in rule.children if child.tag in rule.children[name].children]
+    return f"; it belongs in <{holders[0]}>" if len(holders) == 1 else ""
+
+
+def _attributes(element: Element, rule: Rule) -> Iterator[str]:
+    """Yield the attributes that an element does not have, and words with a slip."""
+    for name, text in element.attributes.items():
+        if ":" in name or name.startswith("xmlns") or name in _OWN:
+            continue
+        if name not in rule.attributes:
+            hint = did_you_mean(name, rule.attributes) if rule.attributes else ""
+            yield f"<{element.tag}> has no attribute '{name}': ignored{hint}"
+        elif (words := rule.attributes[name]) and text not in words and (slip := slip_of(text, words)):
+            yield f"the {name} of <{element.tag}> is '{text}'{slip}"
+
+
+def _value(element: Element, rule: Rule) -> Iterator[str]:
+    """Yield that a value is of another kind; those that are used are refused where they are read."""
+    text = element.text
+    if rule.value == "b" and text.lower() not in _TRUTH:
+        yield without_truth_value(element)
+    elif rule.value == "c" or rule.value == "p" or rule.value.isdigit():
+        counts, wanted = _COUNTS.get(rule.value) or _of_count(int(rule.value))
+        if not _are_numbers(text) or len(text.split()) not in counts:
+            yield f"<{element.tag}> must hold {wanted}, not '{text}': ignored"
+    elif not rule.value and not rule.free and text:
+        yield f"the text '{text:.40}' in <{element.tag}>, which holds elements, is ignored"
+
+
+def _plugin(plugin: Element, around: Rule) -> Iterator[str]:
+    """Yield that the file of a plugin is misspelt, and the elements in it that belong beside it."""
+    if problem := wrong_file(plugin):
+        yield problem
+    for child in plugin.children:
+        beside = around.children.get(child.tag)
+        if beside and child.children and (beside.free or beside.children.keys() >= _tags(child)):
+            yield f"<{child.tag}> in a <plugin> is ignored; it belongs beside it"
+
+
+def _tags(element: Element) -> set[str]:
+    return {child.tag for child in element.children}
+
+
+def _of_count(count: int) -> tuple[tuple[int, ...], str]:
+    return (count,), "a number" if count == 1 else f"{count} numbers"
+
+
+def _are_numbers(text: str) -> bool:
+    try:
+        return not any(isnan(float(word)) for word in text.split())
+    except ValueError:
+        return False
 
 
 def check_names(element: Element) -> None:
@@ -151,13 +147,20 @@ def check_names(element: Element) -> None:
     Raises:
         SceneError: one does.
     """
+    _check_names(element, RULES.get(element.tag, _ANY))
+
+
+def _check_names(element: Element, rule: Rule) -> None:
     for child in element.children:
-        if (name := child.attributes.get("name", "")) and "::" in name and child.tag in _CHILDREN:
+        inner = rule.children.get(child.tag, _ANY)
+        if inner.free:
+            continue
+        if "::" in (name := child.attributes.get("name", "")):
             raise child.error(
                 f"the name '{name}' must not contain '::', which separates scopes from SDF 1.8 on"
             )
-        if child.tag not in _OPAQUE:
-            check_names(child)
+        if child.tag != "state":
+            _check_names(child, inner)
 
 
 def _check_angles(pose: Element, notes: Notes) -> None:
@@ -175,26 +178,8 @@ def _check_angles(pose: Element, notes: Notes) -> None:
         notes.warn(pose, Code.NRP298, message, subject=pose.text)
 
 
-def _check(parent: Element, child: Element, known: Collection[str], notes: Notes) -> None:
-    if child.tag not in known:
-        near = get_close_matches(child.tag, known, n=1)
-        hint = f"; did you mean <{near[0]}>?" if near else ""
-        notes.warn(
-            child,
-            Code.NRP263,
-            f"<{child.tag}> is not an element of <{parent.tag}>: ignored{hint}",
-            subject=child.tag,
-        )
-        return
-    if child.tag in _FLAGS and child.text.lower() not in _TRUTH and parent.tag != "world":
-        notes.warn(child, Code.NRP263, without_truth_value(child), subject=child.tag)
-        return
+def _without_effect(parent: Element, child: Element) -> Iterator[str]:
     nothing_special = _NOT_SIMULATED.get((parent.tag, child.tag))
     if nothing_special is not None and child.text.lower() not in nothing_special:
         value = f" {child.text}" if child.text else ""
-        notes.warn(
-            child,
-            Code.NRP263,
-            f"<{child.tag}>{value} of a <{parent.tag}> is not simulated",
-            subject=child.tag,
-        )
+        yield f"<{child.tag}>{value} of a <{parent.tag}> is not simulated"

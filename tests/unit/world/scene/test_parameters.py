@@ -48,6 +48,20 @@ def _warnings(folder: Path, **parts: str) -> list[str]:
         ),
         ("<odometryRate>fast</odometryRate>", "<odometryRate> is 'fast', which is not a n"),
         ("<publishWheelTF>no</publishWheelTF>", "<publishWheelTF> is 'no', which is neither true nor false"),
+        ("<odometryRate>20 50</odometryRate>", "<odometryRate> is '20 50', which is not a number: ignored"),
+        (
+            "<robotNamespace>a<commandTopic>go</commandTopic></robotNamespace>",
+            "<commandTopic> in <robotNamespace> is ignored; in the plugin 'gazebo_ros_diff_drive' it",
+        ),
+        (
+            "<ros><namepsace>a</namepsace></ros>",
+            "<namepsace> is not a parameter of the plugin 'gazebo_ros_diff_drive': ignored; did you",
+        ),
+        (
+            '<plugin name="other" filename="x.so"><topic>a</topic></plugin>',
+            "<plugin> in a <plugin> is ignored; it belongs beside it",
+        ),
+        ("<link><pose/></link>", "<link> in a <plugin> is ignored; it belongs beside it"),
     ],
 )
 def test_a_parameter_of_a_drive_without_effect_is_reported(tmp_path: Path, more: str, message: str) -> None:
@@ -63,11 +77,37 @@ def test_a_parameter_of_a_drive_without_effect_is_reported(tmp_path: Path, more:
         "<odometryFrame>odom</odometryFrame><robotBaseFrame>base</robotBaseFrame><rosDebugLevel>na</rosDebugLevel>",
         "<publishWheelTF>False</publishWheelTF><publishTf>1</publishTf><publishOdomTF>true</publishOdomTF>",
         "<wheelAcceleration>1.8</wheelAcceleration><wheelTorque>20</wheelTorque><alwaysOn>true</alwaysOn>",
+        "<ros><namespace/><remapping>odom:=way</remapping><argument>--x</argument></ros><other><a>1</a></other>",
         "<odometrySource>world</odometrySource><broadcastTF>0</broadcastTF><publishTopic>tree</publishTopic>",
     ],
 )
 def test_other_parameters_of_gazebo_s_drive_are_not_reported(tmp_path: Path, more: str) -> None:
     assert not _warnings(tmp_path, plugin=_DRIVE.format(more=more))
+
+
+_SYSTEM = '<plugin name="gz::sim::systems::{}" filename="{}"><topic>states</topic></plugin>'
+
+
+@pytest.mark.parametrize(
+    ("system", "file", "slip"),
+    [
+        ("JointStatePublisher", "gz-sim-joint-state-publsher-system", "gz-sim-joint-state-publisher-system"),
+        (
+            "JointStatePublisher",
+            "libignition-gazebo-joint-state-publisher-sytem.so",
+            "ignition-gazebo-joint-",
+        ),
+        ("JointStatePublisher", "gz-sim-joint-state-publisher-system", ""),
+        ("JointStatePublisher", "libignition-gazebo6-joint-state-publisher-system.so", ""),
+        ("JointStatePublisher", "libour_own_publisher.so", ""),
+        ("JointStatePublisher", "", ""),
+    ],
+)
+def test_a_misspelt_file_of_a_plugin_that_is_found_by_its_class_is_reported(
+    tmp_path: Path, system: str, file: str, slip: str
+) -> None:
+    said = _warnings(tmp_path, plugin=_SYSTEM.format(system, file))
+    assert [f"did you mean '{slip}" in one for one in said] == [True] * bool(slip)
 
 
 def test_a_car_whose_flag_cannot_be_read_is_refused(tmp_path: Path) -> None:

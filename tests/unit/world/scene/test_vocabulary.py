@@ -1,0 +1,153 @@
+"""Every misspelt element and attribute, and every value of another kind, is reported."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import nrp_experiments
+import pytest
+
+from nrp_core import read_model, read_scene
+from nrp_core.errors import SceneError
+
+_SHIPPED = Path(nrp_experiments.__path__[0])
+_FREE = ("plugin",)
+"""Elements with contents of their own; those of one plugin are tested with the plugin."""
+
+
+def _misspelt(word: str) -> str:
+    """Return a word without its second letter, or twice if it has one only."""
+    return word[:1] + word[2:] if len(word) > 2 else word * 2
+
+
+def _said(path: Path) -> set[str]:
+    """Return what is said about a file: its warnings, or why it is refused."""
+    try:
+        read = read_scene(path) if "<world" in path.read_text("utf-8") else read_model(path)
+    except SceneError as error:
+        return {error.message}
+    return {warning.message for warning in read.warnings}
+
+
+def _changes(root: ET.Element) -> Iterator[tuple[str, int, str]]:
+    """Yield each kind of element and attribute once, with the number of its first element and its name."""
+    seen: set[str] = set()
+    parents = {child: parent for parent in root.iter() for child in parent}
+    for number, element in enumerate(root.iter()):
+        parent = parents.get(element)
+        if ":" in element.tag or "}" in element.tag or parent is None or parent.tag in _FREE:
+            continue
+        for attribute in ("", *element.attrib):
+            what = f"<{parent.tag}><{element.tag} {attribute}>"
+            if what not in seen:
+                seen.add(what)
+                yield what, number, attribute
+
+
+def _misspell(element: ET.Element, attribute: str) -> None:
+    if attribute:
+        element.attrib[_misspelt(attribute)] = element.attrib.pop(attribute)
+    else:
+        element.tag = _misspelt(element.tag)
+
+
+@pytest.mark.parametrize(
+    "file",
+    [
+        "bodies/arm.sdf",
+        "bodies/pioneer.sdf",
+        "bodies/pan_tilt.sdf",
+        "braitenberg_husky/husky.sdf",
+        "braitenberg_husky/room.sdf",
+    ],
+)
+def test_every_misspelt_element_and_attribute_of_a_shipped_file_is_reported(
+    tmp_path: Path, file: str
+) -> None:
+    for sibling in (_SHIPPED / file).parent.glob("*.sdf"):
+        (tmp_path / sibling.name).symlink_to(sibling)
+    original = (_SHIPPED / file).read_text("utf-8")
+    path = tmp_path / "changed.sdf"
+    path.write_text(original, "utf-8")
+    before = _said(path)
+    assert before == set()
+    tried, silent = 0, []
+    for what, number, attribute in _changes(ET.fromstring(original)):
+        changed = ET.fromstring(original)
+        _misspell(list(changed.iter())[number], attribute)
+        path.write_bytes(ET.tostring(changed))
+        tried += 1
+        if not _said(path) - before:
+            silent.append(what)
+    assert tried > 20
+    assert silent == []
+
+
+_WORLD = '<sdf version="1.9"><world name="w">{}<model name="m"><static>1</static>{}</model></world></sdf>'
+_BOX = "<geometry><box><size>1 1 1</size></box></geometry>"
+_LINK = f'<link name="l"><collision name="c">{_BOX}{{}}</collision></link>'
+
+
+@pytest.mark.parametrize(
+    ("world", "collision", "said"),
+    [
+        ("<physics><max_ste_psize>0.002</max_ste_psize></physics>", "",
+         "<max_ste_psize> is not an element of <physics>: ignored; did you mean <max_step_size>?"),
+        ('<physics type="oed"/>', "", "the type of <physics> is 'oed'; did you mean 'ode'?"),
+        ('<light nmae="sun" name="sun" type="point"/>', "",
+         "<light> has no attribute 'nmae': ignored; did you mean 'name'?"),
+        ('<light name="sun" type="piont"/>', "", "'piont'"),
+        ("<scene><shadows>yes</shadows></scene>", "", "<shadows> is 'yes', which is neither true nor false"),
+        ("<scene><ambient>1 1</ambient></scene>", "",
+         "<ambient> must hold 3 or 4 numbers, not '1 1': ignored"),
+        ("", "<surface><friction><ode><um>1</um></ode></friction></surface>",
+         "<um> is not an element of <ode>: ignored"),
+        ("", "<surface><contact><ode><kp>stiff</kp></ode></contact></surface>",
+         "<kp> must hold a number, not 'stiff': ignored"),
+        ("", "<surface><friction><ode><mu>1<mu2>1</mu2></mu></ode></friction></surface>",
+         "<mu2> is not an element of <mu>: ignored; it belongs in <ode>, beside <mu>"),
+        ("", "<surface><mu>1</mu></surface>", "<mu> is not an element of <surface>: ignored"),
+        ("", "<max_contacts>1 2</max_contacts>", "<max_contacts> must hold a number, not '1 2': ignored"),
+        ("", "<surface>0.7</surface>", "the text '0.7' in <surface>, which holds elements, is ignored"),
+    ],
+)  # fmt: skip
+def test_what_is_not_of_sdf_is_reported(tmp_path: Path, world: str, collision: str, said: str) -> None:
+    path = tmp_path / "room.sdf"
+    path.write_text(_WORLD.format(world, _LINK.format(collision)))
+    found = _said(path)
+    assert len(found) == 1
+    assert said in next(iter(found))
+
+
+@pytest.mark.parametrize(
+    ("world", "collision"),
+    [
+        ('<physics name="1ms" type="ignored"><max_step_size>0.001</max_step_size></physics>', ""),
+        ("<physics><ode><solver><type>quick</type><iters>50</iters></solver></ode></physics>", ""),
+        ("<scene><sky><clouds><speed>12</speed></clouds></sky><ambient>1 1 1</ambient></scene>", ""),
+        ('<gui fullscreen="0"><camera name="c"><anything/></camera></gui>', ""),
+        ('<light name="sun" type="directional" xmlns:x="y" x:z="1"/>', ""),
+        ("", "<pose/>"),
+        ("", '<surface><friction><ode><fdir1 gz:expressed_in="l">1 0 0</fdir1></ode></friction></surface>'),
+        ("", "<surface><contact><ode><kp>1e+15</kp><min_depth>inf</min_depth></ode></contact></surface>"),
+        ("", "<gz:own><thing>1</thing></gz:own>"),
+    ],
+)  # fmt: skip
+def test_what_is_of_sdf_is_not_reported(tmp_path: Path, world: str, collision: str) -> None:
+    path = tmp_path / "room.sdf"
+    path.write_text(_WORLD.format(world, _LINK.format(collision)))
+    assert _said(path) == set()
+
+
+def test_a_name_that_old_files_write_as_text_is_not_reported(tmp_path: Path) -> None:
+    path = tmp_path / "room.sdf"
+    shape = "<geometry><sphere><radius>1</radius></sphere></geometry>"
+    visual = f'<visual name="v">{shape}<material>{{}}</material></visual>'
+    for script, said in (
+        ("<script>Gazebo/Red</script>", set()),
+        ("<script><name/></script>", {"the <script> has no <name>: shown grey"}),
+    ):
+        path.write_text(_WORLD.format("", f'<link name="l">{visual.format(script)}</link>'))
+        assert _said(path) == said
