@@ -13,7 +13,7 @@ from nrp_core.experiment.running.judgement import Judgement, recorded_judgement
 from nrp_core.recording.figures.story import Story
 from nrp_core.recording.figures.style import BAD, FAINT, GOOD, points
 
-_FROM_TOP_IN = 0.28
+HEAD_TOP_IN = 0.28
 _CHARACTERS_AN_IN = 15
 _A_LINE_IN = 3.1
 """Width of the page for each criterion in a line."""
@@ -23,7 +23,7 @@ def draw_head(figure: Figure, story: Story, side: float) -> None:
     """Write the head; a share of the width stays free on both sides."""
     run = story.run
     name = str(run.get("experiment", "recording"))
-    top = 1 - _FROM_TOP_IN / figure.get_figheight()
+    top = 1 - HEAD_TOP_IN / figure.get_figheight()
     figure.text(side, top, name, fontsize=points(15), weight="bold", va="top")
     sides = [str(dict(run.get(side) or {}).get("backend", "")) for side in ("brain", "world")]
     shown = f"{story.begin_s:g} to {story.end_s:g} s" if story.begin_s else f"{story.end_s:g} s"

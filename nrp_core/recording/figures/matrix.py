@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import ceil
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,8 +19,10 @@ _ROW = 0.13
 _COLUMNS = 1200
 _MOST_LABELS = 24
 """Maximum number of rows with a label each."""
-_LONGEST_LABEL, _LABEL_PT, _LINE_PT = 28, 7.0, 140.0
-"""The longest label, the largest size, and the characters that fit in a line times their size."""
+_LONGEST_LABEL, _LARGEST_PT, _LEAST_PT, _LINE_PT = 28, 7.0, 4.5, 140.0
+"""The longest label, the sizes of labels, and the characters that fit in a line times their size."""
+_LINE = 1.15
+"""Height of a line in units of the size of its text."""
 
 
 def height_of(series: Sequence[StepSeries], least: float) -> float:
@@ -42,10 +45,13 @@ def draw_matrix(axes: Axes, series: Sequence[StepSeries], story: Story) -> None:
         values, cmap="cividis", aspect="auto", interpolation="nearest",
         extent=(*story.span_s, len(series), 0.0), vmin=low, vmax=high if high > low else low + 1.0,
     )  # fmt: skip
-    every = -(-len(series) // _MOST_LABELS)
+    row_pt = axes.bbox.height * 72 / axes.figure.dpi / len(series)
+    every = max(-(-len(series) // _MOST_LABELS), ceil(_LINE * _LEAST_PT / row_pt))
     rows = np.arange(0, len(series), every)
     labels = short_labels(series, _LONGEST_LABEL)[::every]
-    axes.set_yticks(rows + 0.5, labels, fontsize=_points(axes, labels))
+    longest = max((len(label) for label in labels), default=1)
+    size = np.clip(min(every * row_pt / _LINE, _LINE_PT / longest), _LEAST_PT, _LARGEST_PT)
+    axes.set_yticks(rows + 0.5, labels, fontsize=float(size))
     axes.tick_params(axis="y", length=0)
     for spine in axes.spines.values():
         spine.set_visible(False)
@@ -61,9 +67,3 @@ def sampled(one: StepSeries, begin_s: float, end_s: float) -> FloatArray:
     times = np.linspace(begin_s, end_s, _COLUMNS, endpoint=False)
     index = np.searchsorted(one.times_s, times, side="right") - 1
     return np.where(index >= 0, np.asarray(one.values, float)[np.maximum(index, 0)], np.nan)
-
-
-def _points(axes: Axes, labels: Sequence[str]) -> float:
-    height_pt = axes.bbox.height * 72 / axes.figure.dpi
-    longest = max((len(label) for label in labels), default=1)
-    return float(np.clip(min(0.9 * height_pt / max(len(labels), 1), _LINE_PT / longest), 4.0, _LABEL_PT))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from matplotlib.gridspec import GridSpecFromSubplotSpec
 from matplotlib.ticker import MaxNLocator
 
 from nrp_core.recording.figures.film import CameraFrame
-from nrp_core.recording.figures.head import draw_head
+from nrp_core.recording.figures.head import HEAD_TOP_IN, draw_head
 from nrp_core.recording.figures.matrix import draw_values, height_of
 from nrp_core.recording.figures.options import Panel, PlotOptions
 from nrp_core.recording.figures.room import draw_room
@@ -26,10 +27,12 @@ SIZE_INCHES, _TALLER = (12.8, 8.0), (12.8, 10.4)
 IMAGES = 8
 _SIDE_IN, _NAMES_IN = 0.58, 0.7
 """Margin on both sides, and space for the names of rows beside the traces, at the usual text size."""
-_HEAD_IN, _FOOT_IN, _STRIP_GAP_IN, _CAPTION_IN = 1.08, 0.2, 0.08, 0.25
-_AXIS_IN, _ROW_GAP_IN = 0.6, 0.3
-"""Height of the head and the foot; gap and caption of the camera images; labels of the time axis; space for
-the title of a row."""
+_HEAD_IN, _FOOT_IN, _STRIP_GAP_IN, _CAPTION_IN = 0.9, 0.2, 0.08, 0.25
+_AXIS_IN, _ROW_GAP_IN, _MAP_GAP_IN = 0.6, 0.3, 0.68
+"""Height of the lines of the head, and of the foot; gap and caption of the camera images; labels of the time
+axis; space for the title of a row, and for the labels of a wide map and the next title."""
+_BORDER_IN, _BESIDE_IN = 0.08, 0.12
+"""Least distance of labels from the border of the page, and from the map."""
 _WIDE = 1.9
 """A map with a larger aspect ratio is above the traces, over the whole width."""
 
@@ -46,18 +49,40 @@ def draw_page(story: Story, images: Sequence[CameraFrame], options: PlotOptions)
     draw_head(figure, story, side)
     strip_in = _draw_images(figure, images, story, side)
     place, traces = _places(figure, focus, bool(rows), strip_in)
+    free_in = _BORDER_IN
     if place is not None:
         axes = figure.add_subplot(place, title="Room from above")
         draw_room(axes, view, coloured)
+        _clear(figure, [axes], _BORDER_IN)
+        if not is_above:
+            axes.apply_aspect()
+            free_in = axes.get_position().x1 * figure.get_figwidth() + _BESIDE_IN
     if traces is not None:
-        _draw_traces(figure, traces, story, coloured, rows, [image.t_s for image in images])
+        stack = _draw_traces(figure, traces, story, coloured, rows, [image.t_s for image in images])
+        _clear(figure, stack, free_in)
     return figure
+
+
+def _clear(figure: Figure, stack: Sequence[Axes], free_in: float) -> None:
+    """Make axes narrower whose labels begin before a place, in inches, or leave the page on the right."""
+    wide_in = figure.get_figwidth()
+    labels = [axes.yaxis.get_tightbbox() for axes in stack]
+    beside = [child.get_tightbbox() for axes in stack for child in axes.child_axes]
+    begin_in = min((float(box.x0) for box in labels if box is not None), default=inf) / figure.dpi
+    end_in = max((float(box.x1) for box in beside if box is not None), default=0.0) / figure.dpi
+    left, right = max(0.0, free_in - begin_in) / wide_in, max(0.0, end_in - wide_in + _BORDER_IN) / wide_in
+    for axes in stack:
+        place = axes.get_position(original=True)
+        axes.set_position((place.x0 + left, place.y0, place.width - left - right, place.height))
 
 
 def _places(figure: Figure, focus: Bounds | None, has_rows: bool, strip_in: float) -> tuple[Any, Any]:
     """Return the places of map and traces, side by side, or a wide map above; None for a missing part."""
     scale, (wide_in, high_in) = _scale(figure), figure.get_size_inches()
-    bottom, top = (_FOOT_IN + strip_in + _AXIS_IN * scale) / high_in, 1 - (_HEAD_IN * scale + 0.1) / high_in
+    bottom, top = (
+        (_FOOT_IN + strip_in + _AXIS_IN * scale) / high_in,
+        1 - (HEAD_TOP_IN + _HEAD_IN * scale) / high_in,
+    )
     left, names = _SIDE_IN * scale / wide_in, _NAMES_IN * scale / wide_in
     right = 1 - left
     if focus is None or not has_rows:
@@ -66,10 +91,10 @@ def _places(figure: Figure, focus: Bounds | None, has_rows: bool, strip_in: floa
         return (None, whole) if has_rows else (whole if focus else None, None)
     width, height = (right - left) * wide_in, (top - bottom) * high_in
     if focus.aspect > _WIDE:
-        share = min(width / focus.aspect / height, 0.36)
+        share, gap_in = min(width / focus.aspect / height, 0.36), _MAP_GAP_IN * scale
         grid = figure.add_gridspec(
             2, 1, left=left + names, right=right, bottom=bottom, top=top,
-            height_ratios=(share, 1 - share), hspace=0.24,
+            height_ratios=(share, 1 - share), hspace=2 * gap_in / (height - gap_in),
         )  # fmt: skip
         return grid[0, 0], grid[1, 0]
     share = float(np.clip(height * focus.aspect / width, 0.24, 0.42))
@@ -102,8 +127,8 @@ def _rows(story: Story, coloured: Sequence[Coloured], panels: Collection[Panel])
 def _draw_traces(
     figure: Figure, place: Any, story: Story, coloured: Sequence[Coloured], rows: Sequence[Row],
     images_s: Sequence[float],
-) -> None:  # fmt: skip
-    """Stack the rows on one time axis."""
+) -> list[Axes]:  # fmt: skip
+    """Stack the rows on one time axis, and return their axes and those of the time."""
     count, gap_in = len(rows) + 1, _ROW_GAP_IN * _scale(figure)
     high_in = place.get_position(figure).height * figure.get_figheight()
     hspace = gap_in / max((high_in - gap_in * (count - 1)) / count, 0.05)
@@ -118,8 +143,10 @@ def _draw_traces(
             shade(axes, coloured)
         axes.tick_params(labelbottom=False)
         stack.append(axes)
-    _draw_clock(figure.add_subplot(grid[-1], sharex=stack[0]), story, images_s)
+    clock = figure.add_subplot(grid[-1], sharex=stack[0])
+    _draw_clock(clock, story, images_s)
     stack[0].set_xlim(*story.span_s)
+    return [*stack, clock]
 
 
 def _draw_clock(axes: Axes, story: Story, images_s: Sequence[float]) -> None:

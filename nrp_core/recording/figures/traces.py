@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from nrp_core._support.arrays import FloatArray
 from nrp_core.recording.figures.story import Coloured, StepSeries, Story
@@ -17,6 +18,7 @@ from nrp_core.recording.figures.style import FAINT, colour, points
 
 _LONGEST_LABEL, _LINE_CHARACTERS = 28, 72
 _NUMBER_POINTS = 8.0
+_LINES_A_TICK = 1.5
 _MOST_ROWS = 400
 """Maximum number of neurons; of more, a sample is shown."""
 
@@ -235,6 +237,8 @@ def draw_series(axes: Axes, series: Sequence[StepSeries], story: Story) -> None:
             times, values, drawstyle="steps-post", linewidth=0.9, color=colour(number),
             label=label,
         )  # fmt: skip
+    lines = axes.bbox.height * 72 / axes.figure.dpi / points(_NUMBER_POINTS)
+    axes.yaxis.set_major_locator(MaxNLocator(max(1, int(lines / _LINES_A_TICK)), steps=[1, 2, 5, 10]))
     axes.grid(axis="y")
     if len(series) == 1 and series[0].label == axes.get_title(loc="left"):
         return

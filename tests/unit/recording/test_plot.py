@@ -371,6 +371,52 @@ def test_names_of_rows_are_whole_and_the_unit_of_colours_is_on_the_page() -> Non
     assert units[0].get_window_extent().x1 <= figure.bbox.width
 
 
+@pytest.mark.parametrize("aside_m", [0.0, 1.5], ids=["map above", "map beside"])
+@pytest.mark.parametrize("size_mm", [(180, 150), (180, 180), (250, 160), (325.12, 203.2)])
+def test_no_text_covers_another_or_leaves_the_page(aside_m: float, size_mm: tuple[float, float]) -> None:
+    result = {
+        "sim_time_s": 10.0,
+        "duration_s": 40.0,
+        "criteria": {"arrives": {"passed": None}},
+        "problems": [],
+    }
+    story = replace(walked(1.0), run={"experiment": "bug", "state": "finished", "result": result})
+    story.tracks["bug"] = Track([0.0, 10.0], [0.0, 2.0], [0.0, aside_m], [0.0, 0.0])
+    story.last_poses["bug"] = Pose((2.0, aside_m, 0.0))
+    story.spikes["a population with a long name"] = [
+        (np.arange(30, dtype=np.uint32), np.linspace(0.0, 9.0, 30))
+    ]
+    story.sinks = {
+        f"s{i}": StepSeries(f"move_middle_{i}/{way}", "Hz", [0.0, 1.0], [float(i), -1.0])
+        for i, way in enumerate(["lifting", "forward", "back"] * 6)
+    }
+    size = (size_mm[0] / 25.4, size_mm[1] / 25.4)
+    with style(width_inches=size[0]):
+        figure = draw_page(story, [], PlotOptions(size, dpi=150))
+        covered = map_of(figure)
+        outside = {
+            label
+            for axis in figure.findobj(mpl.axis.Axis)
+            for tick in axis.get_major_ticks()
+            for label in (tick.label1, tick.label2)
+            if not min(axis.get_view_interval()) <= tick.get_loc() <= max(axis.get_view_interval())
+        }
+        written = [text for text in figure.findobj(mpl.text.Text) if text.get_visible() and text.get_text()]
+        boxes = [(text.get_text(), text.get_window_extent()) for text in written if text not in outside]
+    assert any("not decided" in text for text, _ in boxes)
+    page = figure.bbox.padded(1.0)
+    assert [text for text, box in boxes if not page.x0 <= box.x0 <= box.x1 <= page.x1] == []
+    both = [
+        (a[0], b[0])
+        for a, b in combinations(boxes, 2)
+        if a[1].shrunk(0.95, 0.7).overlaps(b[1].shrunk(0.95, 0.7))
+    ]
+    assert both == []
+    rows = [box for text, box in boxes if text.startswith(("move_", "front_", "a population"))]
+    assert len(rows) > 10
+    assert not any(box.overlaps(covered.get_window_extent()) for box in rows)
+
+
 def test_a_robot_that_stays_where_it_is_has_no_map() -> None:
     with style():
         assert map_of(draw_page(driven(0.0, 20.0), [], PlotOptions())) is None
