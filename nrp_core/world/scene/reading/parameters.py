@@ -12,7 +12,7 @@ from math import isfinite
 from typing import Final
 
 from nrp_core.findings import Code
-from nrp_core.world.scene.reading.context import Reading
+from nrp_core.world.scene.reading.context import Notes, Reading
 from nrp_core.world.scene.reading.plugins import plugin_name
 from nrp_core.world.scene.reading.xml import Element
 
@@ -40,8 +40,13 @@ _OTHERS: Final = frozenset(
 
 def check_parameters(plugin: Element, reading: Reading) -> None:
     """Warn of parameters of a plugin, which has been read, that have no effect by mistake."""
+    warn_of_parameters(plugin, reading.notes)
+
+
+def warn_of_parameters(plugin: Element, notes: Notes) -> None:
+    """Do the same where there is no reading yet."""
     for child, problem in _problems(plugin, f"the plugin '{plugin_name(plugin)}'"):
-        reading.notes.warn(child, Code.NRP263, problem, subject=child.tag)
+        notes.warn(child, Code.NRP263, problem, subject=child.tag)
 
 
 def _problems(holder: Element, plugin: str) -> Iterator[tuple[Element, str]]:

@@ -36,6 +36,7 @@ _ONCE: Final = {
     "horizontal": "samples min_angle max_angle",
     "noise": "type mean stddev",
     "world": "gravity",
+    "gazebo": "mu1 mu2 turnGravityOff dampingFactor selfCollide springStiffness springReference",
 }
 """The elements of SDF and URDF that occur once in an element, by that element."""
 _BY_PARENT: Final = {parent: frozenset(children.split()) for parent, children in _ONCE.items()}

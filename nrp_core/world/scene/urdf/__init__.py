@@ -86,8 +86,8 @@ def to_sdf(element: Element, notes: Notes) -> Element:
     Raises:
         SceneError: a required element or attribute is missing.
     """
-    check_vocabulary(element, notes)
     read_commas_as_spaces(element, notes)
+    check_vocabulary(element, notes)
     robot = _Robot.of(element, notes)
     _warn_of_loose(element, robot)
     model = new("model", element, name=element.attribute("name"))

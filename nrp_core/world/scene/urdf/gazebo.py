@@ -6,6 +6,7 @@ from nrp_core.errors import did_you_mean
 from nrp_core.findings import Code
 from nrp_core.world.scene.checks import WORLD
 from nrp_core.world.scene.reading.context import Notes
+from nrp_core.world.scene.reading.parameters import warn_of_parameters
 from nrp_core.world.scene.reading.plugins import ROS_CONTROL, plugin_name
 from nrp_core.world.scene.reading.xml import Element
 from nrp_core.world.scene.urdf.elements import new
@@ -27,8 +28,15 @@ _SOLVER = {
 }
 _BEFORE_SDF = ("sensor", "controller", "body", "geom", "interface")
 """Namespaces of elements of the first Gazebo; SDF has elements of some of these names without one."""
+_OF_CONTROL = (
+    *(("ros", name) for name in ("namespace", "remapping")),
+    *((name,) for name in ("robotNamespace", "robotParam", "robotSimType", "legacyModeNS", "controlPeriod")),
+)
+"""Parameters of plugins that run controllers."""
 _NAMES = {"selfCollide": "self_collide"}
 """The names that elements have in SDF, if not the same."""
+_VALUES = {*_SOLVER, "material", "mu1", "mu2", "selfCollide", "turnGravityOff", "dampingFactor"}
+"""Elements that hold a value only."""
 _SPRINGS = {"springStiffness": "spring_stiffness", "springReference": "spring_reference"}
 
 
@@ -52,10 +60,22 @@ def apply_block(block: Element, model: Element, notes: Notes) -> None:
             message = f"<{child.tag}> is of Gazebo before its version 1.0 and SDF: ignored"
             notes.warn(child, Code.NRP263, message, subject=child.tag)
             continue
-        # plugins that run controllers have no effect unless they name a file
-        control = child.tag == "plugin" and plugin_name(child) in ROS_CONTROL and not child.word("parameters")
-        if child.tag not in _SOLVER and not control:
+        if child.tag in _VALUES:
+            for inner in child.children:
+                message = f"<{inner.tag}> in <{child.tag}>, which holds a value, is ignored"
+                notes.warn(inner, Code.NRP263, message, subject=inner.tag)
+        if child.tag not in _SOLVER and not _controls_nothing(child, notes):
             _give(child, target)
+
+
+def _controls_nothing(element: Element, notes: Notes) -> bool:
+    """Return whether an element is a plugin that runs controllers and names no file with them."""
+    if element.tag != "plugin" or plugin_name(element) not in ROS_CONTROL or element.word("parameters"):
+        return False
+    for tags in _OF_CONTROL:
+        element.find(*tags)
+    warn_of_parameters(element, notes)
+    return True
 
 
 def _give(child: Element, target: Element) -> None:

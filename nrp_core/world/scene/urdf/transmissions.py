@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 
-from nrp_core.errors import did_you_mean
+from nrp_core.errors import did_you_mean, slip_of
 from nrp_core.findings import Code
 from nrp_core.world.scene.reading.context import Notes
 from nrp_core.world.scene.reading.xml import Element
@@ -18,6 +18,7 @@ from nrp_core.world.scene.urdf.elements import new
 START = "initial_position"
 """The element with the start of a joint: of an ``<axis>`` in SDF, here also of a joint of a URDF."""
 _NAME = "ros_control"
+_PACKAGE = "hardware_interface"
 _KINDS = {
     "PositionJointInterface": "position",
     "VelocityJointInterface": "velocity",
@@ -53,14 +54,12 @@ def transmitted(transmission: Element, joints: Collection[str], notes: Notes) ->
             each for actuator in actuators for each in actuator.all("hardwareInterface")
         ]
         for interface in named:
-            kind = _KINDS.get(interface.text.rpartition("/")[2])
+            package, _, name = interface.text.rpartition("/")
+            kind = _KINDS.get(name) if package in ("", _PACKAGE) else None
             if kind is None:
-                notes.warn(
-                    interface,
-                    Code.NRP265,
-                    f"joints cannot be commanded by '{interface.text}'",
-                    subject=interface.text,
-                )
+                slip = slip_of(interface.text, [f"{_PACKAGE}/{one}" for one in _KINDS] if package else _KINDS)
+                message = f"joints cannot be commanded by '{interface.text}'{slip}"
+                notes.warn(interface, Code.NRP265, message, subject=interface.text)
             else:
                 yield _controller(joint, interface, kind)
 

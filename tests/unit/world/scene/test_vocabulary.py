@@ -151,3 +151,78 @@ def test_a_name_that_old_files_write_as_text_is_not_reported(tmp_path: Path) -> 
     ):
         path.write_text(_WORLD.format("", f'<link name="l">{visual.format(script)}</link>'))
         assert _said(path) == said
+
+
+_ROBOT = """<robot name="r">
+  <link name="base">{link}</link><link name="arm"/>
+  <joint name="j" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>{joint}</joint>
+  {robot}
+</robot>"""
+_MASS = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+_CONTROL = '<gazebo><plugin name="c" filename="libgazebo_ros_control.so">{}</plugin></gazebo>'
+_HARDWARE = '<ros2_control name="s" type="system"><joint name="j">{}</joint></ros2_control>'
+_DRIVEN = (
+    '<transmission name="t"><type>transmission_interface/SimpleTransmission</type><joint name="j">'
+    "<hardwareInterface>{}</hardwareInterface></joint></transmission>"
+)
+
+
+def _robot(folder: Path, **parts: str) -> set[str]:
+    path = folder / "robot.urdf"
+    path.write_text(_ROBOT.format(**{"link": _MASS, "joint": "", "robot": "", **parts}))
+    before = "the link 'arm' moves but has no mass: 0.0001 kg"
+    return {one for one in _said(path) if one != before}
+
+
+@pytest.mark.parametrize(
+    ("part", "text", "said"),
+    [
+        ("joint", '<safety_controller k_velocity="fast"/>',
+         "k_velocity of <safety_controller> must hold a number, not 'fast': ignored"),
+        ("joint", '<dynamics damping="1"><limit effort="1" velocity="1"/></dynamics>',
+         "URDF has no <limit> in a <dynamics>: ignored; it belongs in <joint>"),
+        ("robot", '<gazebo refrence="arm"><mu1>1</mu1></gazebo>',
+         "<gazebo> has no attribute 'refrence': ignored; did you mean 'reference'?"),
+        ("robot", '<gazebo reference="base"><mu1>1<mu2>1</mu2></mu1></gazebo>',
+         "<mu2> in <mu1>, which holds a value, is ignored"),
+        ("robot", '<gazebo reference="base"><mu1>1</mu1><mu1>0.1</mu1></gazebo>',
+         "a second <mu1> in the <gazebo> is ignored: the one of line 4 is used"),
+        ("robot", _CONTROL.format("<paraemters>file.yaml</paraemters>"), "did you mean <parameters>?"),
+        ("robot", _HARDWARE.format('<comand_interface name="position"/>'),
+         "URDF has no <comand_interface> in a <joint>: ignored; did you mean 'command_interface'?"),
+        ("robot", _HARDWARE.format('<state_interface name="position"><param name="intial_value">1</param>'
+                                   "</state_interface>"),
+         "<param> 'intial_value' is ignored; did you mean 'initial_value'?"),
+        ("robot", _DRIVEN.format("ardware_interface/EffortJointInterface"),
+         "joints cannot be commanded by 'ardware_interface/EffortJointInterface'; did you mean 'hardware_in"),
+        ("robot", _DRIVEN.format("EffortJointInterface").replace("joint name", "jiont name").replace(
+            "/joint", "/jiont"),
+         "URDF has no <jiont> in a <transmission>: ignored; did you mean 'joint'?"),
+        ("robot", '<material name="unused"><color rgba="1 2"/></material>',
+         "rgba of <color> must hold 4 numbers, not '1 2': ignored"),
+        ("link", f'{_MASS}<contact><stiffness vlaue="3"/></contact>',
+         "<stiffness> has no attribute 'vlaue': ignored; did you mean 'value'?"),
+    ],
+)  # fmt: skip
+def test_what_is_not_of_urdf_is_reported(tmp_path: Path, part: str, text: str, said: str) -> None:
+    assert any(said in one for one in _robot(tmp_path, **{part: text})), _robot(tmp_path, **{part: text})
+
+
+@pytest.mark.parametrize(
+    ("part", "text"),
+    [
+        ("joint", '<safety_controller k_velocity="9" soft_lower_limit="-1"/><joint_properties spring="1"/>'),
+        ("joint", '<role name="x"/><hardware id="3"/>'),
+        ("robot", '<gazebo><static>0</static></gazebo><gazebo reference="base"><mu1 value="1"/></gazebo>'),
+        ("robot", _CONTROL.format("<robotNamespace/><robotSimType>x</robotSimType><ros><namespace/></ros>")),
+        ("robot", _HARDWARE.format('<command_interface name="effort"><param name="min">-1</param>'
+                                   '<param name="gain">2</param></command_interface>')),
+        ("robot", _DRIVEN.format("hardware_interface/EffortJointInterface")),
+        ("robot", _DRIVEN.format("EffortJointInterface").replace(
+            "</transmission>", '<actuator name="m"><mechanicalReduction>9</mechanicalReduction></actuator>'
+            "<leftActuator/></transmission>")),
+        ("link", f'{_MASS}<contact><lateral_friction value="1"/><friction_anchor/></contact>'),
+    ],
+)  # fmt: skip
+def test_what_is_of_urdf_is_not_reported(tmp_path: Path, part: str, text: str) -> None:
+    assert _robot(tmp_path, **{part: text}) == set()
