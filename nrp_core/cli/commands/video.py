@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,6 +19,18 @@ VIEWS = ("follow", "above", "free")
 _SIZE = "640x480"
 
 
+def _cameras(context: typer.Context, incomplete: str) -> list[str]:
+    """Return the cameras of the recording before the option; none if it cannot be read."""
+    from nrp_core.recording.reading.recording import Recording
+    from nrp_core.recording.video.camera import camera_names
+
+    with suppress(Exception):
+        # the parser leaves the words before an option without its value as they are
+        folder = context.params.get("recording") or context.args[0]
+        return beginning_with(lambda: camera_names(Recording(folder)))(incomplete)
+    return []
+
+
 def video(
     recording: Annotated[Path, typer.Argument(metavar="DIR", help="A folder made by nrp run --record.")],
     output: Annotated[
@@ -25,7 +38,12 @@ def video(
         typer.Option("--output", "-o", metavar="FILE", envvar="NRP_OUTPUT", help="A .mp4 or .webm file."),
     ] = Path("video.mp4"),
     camera: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Show the images of this camera, or topic.")
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Show the images of this camera, or topic.",
+            autocompletion=_cameras,
+        ),
     ] = None,
     view: Annotated[
         str,

@@ -34,6 +34,12 @@ def camera_frames(recording: Recording, times_s: FloatArray, options: VideoOptio
         yield pixels
 
 
+def camera_names(recording: Recording) -> list[str]:
+    """Return the topics of the cameras, and the parts of their names."""
+    topics = [topic.name for topic in recording.with_role(Role.CAMERA)]
+    return [*topics, *sorted({part for topic in topics for part in topic.split("/") if part})]
+
+
 def _topic(recording: Recording, camera: str) -> str:
     """Return the topic of a camera, by the topic or a part of its name."""
     topics = [topic.name for topic in recording.with_role(Role.CAMERA)]
@@ -44,7 +50,6 @@ def _topic(recording: Recording, camera: str) -> str:
         return named[0]
     if not topics:
         raise ExperimentError("the recording has no images of cameras", path=recording.file)
-    names = sorted({part for topic in topics for part in topic.split("/") if part})
     wrong = f"several cameras are named '{camera}': {', '.join(named)}" if named else f"no camera '{camera}'"
-    hint = "" if named else did_you_mean(camera, [*topics, *names]) or f"; there is {', '.join(topics)}"
+    hint = "" if named else did_you_mean(camera, camera_names(recording))
     raise ExperimentError(wrong + hint, path=recording.file)

@@ -1,5 +1,8 @@
 """Videos of a recording."""
 
+import os
+import subprocess
+import sys
 from math import tan
 from pathlib import Path
 from typing import Any
@@ -14,7 +17,7 @@ from nrp_core.dsl.testing.mocks import MockBrain
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.figures.story import Story, Track
 from nrp_core.recording.figures.view import Bounds
-from nrp_core.recording.layout import Images
+from nrp_core.recording.layout import Images, Role
 from nrp_core.recording.reading.recording import Recording
 from nrp_core.recording.video import VideoOptions, View, check_target, video
 from nrp_core.recording.video.drawn import _follower, drawn_frames
@@ -107,6 +110,21 @@ def test_a_camera_s_images_are_shown_as_they_were(recording: Recording, tmp_path
     assert frames(tmp_path / "eye.mp4")[0].shape == (2, 2, 3)
     with pytest.raises(ExperimentError, match="no camera 'camra'; did you mean 'camera'"):
         video(recording, tmp_path / "eye.mp4", VideoOptions(camera="camra"))
+
+
+def test_shells_complete_the_cameras_of_a_recording(recording: Recording) -> None:
+    (topic,) = recording.with_role(Role.CAMERA)
+    named = [topic.name, *sorted(topic.name.strip("/").split("/"))]
+    for before, expected in ((recording.file.parent, named), ("no_recording", [])):
+        words = ["nrp", "video", str(before), "--camera"]
+        environment = {
+            **os.environ, "_NRP_COMPLETE": "complete_bash", "COMP_WORDS": " ".join([*words, ""]),
+            "COMP_CWORD": str(len(words)),
+        }  # fmt: skip
+        done = subprocess.run(
+            [sys.executable, "-m", "nrp_core"], env=environment, capture_output=True, text=True
+        )
+        assert done.stdout.split() == expected
 
 
 def test_a_robot_that_stands_is_followed_rather_than_a_thing_that_swings(recording: Recording) -> None:
