@@ -46,7 +46,7 @@ def admits(hint: Any, value: object) -> bool:
             return (value is None and NoneType in parts) or _are_numbers(value)
         return any(admits(part, value) for part in parts)
     if origin is Literal:
-        return value in parts
+        return any(isinstance(value, type(part)) and value == part for part in parts)
     kind = origin or hint
     if not isinstance(kind, type) or kind in (Any, object):
         return True

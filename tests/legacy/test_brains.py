@@ -49,6 +49,18 @@ def test_the_spellings_of_pynn_0_7_mean_those_of_today(tmp_path: Path) -> None:
     assert old.digest == new.digest
 
 
+def test_a_generator_may_stand_where_pynn_0_7_had_the_weights(tmp_path: Path) -> None:
+    line = (
+        "sim.Projection(circuit, circuit, sim.FixedProbabilityConnector(0.5, True, {}),"
+        " sim.StaticSynapse())\n"
+    )
+    made = [
+        loaded(tmp_path, CELLS + line.format(given))[0]
+        for given in ("sim.NumpyRNG(seed=5)", "rng=sim.NumpyRNG(seed=5)", "rng=sim.NumpyRNG(seed=6)")
+    ]
+    assert made[0].digest == made[1].digest != made[2].digest
+
+
 def test_weights_of_pynn_0_7_can_depend_on_the_distance(tmp_path: Path) -> None:
     network, _ = loaded(
         tmp_path,

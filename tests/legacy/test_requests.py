@@ -50,3 +50,34 @@ def test_decimals_fractions_and_arrays_of_one_number_are_numbers(
     assert run.world.model_motion("left_vr_screen").pose.position == pytest.approx((2.05, 0.5, 0.25))
     (function,) = run.loop.functions
     assert function.adapters["seen"].value[-1] == (1.0, 0.5)  # type: ignore[attr-defined]
+
+
+LISTS = """
+import numpy as np, rospy
+from gazebo_msgs.srv import SetModelConfiguration
+configure = rospy.ServiceProxy("gazebo/set_model_configuration", SetModelConfiguration)
+
+@nrp.MapVariable("answers", initial_value=[])
+@nrp.Robot2Neuron()
+def move(t, answers):
+    joints, angles = ["arm_1_joint"], np.array([0.5])
+    answers.value.append(configure("robot", "", joints, angles).success)
+    named = {"joint_names": joints, "joint_positions": angles}
+    answers.value.append(configure(model_name="robot", **named).success)
+"""
+
+
+def test_a_list_of_one_number_in_a_request_stays_a_list(opened: Callable[..., Run], corpus: Path) -> None:
+    folder = corpus / "lists"
+    folder.mkdir()
+    (folder / "tf.py").write_text(LISTS)
+    body = "<bodyModel>arm_robot/arm.sdf</bodyModel>"
+    (folder / "x.bibi").write_text(f'<bibi>{body}<transferFunction src="tf.py"/></bibi>')
+    (folder / "x.exc").write_text('<ExD><timeout>1.0</timeout><bibiConf src="x.bibi"/></ExD>')
+    run = opened("lists/x.exc")
+    run.run_until(0.02)
+    assert not run.result().failures
+    (function,) = run.loop.functions
+    assert function.adapters["answers"].value == [True, True]  # type: ignore[attr-defined]
+    states = run.world.joint_states("robot")
+    assert states.positions[states.names.index("arm_1_joint")] == pytest.approx(0.5, abs=0.05)

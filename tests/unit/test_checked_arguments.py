@@ -96,7 +96,7 @@ class Tell(Protocol):
         (tuple[str, ...], [(), ("a",), ["a"]], ["a", (1,)], "a list of texts"),
         (Callable[[float], None], [print, lambda t: None], ["print", None], "a function"),
         (Tell, [print], ["print", 3], "a function"),
-        (Literal["a", "b"], ["a"], ["c", None], "'a' or 'b'"),
+        (Literal["a", "b"], ["a"], ["c", None, np.array(["a", "b"])], "'a' or 'b'"),
         (Colour, [Colour.RED, "red"], ["blue", 3], "'red'"),
         (type, [int], [3, "int"], "a class"),
         (FloatArray, [np.zeros(2), [1.0]], ["ab", 3.0, None], "an array"),

@@ -161,15 +161,18 @@ class Services:
             raise ServiceException(f"service {name} is available only while the simulation runs")
         if name not in self._graph.world.topics:
             raise ServiceException(f"service {name} is not available")
-        known = [field.name for field in dataclasses.fields(self._graph.world.topics[name].type)]
+        request = dataclasses.fields(self._graph.world.topics[name].type)
+        known = [field.name for field in request]
+        lists = {field.name for field in request if str(field.type).startswith("list")}
         if any(value is None for value in values):
             fields, values = {**dict(zip(known, values, strict=False)), **fields}, ()
-        given = {key: with_numbers(value) for key, value in fields.items() if value is not None}
-        named = {_SPELLINGS.get(key, key): value for key, value in given.items()}
+        given = {_SPELLINGS.get(key, key): value for key, value in fields.items() if value is not None}
+        named = {key: value if key in lists else with_numbers(value) for key, value in given.items()}
+        pairs = zip(known or [""], values, strict=False)
         try:
             answer = self._graph.world.call(
                 name,
-                *map(with_numbers, values[: max(1, len(known))]),
+                *(value if key in lists else with_numbers(value) for key, value in pairs),
                 **{key: value for key, value in named.items() if key in known or key not in _UNUSED},
             )
         except (NrpError, TypeError) as error:

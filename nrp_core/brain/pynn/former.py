@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+from pyNN.random import AbstractRNG
 
 from nrp_core.brain.pynn.invalid import InvalidSynapseError, InvalidValueError
 
@@ -121,6 +122,8 @@ def connector(today: type) -> type:
         def __init__(
             self, *values: Any, weights: Any = None, delays: Any = None, verbose: bool = False, **more: Any
         ) -> None:
+            if place is not None and _are_generators(values[place : place + 1]):
+                more["rng"], values = values[place], (*values[:place], *values[place + 1 :])
             if place is not None and _are_weights(values[place:]):
                 weights, delays, *_ = (*values[place:], delays)
                 values = values[:place]
@@ -134,6 +137,11 @@ def connector(today: type) -> type:
 def _are_weights(values: tuple[Any, ...]) -> bool:
     """Return whether arguments are weights and delays, and not what connectors take there today."""
     return bool(values) and not isinstance(values[0], (bool, str, type(None)))
+
+
+def _are_generators(values: tuple[Any, ...]) -> bool:
+    """Return whether there is a generator, which PyNN 0.8 to 0.10 had in the place of the weights."""
+    return any(isinstance(value, AbstractRNG) for value in values)
 
 
 def _of_distance(value: Any) -> Any:
