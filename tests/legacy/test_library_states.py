@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from hbp_nrp_virtual_coach.virtual_coach import VirtualCoach
 from nrp_legacy.reader import read_exc
+from nrp_legacy.shims.graph import Graph
+from nrp_legacy.shims.states import ClockDelayState
 
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
@@ -182,6 +184,11 @@ def test_a_delay_has_its_name_of_each_year(folder: Path, given: str) -> None:
     with Run(read_exc(folder / "x.exc")) as run:
         run.run()
         assert run.now_s == 0.3
+
+
+def test_a_delay_without_a_time_is_refused() -> None:
+    with pytest.raises(TypeError, match="needs the seconds that it waits"):
+        ClockDelayState(Graph())
 
 
 OF_ITS_OWN = """

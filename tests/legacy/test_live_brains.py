@@ -165,6 +165,27 @@ def test_nodes_of_nest_run_and_change_by_its_calls(played: Played) -> None:
     assert not run.result().failures
 
 
+EACH = """
+import nest
+@nrp.Robot2Neuron()
+def function(t):
+    cells = nrp.config.brain_root.circuit
+    if abs(t - 0.1) < 1e-6:
+        values = [-50.0, -51.0, -52.0, -53.0, -54.0, -55.0]
+        nest.SetStatus(cells, {'V_th': values})
+        assert nest.GetStatus(cells, 'V_th') == tuple(values)
+        nest.SetStatus(cells, 'V_th', values[::-1])
+        assert nest.GetStatus(cells, 'V_th') == tuple(values[::-1])
+        nest.SetStatus(cells, {'V_th': nest.random.uniform(-55.0, -50.0)})
+        assert len(set(nest.GetStatus(cells, 'V_th'))) == 6
+"""
+
+
+def test_values_for_each_node_are_set_while_the_brain_runs(played: Played) -> None:
+    run = played(IN_NEST, EACH)
+    assert not run.result().failures
+
+
 BESIDE = """
 import nest
 from hbp_nrp_cle.brainsim import simulator as sim
@@ -194,6 +215,7 @@ def function(t, spikes, other, counts):
     if abs(t - 0.08) < 1e-6:
         assert nest.GetStatus(root.noise, 'rate') == (4000.0,)
         nest.SetStatus(root.noise, {'rate': 0.0})
+        nest.SetStatus(root.noise, {})
         assert nest.GetStatus(root.noise, 'rate') == (0.0,)
 """
 

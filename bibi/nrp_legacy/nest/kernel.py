@@ -255,17 +255,22 @@ class Kernel:
 
     def set_nodes(self, nodes: Sequence[int], values: Any) -> None:
         """Set parameters of nodes: a dictionary for all, or one for each; a list has a value for each."""
-        if isinstance(values, Mapping):
-            spread = {name: _spread(value, len(nodes), name, self.random) for name, value in values.items()}
-            values = [{name: column[i] for name, column in spread.items()} for i in range(len(nodes))]
+        each = self.for_each(nodes, values)
         with self.changing():
-            for node, given in zip(nodes, values, strict=True):
+            for node, given in zip(nodes, each, strict=True):
                 if self.beside and node < len(self.beside):
                     self.beside.set(int(node), given)
                     continue
                 group = self.group_of(node)
                 for name, value in given.items():
                     group.set(name, [node - group.first], [value])
+
+    def for_each(self, nodes: Sequence[int], values: Any) -> Sequence[Mapping[str, Any]]:
+        """Return the parameters of each node, given as for :meth:`set_nodes`."""
+        if not isinstance(values, Mapping):
+            return values  # type: ignore[no-any-return] # a dictionary for each
+        spread = {name: _spread(value, len(nodes), name, self.random) for name, value in values.items()}
+        return [{name: column[i] for name, column in spread.items()} for i in range(len(nodes))]
 
     def node_values(self, node: int) -> dict[str, Any]:
         """Return the parameters of a node."""

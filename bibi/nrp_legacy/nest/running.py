@@ -133,9 +133,8 @@ class RunningKernel(Kernel):
         if self._built.run is None:
             super().set_nodes(nodes, values)
             return
-        each = values if not isinstance(values, Mapping) else [values] * len(nodes)
         others: list[tuple[int, Any]] = []
-        for node, given in zip(nodes, each, strict=True):
+        for node, given in zip(nodes, self.for_each(nodes, values), strict=True):
             if not given.get("n_events", 1):
                 self._since_ms[int(node)] = self._built.now_ms
             if int(node) in self.joined.sources:
@@ -156,7 +155,8 @@ class RunningKernel(Kernel):
         if given.keys() - {"rate"}:
             name = min(given.keys() - {"rate"})
             raise NetworkError(f"nest: '{name}' of a Poisson generator cannot change while the brain runs")
-        self._built.set_parameters(sources, {"rate": np.full(len(sources), float(given["rate"]))})
+        if "rate" in given:
+            self._built.set_parameters(sources, {"rate": np.full(len(sources), float(given["rate"]))})
 
     def node_values(self, node: int) -> dict[str, Any]:
         self.ready()

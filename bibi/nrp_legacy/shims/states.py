@@ -106,10 +106,18 @@ class ClockDelayState(PollingState):
     """Waits for some seconds of simulated time; over the years they had two names."""
 
     def __init__(
-        self, graph: Graph, waitfor: float | None = None, *_keys: Any, waittime: float = 0.0, **_more: Any
+        self,
+        graph: Graph,
+        waitfor: float | None = None,
+        *_keys: Any,
+        waittime: float | None = None,
+        **_more: Any,
     ) -> None:
+        delay_s = waittime if waitfor is None else waitfor
+        if delay_s is None:
+            raise TypeError("ClockDelayState needs the seconds that it waits, waitfor or waittime")
         super().__init__(graph, lambda _userdata: graph.now_ns >= self._end_ns)
-        self.delay_ns = round(float(waittime if waitfor is None else waitfor) * NS_PER_S)
+        self.delay_ns = round(float(delay_s) * NS_PER_S)
         self._end_ns = 0
 
     def _entered(self) -> None:
