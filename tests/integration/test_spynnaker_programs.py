@@ -163,7 +163,7 @@ live.add_start_resume_callback("injector", lambda label, sender: sender.send_spi
         program.commands += [int.from_bytes(program.notified.recv(999)[:2], "little") for _ in range(2)]
 
     thread = Thread(target=confirm, daemon=True)
-    program.notified.settimeout(5.0)
+    program.notified.settimeout(PATIENCE_S)
     thread.start()
     with pytest.raises(IndexError):
         run(program.port, more=fails)

@@ -121,7 +121,7 @@ class Desk:
         return self.viewer.said[f"/cockpit/{name}"]
 
     def wait_for(self, holds: Callable[[], bool]) -> None:
-        until = time.monotonic() + 20
+        until = time.monotonic() + 120
         while not holds():
             assert time.monotonic() < until, self.said("status")
             time.sleep(0.01)
@@ -266,7 +266,7 @@ def test_a_pause_is_answered_while_it_plays_slowly(desk: Desk):
     desk.call("play")
     began = time.monotonic()
     desk.call("pause")
-    assert time.monotonic() - began < 5
+    assert time.monotonic() - began < 15
     assert desk.said("status")["state"] == "paused"
 
 

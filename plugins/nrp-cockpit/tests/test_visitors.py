@@ -203,7 +203,7 @@ def test_a_run_goes_on_when_its_server_is_gone() -> None:
         with pytest.raises(ConnectionClosed):
             visitor.listen(10)
         steps = opened.run.loop.steps
-        end_s = time.monotonic() + 10
+        end_s = time.monotonic() + 60
         while opened.run.loop.steps < steps + 5:
             assert time.monotonic() < end_s
             time.sleep(0.01)

@@ -7,6 +7,7 @@ python ros2_peer.py DOMAIN call N       /switch is called three times as rmw_cyc
 python ros2_peer.py DOMAIN drive     /husky/cmd_vel says 1 m/s until /husky/odom is half a metre further
 """
 
+import ctypes
 import sys
 import time
 from dataclasses import dataclass
@@ -136,10 +137,25 @@ RELIABLE = Qos(Policy.Reliability.Reliable(10**9), Policy.History.KeepLast(10))
 BEST_EFFORT = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(5))
 
 
+def be_deaf(domain: Domain, deaf: bool) -> None:
+    """Hear of no other participant: one that comes while types are described can end this process."""
+    number, switch = ctypes.c_int32, ctypes.c_bool
+    change = domain._dll_handle.dds_domain_set_deafmute
+    change.argtypes = [number, switch, switch, ctypes.c_int64]
+    change(domain._ref, deaf, False, (1 << 63) - 1 if deaf else 0)
+
+
 class Peer:
+    """A participant that is deaf until its topics exist."""
+
     def __init__(self, domain: int, network: str = LOOPBACK) -> None:
         self.domain = Domain(domain, network)
+        be_deaf(self.domain, True)
         self.participant = DomainParticipant(domain)
+
+    def begin(self) -> None:
+        """Meet the others."""
+        be_deaf(self.domain, False)
 
     def writer(self, topic: str, cls: type, qos: Qos = RELIABLE, kind: str = "rt") -> DataWriter[Any]:
         return DataWriter(self.participant, Topic(self.participant, kind + topic, cls), qos=qos)
@@ -150,6 +166,7 @@ class Peer:
 
 def echo(peer: Peer) -> None:
     reader, writer = peer.reader("/there", JointState), peer.writer("/back", JointState)
+    peer.begin()
     print("ready", flush=True)
     for state in reader.take_iter(timeout=20 * 10**9):
         print(state.name, state.position, state.header.frame_id, flush=True)
@@ -158,6 +175,7 @@ def echo(peer: Peer) -> None:
 
 def driver(peer: Peer) -> None:
     writer = peer.writer("/scan", LaserScan, BEST_EFFORT)
+    peer.begin()
     print("ready", flush=True)
     stamp = Header(Time(1, 2), "laser")
     while True:
@@ -167,6 +185,7 @@ def driver(peer: Peer) -> None:
 
 def call(peer: Peer) -> None:
     replies, calls = peer.reader("/echoReply", Reply, kind="rr"), peer.writer("/echoRequest", Call, kind="rq")
+    peer.begin()
     while not (
         calls.get_publication_matched_status().current_count
         and replies.get_subscription_matched_status().current_count
@@ -181,7 +200,8 @@ def call(peer: Peer) -> None:
 def other_machine(peer: Peer) -> None:
     writer = peer.writer("/from_afar", JointState)
     assert writer
-    time.sleep(30)
+    peer.begin()
+    time.sleep(200)
 
 
 def drive(peer: Peer) -> None:
@@ -189,6 +209,7 @@ def drive(peer: Peer) -> None:
         peer.reader("/husky/odom", Odometry, BEST_EFFORT),
         peer.writer("/husky/cmd_vel", Twist),
     )
+    peer.begin()
     began = None
     for seen in odometry.take_iter(timeout=20 * 10**9):
         x = seen.pose.pose.position.x

@@ -1,20 +1,16 @@
 """A participant of DDS whose topics come and go, of types of its own: python strangers.py DOMAIN."""
 
-import ctypes
 import os
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
-from cyclonedds.domain import Domain, DomainParticipant
 from cyclonedds.idl import make_idl_struct
 from cyclonedds.idl.types import float64, int32, sequence
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
 
-from ros2_peer import LOOPBACK
+from ros2_peer import Peer
 
 
 def kind(number: int) -> Any:
@@ -28,27 +24,15 @@ def kind(number: int) -> Any:
     return struct("Outer", **{f"part{i}": part for i, part in enumerate(middle)})
 
 
-@contextmanager
-def deaf(domain: Domain) -> Iterator[None]:
-    """Hear of no other participant: one that comes while types are described can end this process."""
-    number, switch = ctypes.c_int32, ctypes.c_bool
-    change = domain._dll_handle.dds_domain_set_deafmute
-    change.argtypes = [number, switch, switch, ctypes.c_int64]
-    change(domain._ref, True, False, (1 << 63) - 1)
-    yield
-    change(domain._ref, False, False, 0)
-
-
 def main() -> None:
     """Open and close twenty topics until the process is ended."""
     number = int(sys.argv[1])
-    domain = Domain(number, LOOPBACK)
-    with deaf(domain):
-        participant = DomainParticipant(number)
-        topics = [Topic(participant, f"stranger_{os.getpid()}_{i}", kind(i)) for i in range(20)]
+    peer = Peer(number)
+    topics = [Topic(peer.participant, f"stranger_{os.getpid()}_{i}", kind(i)) for i in range(20)]
+    peer.begin()
     print("ready", flush=True)
     while True:
-        writers = [DataWriter(participant, topic) for topic in topics]
+        writers = [DataWriter(peer.participant, topic) for topic in topics]
         time.sleep(0.02)
         del writers
         time.sleep(0.005)

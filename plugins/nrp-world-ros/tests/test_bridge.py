@@ -73,7 +73,7 @@ def test_the_check_sums_are_those_of_the_message_packages(bridged: Ros) -> None:
     for topic in ("/husky/odom", "/husky/joint_states", "/clock"):
         done = subprocess.run(
             ["rostopic", "echo", "-n", "1", topic], env=bridged.env, capture_output=True, text=True,
-            timeout=20, check=False,
+            timeout=60, check=False,
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
         assert "secs:" in done.stdout

@@ -63,4 +63,4 @@ def test_a_body_that_goes_away_ends_the_loop_with_one_error(ros: Ros) -> None:
     body = ros.body("--lockstep", "--until", "1s")
     (error,) = errors(ros.nrp(*LOOP, *LOCKSTEP))
     assert "the body has not answered on /nrp/done" in error
-    assert body.wait(timeout=20) == 0
+    assert body.wait(timeout=60) == 0

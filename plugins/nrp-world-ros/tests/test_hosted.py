@@ -183,10 +183,10 @@ def test_others_in_ros_can_watch_it(world: World) -> None:
     there = world.engine._node._namespace  # type: ignore[attr-defined]
     with join(Ros.TWO, "watcher", domain=DOMAIN) as watcher:
         watcher.listen(f"{there}/robot/odom", Odometry)
-        assert watcher.settle(10) == set()
+        Programs.until(lambda: watcher.settle(10) == set())
         go(world, 3)
         last = watcher.inbox.last
-        assert watcher.inbox.wait(lambda: last(f"{there}/robot/odom") is not None, 5, watcher.check)
+        assert watcher.inbox.wait(lambda: last(f"{there}/robot/odom") is not None, 60, watcher.check)
 
 
 @needs_ros2
@@ -270,7 +270,7 @@ def test_a_body_ends_with_the_process_that_needs_it() -> None:
         assert loop.stdout is not None
         body = int(loop.stdout.readline())
         loop.kill()
-    Programs.until(lambda: not _runs(body), timeout_s=10)
+    Programs.until(lambda: not _runs(body), timeout_s=60)
 
 
 @needs_ros2
@@ -283,7 +283,7 @@ def test_a_body_that_hangs_is_given_up() -> None:
         os.kill(body, signal.SIGSTOP)
         with pytest.raises(SimulationError, match="hangs: it has not answered for 2 s"):
             go(world, 1)
-    Programs.until(lambda: not _runs(body), timeout_s=10)
+    Programs.until(lambda: not _runs(body), timeout_s=60)
 
 
 def _runs(process: int) -> bool:

@@ -48,7 +48,7 @@ def peer(ros2: Ros2, what: str) -> subprocess.Popen[str]:
     return process
 
 
-def heard(node: Node, topic: str, timeout_s: float = 10.0) -> Any:
+def heard(node: Node, topic: str, timeout_s: float = 60.0) -> Any:
     assert node.inbox.wait(lambda: node.inbox.last(topic) is not None, timeout_s, node.check)
     (*_, letter) = (each for each in node.inbox.take() if each.topic == topic)
     return letter.message
@@ -102,7 +102,7 @@ def test_a_message_sent_to_another_program_comes_back_from_it(ros2: Ros2, node: 
     other = peer(ros2, "echo")
     there = node.publisher("/there", sensor_msgs.JointState)
     node.listen("/back", sensor_msgs.JointState)
-    assert node.settle(10) == set()
+    ros2.until(lambda: node.settle(10) == set())
     state = sensor_msgs.JointState(Header(Time(3, 4), "arm"), ["a", "bb"], np.array([0.5, -math.pi]))
     there.publish(state)
     back = heard(node, "/back")
@@ -117,7 +117,7 @@ def test_a_message_sent_to_another_program_comes_back_from_it(ros2: Ros2, node: 
 def test_a_sensor_that_only_promises_its_best_effort_is_heard(ros2: Ros2, node: Node) -> None:
     peer(ros2, "driver")
     node.listen("/scan", sensor_msgs.LaserScan)
-    assert node.settle(10) == set()
+    ros2.until(lambda: node.settle(10) == set())
     scan = heard(node, "/scan")
     assert scan.ranges.tolist() == [1.0, 2.0, 3.0]
     assert scan.header.frame_id == "laser"
@@ -128,9 +128,9 @@ def test_a_node_that_leaves_is_reported_at_once(ros2: Ros2, node: Node) -> None:
     node.listen("/x", geometry_msgs.Twist)
     with join(Ros.TWO, "another", domain=ros2.domain) as another:
         another.publisher("/x", geometry_msgs.Twist)
-        assert node.settle(10) == set()
+        ros2.until(lambda: node.settle(10) == set())
         assert node.met() == ["/x"]
-    ros2.until(lambda: node.peers("/x") == 0, timeout_s=2.0)
+    ros2.until(lambda: node.peers("/x") == 0, timeout_s=8.0)  # before the lease of 10 s ends
     with pytest.raises(SimulationError, match="has left"):
         another.publisher("/y", geometry_msgs.Twist)
 
@@ -141,13 +141,13 @@ def test_a_listener_that_is_killed_holds_up_nobody_who_does_not_wait_for_it(ros2
     large = sensor_msgs.JointState(position=np.zeros(100_000))
     with join(Ros.TWO, "under_test", queue=10, domain=ros2.domain) as node:
         there = node.publisher("/there", sensor_msgs.JointState)
-        assert node.settle(10) == set()
+        ros2.until(lambda: node.settle(10) == set())
         other.kill()
         other.wait()
         began_s = time.monotonic()
         for _ in range(50):
             there.publish(large)
-        assert time.monotonic() - began_s < 5.0
+        assert time.monotonic() - began_s < 30.0  # without a queue each waits for 10 s
         assert there.peers() == 1  # DDS does not know yet
 
 
@@ -269,4 +269,4 @@ def test_a_body_that_goes_away_ends_the_loop_with_one_error(ros2: Ros2) -> None:
     body = ros2.body("--lockstep", "--until", "1s")
     error = refused(ros2)
     assert "the body has not answered on /nrp/done" in error
-    assert body.wait(timeout=20) == 0
+    assert body.wait(timeout=60) == 0

@@ -59,7 +59,7 @@ def test_both_sides_are_at_work_at_the_same_time() -> None:
     barrier = threading.Barrier(2)
 
     def meet() -> None:
-        barrier.wait(timeout=10)
+        barrier.wait(timeout=60)
 
     with ClosedLoop(ActingBrain(meet), acting_world(meet), period_ns=PERIOD, concurrent=True) as loop:
         loop.run_until(3 * PERIOD)

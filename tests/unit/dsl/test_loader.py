@@ -193,7 +193,7 @@ def test_threads_that_load_at_once_do_not_meet(tmp_path: Path) -> None:
     """Each file waits in its middle until all threads are there."""
     barrier = threading.Barrier(4)
     gate = ModuleType("gate")
-    gate.wait = lambda: barrier.wait(timeout=10)  # type: ignore[attr-defined]
+    gate.wait = lambda: barrier.wait(timeout=60)  # type: ignore[attr-defined]
     loaded: dict[int, list[str]] = {}
 
     def load(i: int) -> None:

@@ -36,7 +36,7 @@ def published(path: Path) -> Iterator[list[Any]]:
 
 def ask(path: Path, *lines: bytes) -> list[dict[str, Any]]:
     with socket.socket(socket.AF_UNIX) as connection:
-        connection.settimeout(5)
+        connection.settimeout(60)
         connection.connect(str(path))
         connection.sendall(b"".join(line + b"\n" for line in lines))
         answers = connection.makefile("rb")
