@@ -85,8 +85,13 @@ class MountedSensor:
     @property
     def topics(self) -> list[str]:
         """Its topics: it may publish several forms of its measurement."""
-        given = (getattr(self, one.name) for one in fields(self) if one.name.endswith("topic"))
-        return [topic for topic in given if topic is not None]
+        return list(self.topics_by_field.values())
+
+    @property
+    def topics_by_field(self) -> dict[str, str]:
+        """Its topics by the names of its fields."""
+        given = {one.name: getattr(self, one.name) for one in fields(self) if one.name.endswith("topic")}
+        return {name: topic for name, topic in given.items() if topic}
 
     @property
     def view(self) -> View | None:

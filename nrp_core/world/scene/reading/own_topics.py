@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 from nrp_core.findings import Code
@@ -20,10 +20,10 @@ def with_own_topics(links: Iterable[Link], model: Element, notes: Notes) -> tupl
     Two topics of one sensor may be the same: a sonar has its ranges instead of its scans.
     """
     owners: dict[str, str] = {}
-    taken = {topic for link in links for sensor in link.sensors for topic in _topics(sensor).values()}
+    taken = {topic for link in links for sensor in link.sensors for topic in sensor.topics}
 
     def own(sensor: MountedSensor, link: str) -> MountedSensor:
-        topics = _topics(sensor)
+        topics = sensor.topics_by_field
         others: dict[str, str] = {}
         for topic in dict.fromkeys(topics.values()):
             if topic in owners:
@@ -42,9 +42,3 @@ def with_own_topics(links: Iterable[Link], model: Element, notes: Notes) -> tupl
     return tuple(
         replace(link, sensors=tuple(own(each, link.name) for each in link.sensors)) for link in links
     )
-
-
-def _topics(sensor: MountedSensor) -> dict[str, str]:
-    """Return the topics of a sensor by the names of its fields."""
-    values = {each.name: getattr(sensor, each.name) for each in fields(sensor) if each.name.endswith("topic")}
-    return {name: topic for name, topic in values.items() if topic}
