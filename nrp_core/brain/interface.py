@@ -135,7 +135,7 @@ class Brain(Simulation):
     def read_state(self, variable: str, neurons: npt.ArrayLike) -> FloatArray:
         """Return a state variable (``v`` in mV, ...) of neurons (global ids) at the current time."""
         self.require_ready()
-        if variable not in self.capabilities.state_variables:
+        if not isinstance(variable, str) or variable not in self.capabilities.state_variables:
             raise not_shown(self, variable, self.capabilities.state_variables)
         ids = selected(self.network, neurons)
         if (label := source_among(self.network, ids)) is not None:

@@ -213,6 +213,8 @@ class Switchboard:
         Raises:
             TopicError: there is no such topic.
         """
+        if not isinstance(topic, str):
+            raise TopicError(f"a topic is given by its name, a text, not {topic!r:.60}")
         name = self._aliases.get(topic, topic)
         if name not in self._topics:
             raise TopicError(f"no topic '{topic}'{did_you_mean(topic, self.topics)}")

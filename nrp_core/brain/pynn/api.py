@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import difflib
 from collections.abc import Callable, Mapping
+from math import isfinite
 from types import MappingProxyType, ModuleType
 from typing import Any, NoReturn
 
@@ -192,6 +193,8 @@ def _procedures(simulator: Simulator) -> dict[str, Any]:
 def _require_time(time_ms: Any) -> None:
     if not is_number(time_ms):
         raise WrongKindError(f"run: the time is a number of ms, not {time_ms!r:.60}")
+    if not isfinite(time_ms):
+        raise NetworkError(f"run: the time must be finite, not {time_ms:g} ms")
 
 
 class _NoArguments(argparse.ArgumentParser):

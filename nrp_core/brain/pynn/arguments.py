@@ -16,6 +16,7 @@ from pyNN.models import BaseCellType
 from pyNN.parameters import LazyArray
 from pyNN.space import BaseStructure
 
+from nrp_core._support.numbers import is_number
 from nrp_core.brain.pynn.invalid import InvalidValueError, WrongKindError
 from nrp_core.errors import NetworkError, did_you_mean
 
@@ -124,18 +125,29 @@ def require_kind(owner: str, what: str, value: Any, kinds: Any, valid: str) -> N
 
 
 def require_values(owner: str, given: Mapping[str, Any]) -> None:
-    """Check that parameter values are, and contain, neither None nor strings nor complex numbers.
+    """Check that parameter values are numbers, or contain them: no texts, truth values or classes, not None.
 
     Raises:
         InvalidValueError: a value is invalid.
     """
     for name, value in given.items():
-        for part in value if isinstance(value, (list, tuple)) else [value]:
-            if part is None or isinstance(part, Mapping) or np.asarray(part).dtype.kind in _NO_NUMBERS:
-                raise InvalidValueError(
-                    f"{owner}: {name} is {reprlib.repr(value)}; it must be a number, one number for each, a "
-                    "RandomDistribution or a function of the index"
-                )
+        parts = value if isinstance(value, (list, tuple)) else [value]
+        is_mixed = any(map(is_number, parts)) and any(isinstance(one, (list, tuple)) for one in parts)
+        if is_mixed or any(map(_is_no_number, parts)):
+            raise InvalidValueError(
+                f"{owner}: {name} is {_shown(value)}; it must be a number, one number for each, a "
+                "RandomDistribution or a function of the index"
+            )
+
+
+def _is_no_number(part: Any) -> bool:
+    if part is None or isinstance(part, (Mapping, type, bool, np.bool_)):
+        return True
+    return np.asarray(part).dtype.kind in _NO_NUMBERS
+
+
+def _shown(value: Any) -> str:
+    return f"the class {value.__name__}" if isinstance(value, type) else reprlib.repr(value)
 
 
 def require_shape(owner: str, space: Mapping[str, Any], shape: tuple[int, ...]) -> None:

@@ -60,6 +60,19 @@ class ID(int, common.IDMixin):
             self.parent._require([name])
         super().__setattr__(name, value)
 
+    def __getattr__(self, name: str) -> Any:
+        """Return a parameter; an attribute of populations is refused: one cell was given in place of some."""
+        if name in ("parent", "set") or name.startswith("_"):
+            return super().__getattr__(name)
+        if name in vars(self.parent) or hasattr(type(self.parent), name):
+            place = self.parent.id_to_index(self)
+            label = self.parent.label
+            raise UnknownParameterError(
+                f"this is one cell of '{label}', which has no '{name}'; a slice is a view of it: "
+                f"[{place}:{place + 1}]"
+            )
+        return super().__getattr__(name)
+
 
 @cache
 def _meant(name: str, parameters: tuple[str, ...]) -> str | None:

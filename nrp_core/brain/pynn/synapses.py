@@ -13,7 +13,13 @@ from pyNN.standardmodels import StandardSynapseType, synapses
 from nrp_core.brain.network.synapses.law import SynapseLaw
 from nrp_core.brain.network.synapses.laws import LAWS
 from nrp_core.brain.network.synapses.stdp import STDP
-from nrp_core.brain.pynn.arguments import require_arguments, require_by_name, require_kind, require_names
+from nrp_core.brain.pynn.arguments import (
+    require_arguments,
+    require_by_name,
+    require_kind,
+    require_names,
+    require_values,
+)
 from nrp_core.brain.pynn.invalid import InvalidValueError
 from nrp_core.brain.pynn.models import RULE_PARTS, untranslated
 from nrp_core.brain.pynn.simulator import Simulator
@@ -64,6 +70,8 @@ class SynapseType(StandardSynapseType):
         """
         name = type(self).__name__
         for parameter, value in parameters.items():
+            if isinstance(value, (bool, type)):
+                require_values(name, {parameter: value})
             if isinstance(value, str):
                 try:
                     LazyArray(value)
@@ -98,7 +106,8 @@ class STDPMechanism(SynapseType, synapses.STDPMechanism):
     def __init__(self, *args: Any, **parameters: Any) -> None:
         for rule, kind in RULE_PARTS.items():
             valid = f"one such as sim.{LAWS[STDP].first_parts[rule]}()"
-            require_kind("STDPMechanism", rule, parameters.get(rule), (kind, type(None)), valid)
+            given = {**parameters, **dict(zip(RULE_PARTS, args, strict=False))}
+            require_kind("STDPMechanism", rule, given.get(rule), (kind, type(None)), valid)
         super().__init__(*args, **parameters)
 
     def _build_translations(self) -> None:

@@ -192,6 +192,11 @@ def test_neurons_are_given_by_whole_numbers(brain: EchoBrain, ids: Any) -> None:
     assert brain.read_state("v", np.uint8(1)).shape == (1,)
 
 
+def test_a_state_variable_is_given_by_its_name(brain: EchoBrain) -> None:
+    with pytest.raises(CapabilityError, match=r"\[0\]"):
+        brain.read_state(np.array([0]), "v")  # type: ignore[arg-type]
+
+
 def test_devices_are_described_as_such(brain: EchoBrain) -> None:
     with pytest.raises(NeuronSelectionError, match="the device 'noise' is 3, not a SourceSpec"):
         brain.add_source(3, [0], name="noise")  # type: ignore[arg-type]

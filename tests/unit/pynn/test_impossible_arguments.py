@@ -52,6 +52,36 @@ def normal(**named: Any) -> Any:
             lambda _: sim.Space(periodic_boundaries=(0, 100)),
             "the borders of three axes, such as ((0, 100), None",
         ),
+        (
+            lambda _: sim.IF_curr_exp(tau_m=True),
+            "IF_curr_exp: tau_m is True; it must be a number",
+        ),
+        (
+            lambda _: sim.StaticSynapse(weight=False),
+            "StaticSynapse: weight is False; it must be a number",
+        ),
+        (
+            lambda cells: cells.initialize(v=sim.RandomDistribution),
+            "population 'cells': v is the class RandomDistribution; it must be a number",
+        ),
+        (
+            lambda _: sim.SpikeSourceArray(spike_times=[10.0, [20.0]]),
+            "SpikeSourceArray: spike_times is [10.0, [20.0]]; it must be a number",
+        ),
+        (
+            lambda cells: cells[2].record("v"),
+            "this is one cell of 'cells', which has no 'record'; a slice is a view of it: [2:3]",
+        ),
+        (
+            lambda cells: sim.Projection(cells, cells[2], sim.AllToAllConnector()),
+            "which has no 'label'; a slice is a view of it: [2:3]",
+        ),
+        (
+            lambda _: sim.STDPMechanism(sim.SpikePairRule(), sim.AdditiveWeightDependence),
+            "its weight_dependence is AdditiveWeightDependence; it must be one such as",
+        ),
+        (lambda _: sim.run(float("nan")), "run: the time must be finite, not nan ms"),
+        (lambda _: sim.run(float("inf"), callbacks=[lambda t: t + 1.0]), "must be finite, not inf ms"),
         (lambda _: sim.NumpyRNG(seed="7"), "NumpyRNG: its seed is '7'; it must be a whole number, or None"),
         (lambda _: normal(rng=7), "the distribution 'normal': its rng is 7; it must be a generator such as"),
         (lambda _: normal(sigma="0.1"), "the distribution 'normal': sigma is '0.1', not a number"),

@@ -58,6 +58,8 @@ def test_an_unknown_topic_gets_a_suggestion(room: Any) -> None:
         room.advertise("/husky/cmd_val")
     with pytest.raises(TopicError, match="no topic '/husky/camara'; did you mean '/husky/camera'"):
         room.subscribe("/husky/camara")
+    with pytest.raises(TopicError, match="a topic is given by its name, a text"):
+        room.advertise({"x": 1})
 
 
 def test_a_topic_has_its_direction(room: Any) -> None:

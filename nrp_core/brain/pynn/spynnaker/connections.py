@@ -273,7 +273,7 @@ class Connection:
         self._add("init", label, init_callback)
 
     def __getattr__(self, name: str) -> Any:
-        refuse_attribute(type(self).__name__, name, CONNECTIONS)
+        refuse_attribute(type(self), name, CONNECTIONS)
 
     def close(self) -> None:
         """Take the connection away."""

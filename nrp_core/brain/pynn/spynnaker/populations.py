@@ -13,6 +13,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.brain.changes import Synapses
 from nrp_core.brain.network.data import RECEPTORS
 from nrp_core.brain.pynn import populations, projections
+from nrp_core.brain.pynn.arguments import require_kind
 from nrp_core.brain.pynn.former import by_name
 from nrp_core.brain.pynn.populations import SPIKE_TIMES
 from nrp_core.brain.pynn.spynnaker import neo_convertor
@@ -90,8 +91,12 @@ class Population(_Cells, populations.Population):
             structure, label = None, label or structure
         if isinstance(cellclass, type):
             cellclass, cellparams = cellclass(**(cellparams or {})), None
-        if isinstance(size, (float, np.floating)) and abs(float(size) - round(size)) < _ROUNDING:
+        if isinstance(size, (float, np.floating)) and abs(float(size) - np.round(size)) < _ROUNDING:
             size = round(size)
+        require_kind(
+            f"population '{label}'", "additional_parameters", additional_parameters, (Mapping, type(None)),
+            "a dictionary",
+        )  # fmt: skip
         begins = {**getattr(cellclass, "given_state", {}), **(initial_values or {})}
         super().__init__(size, cellclass, cellparams, structure, begins, label)
         if hasattr(cellclass, "variable"):
@@ -192,7 +197,7 @@ class Population(_Cells, populations.Population):
         return cells if np.iterable(index) else cells[0]
 
     def __getattr__(self, name: str) -> Any:
-        refuse_attribute(type(self).__name__, name, POPULATIONS)
+        refuse_attribute(type(self), name, POPULATIONS)
 
     def set_initial_value(self, variable: str, value: Any, selector: Any = None) -> None:
         """Set the initial value of a state variable, of all cells or of those at an index."""
@@ -219,7 +224,7 @@ class PopulationView(_Cells, populations.PopulationView):
         return found
 
     def __getattr__(self, name: str) -> Any:
-        refuse_attribute(type(self).__name__, name, POPULATIONS)
+        refuse_attribute(type(self), name, POPULATIONS)
 
 
 def convolution(static: Any) -> type:

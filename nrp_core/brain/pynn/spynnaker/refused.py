@@ -138,16 +138,17 @@ def refused(name: str, reason: str) -> type:
     return _Refused(name, (), {"__init__": refuse, "__doc__": f"Not supported: {reason}."})
 
 
-def refuse_attribute(owner: str, name: str, reasons: dict[str, str]) -> NoReturn:
-    """Refuse an attribute of an object by name.
+def refuse_attribute(owner: type, name: str, reasons: dict[str, str]) -> NoReturn:
+    """Refuse an attribute of objects of a class.
 
     Raises:
         CapabilityError: sPyNNaker has it.
         AttributeError: it does not.
     """
     if name in reasons:
-        raise CapabilityError(f"{owner}.{name} is not supported: {reasons[name]}")
-    raise AttributeError(f"{owner} has no '{name}'")
+        raise CapabilityError(f"{owner.__name__}.{name} is not supported: {reasons[name]}")
+    hint = did_you_mean(name, [one for one in dir(owner) if not one.startswith("_")])
+    raise AttributeError(f"{owner.__name__} has no '{name}'{hint if hint.instead else ''}")
 
 
 def stand_ins(reasons: dict[str, str]) -> dict[str, Any]:
