@@ -6,14 +6,14 @@ The platform read what it knew and passed over the rest. So does this package, a
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from difflib import get_close_matches
 from typing import Final
 
 from nrp_core._support.xml import Element
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.findings import Code, Finding, Level
-from nrp_legacy.documents import DURATION_S, FUNCTION, ROBOT, Bibi, Experiment, FileNamed
+from nrp_legacy.documents import DURATION_S, ROBOT, Bibi, Experiment, FileNamed
 from nrp_legacy.elements import attribute, children, local, number, text
+from nrp_legacy.spelling import slips_in
 
 _ENGINES: Final = ("ode", "bullet", "simbody", "dart", "opensim")
 _TRUTH: Final = ("true", "false", "1", "0")
@@ -21,25 +21,7 @@ _CLOCKS: Final = ("simulation", "real")
 _SELECTORS: Final = ("Range", "List", "Population", "Index")
 _ONCE_IN_EXC: Final = ("bibiConf", "environmentModel", "timeout", "rngSeed", "physicsEngine")
 _ONCE_IN_BIBI: Final = ("brainModel", "timestep", "mode")
-_OF_EXC: Final = (*_ONCE_IN_EXC, "experimentControl", "experimentEvaluation", "robotPose")
-_OF_BIBI: Final = (*_ONCE_IN_BIBI, "bodyModel", FUNCTION, "populations", "connectors")
-_LEFT_OUT: Final = {
-    "environmentModel": Code.NRP257,
-    "experimentControl": Code.NRP273,
-    "experimentEvaluation": Code.NRP273,
-    "bodyModel": Code.NRP256,
-    "brainModel": Code.NRP269,
-    FUNCTION: Code.NRP272,
-}
-"""What a run lacks whose element is misspelt."""
 _OF_POSE: Final = ("x", "y", "z", "roll", "pitch", "yaw", "ux", "uy", "uz", "theta", "robotId")
-_ATTRIBUTES: Final[Mapping[str, tuple[str, ...]]] = {
-    FUNCTION: ("type", "src", "active", "priority"),
-    "populations": ("type", "population", "from", "to", "step"),
-    "bodyModel": ("robotId", "model", "assetPath", "src"),
-    "stateMachine": ("type", "id", "src"),
-}
-"""Attributes that are read; others may be anything."""
 _LEAST_MS: Final = 0.1
 """A tenth of the smallest time step that the platform accepts."""
 _LARGEST_PART: Final = 1.1
@@ -50,8 +32,9 @@ def doubts_about(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
     """Yield a finding for each value that is passed over."""
     yield from _repeated(exc.element, _ONCE_IN_EXC)
     yield from _repeated(bibi.element, _ONCE_IN_BIBI)
-    yield from _misspelt(exc.element, _OF_EXC)
-    yield from _misspelt(bibi.element, _OF_BIBI)
+    if exc.element is not bibi.element:
+        yield from slips_in(exc.element, "ExD")
+    yield from slips_in(bibi.element, "bibi")
     yield from _settings(exc)
     yield from _places(exc, bibi)
     yield from _selectors(bibi.populations)
@@ -59,8 +42,6 @@ def doubts_about(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
     yield from _functions(bibi)
     yield from _robots_left_out(bibi)
     yield from _machines_left_out(exc)
-    for root in (exc.element, bibi.element):
-        yield from _attributes(root)
     if bibi.timestep is not None and bibi.timestep.text.strip().replace(".", "", 1).isdigit():
         step_ms = float(bibi.timestep.text)
         if 0 < step_ms < _LEAST_MS:
@@ -77,32 +58,6 @@ def _repeated(root: Element, tags: tuple[str, ...]) -> Iterator[Finding]:
         for other in others:
             if (other.text, other.attributes) != (first.text, first.attributes):
                 yield _doubt(other, f"a second <{tag}> is ignored: the one of line {first.line} is used")
-
-
-def _misspelt(root: Element, known: tuple[str, ...]) -> Iterator[Finding]:
-    """Yield the elements whose names are nearly those of elements that are read; others may be anything."""
-    for element in root.children:
-        tag = local(element.tag)
-        spelt = {one.lower(): one for one in known}
-        near = get_close_matches(tag.lower(), spelt, n=1, cutoff=0.8)
-        if tag not in known and near and not tag.startswith(FUNCTION):
-            meant = spelt[near[0]]
-            code = _LEFT_OUT.get(meant, Code.NRP287)
-            message = f"<{tag}> is ignored; did you mean <{meant}>?"
-            yield Finding(code, message, Level.WARNING, element.path, element.line)
-
-
-def _attributes(root: Element) -> Iterator[Finding]:
-    """Yield the attributes whose names are nearly those of attributes that are read."""
-    for element in root.children:
-        tag = local(element.tag)
-        known = _ATTRIBUTES.get(FUNCTION if tag.startswith(FUNCTION) else tag, ())
-        given = [local(name) for name in element.attributes]
-        for name in given:
-            near = get_close_matches(name, [one for one in known if one not in given], n=1, cutoff=0.7)
-            if near and name not in known:
-                yield _doubt(element, f"the attribute '{name}' is ignored; did you mean '{near[0]}'?")
-        yield from _attributes(element)
 
 
 def _machines_left_out(exc: Experiment) -> Iterator[Finding]:
@@ -152,9 +107,11 @@ def _places(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
             hint = did_you_mean(name, bibi.bodies)
             yield _doubt(pose, f"there is no robot '{name}', whose start pose this is{hint}")
         yield from _orientation(pose)
-        for key in map(local, pose.attributes):
-            if key not in _OF_POSE:
-                yield _doubt(pose, f"a start pose has no '{key}'{did_you_mean(key, _OF_POSE)}")
+        for key, value in pose.attributes.items():
+            if local(key) not in _OF_POSE:
+                yield _doubt(pose, f"a start pose has no '{local(key)}'{did_you_mean(local(key), _OF_POSE)}")
+            elif not value.strip():
+                yield _doubt(pose, f"'{local(key)}' of a start pose is empty: not used")
 
 
 def _orientation(pose: Element) -> Iterator[Finding]:
@@ -227,6 +184,9 @@ def _robots_left_out(bibi: Bibi) -> Iterator[Finding]:
 
 def _functions(bibi: Bibi) -> Iterator[Finding]:
     for function in bibi.functions:
+        if not (FileNamed.of(function).name or function.children):
+            message = "the transfer function is left out: it names no file and holds no code"
+            yield Finding(Code.NRP272, message, Level.WARNING, function.path, function.line)
         active, priority = attribute(function, "active"), attribute(function, "priority")
         if active and active.lower() not in _TRUTH:
             hint = did_you_mean(active, _TRUTH)
