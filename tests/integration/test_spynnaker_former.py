@@ -136,11 +136,26 @@ def test_limits_of_random_numbers_have_any_order_and_may_be_boundaries(tmp_path:
         "bounds = {'boundaries': [1.0, 1.5], 'rng': rng}\n"
         "redrawn = RandomDistribution('normal', parameters=[1.0, 0.5], constrain='redraw', **bounds)\n"
         "redrawn = redrawn.next(200)\n"
-        "clipped = p.RandomDistribution('normal', [1.0, 0.5], constrain='clip', **bounds).next(200)\n",
+        "clipped = p.RandomDistribution('normal', [1.0, 0.5], constrain='clip', **bounds).next(200)\n"
+        "named = p.RandomDistribution('normal', mu=1.0, sigma=0.5, constrain='clip', **bounds).next(200)\n"
+        "inner = p.RandomDistribution('uniform', [1.1, 1.4], **bounds).next(200)\n",
     )  # fmt: skip
     assert -67.0 <= script.turned.min() < script.turned.max() <= -63.0
     assert 1.0 < script.redrawn.min() < script.redrawn.max() < 1.5
-    assert (script.clipped == 1.0).sum() > 50  # half of them are below
+    for clipped in (script.clipped, script.named):
+        assert (clipped == 1.0).sum() > 50  # half of them are below
+        assert clipped.max() <= 1.5
+    assert 1.1 <= script.inner.min() < script.inner.max() <= 1.4
+
+
+def test_record_of_nothing_ends_the_recording_and_changes_no_form_of_data(tmp_path: Path) -> None:
+    script = run(
+        tmp_path,
+        HEAD + "cells = p.Population(2, p.IF_curr_exp(i_offset=2.0))\ncells.record(['v', 'spikes'])\n"
+        "cells.record(None)\np.run(30)\nsegment = cells.get_data().segments[0]\n"
+        "kinds = [type(cells.getSpikes()).__name__, len(segment.analogsignals)]\n",
+    )
+    assert script.kinds == ["Block", 0]
 
 
 def test_weights_in_a_list_are_those_of_the_synapses_in_their_order(tmp_path: Path) -> None:
@@ -171,6 +186,14 @@ def test_weights_in_a_list_are_those_of_the_synapses_in_their_order(tmp_path: Pa
         (
             "p.RandomDistribution('gamma', [1, 2], boundaries=[0, 1], constrain='redraw')",
             "'gamma' takes no boundaries with constrain='redraw'; a normal one does",
+        ),
+        (
+            "p.RandomDistribution('uniform', [0.0, 2.0], boundaries=[0.0, 1.0])",
+            "'uniform' takes no boundaries with constrain='clip'; a normal one does",
+        ),
+        (
+            "p.Population(1, cell).set('tau_m')",
+            "by name and value, in a dictionary or by keyword, not ('tau_m',)",
         ),
         ("p.Population(1, cell)._vertex", "Population._vertex is not supported: there is no machine"),
         ("p.extra_models.IFCurrCombExp2E2I", "extra_models has no 'IFCurrCombExp2E2I'; "),

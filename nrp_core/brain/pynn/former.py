@@ -9,14 +9,14 @@ too.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 from pyNN.random import AbstractRNG
 
-from nrp_core.brain.pynn.invalid import InvalidSynapseError, InvalidValueError
+from nrp_core.brain.pynn.invalid import InvalidSynapseError, InvalidValueError, WrongKindError
 
 CONNECTORS: Final = (
     "AllToAllConnector", "DistanceDependentProbabilityConnector", "FixedTotalNumberConnector",
@@ -68,20 +68,32 @@ def distribution(today: type) -> type:
                     parameters_pos = sorted(parameters_pos)
                 if named.keys() >= set(_LIMITS):
                     named |= zip(_LIMITS, sorted(named[limit] for limit in _LIMITS), strict=True)
-            elif boundaries is not None:
-                distribution, parameters_pos = _within(distribution, parameters_pos, boundaries, constrain)
+                if boundaries is not None and _contain(boundaries, parameters_pos or named.values()):
+                    boundaries = None
+            if boundaries is not None:
+                distribution = _within(distribution, constrain)
+                named |= zip(_LIMITS, boundaries, strict=True)
+                if parameters_pos is not None:
+                    named |= zip(("mu", "sigma"), parameters_pos, strict=True)
+                    parameters_pos = None
             super().__init__(distribution, parameters_pos, rng, **named)
 
     return RandomDistribution
 
 
-def _within(name: str, values: Any, boundaries: Any, constrain: str) -> tuple[str, Any]:
+def _contain(boundaries: Any, limits: Iterable[float]) -> bool:
+    low, high = sorted(boundaries)
+    return all(low <= limit <= high for limit in limits)
+
+
+def _within(name: str, constrain: str) -> str:
+    """Return the name of a distribution within boundaries."""
     if name != "normal" or constrain not in _CONSTRAINED:
         raise InvalidValueError(
             f"the distribution '{name}' takes no boundaries with constrain={constrain!r}; a normal one does, "
             f"with {' or '.join(map(repr, _CONSTRAINED))}"
         )
-    return _CONSTRAINED[constrain], [*values, *boundaries]
+    return _CONSTRAINED[constrain]
 
 
 def mechanism(today: type) -> type:
@@ -198,11 +210,18 @@ def by_name(today: Callable[..., Any]) -> Callable[..., Any]:
     """Return a method that takes a name and a value, or a dictionary, besides keywords."""
 
     def method(self: Any, *old: Any, **values: Any) -> Any:
-        if old and isinstance(old[0], str):
-            values = {old[0]: old[1], **values}
-        elif old:
-            values = {**old[0], **values}
-        return today(self, **values)
+        match old:
+            case ():
+                given: Mapping[str, Any] = {}
+            case (str() as name, value):
+                given = {name: value}
+            case (Mapping() as given,):
+                pass
+            case _:
+                raise WrongKindError(
+                    f"parameters are given by name and value, in a dictionary or by keyword, not {old!r:.60}"
+                )
+        return today(self, **{**given, **values})
 
     return method
 

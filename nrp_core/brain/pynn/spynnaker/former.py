@@ -18,6 +18,8 @@ from nrp_core.brain.pynn.spynnaker import neo_convertor
 from nrp_core.brain.pynn.spynnaker.rules import nearest_pair_rule
 from nrp_core.errors import NetworkError
 
+SPIKES: Final = object()
+"""The variables of a call of `record` that names none; None means that nothing is recorded any more."""
 _GSYN: Final = ("gsyn_exc", "gsyn_inh")
 _LAST: Final = -1
 _TEXTS: Final = (".dat", ".txt", ".ras", ".csv")
@@ -90,10 +92,12 @@ def _recording(today: Any, method: str) -> Any:
 class FormerCells:
     """Methods of populations and views that record and return data as PyNN 0.7 did."""
 
-    def record(self, variables: Any = None, to_file: Any = None, *arguments: Any, **options: Any) -> None:
+    def record(self, variables: Any = SPIKES, to_file: Any = None, *arguments: Any, **options: Any) -> None:
         """Record variables, in version 7 spikes; see :meth:`~pyNN.common.BasePopulation.record`."""
         recorded: Any = super().record
-        if variables is None or (isinstance(variables, str) and Path(variables).suffix in _TEXTS):
+        if variables is SPIKES:
+            self._record_as_before("spikes", to_file)
+        elif isinstance(variables, str) and Path(variables).suffix in _TEXTS:
             self._record_as_before("spikes", to_file or variables)
         else:
             recorded(variables, to_file, *arguments, **options)

@@ -18,7 +18,7 @@ from nrp_core.brain.pynn.former import by_name
 from nrp_core.brain.pynn.populations import SPIKE_TIMES
 from nrp_core.brain.pynn.spynnaker import neo_convertor
 from nrp_core.brain.pynn.spynnaker.cells import ascending
-from nrp_core.brain.pynn.spynnaker.former import FormerCells
+from nrp_core.brain.pynn.spynnaker.former import SPIKES, FormerCells
 from nrp_core.brain.pynn.spynnaker.kernels import ConvolutionConnector
 from nrp_core.brain.pynn.spynnaker.listed import one_by_one
 from nrp_core.brain.pynn.spynnaker.refused import POPULATIONS, refuse_attribute
@@ -116,7 +116,7 @@ class Population(_Cells, populations.Population):
         for text in remarks_on(owner, given):
             self._simulator.state.remark(text)
 
-    def record(self, variables: Any = None, *arguments: Any, **options: Any) -> None:
+    def record(self, variables: Any = SPIKES, *arguments: Any, **options: Any) -> None:
         """Record variables of all cells; ``all`` are those that its cells have."""
         super().record(self.celltype.recordable if variables == "all" else variables, *arguments, **options)
 
