@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from functools import partial
-from inspect import signature
 from math import inf
 from pathlib import Path
 
+from nrp_core._support.callables import takes
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.numbers import is_number
 from nrp_core.analysis.doubts import checked_run
@@ -117,19 +117,8 @@ def _require_options(images: object, snapshots_s: object, on_step: object) -> No
         raise ExperimentError(f"snapshots_s is a time above 0 in s, or None, not {snapshots_s!r:.60}")
     if on_step is not None and not callable(on_step):
         raise ExperimentError(f"on_step is a function of the run, not {on_step!r:.60}")
-    if callable(on_step) and not _takes_one(on_step):
+    if callable(on_step) and not takes(on_step, 1):
         raise ExperimentError("on_step is called with the run after every step: it takes one argument")
-
-
-def _takes_one(function: Callable[..., object]) -> bool:
-    """Return whether a function can be called with one argument; one without a signature may."""
-    try:
-        signature(function).bind(None)
-    except TypeError:
-        return False
-    except ValueError:
-        pass
-    return True
 
 
 def _run_recorded(simulation: Run, until_s: float | None, capsule: RecordingFolder) -> None:

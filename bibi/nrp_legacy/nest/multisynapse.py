@@ -77,14 +77,14 @@ def _times(group: Group) -> list[Any]:
 
 def _one_each(group: Group, sign: str, places: IntArray, times: FloatArray) -> list[float]:
     """Return the time constant of the weights of one sign for each cell, ms."""
-    found = [float(np.atleast_1d(one)[0]) for one in _times(group)]
-    for place in np.unique(places).tolist():
-        own = np.unique(times[places == place])
-        if len(own) > 1:
-            listed = " and ".join(f"{one:g}" for one in own)
-            raise NetworkError(
-                f"nest: {sign} weights onto '{group.model}' go to receptors with time constants of {listed} "
-                "ms; cells have one for positive and one for negative weights"
-            )
-        found[place] = float(own[0])
-    return found
+    found = np.array([float(np.atleast_1d(one)[0]) for one in _times(group)])
+    found[places] = times
+    other = np.flatnonzero(found[places] != times)
+    if other.size:
+        place = places[other[0]]
+        listed = " and ".join(f"{one:g}" for one in np.unique(times[places == place]))
+        raise NetworkError(
+            f"nest: {sign} weights onto '{group.model}' go to receptors with time constants of {listed} "
+            "ms; cells have one for positive and one for negative weights"
+        )
+    return list(map(float, found))

@@ -176,6 +176,8 @@ def _share_left(joint: Joint, follows: Mimic, leader: Joint) -> float:
         return 1.0
     low, high = sorted(follows.multiplier * limit + follows.offset for limit in (leader.lower, leader.upper))
     left = min(high, joint.upper) - max(low, joint.lower)
+    if low == high:  # the leader cannot move
+        return float(joint.lower <= low <= joint.upper)
     if left <= 0:
         return 0.0
     return left / (high - low) if isfinite(high - low) else 1.0
