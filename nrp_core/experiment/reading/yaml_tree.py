@@ -10,10 +10,12 @@ from typing import Any
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from ruamel.yaml.reader import ReaderError
 
 from nrp_core._support.encoding import misfit
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.model.tree import Place, Tree
+from nrp_core.experiment.reading.yaml_mistakes import explained, unreadable
 
 _YAML = "tag:yaml.org,2002:"
 MAX_VALUES = 100_000
@@ -51,16 +53,19 @@ def parse_tree(text: str, place: Place) -> Tree:
         ExperimentError: it is not YAML, or uses a key twice.
     """
     yaml = YAML(typ="safe", pure=True)
+    yaml.composer.warn_double_anchors = False  # they are refused
     try:
         node = yaml.compose(text)
         return Tree(None, place) if node is None else _Builder(yaml, place).tree(node)
     except ExperimentError:
         raise
     except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
+        what, mark = explained(error, text)
         at = place if mark is None or place.path is None else _place(place, mark)
-        what = " ".join(part for part in (error.context, error.problem) if part)
         raise at.error(f"not YAML: {what}") from error
+    except ReaderError as error:
+        what, line = unreadable(error, text)
+        raise (place if place.path is None else Place(place.path, line)).error(f"not YAML: {what}") from error
     except (YAMLError, ValueError) as error:
         raise place.error(f"not YAML: {str(error).splitlines()[0]}") from error
     except RecursionError as error:
@@ -80,12 +85,15 @@ class _Builder:
         self._yaml, self._place = yaml, place
         self._values = 0
         self._open: list[Node] = []
+        self._anchors: dict[str, Node] = {}
 
     def tree(self, node: Node) -> Tree:
         place = self._place_of(node)
         self._values += 1
         if self._values > MAX_VALUES or any(node is outer for outer in self._open):
             raise place.error("aliases make this value endless")
+        if node.anchor and self._anchors.setdefault(node.anchor, node) is not node:
+            raise place.error(f"the anchor '&{node.anchor}' is given twice")
         tag = str(node.tag)
         if not tag.startswith(_YAML) or "/" in tag.removeprefix(_YAML):
             raise place.error(f"the tag '{tag.replace(_YAML, '!!')}' has no meaning here")

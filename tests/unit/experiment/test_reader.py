@@ -219,8 +219,8 @@ def test_a_file_named_by_an_override_lies_below_the_current_folder(
          "'events.left_rde={at: ..., publish: ...}') [NRP215]"),
         ("seed.x=1", "in the override 'seed.x=1': 'x' cannot be set: the value above it is 7, "
          "not a mapping [NRP215]"),
-        ("events=[", "in the override 'events=[': not YAML: while parsing a flow node expected the node "
-         "content, but found '<stream end>' [NRP215]"),
+        ("events=[", "in the override 'events=[': not YAML: a list in [ ] or a mapping in { } is "
+         "not complete [NRP215]"),
     ],
 )  # fmt: skip
 def test_a_wrong_override_is_named(write: Write, override: str, finding: str) -> None:
