@@ -110,20 +110,25 @@ class CommandGroup(TyperGroup):
 
 
 class Command(TyperCommand):
-    """A command that refuses a second value for an option that takes one, instead of ignoring the first."""
+    """A command that refuses a second value for an option that takes one, and the same value twice."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments.
 
         Raises:
-            typer.BadParameter: an option that takes one value is given twice.
+            typer.BadParameter: an option that takes one value is given twice, or one value of another twice.
         """
         given = self.make_parser(ctx).parse_args(args=list(args))[2]
         for option in (each for each in self.params if isinstance(each, TyperOption)):
             repeatable = option.multiple or option.is_flag or option.count
             if not repeatable and given.count(option) > 1:
                 raise typer.BadParameter("given twice, and it takes one value", ctx=ctx, param=option)
-        return super().parse_args(ctx, args)
+        rest = super().parse_args(ctx, args)
+        for option in (each for each in self.params if isinstance(each, TyperOption) and each.multiple):
+            values = ctx.params.get(str(option.name)) or ()
+            if repeated := [one for place, one in enumerate(values) if one in values[:place]]:
+                raise typer.BadParameter(f"'{repeated[0]}' is given twice", ctx=ctx, param=option)
+        return rest
 
 
 def _summary(name: str, function: Callable[..., None]) -> str:

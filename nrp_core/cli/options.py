@@ -156,17 +156,68 @@ def require_folder_of(file: Path | None, option: str) -> None:
         raise typer.BadParameter(f"{file} is a folder", param_hint=option)
 
 
-def folder_to_show(target: str, folder: Path | None, command: str) -> Path | None:
+def folder_to_show(
+    context: typer.Context, target: str, folder: Path | None, used: Iterable[str]
+) -> Path | None:
     """Return the folder that ``nrp COMMAND show DIR`` names, None if runs are asked for.
 
+    Args:
+        context: of the command.
+        target: the first argument.
+        folder: the second.
+        used: names of the parameters that have an effect on what is shown.
+
     Raises:
-        typer.BadParameter: 'show' without a folder, or a folder without 'show'.
+        typer.BadParameter: 'show' without a folder or with an option of runs, or a folder without 'show'.
     """
     if target == SHOW and folder is None:
+        command = context.command.name
         raise typer.BadParameter(f"name the folder of the results: nrp {command} show DIR", param_hint="DIR")
     if target != SHOW and folder is not None:
         raise typer.BadParameter("only 'show' takes a folder; use --out for results", param_hint="DIR")
+    if folder is not None:
+        refuse_given(context, "it has no effect with 'show', which makes no run", but=("json", *used))
     return folder
+
+
+def refuse_given(
+    context: typer.Context, why: str, names: Iterable[str] | None = None, *, but: Iterable[str] = ()
+) -> None:
+    """Refuse options of the command line that have no effect on this call; variables of the environment may.
+
+    Args:
+        context: of the command.
+        why: the message.
+        names: names of the parameters that have none; by default all options.
+        but: those that have an effect.
+
+    Raises:
+        typer.BadParameter: one of them is given.
+    """
+    options = {str(one.name): one for one in context.command.params if one.param_type_name == "option"}
+    given = [
+        max(options[name].opts, key=len)
+        for name in (options if names is None else names)
+        if name not in but
+        and (source := context.get_parameter_source(name)) is not None
+        and source.name == "COMMANDLINE"
+    ]
+    if given:
+        raise typer.BadParameter(why, param_hint=", ".join(given))
+
+
+def require_distinct(given: Iterable[str], option: str) -> None:
+    """Refuse a second value for one key of a repeatable option KEY=VALUE.
+
+    Raises:
+        typer.BadParameter: a key is given twice.
+    """
+    keys: set[str] = set()
+    for one in given:
+        key = one.partition("=")[0].strip()
+        if key in keys:
+            raise typer.BadParameter(f"'{key}' is given twice, and takes one value", param_hint=option)
+        keys.add(key)
 
 
 def results_folder(out: Path | None, file: Path, command: str) -> Path:

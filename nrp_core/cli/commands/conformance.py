@@ -16,7 +16,7 @@ from typing import Annotated, Any
 import typer
 
 from nrp_core.cli.failure import NO
-from nrp_core.cli.options import Json, require_folder_of
+from nrp_core.cli.options import Json, require_distinct, require_folder_of
 from nrp_core.cli.output import document
 
 NEEDED = ("pytest", "hypothesis")
@@ -88,6 +88,7 @@ def _require_backend(kind: Kind, name: str) -> None:
 
 
 def _parsed(options: list[str]) -> dict[str, str]:
+    require_distinct(options, "--options")
     pairs = [option.partition("=") for option in options]
     for key, equals, _ in pairs:
         if not (key and equals):

@@ -17,6 +17,8 @@ from nrp_core.cli.options import (
     Overrides,
     experiment_names,
     overrides_of,
+    refuse_given,
+    require_distinct,
     require_folder_of,
     usage_errors,
 )
@@ -127,11 +129,13 @@ def diff(
     from nrp_core.comparison.metrics.base import Margins, all_metrics
 
     if other is not None:
-        _refuse_options_of_runs(context)
+        refuse_given(context, "two recordings are compared without a run; omit this option", _OF_RUNS)
         if Path(experiment).resolve() == other.resolve():
             raise typer.BadParameter("it is the first recording, which has no difference", param_hint="DIR2")
     require_folder_of(html, "--html")
     require_folder_of(baseline, "--baseline")
+    require_distinct(vary or (), "--vary")
+    require_distinct(margin or (), "--margin")
     if html is not None:
         from nrp_core.recording.figures import require_matplotlib
 
@@ -166,20 +170,6 @@ def diff(
     found = replace(found, engines=_with_baseline(found.engines, found.name, baseline))
     _report(found, html, as_json=json)
     raise typer.Exit(0 if (found.engines.agrees if engines else found.answer.is_independent) else NO)
-
-
-def _refuse_options_of_runs(context: typer.Context) -> None:
-    """Refuse options that affect only runs when two recordings are compared."""
-    given = [
-        name
-        for name in _OF_RUNS
-        if (source := context.get_parameter_source(name)) is not None and source.name == "COMMANDLINE"
-    ]
-    if given:
-        options = ", ".join(f"--{'set' if name == 'overrides' else name}" for name in given)
-        raise typer.BadParameter(
-            "two recordings are compared without a run; omit this option", param_hint=options
-        )
 
 
 def _refuse_margins(margins: Margins) -> None:

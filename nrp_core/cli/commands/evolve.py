@@ -29,6 +29,7 @@ _MOST_LINES = 12
 
 
 def evolve(
+    context: typer.Context,
     target: FileOrShow,
     folder: ShownFolder = None,
     on: On = "local",
@@ -38,7 +39,7 @@ def evolve(
     json: Json = False,
 ) -> None:
     """Search for the best settings of an experiment. Stop at any time; repeat the command to resume."""
-    shown = folder_to_show(target, folder, "evolve")
+    shown = folder_to_show(context, target, folder, ("plot",))
     require_folder_of(plot, "--plot")
     if shown is not None:
         from nrp_core.evolve.history import History

@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nrp_core.cli.failure import complain
-from nrp_core.cli.options import Json, Models, Overrides, experiment_names, overrides_of, usage_errors
+from nrp_core.cli.options import (
+    Json,
+    Models,
+    Overrides,
+    experiment_names,
+    overrides_of,
+    refuse_given,
+    usage_errors,
+)
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
@@ -24,6 +32,7 @@ _SUFFIXES = (".sdf", ".world", ".urdf", ".xacro", ".zip")
 
 
 def inspect(
+    context: typer.Context,
     file: Annotated[
         Path,
         typer.Argument(
@@ -65,8 +74,9 @@ def inspect(
     from nrp_core.cli.inspection.functions import are_functions, inspect_functions
     from nrp_core.cli.inspection.recording import inspect_recording, is_recording
 
-    if overrides and is_recording(file):
-        raise typer.BadParameter("a recording has the settings of its run; omit this option", param_hint="-s")
+    if is_recording(file):
+        why = "a recording has the settings of its run; omit this option"
+        refuse_given(context, why, ("overrides", "models"))
     if check:
         _check(file, {"--image": image, "--models": models}, as_json=json)
     given = overrides_of(overrides, brain=None, world=None, models=models)
@@ -81,7 +91,7 @@ def inspect(
         inspect_experiment(str(file), given, as_json=json)
         return
     if are_functions(file):
-        inspect_functions(file, given, as_json=json)
+        inspect_functions(context, file, given, as_json=json)
         return
     if not _is_scene(file):
         from nrp_core.errors import ExperimentError

@@ -31,6 +31,7 @@ _JOBS = 16
 
 
 def sweep(
+    context: typer.Context,
     target: FileOrShow,
     folder: ShownFolder = None,
     on: On = "local",
@@ -70,18 +71,18 @@ def sweep(
 
     Ctrl-C keeps all finished runs. The exit code is 1 if a run failed.
     """
-    if shown := folder_to_show(target, folder, "sweep"):
+    require_folder_of(plot, "--plot")
+    if plot is None and (measure is not None or kind is not None):
+        complain("--measure and --kind have no effect without --plot", label="note")
+    if shown := folder_to_show(context, target, folder, ("plot", "measure", "kind")):
         _show(shown, measure, plot, kind, as_json=json)
         return
-    require_folder_of(plot, "--plot")
     if emit is not None and plan:
         raise typer.BadParameter("it has no effect with --emit, which makes no run", param_hint="--plan")
     if emit is not None and on != "local":
         raise typer.BadParameter(
             f"it has no effect with --emit {emit}, which makes no run", param_hint="--on"
         )
-    if plot is None and (measure is not None or kind is not None):
-        complain("--measure and --kind have no effect without --plot", label="note")
     made = _opened(Path(target), out, only or [], retry_failed=retry_failed, record=record, confirmed=yes)
     if plot is not None:
         from nrp_core.sweep.figures import require_figure

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from nrp_core.cli.failure import complain
+from nrp_core.cli.options import refuse_given
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
     from nrp_core.dsl.functions.function import TransferFunction
     from nrp_core.experiment.making.parameters import ParameterValue
+    from nrp_core.experiment.model.experiment import Experiment
     from nrp_core.findings import Finding
 
 
@@ -24,15 +26,21 @@ def are_functions(file: Path) -> bool:
     return file.is_file() and file.suffix in LISTERS.names()
 
 
-def inspect_functions(file: Path, overrides: Sequence[str], *, as_json: bool) -> None:
+def inspect_functions(context: typer.Context, file: Path, overrides: Sequence[str], *, as_json: bool) -> None:
     """Print each transfer function with its inputs, outputs and return value, and the findings.
 
     Raises:
         ExperimentError: the file cannot be read or declares no transfer function.
+        typer.BadParameter: settings are given for a file that describes no experiment.
     """
     from nrp_core.errors import TransferFunctionError
+    from nrp_core.experiment.reading.platforms import described_by
 
-    functions, found = _contents(file, overrides)
+    experiment = described_by(file, overrides)
+    if experiment is None:
+        why = "it has no effect on a file of functions alone; inspect the experiment that uses it"
+        refuse_given(context, why, ("overrides", "models"))
+    functions, found = _contents(file, experiment)
     parameters, mistakes = declared_parameters(file)
     found += mistakes
     if not (functions or found or parameters):
@@ -68,14 +76,12 @@ def declared_parameters(file: Path) -> tuple[list[ParameterValue], list[Finding]
     return [ParameterValue(one, one.default) for one in declared.parameters.values()], list(mistakes)
 
 
-def _contents(file: Path, overrides: Sequence[str]) -> tuple[list[TransferFunction], list[Finding]]:
-    """Return the functions of a file, and the findings; other platforms' documents are read as they do."""
+def _contents(file: Path, experiment: Experiment | None) -> tuple[list[TransferFunction], list[Finding]]:
+    """Return the functions of a file, and the findings; another platform's file is read as its experiment."""
     from nrp_core.analysis.declarations import Declarations
     from nrp_core.experiment.making.maker import LISTERS, maker_of
     from nrp_core.experiment.model.collector import Collector
-    from nrp_core.experiment.reading.platforms import described_by
 
-    experiment = described_by(file, overrides)
     if experiment is None:
         listings, findings = [LISTERS.load(file.suffix)(file)], []
     else:

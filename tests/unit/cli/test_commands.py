@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.main import get_command
 
 from nrp_core._support.diagnosis import Diagnosis
 from nrp_core.cli import app, main
@@ -83,6 +84,23 @@ def test_a_second_value_for_an_option_that_takes_one_is_refused(nrp: Nrp, experi
     assert done.code == 2
     assert "Invalid value for '--until'" in done.err
     assert "given twice, and it takes one value" in done.err
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_no_command_ignores_the_first_of_two_values(nrp: Nrp, name: str) -> None:
+    command = get_command(app.build_app()).get_command(None, name)
+    options = [one for one in command.params if one.param_type_name == "option" and not one.is_flag]
+    for option in options:
+        if not option.multiple:
+            done = nrp(name, option.opts[0], "1", option.opts[-1], "2")
+            assert (done.code, "given twice, and it takes one value" in done.err) == (2, True), option.opts
+
+
+def test_the_same_value_twice_is_refused(nrp: Nrp, experiment: Path) -> None:
+    done = nrp("validate", experiment, "-s", "seed=3", "--set", "seed=3")
+    assert done.code == 2
+    assert "'seed=3' is given twice" in done.err
+    assert nrp("validate", experiment, "-s", "seed=3", "-s", "duration=2 s").code == 0
 
 
 def test_all_mistakes_are_reported_at_once(nrp: Nrp, experiment: Path) -> None:

@@ -151,6 +151,8 @@ def test_two_recordings_are_compared_without_running_anything(nrp: Any, worlds: 
         (["--worlds", "disc,twin", "--margin", "time=1"], 2, "there is no metric 'time'"),
         (["--worlds", "disc,twin", "--vary", "seed"], 2, "KEY=LOW..HIGH"),
         (["--worlds", "disc,twin", "--vary", "events.rad.at=1..2 s"], 3, "did you mean 'red'"),
+        (["--worlds", "disc,twin", "--vary", "seed=1..2", "--vary", "seed=3..4"], 2, "'seed' is given twice"),
+        (["--worlds", "disc,twin", "--margin", "rate=1", "--margin", "rate=2"], 2, "'rate' is given twice"),
         (["--worlds", "disc,twin", "--html", "no/page.html"], 2, "the folder does not exist"),
     ],
 )

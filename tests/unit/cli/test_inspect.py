@@ -172,3 +172,16 @@ def test_a_xacro_file_is_given_its_arguments(nrp, tmp_path):
     refused = nrp("inspect", robot, "-s", "seed=1")
     assert refused.code == 2
     assert "only the arguments of a xacro file are set" in refused.err
+
+
+FUNCTION = "@nrp.Neuron2Robot()\ndef drive(t):\n    pass\n"
+
+
+def test_settings_of_an_experiment_are_refused_for_a_file_of_functions(nrp, tmp_path):
+    functions = tmp_path / "functions.py"
+    functions.write_text("import hbp_nrp_client.tf_framework as nrp\n" + FUNCTION)
+    assert nrp("inspect", functions).code == 0
+    for option in (["-s", "seed=1"], ["--models", tmp_path]):
+        refused = nrp("inspect", functions, *option)
+        assert refused.code == 2
+        assert "it has no effect on a file of functions alone" in refused.err

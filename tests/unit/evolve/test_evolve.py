@@ -203,6 +203,8 @@ def test_the_results_are_shown_and_drawn(command: Evolve, here: Path) -> None:
     assert "generation 2: best" in out
     assert "run it with: nrp run search.evolve/best.yaml" in out
     assert Path("course.png").stat().st_size > 5000
+    code, _, err = command("show", "search.evolve", "--workers", 2)
+    assert (code, "it has no effect with 'show'" in err) == (2, True)
     _, _, err = command("show", here)
     assert "the folder does not contain a sweep" in err
 

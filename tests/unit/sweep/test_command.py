@@ -244,6 +244,11 @@ def test_the_results_are_shown_as_text_data_and_figures(sweep: Sweep, here: Path
     assert "'criteria.arives' was not measured; did you mean 'criteria.arrives'?" in err
     _, _, err = sweep("show", here)
     assert "the folder does not contain a sweep" in err
+    for option in (["--workers", 2], ["--only", 0], ["--plan"], ["--emit", "slurm"], ["--out", "x"]):
+        code, _, err = sweep("show", "sweep.sweep", *option)
+        assert code == 2
+        assert f"{option[0]}: it has no effect with 'show', which makes no run" in " ".join(err.split())
+    assert "have no effect without --plot" in sweep("show", "sweep.sweep", "--kind", "heat")[2]
     assert "nrp sweep show DIR" in " ".join(sweep("show")[2].split())
     assert "only 'show' takes a folder" in " ".join(sweep("sweep.yaml", "sweep.sweep")[2].split())
 
