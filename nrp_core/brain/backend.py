@@ -6,10 +6,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import ConfigDict
 
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.diagnosis import Diagnosis
+from nrp_core._support.plain_numbers import PlainNumbers
 from nrp_core.brain.capabilities import BrainCapabilities
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.report import Report
@@ -22,10 +23,10 @@ BRAIN_INTERFACE_VERSION = 1
 """Version of this interface; a backend states the one it was written for as ``interface_version``."""
 
 
-class BrainOptions(BaseModel):
+class BrainOptions(PlainNumbers):
     """Base class of a backend's options in an experiment file; unknown names are errors."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class BrainBackend(ABC):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from math import inf
+from math import inf, isfinite
 from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, PlainValidator, PositiveInt, WithJsonSchema, model_validator
@@ -26,7 +26,11 @@ def _objectives(value: object) -> tuple[Weights, ...]:
                 f"an objective is a sum, {{METRIC.PART: WEIGHT}}, or a list of sums, not {one!r}"
             )
         for name, weight in one.items():
-            if isinstance(weight, bool) or not isinstance(weight, (int, float)) or not weight:
+            if (
+                isinstance(weight, bool)
+                or not isinstance(weight, (int, float))
+                or not (weight and isfinite(weight))
+            ):
                 raise ValueError(f"the weight of {name} is a number other than 0, not {weight!r}")
             if not all(str(name).partition(".")[::2]):
                 raise ValueError(f"a measure is named METRIC.PART, such as distance.pioneer, not '{name}'")

@@ -30,7 +30,7 @@ from nrp_core.sweep.axes import Axis, Choices, Span, Value, written
 from nrp_core.sweep.design import combinations, number_of_runs
 from nrp_core.sweep.measuring import scalar_metric
 from nrp_core.sweep.mistakes import Mistakes
-from nrp_core.sweep.model import SEED, Design, SweepFile
+from nrp_core.sweep.model import GIVEN, GRID, SEED, Design, SweepFile
 from nrp_core.sweep.record import Task
 from nrp_core.world.backends import worlds
 
@@ -115,7 +115,7 @@ class Plan:
         for brain in backends[0]:
             for world in backends[1]:
                 code |= code_of(brain, world)
-        remarks = (*_remarks(sweep, own), *_undecided(sweep, own))
+        remarks = (*_remarks(sweep, own), *_undecided(sweep, own), *_unused_steps(sweep))
         parts = {metric: _parts(metric, own) for metric in sweep.measure}
         return cls(sweep, name, own.name, own.seed, code, digest_of_files(own), remarks, parts=parts)
 
@@ -242,6 +242,14 @@ def _undecided(sweep: SweepFile, own: Experiment) -> Iterator[str]:
                 f"'stop_when_failed' never stops a run for '{name}': without 'within_of' its model may come "
                 "near until the run ends"
             )
+
+
+def _unused_steps(sweep: SweepFile) -> Iterator[str]:
+    """Yield the ranges with a number of values that a design or a search does not use."""
+    chooser = "the search" if sweep.design.kind == GIVEN else f"the design '{sweep.design}'"
+    for key in sweep.sampled if sweep.design.kind != GRID else ():
+        if isinstance(axis := sweep.vary[key], Span) and axis.steps is not None:
+            yield f"'steps' of '{key}' has no effect: {chooser} chooses values of the whole range"
 
 
 def _remarks(sweep: SweepFile, own: Experiment) -> Iterator[str]:

@@ -11,10 +11,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from typing import ClassVar, final
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import ConfigDict
 
 from nrp_core._support.checked_arguments import checks_arguments, require_kind
 from nrp_core._support.diagnosis import Diagnosis
+from nrp_core._support.plain_numbers import PlainNumbers
 from nrp_core.world.batch import WorldBatch
 from nrp_core.world.capabilities import WorldCapabilities
 from nrp_core.world.engine import Engine
@@ -26,10 +27,10 @@ WORLD_INTERFACE_VERSION = 2
 """Version of the interface of world backends; a backend class carries it as ``interface_version``."""
 
 
-class WorldOptions(BaseModel):
+class WorldOptions(PlainNumbers):
     """Base of a backend's options, as an experiment file gives them; unknown names are refused."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class WorldBackend(ABC):

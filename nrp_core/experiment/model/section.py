@@ -7,17 +7,27 @@ import inspect
 import re
 from collections.abc import Iterable
 from itertools import pairwise
+from pathlib import Path
 from textwrap import dedent
-from typing import Annotated
+from typing import Annotated, Self
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, GetJsonSchemaHandler
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    GetJsonSchemaHandler,
+    model_validator,
+)
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
+from nrp_core._support.plain_numbers import PlainNumbers
 from nrp_core.quantities import AngleRad, LengthM
 
 
-class Section(BaseModel):
+class Section(PlainNumbers):
     """Base of every section; the docstrings of its fields are their documentation, also in editors."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
@@ -35,6 +45,17 @@ class Section(BaseModel):
         for name, text in _documented_fields(cls).items():
             fields[name]["description"] = text
         return schema
+
+    @model_validator(mode="after")
+    def _no_item_twice(self) -> Self:
+        """Refuse a file, a name or a section that a list gives twice; numbers in points may be equal."""
+        for name in type(self).model_fields:
+            items = getattr(self, name)
+            for place, item in enumerate(items if isinstance(items, tuple) else ()):
+                if isinstance(item, (Path, Section)) and item in items[:place]:
+                    first = items.index(item)
+                    raise ValueError(f"{name}: items {first} and {place} of the list are the same")
+        return self
 
     def _require_one_of(self, names: Iterable[str]) -> None:
         """Refuse a section without exactly one of its alternatives.

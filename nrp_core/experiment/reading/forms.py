@@ -30,11 +30,16 @@ def read_form(path: Path, form: type[F], what: str) -> tuple[F, Tree]:
     Raises:
         InvalidExperimentError: it cannot be read or is not valid; the error carries all findings.
     """
+    tree = read_form_tree(path, what)
+    return form_of(tree, form, what), tree
+
+
+def read_form_tree(path: Path, what: str) -> Tree:
+    """Read a file without checking its keys; see :func:`read_form`."""
     try:
-        tree = read_tree(path.resolve(), what)
+        return read_tree(path.resolve(), what)
     except ExperimentError as error:
         raise InvalidExperimentError([Finding.of(error, Code.NRP200)]) from error
-    return form_of(tree, form, what), tree
 
 
 def form_of(tree: Tree, form: type[F], what: str) -> F:

@@ -78,21 +78,36 @@ def _require_experiment(tree: Tree) -> None:
 
 
 def _laid_over(tree: Tree, over: Tree) -> Tree:
-    """Return a file merged over those that it extends; it can only remove names that they have."""
-    for keys in _NAMED:
-        below, above = tree.at(*keys), over.at(*keys)
-        if below is not None and above is not None:
-            _require_removable(below, above)
+    """Return a file merged over those that it extends; what it says must change something."""
+    _require_effect(tree, over)
     return tree.merged(over)
 
 
-def _require_removable(below: Tree, above: Tree) -> None:
+def _require_effect(below: Tree, above: Tree) -> None:
+    """Refuse keys that are removed and do not exist, and empty mappings, which remove nothing.
+
+    Raises:
+        InvalidExperimentError: there is one.
+    """
     if not (isinstance(below.value, dict) and isinstance(above.value, dict)):
         return
     for name, child in above.value.items():
-        if child.value is None and name not in below.value:
+        place, old = child.key_place or child.place, below.value.get(name)
+        if old is not None:
+            if _is_idle(old, child):
+                raise InvalidExperimentError([place.finding(Code.NRP202, _idle(str(name)))])
+            _require_effect(old, child)
+        elif child.value is None:
             message = f"there is no '{name}' to remove{did_you_mean(str(name), below.value)}"
-            raise InvalidExperimentError([(child.key_place or child.place).finding(Code.NRP201, message)])
+            raise InvalidExperimentError([place.finding(Code.NRP201, message)])
+
+
+def _is_idle(below: Tree, above: Tree) -> bool:
+    return above.value == {} and isinstance(below.value, dict) and bool(below.value)
+
+
+def _idle(key: str) -> str:
+    return f"'{key}' is empty, which changes nothing: mappings are merged; '{key}: null' removes it"
 
 
 def _reading_order(finding: Finding) -> tuple[str, int, int]:
@@ -108,11 +123,25 @@ def _lineage(path: Path, extending: tuple[Path, ...] = ()) -> dict[Path, Tree]:
     lineage: dict[Path, Tree] = {}
     own = dict(tree.value)
     named = own.pop(EXTENDS, None)
-    for base in [] if named is None else named.value if isinstance(named.value, list) else [named]:
+    for base in _bases(named):
         trail = (*extending, path)
         for known, below in _lineage(_base(base, trail), trail).items():
             lineage.setdefault(known, below)
     return {**lineage, path: replace(tree, value=own)}
+
+
+def _bases(named: Tree | None) -> list[Tree]:
+    """Return the names of the files that a file extends.
+
+    Raises:
+        InvalidExperimentError: one is given twice.
+    """
+    bases = [] if named is None else named.value if isinstance(named.value, list) else [named]
+    for place, base in enumerate(bases):
+        if base.value in [one.value for one in bases[:place]]:
+            message = f"'{EXTENDS}' names '{base.value}' twice"
+            raise InvalidExperimentError([base.place.finding(Code.NRP214, message)])
+    return bases
 
 
 def _base(base: Tree, extending: tuple[Path, ...]) -> Path:
@@ -148,6 +177,8 @@ def overridden(tree: Tree, override: str) -> Tree:
         if value.value is None:
             _require_optional(tree, keys, place)
         _require_event(tree, keys, place)
+        if (old := tree.at(*keys)) is not None and _is_idle(old, value):
+            raise place.error(f"it changes nothing: mappings are merged; '{key.strip()}=null' removes it")
         return tree.overridden(keys, value)
     except ExperimentError as error:
         raise InvalidExperimentError([Finding.of(error, Code.NRP215)]) from error

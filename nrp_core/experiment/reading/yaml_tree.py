@@ -80,6 +80,11 @@ def _place(place: Place, mark: Any) -> Place:
     return Place(place.path, mark.line + 1, mark.column + 1)
 
 
+def _is_missing(node: Node) -> bool:
+    """Return whether nothing is written as a value, or only comments."""
+    return isinstance(node, ScalarNode) and node.value == "" and str(node.tag) == f"{_YAML}null"
+
+
 class _Builder:
     def __init__(self, yaml: YAML, place: Place) -> None:
         self._yaml, self._place = yaml, place
@@ -124,6 +129,10 @@ class _Builder:
                 raise place.error("a key is a text")
             elif key_node.value in own:
                 raise place.error(f"the key '{key_node.value}' is given twice")
+            elif _is_missing(value_node):
+                raise place.error(
+                    f"the key '{key_node.value}' has no value; 'null' removes what is inherited"
+                )
             else:
                 own[key_node.value] = replace(self.tree(value_node), key_place=place)
         return {**inherited, **own}

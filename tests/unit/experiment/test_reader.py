@@ -138,6 +138,12 @@ MISTAKES = [
     ("brain:", "brain:\n  time_limit: 0 s", "0 s", "NRP202",
      "brain.time_limit: a time limit is at least 1 ms, or 'off', not '0 s'"),
     ("7", "7\nseed: 8", "seed: 8", "NRP200", "the key 'seed' is given twice"),
+    ("7", "7\ncompatibility:  # none", "compatibility:", "NRP200",
+     "the key 'compatibility' has no value; 'null' removes what is inherited"),
+    ("[listing1.py]", "[listing1.py, listing1.py]", "[listing1.py, ", "NRP202",
+     "transfer_functions: items 0 and 1 of the list are the same"),
+    ("[listing1.py]", "[listing1.py]\ncomparison: {controls: [shuffle: signs, shuffle: signs]}",
+     "{controls", "NRP202", "comparison: controls: items 0 and 1 of the list are the same"),
     ("[listing1.py]", "listing1.py", "listing1.py", "NRP202",
      "transfer_functions: should be a valid list, not 'listing1.py'"),
 ]  # fmt: skip
@@ -219,6 +225,8 @@ def test_a_file_named_by_an_override_lies_below_the_current_folder(
          "'events.left_rde={at: ..., publish: ...}') [NRP215]"),
         ("seed.x=1", "in the override 'seed.x=1': 'x' cannot be set: the value above it is 7, "
          "not a mapping [NRP215]"),
+        ("events={}", "in the override 'events={}': it changes nothing: mappings are merged; 'events=null' "
+         "removes it [NRP215]"),
         ("events=[", "in the override 'events=[': not YAML: a list in [ ] or a mapping in { } is "
          "not complete [NRP215]"),
     ],
@@ -249,6 +257,35 @@ def test_variants_can_be_combined_and_their_common_base_comes_once(write: Write)
     experiment = read_yaml(write("extends: [a.yaml, b.yaml]\nname: both", "both.yaml"))
     assert (experiment.name, experiment.seed, experiment.events) == ("both", 8, {})
     assert set(experiment.criteria) == {"reaches"}
+
+
+@pytest.mark.parametrize(
+    ("change", "code", "message"),
+    [
+        (
+            "events: {}",
+            "NRP202",
+            "'events' is empty, which changes nothing: mappings are merged; 'events: null'",
+        ),
+        ("brain: {populations: {}}", "NRP202", "'populations' is empty, which changes nothing"),
+        ("sed: null", "NRP201", "there is no 'sed' to remove; did you mean 'seed'?"),
+        ("events: {left_blue: {when: {evnt: null}}}", "NRP201", "there is no 'evnt' to remove"),
+        ("comparison: {vary: {}}", "", ""),
+        ("events: {left_red: {publish: []}}", "", ""),
+        ("criteria: null", "", ""),
+    ],
+)
+def test_a_variant_that_changes_nothing_by_what_it_says_is_refused(
+    write: Write, change: str, code: str, message: str
+) -> None:
+    write()
+    variant = write(f"extends: experiment.yaml\nname: variant\n{change}\n", "variant.yaml")
+    if not code:
+        read_yaml(variant)
+        return
+    (finding,) = findings_of(variant)
+    assert (finding.code.name, finding.line) == (code, 3)
+    assert finding.message.startswith(message)
 
 
 def test_of_several_bases_the_later_counts(write: Write) -> None:
@@ -287,6 +324,7 @@ def test_errors_point_into_the_file_that_is_wrong(write: Write) -> None:
         ("variant.yaml", "an experiment cannot extend itself: variant.yaml -> variant.yaml"),
         ("other.yaml", "an experiment cannot extend itself: variant.yaml -> other.yaml -> variant.yaml"),
         ("3", "'extends' takes files or names of experiments, one or a list"),
+        ("[base.yaml, base.yaml]", "'extends' names 'base.yaml' twice"),
         ("[base.yaml, 3]", "'extends' takes files or names of experiments, one or a list"),
         ("[base.yaml, other.yaml]", "extend itself: variant.yaml -> other.yaml -> variant.yaml"),
     ],

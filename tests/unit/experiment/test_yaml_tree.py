@@ -45,10 +45,10 @@ def test_of_several_merged_mappings_the_first_wins() -> None:
     ("text", "where", "what"),
     [
         ("a: 1\nb: 2\na: 3", "file.yaml:3:1", "the key 'a' is given twice"),
-        ("a: [1, 2", "file.yaml:1:9", "expected ',' or ']'"),
-        ("a: 1\n\tb: 2", "file.yaml:2:1", "cannot start any token"),
-        ("a: b: c", "file.yaml:1:5", "mapping values are not allowed here"),
-        ("a: *nobody", "file.yaml:1:4", "undefined alias"),
+        ("a: [1, 2", "file.yaml:1:9", "lacks a comma or its end"),
+        ("a: 1\n\tb: 2", "file.yaml:2:1", "a tab, where YAML takes only spaces"),
+        ("a: b: c", "file.yaml:1:5", "a second ': ' in one value"),
+        ("a: *nobody", "file.yaml:1:4", "there is no anchor '&nobody'"),
         ("a: &x [*x]", "file.yaml:1:4", "aliases make this value endless"),
         ("[1]: 2", "file.yaml:1:1", "a key is a text"),
         (
@@ -57,8 +57,8 @@ def test_of_several_merged_mappings_the_first_wins() -> None:
             "the tag '!!python/object:os.system' has no meaning",
         ),
         ("a: {<<: 3}", "file.yaml:1:9", "'<<' takes a mapping"),
-        ("a: 1\n---\nb: 2", "file.yaml:2:1", "another document"),
-        ("a: \x00", "file.yaml", "special characters"),
+        ("a: 1\n---\nb: 2", "file.yaml:2:1", "a second document begins here"),
+        ("a: \x00", "file.yaml:1", "the character U+0000 is not allowed"),
         ("[" * 1200, "file.yaml", "nested too deeply"),
     ],
 )

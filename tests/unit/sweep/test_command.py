@@ -195,6 +195,8 @@ def test_a_full_disk_ends_it_with_one_sentence_and_keeps_what_is_done(sweep: Swe
             "sweep.yaml:5:18: no brain backend is called 'evnt'; did you mean 'event'?",
         ),
         (FILE, ["--only", "seed=9"], 3, "--only seed=9: no run has this value"),
+        (FILE + "objective: {a.b: 1}\n", [], 3, "this file has an objective: use nrp evolve"),
+        ("name: a\nbrain: {}\n", [], 3, "this file is an experiment; a sweep names one under 'experiment'"),
         (FILE, ["--only", "sed=1"], 3, "'sed' does not vary; did you mean 'seed'?"),
         (FILE, ["--on", "dusk"], 3, "there is no executor 'dusk'; did you mean 'dask'?"),
         (FILE, ["--out", "drive_to_the_wall"], 3, "drive_to_the_wall: the folder contains other files"),

@@ -194,6 +194,15 @@ def test_a_sobol_design_that_is_not_a_power_of_two_is_reported() -> None:
         assert all(word in remark for word, remark in zip(words, remarks, strict=True))
 
 
+@pytest.mark.parametrize("design", ["grid", {"random": 4}])
+def test_a_number_of_values_that_a_design_does_not_use_is_reported(design: Any) -> None:
+    vary = {"world.options.timestep": {"from": "1 ms", "to": "2 ms", "steps": 2}}
+    described = {"experiment": "braitenberg_husky", "vary": vary, "design": design}
+    remarks = [one for one in Plan.of(SweepFile.model_validate(described)).remarks if "'steps'" in one]
+    assert len(remarks) == (design != "grid")
+    assert all("the design 'random 4' chooses values of the whole range" in one for one in remarks)
+
+
 def test_an_end_within_a_step_is_refused_before_the_first_run() -> None:
     sweep = SweepFile.model_validate({"experiment": "braitenberg_husky", "until": "30 ms"})
     with pytest.raises(InvalidExperimentError) as raised:
