@@ -117,6 +117,19 @@ def array(parent: Any, name: str, dtype: type | None = None) -> np.ndarray[Any, 
     return values.astype(dtype, copy=False)
 
 
+def column(parent: Any, name: str, dtype: type) -> np.ndarray[Any, Any]:
+    """Return a dataset of a group that holds one number for each item, shape ``(n,)``.
+
+    Raises:
+        NetworkError: as :func:`array`, or it has another number of dimensions.
+    """
+    values = array(parent, name, dtype)
+    if values.ndim != 1:
+        shape = "one number" if not values.ndim else f"the shape {values.shape}"
+        raise NetworkError(f"the dataset '{parent.name}/{name}' has {shape}; it must be a list of numbers")
+    return values
+
+
 def attribute(parent: Any, name: str, kind: type) -> Any:
     """Return an attribute of a group, as ``int``, ``float`` or ``str``.
 

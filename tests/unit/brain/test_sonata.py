@@ -209,8 +209,8 @@ def test_another_reader_finds_the_same_nodes_in_node_sets(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("sets", "message"),
     [
-        ("[]", "the node sets are not a JSON object"),
-        ("{", "the node sets cannot be read"),
+        ("[]", "the file of node sets is not a JSON object"),
+        ("{", "the file of node sets cannot be read"),
         ('{"a": ["b"], "bb": {}}', "node set 'a' names no set 'b'; did you mean 'bb'"),
         ('{"a": ["b"], "b": ["a"]}', "node set 'a' contains itself: a > b > a"),
         ('{"a": 3}', "node set 'a' is neither a JSON object nor a list"),
@@ -221,7 +221,7 @@ def test_another_reader_finds_the_same_nodes_in_node_sets(tmp_path: Path) -> Non
 def test_node_sets_that_cannot_be_used_say_why(sets: str, message: str, circuit: Path) -> None:
     circuit.write_text(json.dumps(json.loads(circuit.read_text()) | {"node_sets_file": "sets.json"}))
     (circuit.parent / "sets.json").write_text(sets)
-    with pytest.raises(NetworkError, match=f"sets.json: .*{message}"):
+    with pytest.raises(NetworkError, match=f"sets.json:.*{message}"):
         read_sonata(circuit)
 
 

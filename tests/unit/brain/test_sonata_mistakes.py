@@ -37,6 +37,25 @@ def _data(name: str, key: str, values: object) -> Change:
     return change
 
 
+def _more(name: str, key: str, values: object) -> Change:
+    def change(folder: Path) -> None:
+        with h5py.File(folder / name, "r+") as file:
+            file[key] = values
+
+    return change
+
+
+def _input(target: str) -> Change:
+    def change(folder: Path) -> None:
+        with h5py.File(folder / "spikes.h5", "w") as file:
+            file["spikes/lgn/timestamps"], file["spikes/lgn/node_ids"] = [1.0], [0]
+        config = json.loads((folder / "circuit_config.json").read_text())
+        entry = {"input_type": "spikes", "input_file": "spikes.h5", "node_set": target}
+        (folder / "circuit_config.json").write_text(json.dumps({**config, "inputs": {"a": entry}}))
+
+    return change
+
+
 def _sets(sets: dict[str, Any]) -> Change:
     def change(folder: Path) -> None:
         (folder / "sets.json").write_text(json.dumps(sets))
@@ -58,14 +77,15 @@ def _cut(folder: Path) -> None:
         (_text("circuit_config.json", '"edges": [', '"edgs": ['), NetworkError, "'edgs'; did you mean 'ed"),
         (_text("circuit_config.json", '"components"', '"componets"'), NetworkError,
          "the configuration has no key 'componets'; did you mean 'components'"),
-        (_text("models/exc.json", "12.0", "NaN"), NetworkError, "all_types.csv:2: .*NaN is not a value"),
+        (_text("models/exc.json", "12.0", "NaN"), NetworkError,
+         "exc.json: .* all_types.csv:2 names .*NaN is not"),
         (_data("edges.h5", "edges/lgn_to_v1/0/nsyns", [5, 4, 3, 2, -1]), NetworkError,
          "edge 0 of 'lgn_to_v1' has nsyns -1; it must be 0 or more"),
         (_data("edges.h5", "edges/lgn_to_v1/0/nsyns", [1.5, 4, 3, 2, 1]), NetworkError,
          "edge 4 of 'lgn_to_v1' has nsyns 1.5; it must be a whole number"),
         (_data("nodes.h5", "nodes/v1/node_group_id", [0, 0, 0, 0, 1, 7]), NetworkError,
          "nodes 'v1': node 5 is in the group 7, and the groups are 0, 1"),
-        (_text("models/exc.json", "{", '{"C_m": 9.0, '), NetworkError, "all_types.csv:2: .*'C_m' is given"),
+        (_text("models/exc.json", "{", '{"C_m": 9.0, '), NetworkError, "exc.json: .*'C_m' is given twice"),
         (_text("models/exc.json", "12.0", "true"), NetworkError, "tau_m is True, not a number"),
         (_text("all_types.csv", "5 virtual", "101 point_neuron nest:iaf_cond_exp NULL Other e\n5 virtual"),
          NetworkError, "all_types.csv:5: the node_type_id 101 is given a second time"),
@@ -83,7 +103,7 @@ def _cut(folder: Path) -> None:
          r"\(dynamics_params 'exc.json'\): C_m is \[200.0, 210.0\], not a number"),
         (_text("circuit_config.json", '"edges": [', '"edges": [{"edges_file": "$BASE/edges.h5", '
                '"edge_types_file": "edge_types.csv"}, '), NetworkError, "two populations of edges have"),
-        (_text("circuit_config.json", "{", "{,"), NetworkError, "circuit_config.json:1: .*not JSON"),
+        (_text("circuit_config.json", "{", "{,"), NetworkError, "circuit_config.json:1: .*cannot be"),
         (_text("circuit_config.json", "nodes.h5", "node.h5"), NetworkError, "node.h5: there is no such file"),
         (_text("circuit_config.json", "edge_types.csv", "edge_type.csv"), NetworkError,
          "edge_type.csv: the table of types cannot be read"),
@@ -122,6 +142,31 @@ def _cut(folder: Path) -> None:
          "nodes.h5: .*nodes 'v1': 2 nodes have the id 13 .node_id.; ids must be distinct"),
         (_data("nodes.h5", "nodes/v1/0/y", [0, 0, np.nan, 0]), NetworkError, "'v1': y of node 11 is nan; a"),
         (_data("nodes.h5", "nodes/v1/1/x", [np.inf, 1]), NetworkError, "'v1': x of node 13 is inf; a posit"),
+        (_text("circuit_config.json", '"edges": [', '"edges": 3, "edges": ['), NetworkError,
+         "'edges' is given twice"),
+        (_text("circuit_config.json", '"$MODELS"}', "3}"), NetworkError,
+         "models_dir' of the configuration is 3, not"),
+        (_text("circuit_config.json", '"edge_types.csv"', "[]"), NetworkError,
+         r"'edge_types_file' .* is \[\], not a"),
+        (_text("circuit_config.json", '{"manifest"', '{"run": {"inputs": {}}, "manifest"'), NetworkError,
+         "'inputs' of the configuration is in 'run', where nothing reads it"),
+        (_text("models/exc.json", "200.0", '""'), NetworkError, "C_m is '', not a number"),
+        (_text("edge_types.csv", "delay", "syn_weight"), NetworkError,
+         "edge_types.csv:1: the column 'syn_weight' is g"),
+        (_data("edges.h5", "edges/lgn_to_v1/edge_group_id", None), NetworkError,
+         "edges 'lgn_to_v1' have 'edge_group_index' and no 'edge_group_id'"),
+        (_data("edges.h5", "edges/lgn_to_v1/edge_group_index", 3), NetworkError,
+         "has one number; it must be a list"),
+        (_data("nodes.h5", "nodes/v1/node_type_id", np.full((6, 1), 100)), NetworkError,
+         r"has the shape \(6, 1\)"),
+        (_data("nodes.h5", "nodes/v1/0/x", np.zeros((4, 1))), NetworkError,
+         r"'/nodes/v1/0/x' has the shape \(4, 1\)"),
+        (_data("nodes.h5", "nodes/v1/node_id", np.arange(10, 15)), NetworkError,
+         "are 6, and 5 of them have a node_id"),
+        (_sets({"first": {"node_id": [True]}}), NetworkError,
+         "'first': node_id is True; it must be a whole number"),
+        (_sets({"first": {"population": [3]}}), NetworkError,
+         "population is 3; it must be the name of a population"),
         (_text("circuit_config.json", '{"manifest"', '{"inputs": {"a": 3}, "manifest"'), NetworkError,
          "an entry of 'inputs' is not a JSON object"),
     ],
@@ -154,6 +199,31 @@ def test_a_circuit_that_cannot_be_used_says_where_and_why(
             "'V_thr' of the nodes 'v1' is not used; did you mean 'V_th'?",
         ),
         (_text("models/exc.json", "V_th", "comment"), ""),
+        (
+            _text("all_types.csv", "dynamics_params", "dynamic_params"),
+            "'dynamic_params' of the nodes 'v1' is not used; did you mean 'dynamics_params'?",
+        ),
+        (
+            _data("edges.h5", "edges/lgn_to_v1/0/nsyns", np.full(5, b"two")),
+            "'nsyns' of the edges 'lgn_to_v1' is not used: it does not hold numbers",
+        ),
+        (_more("edges.h5", "edges/lgn_to_v1/0/region", np.full(5, b"V1")), ""),
+        (_more("edges.h5", "edges/lgn_to_v1/indices/source_to_target/x", [0]), ""),
+        (_more("nodes.h5", "nodes/v1/0/@library/morphology", [b"a"]), ""),
+        (
+            _more("nodes.h5", "nodes/v1/0/dynamic_params/V_m", [0.0]),
+            "the group 'dynamic_params' of the nodes 'v1' is not read; did you mean 'dynamics_params'?",
+        ),
+        (
+            _data("nodes.h5", "nodes/v1/1/x", None),
+            "the nodes 'v1' have no position: their places lack x",
+        ),
+        (
+            _input("lgnn"),
+            "the input 'a' is for the node set 'lgnn', which does not exist; did you mean 'lgn'?",
+        ),
+        (_input("lgn"), ""),
+        (_input("all"), ""),
         (
             _text("models/exc.json", "{", '{"Delta_T": 2.0, '),
             "'Delta_T' of the nodes 'v1' is not used: their models have no such parameter",

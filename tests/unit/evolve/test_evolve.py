@@ -259,7 +259,7 @@ def test_the_results_are_shown_and_drawn(command: Evolve, here: Path) -> None:
         ("stays_near: 1", "stays_near: .nan", "is a number other than 0, not nan"),
         ("population: 3", "population: 3\ngoal: true", "goal: should be a valid number, not True"),
         ("arrives: 2}", "arrives: false}", "'time_to_event.arrives' should be a valid number, not False"),
-        ("population: 3", "population: true", "population: should be a valid number, not True"),
+        ("population: 3", "population: true", "population: should be a valid integer, not True"),
         ("criterion_distance.stays_near", "criterion_dist.stays_near", "there is no metric 'criterion_dist'"),
         ("missing: {time_to_event.arrives: 2}", "until: 100 ms", "has no value of 'time_to_event.arrives'"),
         ("population: 3", "population: 3\nstop_when_failed: [stays]", "there is no criterion 'stays'"),

@@ -16,6 +16,7 @@ from nrp_core.brain.files.sonata.doubts import (
     misspelt,
     not_numbers,
     not_parameters,
+    not_read,
     of_other_models,
     shared_places,
 )
@@ -31,6 +32,8 @@ from nrp_core.errors import ExperimentError, NetworkError, did_you_mean
 from nrp_core.paths import path_of
 
 _MAGIC = 0x0A7A
+_ALL = "all"
+"""The node set of all nodes, which no file defines."""
 
 T = TypeVar("T")
 
@@ -68,7 +71,7 @@ def read_sonata(
         remarks = list(config.unused)
         for part in nodes.values():
             used = {name for model, _ in part.models for name in model.names}
-            for doubts in (misspelt, not_numbers, of_other_models, not_parameters):
+            for doubts in (misspelt, not_numbers, not_read, of_other_models, not_parameters):
                 remarks += doubts(part.items, used)
             remarks += shared_places(part.items)
         remarks += _unused_spikes(spikes, nodes)
@@ -80,6 +83,7 @@ def read_sonata(
             sets = read_node_sets(path_of_sets, nodes, ids)
             remarks += without_nodes(path_of_sets, sets)
             _add_sets(views, path_of_sets, sets)
+        remarks += _missing_targets(config, {*views, *nodes})
         network = Network(cells, network.projections, views, remarks=tuple(remarks))
         return with_views(network, populations or {})
     except ExperimentError as error:
@@ -123,7 +127,8 @@ def _projections(config: Config, nodes: Mapping[str, Nodes], remarks: list[str])
         found[items.name] = list(read_edges(part, items, nodes))
         if not len(items):
             remarks.append(f"the edges '{items.name}' are none: they connect nothing")
-        remarks.extend([*misspelt(items, EDGE_NAMES), *not_numbers(items, EDGE_NAMES)])
+        for doubts in (misspelt, not_numbers, not_read):
+            remarks.extend(doubts(items, EDGE_NAMES))
         remarks.extend(not_parameters(items, EDGE_NAMES | MODEL_NAMES))
         remarks.extend(unused_of_synapses(items))
         remarks.extend(shared_places(items))
@@ -167,6 +172,14 @@ def _unused_spikes(spikes: Mapping[str, Trains], nodes: Mapping[str, Nodes]) -> 
         elif lost := trains.keys() - set(nodes[name].node_ids.tolist()):
             many = f"{len(lost)} nodes that '{name}' does not have"
             yield f"the input has spikes of {many}, such as {min(lost)}"
+
+
+def _missing_targets(config: Config, known: set[str]) -> Iterator[str]:
+    """Yield a sentence for each input of spikes whose nodes do not exist."""
+    for name, target in config.targets.items():
+        if target not in known and target != _ALL:
+            missing = f"which does not exist{did_you_mean(target, known)}"
+            yield f"the input '{name}' is for the node set '{target}', {missing}"
 
 
 def _hidden_names(nodes: Mapping[str, Nodes]) -> Iterator[str]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Final
 
 from nrp_core.brain.files.sonata.doubts import unused_settings
+from nrp_core.brain.files.sonata.json_file import read_object
 from nrp_core.errors import NetworkError
 
 _SECTIONS: Final = (
@@ -40,6 +40,7 @@ class Config:
         point_neuron_models, synaptic_models: folders with parameters of types.
         spikes: the spikes of virtual nodes, one file for each input.
         node_sets: files of node sets; a later set overrides an earlier one of the same name.
+        targets: the node set of each input of spikes that names one.
         unused: sentences about settings of the simulation that no network has.
     """
 
@@ -49,6 +50,7 @@ class Config:
     synaptic_models: Path
     spikes: tuple[Path, ...] = ()
     node_sets: tuple[Path, ...] = ()
+    targets: Mapping[str, str] = field(default_factory=dict)
     unused: tuple[str, ...] = ()
 
 
@@ -62,26 +64,36 @@ def read_config(path: Path) -> Config:
     circuit = given
     if isinstance(given.get("network"), str):
         circuit = _resolved(path.parent / given["network"])
-    networks, components = _section(path, circuit, "networks"), circuit.get("components") or {}
+    networks, components = _section(path, circuit, "networks"), _section(path, circuit, "components")
     if not networks.get("nodes"):
         raise NetworkError("the configuration has no 'networks' with 'nodes'", path=path)
     for part in (circuit, given):
         _require_spelt(path, "the configuration", part, _SECTIONS)
     _require_spelt(path, "'networks'", networks, _NETWORKS)
     _require_spelt(path, "components", components, _FOLDERS)
-    sets = {name: None for part in (circuit, given) if isinstance(name := part.get("node_sets_file"), str)}
+    for key in _NETWORKS:
+        if not isinstance(networks.get(key) or [], list):
+            raise NetworkError(f"'networks.{key}' of the configuration is not a list", path=path)
+    sets = {name: None for part in (circuit, given) if (name := _text(path, part, "node_sets_file"))}
     for name in ("conditions", "run", "inputs", "reports"):
-        _section(path, given, name)
+        if misplaced := _section(path, given, name).keys() & set(_SECTIONS):
+            wrong = f"'{min(misplaced)}' of the configuration is in '{name}', where nothing reads it"
+            raise NetworkError(wrong, path=path)
     inputs = _section(path, given, "inputs")
     if not all(isinstance(entry, Mapping) for entry in inputs.values()):
         raise NetworkError("an entry of 'inputs' is not a JSON object", path=path)
     return Config(
         nodes=tuple(_files(path, entry, "node") for entry in networks["nodes"]),
         edges=tuple(_files(path, entry, "edge") for entry in networks.get("edges") or ()),
-        point_neuron_models=Path(components.get("point_neuron_models_dir", path.parent)),
-        synaptic_models=Path(components.get("synaptic_models_dir", path.parent)),
+        point_neuron_models=Path(_text(path, components, "point_neuron_models_dir") or path.parent),
+        synaptic_models=Path(_text(path, components, "synaptic_models_dir") or path.parent),
         spikes=tuple(_spikes(path, inputs)),
         node_sets=tuple(map(Path, sets)),
+        targets={
+            name: entry["node_set"]
+            for name, entry in inputs.items()
+            if entry.get("input_type") == "spikes" and isinstance(entry.get("node_set"), str)
+        },
         unused=tuple(unused_settings(given)),
     )
 
@@ -104,15 +116,7 @@ def _spikes(path: Path, inputs: Mapping[str, Mapping[str, Any]]) -> Iterator[Pat
 
 def _resolved(path: Path) -> dict[str, Any]:
     """Return a configuration with its manifest's variables substituted and its paths made absolute."""
-    try:
-        given = json.loads(path.read_text("utf-8"))
-    except OSError as error:
-        raise NetworkError(f"the configuration cannot be read: {error.strerror}", path=path) from error
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        line = getattr(error, "lineno", None)
-        raise NetworkError(f"the configuration is not JSON: {error}", path=path, line=line) from error
-    if not isinstance(given, dict):
-        raise NetworkError("the configuration is not a JSON object", path=path)
+    given = read_object(path, "the configuration")
     variables = {str(name): str(value) for name, value in _section(path, given, "manifest").items()}
     for _ in variables:  # a variable may contain others
         variables = {name: _put_in(value, variables) for name, value in variables.items()}
@@ -125,6 +129,18 @@ def _section(path: Path, config: Mapping[str, Any], name: str) -> Mapping[str, A
     found = config.get(name) or {}
     if not isinstance(found, Mapping):
         raise NetworkError(f"'{name}' of the configuration is not a JSON object", path=path)
+    return found
+
+
+def _text(path: Path, section: Mapping[str, Any], name: str) -> str | None:
+    """Return the file or folder under a key, None if there is none.
+
+    Raises:
+        NetworkError: it is not a text.
+    """
+    found = section.get(name)
+    if found is not None and not isinstance(found, str):
+        raise NetworkError(f"'{name}' of the configuration is {found!r:.60}, not a path", path=path)
     return found
 
 
@@ -158,5 +174,5 @@ def _files(path: Path, entry: Any, kind: str) -> Files:
     if not isinstance(entry, Mapping) or not isinstance(entry.get(f"{kind}s_file"), str):
         raise NetworkError(f"an entry of '{kind}s' names no '{kind}s_file': {entry!r:.80}", path=path)
     _require_spelt(path, f"an entry of '{kind}s'", entry, (f"{kind}s_file", f"{kind}_types_file"))
-    types = entry.get(f"{kind}_types_file")
-    return Files(Path(entry[f"{kind}s_file"]), Path(types) if isinstance(types, str) else None)
+    types = _text(path, entry, f"{kind}_types_file")
+    return Files(Path(entry[f"{kind}s_file"]), None if types is None else Path(types))

@@ -17,6 +17,9 @@ _OWN: Final = frozenset(
     {"x", "y", "z", "g_L", "V_m", "tau_minus", "pop_name", "model_type", "model_template"}
 )
 """Attributes that are used beside those of models."""
+_AXES: Final = ("x", "y", "z")
+_COLUMNS: Final = (DYNAMICS, "model_type", "model_template", "pop_name")
+"""Columns of tables of types that are used beside those of models."""
 _EVERY: Final = frozenset(name for model in NEST_CELLS.values() for name in model.names if len(name) > 1)
 """The parameters of any cell; a letter may be anything."""
 _ALIKE: Final = 0.75
@@ -35,7 +38,7 @@ def misspelt(items: SonataItems, known: Collection[str]) -> Iterator[str]:
         known: the names of the attributes that are used.
     """
     given = items.names()
-    missing = {name.lower(): name for name in known if name not in given}
+    missing = {name.lower(): name for name in (*known, *_COLUMNS) if name not in given}
     for name in sorted(given - set(known) - _OWN):
         if near := get_close_matches(name.lower(), missing, 1, _ALIKE):
             meant = f"did you mean '{missing[near[0]]}'?"
@@ -88,6 +91,19 @@ def not_numbers(items: SonataItems, known: Collection[str]) -> Iterator[str]:
                     f"'{name}' of {number} {items.kind}s '{items.name}' is not a number; "
                     "the value of their type is used, or the default"
                 )
+
+
+def not_read(items: SonataItems, known: Collection[str]) -> Iterator[str]:
+    """Yield a sentence for each used attribute that is not a number in the file, and each unknown group."""
+    owner = f"of the {items.kind}s '{items.name}'"
+    for name in sorted(items.unread):
+        if name in known or name in _AXES:
+            yield f"'{name}' {owner} is not used: it does not hold numbers"
+        elif near := get_close_matches(name, (DYNAMICS, "0", "1"), 1, _ALIKE / 1.2):
+            yield f"the group '{name}' {owner} is not read; did you mean '{near[0]}'?"
+    for *_, own in items.groups:
+        if _AXES[2] in own and (lost := [axis for axis in _AXES if axis not in own]):
+            yield f"{owner.removeprefix('of ')} have no position: their places lack {' and '.join(lost)}"
 
 
 def shared_places(items: SonataItems) -> Iterator[str]:

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IndexArray, IntArray
-from nrp_core.brain.files.hdf5 import array, attribute
+from nrp_core.brain.files.hdf5 import attribute, column
 from nrp_core.brain.files.sonata.items import SonataItems
 from nrp_core.brain.files.sonata.models import CellModel
 from nrp_core.brain.files.sonata.nodes import Nodes
@@ -79,7 +79,7 @@ def _reader(items: SonataItems, chosen: IntArray) -> Values:
 
 
 def _ends(part: Any, end: str, items: SonataItems, nodes: Mapping[str, Nodes]) -> tuple[Nodes, IntArray]:
-    ids = array(part, f"{end}_node_id", np.int64)
+    ids = column(part, f"{end}_node_id", np.int64)
     if len(ids) != len(items):
         raise NetworkError(f"edges '{items.name}' are {len(items)}, and {len(ids)} of them have a {end}")
     name = attribute(part[f"{end}_node_id"], "node_population", str)

@@ -7,8 +7,7 @@ a parameter file that the table names; the first of these that has it is used.
 from __future__ import annotations
 
 import csv
-import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.files.hdf5 import array, group
-from nrp_core.errors import NetworkError
+from nrp_core.brain.files.hdf5 import column, group
+from nrp_core.brain.files.sonata.json_file import read_object
+from nrp_core.errors import NetworkError, did_you_mean
 
 
 class Attributes(dict[str, Any]):
@@ -33,6 +33,8 @@ class Attributes(dict[str, Any]):
 Types = Mapping[int, Attributes]
 
 DYNAMICS = "dynamics_params"
+_GROUPS = (DYNAMICS, "indices", "indicies")
+"""Groups that populations of nodes and edges have, beside those of attributes."""
 _NOTHING = frozenset({"", "null", "none", "nan"})
 
 
@@ -46,6 +48,7 @@ class SonataItems:
         type_ids: shape ``(n,)``.
         types: the attributes of each type.
         groups: for each HDF5 group, its items, their places in it, and its attributes.
+        unread: names in the HDF5 file of attributes that are not numbers, and of groups that mean nothing.
     """
 
     name: str
@@ -53,6 +56,7 @@ class SonataItems:
     type_ids: IntArray
     types: Types
     groups: tuple[tuple[IntArray, IntArray, Mapping[str, np.ndarray[Any, Any]]], ...]
+    unread: frozenset[str] = frozenset()
     _used: tuple[int, ...] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -119,11 +123,12 @@ def read_items(part: Any, name: str, kind: str, types: Types) -> SonataItems:
     Raises:
         NetworkError: the group does not hold valid items.
     """
-    type_ids = array(part, f"{kind}_type_id", np.int64)
+    type_ids = column(part, f"{kind}_type_id", np.int64)
     n = len(type_ids)
+    _require_both(part, name, kind)
     if f"{kind}_group_id" in part:
-        group_ids = array(part, f"{kind}_group_id", np.int64)
-        places = array(part, f"{kind}_group_index", np.int64)
+        group_ids = column(part, f"{kind}_group_id", np.int64)
+        places = column(part, f"{kind}_group_index", np.int64)
     else:  # a single group needs no index
         group_ids, places = np.zeros(n, np.int64), np.arange(n)
     if not len(group_ids) == len(places) == n:
@@ -139,11 +144,40 @@ def read_items(part: Any, name: str, kind: str, types: Types) -> SonataItems:
         own = _own(group(part, str(number))) if str(number) in part else {}
         _require_rows(f"{kind}s '{name}', group {number}", own, places[items])
         groups.append((items, places[items], own))
-    return SonataItems(name, kind, type_ids, types, tuple(groups))
+    return SonataItems(name, kind, type_ids, types, tuple(groups), frozenset(_unread(part)))
+
+
+def _unread(part: Any) -> Iterator[str]:
+    """Yield the names of attributes that are not numbers, and of groups that are not read."""
+    numbered = [part[key] for key in part if key.isdigit()]
+    held = [one[DYNAMICS] for one in numbered if DYNAMICS in one]
+    for parent in (part, *numbered, *held):
+        for name in parent:
+            found = parent[name]
+            if not hasattr(found, "dtype"):
+                if not (name.isdigit() or name.startswith("@") or name in _GROUPS):
+                    yield name
+            elif found.dtype.kind not in "iuf":
+                yield name
+
+
+def _require_both(part: Any, name: str, kind: str) -> None:
+    """Refuse places in groups without the groups, and the reverse; a misspelt name is one of them.
+
+    Raises:
+        NetworkError: one of the two datasets is missing.
+    """
+    pair = [f"{kind}_group_id", f"{kind}_group_index"]
+    missing = [one for one in pair if one not in part]
+    if len(missing) == 1:
+        (there,) = set(pair) - set(missing)
+        raise NetworkError(
+            f"{kind}s '{name}' have '{there}' and no '{missing[0]}'{did_you_mean(missing[0], part)}"
+        )
 
 
 def _own(part: Any) -> dict[str, np.ndarray[Any, Any]]:
-    """Return the numbers in a group, including its ``dynamics_params``."""
+    """Return the numbers in a group, including its ``dynamics_params``; one for each of its items."""
     found = {}
     for parent in (part, *([part[DYNAMICS]] if DYNAMICS in part else [])):
         for name in parent:
@@ -152,6 +186,11 @@ def _own(part: Any) -> dict[str, np.ndarray[Any, Any]]:
                 found[name] = np.asarray(dataset[()], dtype=float)
     if "positions" in found and found["positions"].ndim == 2:
         found |= dict(zip("xyz", found.pop("positions").T, strict=False))
+    for name, values in found.items():
+        if values.ndim != 1:
+            raise NetworkError(
+                f"the dataset '{part.name}/{name}' has the shape {values.shape}; it must be a list of numbers"
+            )
     return found
 
 
@@ -182,6 +221,7 @@ def read_types(path: Path | None, kind: str, parameters: Path) -> Types:
             rows = list(csv.DictReader(file, delimiter=" ", quotechar='"', skipinitialspace=True))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise NetworkError(f"the table of types cannot be read: {error}", path=path) from error
+    _require_columns(path)
     found = {}
     for line, row in enumerate(rows, 2):
         number = row.get(f"{kind}_type_id")
@@ -206,30 +246,33 @@ def read_types(path: Path | None, kind: str, parameters: Path) -> Types:
     return found
 
 
+def _require_columns(path: Path) -> None:
+    """Refuse a table in which two columns have one name.
+
+    Raises:
+        NetworkError: it is one.
+    """
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = csv.reader(file, delimiter=" ", quotechar='"', skipinitialspace=True)
+        names = [name for name in next(rows, []) if name]
+    for place, name in enumerate(names):
+        if name in names[:place]:
+            raise NetworkError(f"the column '{name}' is given twice", path=path, line=1)
+
+
 def _is_given(value: object) -> bool:
     return isinstance(value, str) and value.lower() not in _NOTHING
-
-
-def _refuse(constant: str) -> float:
-    raise ValueError(f"{constant} is not a value in JSON")
-
-
-def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    names = [name for name, _ in pairs]
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"'{name}' is given twice")
-    return dict(pairs)
 
 
 def _parameters(name: str | None, folder: Path, table: Path, line: int) -> dict[str, Any]:
     if name is None:
         return {}
-    try:
-        text = (folder / name).read_text("utf-8")
-        given = json.loads(text, parse_constant=_refuse, object_pairs_hook=_distinct)
-    except (OSError, ValueError) as error:
-        raise NetworkError(f"its parameters cannot be read: {error}", path=table, line=line) from error
-    if not isinstance(given, dict):
-        raise NetworkError(f"its parameters in '{name}' are not a JSON object", path=table, line=line)
-    return {key: value for key, value in given.items() if value is not None and _is_given(str(value))}
+    if not (folder / name).is_file():
+        message = f"there is no file '{name}' of parameters in {folder}"
+        raise NetworkError(message, path=table, line=line)
+    given = read_object(folder / name, f"the parameters that {table.name}:{line} names")
+    return {
+        key: value
+        for key, value in given.items()
+        if value is not None and (value == "" or _is_given(str(value)))
+    }

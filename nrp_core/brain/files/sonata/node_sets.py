@@ -5,7 +5,6 @@ https://github.com/AllenInstitute/sonata/blob/master/docs/SONATA_DEVELOPER_GUIDE
 
 from __future__ import annotations
 
-import json
 import operator
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -15,11 +14,13 @@ import numpy as np
 import numpy.typing as npt
 
 from nrp_core._support.arrays import IntArray
+from nrp_core.brain.files.sonata.json_file import read_object
 from nrp_core.brain.files.sonata.nodes import Nodes
 from nrp_core.errors import NetworkError, did_you_mean
 
 Mask = npt.NDArray[np.bool_]
 
+_IDS: Final = ("node_id", "node_type_id")
 _OPERATORS: Final[Mapping[str, Callable[[Any, Any], Any]]] = {
     "$gt": operator.gt, "$lt": operator.lt, "$gte": operator.ge, "$lte": operator.le,
 }  # fmt: skip
@@ -38,12 +39,7 @@ def read_node_sets(
     Raises:
         NetworkError: the file cannot be read, or a set names a missing set or attribute.
     """
-    try:
-        sets = json.loads(path.read_text("utf-8"))
-    except (OSError, ValueError) as error:
-        raise NetworkError(f"the node sets cannot be read: {error}", path=path) from None
-    if not isinstance(sets, dict):
-        raise NetworkError("the node sets are not a JSON object", path=path)
+    sets = read_object(path, "the file of node sets")
     try:
         masks = {name: _resolved(name, sets, nodes, ()) for name in sets}
     except NetworkError as error:
@@ -86,6 +82,8 @@ def _matching(name: str, rule: Mapping[str, Any], label: str, part: Nodes) -> Ma
     mask = np.ones(len(part.items), bool)
     for attribute, wanted in rule.items():
         choices = wanted if isinstance(wanted, list) else [wanted]
+        if not isinstance(wanted, Mapping):
+            _require_kind(name, attribute, choices)
         if attribute == "population":
             mask &= label in choices
         elif isinstance(wanted, Mapping):
@@ -93,6 +91,22 @@ def _matching(name: str, rule: Mapping[str, Any], label: str, part: Nodes) -> Ma
         else:
             mask &= _equal(attribute, choices, part)
     return mask
+
+
+def _require_kind(name: str, attribute: str, choices: list[Any]) -> None:
+    """Refuse values that no node can have.
+
+    Raises:
+        NetworkError: there is one.
+    """
+    valid: tuple[str, type | tuple[type, ...]] = ("a number or a text", (int, float, str))
+    if attribute in _IDS:
+        valid = ("a whole number", int)
+    elif attribute == "population":
+        valid = ("the name of a population", str)
+    for choice in choices:
+        if isinstance(choice, bool) or not isinstance(choice, valid[1]):
+            raise NetworkError(f"node set '{name}': {attribute} is {choice!r}; it must be {valid[0]}")
 
 
 def _compared(name: str, attribute: str, wanted: Mapping[str, Any], part: Nodes) -> Mask:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray, IntArray
-from nrp_core.brain.files.hdf5 import array
+from nrp_core.brain.files.hdf5 import column
 from nrp_core.brain.files.sonata.doubts import require_places
 from nrp_core.brain.files.sonata.items import SonataItems
 from nrp_core.brain.files.sonata.models import LEAK_NS, CellModel, Parameter, model_of
@@ -45,6 +45,8 @@ class Nodes:
         Raises:
             NetworkError: a node does not exist; the message names the edges that refer to it.
         """
+        if not len(self.node_ids):
+            raise NetworkError(f"edges '{edges}' refer to nodes '{self.items.name}', which are none")
         order = np.argsort(self.node_ids, kind="stable")
         ordered = self.node_ids[order]
         at = np.minimum(np.searchsorted(ordered, node_ids), len(ordered) - 1)
@@ -69,7 +71,11 @@ def read_nodes(part: Any, items: SonataItems, spikes: Trains) -> Nodes:
         NetworkError: a parameter is invalid.
         CapabilityError: the cell model is not supported.
     """
-    node_ids = array(part, "node_id", np.int64) if "node_id" in part else np.arange(len(items))
+    node_ids = column(part, "node_id", np.int64) if "node_id" in part else np.arange(len(items))
+    if len(node_ids) != len(items):
+        raise NetworkError(
+            f"nodes '{items.name}' are {len(items)}, and {len(node_ids)} of them have a node_id"
+        )
     require_places(items, node_ids)
     models = tuple(_models(items))
     several = len(models) > 1

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from nrp_core._support.arrays import FloatArray
-from nrp_core.brain.files.hdf5 import array, attribute, group, groups, reading
+from nrp_core.brain.files.hdf5 import attribute, column, group, groups, reading
 from nrp_core.errors import NetworkError
 
 Trains = Mapping[int, FloatArray]
@@ -29,7 +29,7 @@ def read_spikes(paths: Iterable[Path]) -> dict[str, Trains]:
         with reading(path) as file:
             for name, part in groups(group(file, "spikes")):
                 _require_ms(part, name)
-                times, ids = array(part, "timestamps", float), array(part, "node_ids", np.int64)
+                times, ids = column(part, "timestamps", float), column(part, "node_ids", np.int64)
                 if len(times) != len(ids):
                     raise NetworkError(f"spikes of '{name}': {len(times)} timestamps, {len(ids)} node_ids")
                 order = np.lexsort((times, ids))
