@@ -144,6 +144,22 @@ def usage_errors(option: str) -> Iterator[None]:
         raise typer.BadParameter(str(error), param_hint=option) from error
 
 
+def time_s(text: str, option: str) -> float:
+    """Return a time of 0 or more in seconds.
+
+    Raises:
+        typer.BadParameter: it is not one.
+    """
+    from nrp_core.clock import seconds
+    from nrp_core.quantities import time_ns
+
+    with usage_errors(option):
+        t_ns = time_ns(text)
+        if t_ns < 0:
+            raise ValueError(f"must be 0 or more, not {text}")
+        return seconds(t_ns)
+
+
 def require_folder_of(file: Path | None, option: str) -> None:
     """Refuse an output file that cannot be written, before the long computation of its contents.
 

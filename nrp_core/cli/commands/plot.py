@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nrp_core.cli.failure import complain
-from nrp_core.cli.options import Json, beginning_with, usage_errors
+from nrp_core.cli.options import Json, beginning_with, time_s, usage_errors
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
@@ -113,18 +113,15 @@ def _with_next(incomplete: str) -> list[str]:
 def _options(
     size: str | None, dpi: int, begin: str, until: str | None, panels: str | None, style: str | None
 ) -> PlotOptions:
-    from nrp_core.clock import seconds
-    from nrp_core.quantities import time_ns
     from nrp_core.recording.figures.options import PlotOptions, panels_of, size_inches
 
     given: dict[str, Any] = {"dpi": dpi, "style": style}
     with usage_errors("--size"):
         given["size_inches"] = None if size is None else size_inches(size)
-    with usage_errors("--from"):
-        given["begin_s"] = seconds(time_ns(begin))
-    with usage_errors("--until"):
-        if until is not None:
-            given["end_s"] = seconds(time_ns(until))
+    given["begin_s"] = time_s(begin, "--from")
+    if until is not None:
+        given["end_s"] = time_s(until, "--until")
+        with usage_errors("--until"):
             if given["end_s"] <= given["begin_s"]:
                 raise ValueError(f"expected a time after {begin}, not {until}")
     with usage_errors("--panels"):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from nrp_core.cli.failure import complain
-from nrp_core.cli.options import Json, beginning_with, usage_errors
+from nrp_core.cli.options import Json, beginning_with, time_s, usage_errors
 from nrp_core.cli.output import document
 
 if TYPE_CHECKING:
@@ -68,9 +69,7 @@ def video(
     from math import inf
 
     from nrp_core.cli.progress import display
-    from nrp_core.clock import seconds
     from nrp_core.errors import did_you_mean
-    from nrp_core.quantities import time_ns
     from nrp_core.recording.reading.recording import Recording
     from nrp_core.recording.video import VideoOptions, View, check_target
     from nrp_core.recording.video import video as write
@@ -82,10 +81,9 @@ def video(
     with usage_errors("--view"):
         if view not in (known := [each.value for each in View]):
             raise ValueError(f"unknown view '{view}'{did_you_mean(view, known)}")
-    with usage_errors("--from"):
-        begin_s = seconds(time_ns(begin))
+    begin_s = time_s(begin, "--from")
+    end_s = inf if until is None else time_s(until, "--until")
     with usage_errors("--until"):
-        end_s = inf if until is None else seconds(time_ns(until))
         if end_s <= begin_s:
             raise ValueError(f"expected a time after {begin}, not {until}")
     with usage_errors("--size"):
@@ -137,7 +135,9 @@ def _size(text: str) -> tuple[int, int]:
         raise ValueError(
             f"a size is a width and a height from 16 to 7680 pixels, such as 640x480, not '{text}'"
         )
-    width, height = (int(side) + int(side) % 2 for side in sides)  # VP9 requires even sizes
+    width, height = (int(side) + int(side) % 2 for side in sides)
+    if (even := f"{width}x{height}") != "x".join(side.strip() for side in sides):
+        complain(f"the images are {even} and not {text}: videos need even sizes", label="note")
     return width, height
 
 
@@ -146,6 +146,8 @@ def _vector(text: str | None) -> Vector | None:
         return None
     try:
         x, y, z = (float(number) for number in text.split(","))
+        if not isfinite(x + y + z):
+            raise ValueError
     except ValueError:
         raise ValueError(f"a point is three numbers in m, such as 1,2.5,0.3, not '{text}'") from None
     return x, y, z

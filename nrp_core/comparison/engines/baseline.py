@@ -8,12 +8,24 @@ from dataclasses import dataclass, replace
 from math import inf, isfinite
 from pathlib import Path
 
+from nrp_core._support.strict_json import strict_json
 from nrp_core._support.writing import writing
 from nrp_core.comparison.engines.verdict import EngineDifference, EngineVerdict
 from nrp_core.errors import ExperimentError
 
 _GROWTH = 0.25
 """A known difference may become larger by this share."""
+
+
+def _amount(value: object) -> float:
+    """Return an amount in a file.
+
+    Raises:
+        ValueError: it is neither a number nor null.
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, float, type(None))):
+        raise ValueError(f"an amount is a number or null, not {value!r}")
+    return inf if value is None else float(value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,16 +53,14 @@ class Baseline:
             ExperimentError: the file is not one, or is one of another experiment.
         """
         try:
-            data = json.loads(path.read_text("utf-8"))
-            found = cls(
-                str(data["experiment"]),
-                {str(k): inf if v is None else float(v) for k, v in data["known"].items()},
-            )
+            data = strict_json(path.read_text("utf-8"))
+            found = cls(str(data["experiment"]), {str(k): _amount(v) for k, v in data["known"].items()})
+            if surplus := data.keys() - {"experiment", "known"}:
+                raise ValueError(f"it has no key '{min(surplus)}'")
         except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-            raise ExperimentError(
-                "is not a baseline: it needs 'experiment' and 'known', as nrp diff --baseline writes them",
-                path=path,
-            ) from error
+            why = f" ({error})" if isinstance(error, ValueError) else ""
+            needed = "it needs 'experiment' and 'known', as nrp diff --baseline writes them"
+            raise ExperimentError(f"is not a baseline: {needed}{why}", path=path) from error
         if experiment is not None and found.experiment != experiment:
             raise ExperimentError(
                 f"is the baseline of '{found.experiment}', not of '{experiment}'; give another file",

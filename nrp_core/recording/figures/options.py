@@ -83,10 +83,12 @@ def panels_of(text: str) -> tuple[Panel, ...]:
     """Read a list of panels, separated by commas.
 
     Raises:
-        ValueError: one of them does not exist.
+        ValueError: one of them does not exist, or is given twice.
     """
     known = [panel.value for panel in Panel]
     for name in (names := [each.strip() for each in text.split(",")]):
         if name not in known:
             raise ValueError(f"unknown panel '{name}'{did_you_mean(name, known)}")
+        if names.count(name) > 1:
+            raise ValueError(f"'{name}' is given twice")
     return tuple(map(Panel, names))

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import logging
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -87,14 +90,39 @@ def style(sheet: str | None = None, width_inches: float | None = None) -> Iterat
     """
     with mpl.rc_context(_RC):
         if sheet is not None:
-            try:
-                mpl.style.use(sheet)
-            except OSError as error:
-                hint = did_you_mean(sheet, mpl.style.available)
-                raise ExperimentError(f"'{sheet}' is not a style sheet of Matplotlib{hint}") from error
+            _use(sheet)
         sizes: dict[Any, Any] = {key: _RC[key] * text_scale(width_inches) for key in _SIZES}
         mpl.rcParams.update(sizes)
         yield
+
+
+def _use(sheet: str) -> None:
+    """Use a style sheet; Matplotlib itself only logs the lines that it cannot read.
+
+    Raises:
+        ExperimentError: the sheet does not exist, or a line of it is wrong.
+    """
+    logged: list[logging.LogRecord] = []
+    log = logging.getLogger("matplotlib")
+    log.addFilter(keep := lambda record: logged.append(record))
+    try:
+        mpl.style.use(sheet)
+    except OSError as error:
+        hint = did_you_mean(sheet, mpl.style.available)
+        raise ExperimentError(f"'{sheet}' is not a style sheet of Matplotlib{hint}") from error
+    finally:
+        log.removeFilter(keep)
+    for record in logged:
+        raise _wrong_line(record.getMessage(), sheet)
+
+
+def _wrong_line(message: str, sheet: str) -> ExperimentError:
+    """Return the error for a line, in the words of Matplotlib: 'Bad key KEY in file FILE, line N (TEXT)'."""
+    first = message.strip().splitlines()[0]
+    line, key = re.search(r"line (\d+)", first), re.match(r"Bad key (\S+)", first)
+    known = f"'{key[1]}' is not a setting{did_you_mean(key[1], map(str, mpl.rcParams))}" if key else first
+    number = int(line[1]) if line else None
+    return ExperimentError(f"the style sheet cannot be used: {known}", path=Path(sheet), line=number)
 
 
 def time_colours() -> Colormap:

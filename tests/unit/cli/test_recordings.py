@@ -58,12 +58,39 @@ def test_options_of_figures_without_effect_are_told(
 
 
 @pytest.mark.parametrize(
+    ("sheet", "words"),
+    [
+        (
+            "axes.tittlesize: 12\n",
+            ":1: the style sheet cannot be used: 'axes.tittlesize' is not a setting; did you",
+        ),
+        ("# mine\naxes.titlesize: huge\n", ":2: the style sheet cannot be used: Bad value"),
+        ("axes.titlesize 12\n", ":1: the style sheet cannot be used: Missing colon"),
+        ("axes.titlesize: 12\n", ""),
+    ],
+)
+def test_a_line_of_a_style_sheet_that_cannot_be_read_is_named(
+    nrp: Nrp, recorded: Path, tmp_path: Path, sheet: str, words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("sheet.mplstyle").write_text(sheet)
+    done = nrp("plot", recorded, "raster", "--style", "sheet.mplstyle")
+    assert done.code == (3 if words else 0)
+    assert words in done.err
+
+
+@pytest.mark.parametrize(
     ("options", "words"),
     [
         (("--eye", "1,2,3"), "has no effect with --view follow"),
         (("--view", "above", "--robot", "husky"), "has no effect with --view above"),
         (("--camera", "eye", "--view", "above"), "shows recorded images: leave out --view"),
         (("--camera", "eye", "--size", "100x100"), "shows recorded images: leave out --view, --size"),
+        (
+            ("--view", "free", "--eye", "nan,2,3"),
+            "a point is three numbers in m, such as 1,2.5,0.3, not 'nan",
+        ),
+        (("--from", "-1s"), "must be 0 or more, not -1s"),
         (("--view", "free", "--eye", "1,2,3", "--target", "1,2,3.0"), "there is no direction to look in"),
     ],
 )

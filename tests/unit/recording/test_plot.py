@@ -497,3 +497,5 @@ def test_sizes_are_read_in_three_units() -> None:
     assert size_inches("10x5in") == (10.0, 5.0)
     with pytest.raises(ValueError, match="unknown panel 'spike'; did you mean 'spikes'"):
         panels_of("map,spike")
+    with pytest.raises(ValueError, match="'map' is given twice"):
+        panels_of("map, spikes,map")

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
+from nrp_core._support.strict_json import strict_json
 from nrp_core.errors import NetworkError
 
 
@@ -20,7 +20,7 @@ def read_object(path: Path, what: str) -> dict[str, Any]:
         NetworkError: the file cannot be read, is not JSON, gives a name twice, or holds something else.
     """
     try:
-        given = json.loads(path.read_text("utf-8"), parse_constant=_refuse, object_pairs_hook=_distinct)
+        given = strict_json(path.read_text("utf-8"))
     except OSError as error:
         raise NetworkError(f"{what} cannot be read: {error.strerror}", path=path) from error
     except ValueError as error:
@@ -29,15 +29,3 @@ def read_object(path: Path, what: str) -> dict[str, Any]:
     if not isinstance(given, dict):
         raise NetworkError(f"{what} is not a JSON object", path=path)
     return given
-
-
-def _refuse(constant: str) -> float:
-    raise ValueError(f"{constant} is not a value in JSON")
-
-
-def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    names = [name for name, _ in pairs]
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"'{name}' is given twice")
-    return dict(pairs)
