@@ -104,7 +104,12 @@ def _use(sheet: str) -> None:
     """
     logged: list[logging.LogRecord] = []
     log = logging.getLogger("matplotlib")
-    log.addFilter(keep := lambda record: logged.append(record))
+
+    def keep(record: logging.LogRecord) -> bool:
+        logged.append(record)
+        return False
+
+    log.addFilter(keep)
     try:
         mpl.style.use(sheet)
     except OSError as error:
