@@ -268,7 +268,7 @@ def test_a_killed_run_is_verified_as_far_as_it_went(tmp_path: Path) -> None:
     ]  # fmt: skip
     process = subprocess.Popen(program, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     file = folder / MCAP_NAME
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + 180  # kernels may be compiled
     while not (file.exists() and file.stat().st_size > 30_000):
         assert time.monotonic() < deadline
         assert process.poll() is None

@@ -319,7 +319,7 @@ def slurm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     subprocess.run([root / "scripts" / "debian-packages", Path(__file__).parent / "apt.txt"], check=True)
     processes = started(tmp_path_factory.mktemp("slurm"))
     try:
-        waited = time.monotonic() + 60
+        waited = time.monotonic() + 180
         while (
             "idle" not in subprocess.run(["sinfo", "-h", "-o", "%t"], capture_output=True, text=True).stdout
         ):

@@ -208,7 +208,7 @@ def test_services_of_the_experiment_and_of_the_script_reach_each_other(
     (folder / "x.bibi").write_text('<bibi><transferFunction src="tf.py"/></bibi>')
     (folder / "x.exc").write_text('<ExD><timeout>600</timeout><bibiConf src="x.bibi"/></ExD>')
     monkeypatch.setenv("NRP_EXPERIMENTS", str(tmp_path))
-    monkeypatch.setenv("NRP_PACE", "max")
+    monkeypatch.setenv("NRP_PACE", "realtime")
     caplog.clear()
     main([str(SCRIPTS / "services.py")])
     assert "nothing subscribes to '/nobody/hears', so its commands have no effect" in caplog.text
