@@ -62,9 +62,7 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
     """
     warnings = Findings()
     try:
-        spec = mujoco.MjSpec.from_file(str(path))
-        replace_missing(spec, path, warnings)
-        model = compiled(spec)
+        spec, model = _read(path, warnings)
     except (ValueError, OSError) as error:
         raise SceneError(f"MuJoCo cannot read this: {' '.join(str(error).split())}", path=path) from None
     left_out = [
@@ -91,6 +89,17 @@ def read_mjcf(path: Path) -> tuple[str, Findings]:
     for part in left_out:
         warnings.add(Code.NRP260, f"left out of this MJCF file: {part}", path=path)
     return text, warnings
+
+
+def _read(path: Path, warnings: Findings) -> tuple[Any, Any]:
+    """Return the specification in a file and its model; files that MuJoCo misses are replaced."""
+    spec = mujoco.MjSpec.from_file(str(path))
+    try:
+        return spec, compiled(spec)
+    except ValueError:  # files of attached models are in folders that the specification does not say
+        spec = mujoco.MjSpec.from_file(str(path))
+        replace_missing(spec, path, warnings)
+        return spec, compiled(spec)
 
 
 class _Writer:

@@ -21,6 +21,12 @@ ROBOT = """<mujoco><compiler meshdir="assets" texturedir="images"/>
 <worldbody><body name="robot"><freejoint/><inertial pos="0 0 0" mass="2" diaginertia="0.1 0.1 0.1"/>
 <geom type="mesh" mesh="shell" material="painted"/></body></worldbody></mujoco>"""
 
+CORNERS = np.array([
+    [[0, 0, 0], [90, 0, 0], [0, 90, 0]], [[0, 0, 0], [0, 90, 0], [0, 0, 90]],
+    [[0, 0, 0], [0, 0, 90], [90, 0, 0]], [[90, 0, 0], [0, 0, 90], [0, 90, 0]],
+], float)  # fmt: skip
+"""A tetrahedron."""
+
 
 def told(folder: Path, engine: str = "mujoco") -> list[tuple[Code, str]]:
     (folder / "robot.xml").write_text(ROBOT)
@@ -41,10 +47,23 @@ def test_missing_files_are_replaced_and_reported(tmp_path: Path, engine: str) ->
 
 def test_files_that_are_there_are_used(tmp_path: Path) -> None:
     (tmp_path / "assets").mkdir()
-    corners = [[[0, 0, 0], [90, 0, 0], [0, 90, 0]], [[0, 0, 0], [0, 90, 0], [0, 0, 90]],
-               [[0, 0, 0], [0, 0, 90], [90, 0, 0]], [[90, 0, 0], [0, 0, 90], [0, 90, 0]]]  # fmt: skip
-    write_stl(tmp_path / "assets" / "shell.stl", np.array(corners, float))
+    write_stl(tmp_path / "assets" / "shell.stl", CORNERS)
     assert told(tmp_path) == [(Code.NRP259, "paint.png")]
+
+
+ATTACHED = """<mujoco><compiler meshdir="assets"/><asset><mesh name="shell" file="shell.stl"/></asset>
+<worldbody><body name="b"><geom type="mesh" mesh="shell" mass="1"/></body></worldbody></mujoco>"""
+ATTACHING = """<mujoco><asset><model name="part" file="part/part.xml"/></asset><worldbody><body name="robot">
+<freejoint/><inertial pos="0 0 0" mass="2" diaginertia="0.1 0.1 0.1"/>
+<frame><attach model="part" body="b" prefix="p_"/></frame></body></worldbody></mujoco>"""
+
+
+def test_files_of_an_attached_model_are_beside_that_model(tmp_path: Path) -> None:
+    (tmp_path / "part" / "assets").mkdir(parents=True)
+    (tmp_path / "part" / "part.xml").write_text(ATTACHED)
+    (tmp_path / "robot.xml").write_text(ATTACHING)
+    write_stl(tmp_path / "part" / "assets" / "shell.stl", CORNERS)
+    assert read_scene(tmp_path / "robot.xml").warnings == ()
 
 
 def test_a_pointer_of_git_lfs_is_no_mesh_either(tmp_path: Path) -> None:
