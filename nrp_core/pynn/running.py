@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from nrp_core._support.arrays import FloatArray, IntArray
+from nrp_core._support.lone_names import lone_names
 from nrp_core.brain.backends import brains
 from nrp_core.brain.changes import Rewirings, Synapses
 from nrp_core.brain.interface import Brain
@@ -95,7 +96,7 @@ class RunningState(State):
             self.tell(
                 [f"the longest run ended at {self._longest_ms:g} ms: times are in ms, is it meant in s?"]
             )
-        self.tell([*self.remarks, *_late_changes()])
+        self.tell([*self.remarks, *_without_effect()])
         if self._longest_ms > 0.0:
             self.tell(
                 f"{name} of '{label}' is set after the last run, so that it has no effect"
@@ -281,11 +282,12 @@ class RunningState(State):
             current.update(now_ns)
 
 
-def _late_changes() -> Iterator[str]:
-    """Yield what the main program changes too late, if it is a script."""
+def _without_effect() -> Iterator[str]:
+    """Yield what the main program changes too late, or names without calling it, if it is a script."""
     path = Path(getattr(sys.modules["__main__"], "__file__", None) or "")
     if path.suffix == ".py" and path.is_file():
         yield from late_changes(path.read_bytes())
+        yield from lone_names(path.read_bytes())
 
 
 def _told(found: Mapping[str, Any], known: Iterable[str]) -> str:

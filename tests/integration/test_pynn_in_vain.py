@@ -93,3 +93,17 @@ def test_an_injector_into_which_nobody_sends_is_told(
         run_script(script)
     doubt = "no spike was sent into 'b': it has no port, and no connection has it in send_labels"
     assert [text for text in caplog.messages if "'b'" in text] == ([doubt] if says else [])
+
+
+def test_a_script_is_told_of_calls_without_parentheses(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = tmp_path / "script.py"
+    path.write_text(
+        "import pyNN.spiNNaker as sim\nsim.setup(1.0)\n"
+        f"{SCRIPT}try:\n    sim.nothing\nexcept AttributeError:\n    pass\nsim.run(2.0)\nsim.end\n"
+    )
+    with caplog.at_level("WARNING", "nrp_core.pynn"):
+        run_script(path)
+    (told,) = [one.getMessage() for one in caplog.records if "alone" in one.getMessage()]
+    assert told == "line 13: 'sim.end' alone has no effect: it is not called, assigned or returned"

@@ -6,6 +6,7 @@ import ast
 import re
 from collections.abc import Iterator
 
+from nrp_core._support.lone_names import acts, lone_name
 from nrp_core.analysis.checks.names import unused_value
 from nrp_core.analysis.declared import Function, found_in
 from nrp_core.analysis.events import Call
@@ -16,11 +17,8 @@ from nrp_core.analysis.shapes import Known
 from nrp_core.analysis.study import Examined, Study
 from nrp_core.findings import Code, Finding, Level
 
-_ACTIVE = (ast.Call, ast.Await, ast.Yield, ast.YieldFrom, ast.NamedExpr)
-"""Expressions with effects."""
 _ARITHMETIC = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod, ast.Pow, ast.MatMult)
 """Operators that only compute; `<<`, `>>` and `|` also connect things."""
-_LOOKUPS = (ast.Name, ast.Attribute, ast.Subscript)
 _PURE = frozenset({"abs", "bool", "float", "int", "len", "max", "min", "round", "sorted", "str", "sum"})
 """Functions that only return a value."""
 _PURE_OF = re.compile(
@@ -75,10 +73,10 @@ def _lost(value: ast.expr, is_tried: bool) -> str:
         return f"the value of '{text}' is not used"
     if isinstance(value, ast.Call) and _PURE_OF.fullmatch(ast.unparse(value.func)) and not value.keywords:
         return f"the value of '{text}' is not used"
-    if any(isinstance(one, _ACTIVE) for one in ast.walk(value)):
+    if acts(value):
         return ""
-    if isinstance(value, _LOOKUPS):
-        return f"'{text}' alone has no effect: it is not called, assigned or returned"
+    if lone := lone_name(value):
+        return lone
     if isinstance(value, (ast.BoolOp, ast.UnaryOp, ast.IfExp, ast.JoinedStr)) or _is_plain(value):
         return f"the value of '{text}' is not used"
     return ""
@@ -208,9 +206,7 @@ def _flows(nodes: list[ast.AST]) -> dict[int, str]:
                 found |= {id(owner): owner.id} if isinstance(owner, ast.Name) else {}
             case ast.Expr(ast.Call(ast.Attribute(ast.Name(name) as root, method))) if method in _FILLING:
                 found[id(root)] = name
-            case ast.Assign([ast.Name(name)], value) if not any(
-                isinstance(one, _ACTIVE) for one in ast.walk(value)
-            ):
+            case ast.Assign([ast.Name(name)], value) if not acts(value):
                 found |= {id(one): name for one in ast.walk(value) if _is_load(one, name)}
     return found
 

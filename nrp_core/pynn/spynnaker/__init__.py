@@ -9,6 +9,7 @@ from types import ModuleType
 from typing import Any, Final
 
 import nrp_core.pynn
+from nrp_core._support.lone_names import lone_names
 from nrp_core.brain.files.script import scope_of
 from nrp_core.brain.pynn.late_changes import late_changes
 from nrp_core.brain.pynn.spynnaker import Dialect
@@ -49,7 +50,7 @@ def run_script(path: Path) -> ModuleType:
     try:
         with reading.running():
             module = scope.run(path, name="__main__")
-        state.tell(late_changes(path.read_bytes()))
+        state.tell([*late_changes(path.read_bytes()), *lone_names(path.read_bytes())])
         return module
     except (NrpError, SyntaxError) as error:
         raise scope.located(error, NetworkError, path) from error
