@@ -29,6 +29,7 @@ from nrp_legacy import code
 from nrp_legacy.aliases import find_alias
 from nrp_legacy.bases import with_sliding_base
 from nrp_legacy.brains import load_brain, remark, with_unseen
+from nrp_legacy.builtins2 import quotient
 from nrp_legacy.documents import Bibi
 from nrp_legacy.files import EMPTY_ROOM, Library
 from nrp_legacy.functions import code_of, load, sources_of
@@ -142,7 +143,7 @@ class ShimmedMaker(Maker, Participant, ABC):
         pieces = tuple(sources)
         collector.findings += dict.fromkeys(self._notes)
         names = {name: value for name, value in vars(self.names.module).items() if name[:2] != "__"}
-        return Listing(pieces, names, self.names.scope, self._folders)
+        return Listing(pieces, names, self.names.scope, self._folders, quotient)
 
     def declare_missing_topics(self, world: World, functions: Sequence[TransferFunction]) -> None:
         if CLOCK in {

@@ -51,6 +51,7 @@ class Declarations(Statements):
         ours += [listing.names[name] for name in ("Topic",) if name in listing.names]
         changed = {name for source in listing.sources for name in changed_in(source.tree)}
         super().__init__({name: Known(value) for name, value in listing.names.items()}, ours, Path(), changed)
+        self.divide = listing.divide
         self.functions: list[Declared] = []
         self.findings: list[Finding] = []
         self.slices: list[tuple[PythonSource, ast.expr, Selector, slice]] = []

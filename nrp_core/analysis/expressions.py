@@ -26,8 +26,8 @@ from nrp_core.analysis.shapes import (
 )
 
 _OPERATIONS: dict[type, Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod,
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.FloorDiv: operator.floordiv,
+    ast.Mod: operator.mod,
 }  # fmt: skip
 _DIVISIONS = (ast.Div, ast.FloorDiv, ast.Mod)
 _SAME_UNIT: tuple[Any, ...] = (min, max, abs, float, round, sum)
@@ -41,7 +41,12 @@ class Expressions:
 
     Args:
         names: the shape of each name.
+
+    Attributes:
+        divide: the operator ``/``.
     """
+
+    divide: Callable[[Any, Any], Any] = staticmethod(operator.truediv)
 
     def __init__(self, names: Mapping[str, Shape]) -> None:
         self.names = dict(names)
@@ -135,7 +140,7 @@ class Expressions:
             self.observe(Multiply(node, left, right))
         match left, right:
             case Known(a), Known(b):
-                return _folded(node.op, a, b)
+                return _folded(node.op, a, b, self.divide)
             case (Number() as number, Known(int() | float())) if not isinstance(node.op, ast.Pow):
                 return number
             case (Known(int() | float()), Number() as number) if not isinstance(
@@ -292,9 +297,11 @@ def _item_at(owner: Shape, index: int) -> Shape | None:
     return None
 
 
-def _folded(operation: ast.operator, left: Any, right: Any) -> Shape:
+def _folded(
+    operation: ast.operator, left: Any, right: Any, divide: Callable[[Any, Any], Any] = operator.truediv
+) -> Shape:
     """Return the result of an operation on our objects, or on two numbers or strings."""
-    work = _OPERATIONS.get(type(operation))
+    work = divide if isinstance(operation, ast.Div) else _OPERATIONS.get(type(operation))
     plain = isinstance(left, (int, float)) and isinstance(right, (int, float))
     texts = isinstance(left, str) and isinstance(right, str) and isinstance(operation, ast.Add)
     if work is None or not (plain or texts or isinstance(left, NEURONS) or isinstance(right, NEURONS)):

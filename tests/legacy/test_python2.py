@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import io
+from collections.abc import Callable
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from nrp_legacy.code import Source
 from nrp_legacy.convert.python import piece_of
 from nrp_legacy.python2 import converted, executable, names
 
+from nrp_core.analysis.validate import validate_file
 from nrp_core.errors import TransferFunctionError
 
 
@@ -182,3 +184,19 @@ def test_a_repeated_argument_is_refused_with_its_line_where_code_is_read(tmp_pat
     with pytest.raises(TransferFunctionError, match="duplicate argument 'eye'") as caught:
         Source.of_file(file).tree(lambda *_note, **_about: None)
     assert (caught.value.path, caught.value.line) == (file, 4)
+
+
+@pytest.mark.parametrize(("bounds", "is_right"), [("0:5 / 2", True), ("5 / 3:5", True), ("0:5 / 2.0", False)])
+def test_a_quotient_of_whole_numbers_chooses_neurons_without_a_doubt(
+    written: Callable[..., Path], bounds: str, is_right: bool
+) -> None:
+    """It did in Python 2; the quotient of another number did not."""
+    brain = "import pyNN.nest as sim\ncircuit = sim.Population(5, sim.IF_cond_alpha())\n"
+    functions = f"""import hbp_nrp_cle.tf_framework as nrp
+@nrp.MapSpikeSource('noise', nrp.brain.circuit[{bounds}], nrp.poisson)
+@nrp.Neuron2Robot()
+def drive(t, noise):
+    noise.rate = 100.0
+"""
+    found = validate_file(written(brain, functions))
+    assert is_right != any("slice indices must be integers" in one.message for one in found)

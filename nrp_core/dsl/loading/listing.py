@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import operator
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -81,12 +82,14 @@ class Listing:
         names: their initial names.
         scope: the modules that they can import.
         folders: further folders whose modules they can import.
+        divide: the operator ``/`` of their numbers.
     """
 
     sources: tuple[PythonSource, ...]
     names: Mapping[str, Any] = field(default_factory=file_names)
     scope: Scope | None = None
     folders: tuple[Path, ...] = ()
+    divide: Callable[[Any, Any], Any] = operator.truediv
 
     @property
     def imports(self) -> Scope:
