@@ -116,11 +116,29 @@ def uses_python_2(code: str) -> bool:
 
 
 def _is_certainly_old(tree: ast.Module) -> bool:
-    return any(map(_is_print_statement, ast.walk(tree))) or not _REMOVED.isdisjoint(unbound_names(tree))
+    if any(map(_is_print_statement, ast.walk(tree))):
+        return True
+    removed = _REMOVED & unbound_names(tree)
+    both = {id(name) for node in ast.walk(tree) if _is_for_both(node) for name in ast.walk(node)}
+    names = (node for node in ast.walk(tree) if isinstance(node, ast.Name) and node.id in removed)
+    return any(id(name) not in both for name in names)
 
 
 _REMOVED = frozenset({"xrange", "raw_input", "unicode", "basestring", "unichr", "execfile"})
 """Functions that Python 3 does not have under any meaning."""
+_VERSIONS = frozenset({"version_info", "version", "hexversion", "PY2", "PY3"})
+
+
+def _is_for_both(node: ast.AST) -> bool:
+    """Return whether code asks for the version of Python, or tries a name that may be missing."""
+    match node:
+        case ast.If(test=test) | ast.IfExp(test=test):
+            asked = {getattr(part, "attr", getattr(part, "id", "")) for part in ast.walk(test)}
+            return not _VERSIONS.isdisjoint(asked)
+        case ast.Try(handlers=handlers):
+            caught = (part for each in handlers if each.type for part in ast.walk(each.type))
+            return any(isinstance(part, ast.Name) and part.id == "NameError" for part in caught)
+    return False
 
 
 def _is_print_statement(node: ast.AST) -> bool:

@@ -29,6 +29,21 @@ def printed(code: str, **values: object) -> str:
 
 
 @pytest.mark.parametrize(
+    ("guard", "half"),
+    [
+        ("try:\n    ask = raw_input\nexcept NameError:\n    ask = input\n", 0.5),
+        ("try:\n    ask = raw_input\nexcept (AttributeError, NameError):\n    ask = input\n", 0.5),
+        ("import sys\nif sys.version_info[0] < 3:\n    input = raw_input\n", 0.5),
+        ("import sys\ntext = unicode if sys.version_info < (3,) else str\n", 0.5),
+        ("try:\n    ask = raw_input\nexcept ImportError:\n    ask = input\n", 0),
+        ("ask = raw_input\n", 0),
+    ],
+)
+def test_code_for_both_pythons_is_python_3(guard: str, half: float) -> None:
+    assert printed(f"{guard}print(1 / 2)") == f"{half}\n"
+
+
+@pytest.mark.parametrize(
     ("code", "text"),
     [
         ('print "a"', "a\n"),
