@@ -42,6 +42,9 @@ def doubts_about(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
     yield from _functions(bibi)
     yield from _robots_left_out(bibi)
     yield from _machines_left_out(exc)
+    for timestep in children(bibi.element, "timestep")[:1]:
+        if not timestep.text:
+            yield _doubt(timestep, "the <timestep> is empty: the default is used")
     if bibi.timestep is not None and bibi.timestep.text.strip().replace(".", "", 1).isdigit():
         step_ms = float(bibi.timestep.text)
         if 0 < step_ms < _LEAST_MS:
@@ -140,6 +143,8 @@ def _selectors(populations: Mapping[str, Element]) -> Iterator[Finding]:
             hint = did_you_mean(kind, _SELECTORS)
             yield _doubt(selector, f"the population '{name}' is of an unknown type '{kind}'{hint}")
         for setting in ("from", "to", "step"):
+            if not selector.attributes.get(setting, "0").strip():
+                yield _doubt(selector, f"'{setting}' of the population '{name}' is empty: not used")
             try:
                 value = number(selector, setting)
             except ExperimentError:
