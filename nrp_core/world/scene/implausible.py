@@ -17,6 +17,7 @@ from nrp_core.world.scene.implausible_joints import of_joints
 from nrp_core.world.scene.implausible_links import has_dense_link, of_links
 from nrp_core.world.scene.implausible_looks import of_looks
 from nrp_core.world.scene.implausible_shapes import box_around, of_radii, solid_or_seen, without_strays
+from nrp_core.world.scene.implausible_twins import of_twins
 from nrp_core.world.scene.model import Geometry, Light, Link, Model, Plane, Scene
 from nrp_core.world.scene.sensing import MountedSensor, Noise, View
 
@@ -65,7 +66,13 @@ def implausible(scene: Scene, robots: Iterable[str]) -> Iterator[tuple[str | Non
                 said, model = without_strays(whole)
                 yield from [(owner, sentence) for sentence in said]
         yield from (
-            (owner, sentence) for sentence in (*_of_measurements(model), *of_radii(whole), *_of_ground(model))
+            (owner, sentence)
+            for sentence in (
+                *_of_measurements(model),
+                *of_radii(whole),
+                *of_twins(model),
+                *_of_ground(model),
+            )
         )
         if owner is not None:
             found = (*_of_rest(model), *_of_loose_links(model), *of_joints(model), *_of_sizes(model))

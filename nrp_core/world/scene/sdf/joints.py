@@ -21,6 +21,8 @@ from nrp_core.world.scene.sdf.frames import Frames
 _SIMPLE = ("revolute", "continuous", "prismatic")
 _TURN_RAD = 2 * pi - 0.01
 """A turn as files round it."""
+_LARGE = 1e6
+"""Limits of this size mean that there is none."""
 _LEAST_SHARE = 0.5
 """The share of its leader's positions that limits of a joint allow that are not those of another sign."""
 _KINDS = (*_SIMPLE, *COMPOUND, "fixed", "gearbox")
@@ -119,6 +121,7 @@ def read_joint(joint: Element, frames: Frames, version: tuple[int, int], reading
         raise joint.error(f"unknown joint type '{kind}'{did_you_mean(kind, _KINDS)}")
     for tag in ("axis", "axis2"):
         _warn_of_push(joint.section(tag).section("dynamics"), name, reading)
+        _warn_of_signs(joint.section(tag).section("limit"), name, reading)
     held = Joint(name, kind, *_ends(joint, frames), frames.pose(frames.name_of(joint), joint))
     if kind in COMPOUND:
         return COMPOUND[kind](held, joint, frames, version, reading)
@@ -230,6 +233,15 @@ def _link(element: Element, frames: Frames) -> str:
     if not element.text:
         raise element.error(f"<{element.tag}> must name a link")
     return WORLD if element.text == WORLD else frames.body(element.text, element)
+
+
+def _warn_of_signs(limit: Element, joint: str, reading: Reading) -> None:
+    """Warn of negative limits, which are none, unless they are written like the default."""
+    for tag in ("effort", "velocity"):
+        value = limit.number(tag, inf, finite=False)
+        if -_LARGE < value < 0 and value != -1:
+            message = f"the <{tag}> of the joint '{joint}' is {value:g}: a negative one is no limit, as -1 is"
+            reading.notes.warn(limit, Code.NRP298, message, subject=joint)
 
 
 def _warn_of_push(dynamics: Element, joint: str, reading: Reading) -> None:

@@ -67,6 +67,26 @@ def test_limits_and_damping_are_read(joint: JointReader) -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("limit", "said"),
+    [
+        ("<effort>-500</effort>", ["the <effort> of the joint 'j' is -500: a negative one is no limit"]),
+        ("<velocity>-20</velocity>", ["the <velocity> of the joint 'j' is -20: a negative one is no lim"]),
+        ("<effort>-1</effort><velocity>-1.0</velocity>", []),
+        ("<effort>-1e16</effort><velocity>inf</velocity>", []),
+    ],
+)
+def test_a_negative_limit_that_does_not_say_none_is_reported(
+    model: Callable[..., Model], limit: str, said: list[str]
+) -> None:
+    axis = f"<axis><xyz>0 1 0</xyz><limit>{limit}</limit></axis>"
+    ends = "<parent>base</parent><child>arm</child>"
+    links = '<link name="base"/><link name="arm"/>'
+    read = model(f'{links}<joint name="j" type="revolute">{ends}{axis}</joint>')
+    found = [one.message for one in read.warnings if "mass" not in one.message]
+    assert [words in one for words, one in zip(said, found, strict=True)] == [True] * len(said)
+
+
 def test_a_negative_effort_means_unlimited(joint: JointReader) -> None:
     assert joint("<axis><limit><effort>-1</effort></limit></axis>").effort == inf
 
