@@ -32,7 +32,9 @@ MASSLESS_BOX_M = 0.05
 _SMALLEST_M = 1e-3
 _NOTICEABLE_M = 0.01
 _THIN, _THICK = 0.05, 0.5  # of a link, relative to its length
-_GROUND_NAMES = re.compile(r"ground|floor|terrain|plane|world|room|arena|lab|environment|maze", re.IGNORECASE)
+_GROUND_NAMES = re.compile(
+    r"ground|floor|terrain|plane|world|room|arena|lab|environment|maze|hall|house|building", re.IGNORECASE
+)
 _GROUND_M = 2.0
 """Minimum width of a shape that counts as ground."""
 
@@ -65,7 +67,9 @@ def with_static_shapes(models: Sequence[Model], warn: Callable[..., None]) -> tu
         warn: called with a warning about each replaced shape.
     """
     lacking = [model for model in models if any(map(lacks_shape, model.links))]
-    named = [model for model in lacking if _GROUND_NAMES.search(model.name)]
+    named = [one for one in lacking if _GROUND_NAMES.search(one.name)] or [
+        one for one in lacking if any(map(_GROUND_NAMES.search, _part_names(one)))
+    ]
     ground = next(iter(named), None) if not any(map(_is_ground, models)) else None
     if ground is not None:
         height = f"z = {ground.pose.position[2]:g} m"
@@ -162,6 +166,14 @@ def _filled(link: Link, geometry: Geometry, pose: Pose) -> Link:
 
 
 # -- static models
+
+
+def _part_names(model: Model) -> Iterator[str]:
+    """Yield the names of the links of a static model and of their shapes."""
+    for link in model.links if model.static else ():
+        yield link.name
+        yield from (visual.name for visual in link.visuals)
+        yield from (collision.name for collision in link.collisions)
 
 
 def _is_ground(model: Model) -> bool:

@@ -116,6 +116,22 @@ def test_a_lost_ground_is_a_plane_where_its_model_stands(world: Callable[..., Sc
     assert isinstance(shape(scene, "table")[1], Box)
 
 
+@pytest.mark.parametrize(
+    ("name", "content", "is_ground"),
+    [
+        ("hall", SHAPES, True),
+        ("scenery", SHAPES.replace('name="', 'name="floor_', 1), True),
+        ("cupboard", SHAPES, False),
+    ],
+)
+def test_a_ground_is_known_by_its_model_or_its_parts(
+    world: Callable[..., Scene], name: str, content: str, is_ground: bool
+) -> None:
+    scene = world(prop("table", "1 0 0 0 0 0") + prop(name, "0 0 0 0 0 0", content))
+    assert isinstance(shape(scene, name)[1], Plane) == is_ground
+    assert isinstance(shape(scene, "table")[1], Box)
+
+
 def test_a_room_with_a_ground_does_not_get_a_second_one(world: Callable[..., Scene]) -> None:
     floor = '<collision name="c"><geometry><plane/></geometry></collision>'
     scene = world(prop("ground", "0 0 0 0 0 0", floor) + prop("lab_floor", "4 0 0 0 0 0"))
