@@ -9,10 +9,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from nrp_core.errors import NetworkError
+from nrp_core.errors import NetworkError, did_you_mean
 from nrp_core.paths import existing_file
 
 INSTALL = "pip install nir"
+_ENDS: Final = frozenset({"Input", "Output"})
+_KINDS: Final = {"c": "complex", "b": "of flags", "S": "a text", "U": "a text"}
 _CONVOLUTIONS: Final = frozenset({"Conv1d", "Conv2d"})
 
 
@@ -62,7 +64,7 @@ def read_graph(path: Path | str) -> Graph:
     try:
         found = _read(nir, path)
     except Exception as error:  # the library raises whatever it meets
-        raise NetworkError(f"is not a NIR file: {error or type(error).__name__}", path=path) from error
+        raise NetworkError(f"is not a NIR file: {str(error) or type(error).__name__}", path=path) from error
     nodes: dict[str, Any] = {}
     edges: list[tuple[str, str]] = []
     _flatten(found, "", nodes, edges)
@@ -84,8 +86,25 @@ def _read(nir: Any, path: Path) -> Any:
 
     with h5py.File(path, "r") as file:
         nodes = nir.serialization.hdf2dict(file["node"])
+    _require_types(nir, "", nodes)
     _forget_extents(nodes)
     return nir.dict2NIRNode({**nodes, "type_check": False})
+
+
+def _require_types(nir: Any, name: str, node: Any) -> None:
+    """Refuse a node of a type that the library does not know; it would fail without saying which.
+
+    Raises:
+        ValueError: there is one.
+    """
+    kind = node.get("type") if isinstance(node, dict) else None
+    types = {each.__name__ for each in vars(nir.ir).values() if isinstance(each, type)}
+    if not isinstance(kind, str) or kind not in types:
+        owner = f"the node '{name}'" if name else "the graph"
+        near = did_you_mean(kind, types) if isinstance(kind, str) else ""
+        raise ValueError(f"{owner} is of the type {kind!r}, which does not exist{near}")
+    for part, inside in node.get("nodes", {}).items():
+        _require_types(nir, f"{name}.{part}".lstrip("."), inside)
 
 
 def _forget_extents(node: dict[str, Any]) -> None:
@@ -99,17 +118,31 @@ def _require_numbers(graph: Graph, name: str, fields: Mapping[str, Any]) -> None
     """Raise an error unless the arrays of a node are real and finite; a threshold may be infinite.
 
     Raises:
-        NetworkError: a value is complex, not a number or infinite.
+        NetworkError: a value is a text, a flag, complex, not a number or infinite; or an extent is not one.
     """
+    if type(graph.nodes[name]).__name__ in _ENDS:
+        _require_extent(graph, name, np.ravel(fields["input_type"]["input"]))
     for field, value in fields.items():
-        if not isinstance(value, np.ndarray) or value.dtype.kind not in "fc":
+        if not isinstance(value, np.ndarray) or value.dtype.kind in "iu":
             continue
-        if value.dtype.kind == "c":
-            raise graph.error(name, f"{field} is complex; it must be real")
+        if value.dtype.kind != "f":
+            kind = _KINDS.get(value.dtype.kind, "not numbers")
+            raise graph.error(name, f"{field} is {kind}; it must be real")
         wrong = np.isnan(value) if field == "v_threshold" else ~np.isfinite(value)
         if wrong.any():
             place = [int(i) for i in np.argwhere(wrong)[0]]
             raise graph.error(name, f"{field}{place or ''} is {value[wrong][0]}; it must be a finite number")
+
+
+def _require_extent(graph: Graph, name: str, extent: np.ndarray[Any, Any]) -> None:
+    """Raise an error unless the extent of an input or an output is one or several whole numbers above 0.
+
+    Raises:
+        NetworkError: it is something else.
+    """
+    if extent.dtype.kind not in "iuf" or not ((extent > 0) & (extent % 1 == 0)).all():
+        shown = extent.tolist()
+        raise graph.error(name, f"its shape is {shown!r:.60}; it must be of whole numbers above 0")
 
 
 def _flatten(graph: Any, prefix: str, nodes: dict[str, Any], edges: list[tuple[str, str]]) -> None:

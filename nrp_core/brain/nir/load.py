@@ -180,7 +180,10 @@ class _Loader:
         if self._kinds[name] == "Input":
             return relays(int(np.prod(shape)), self._step)
         signal: Signal = self._signals[name]
-        bias = np.broadcast_to(signal.bias, int(np.prod(shape))).astype(float)
+        count = int(np.prod(shape))
+        if (given := int(np.prod(signal.shape))) != count:
+            raise self._graph.error(name, f"it has {count} cells, and {given} values lead to it")
+        bias = np.broadcast_to(signal.bias, count).astype(float)
         try:
             node, current = self._graph.nodes[name], self._currents.get(name)
             return cells_of(node, shape, bias, self._step, self._lags[name], current)

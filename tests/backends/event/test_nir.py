@@ -6,6 +6,7 @@ from math import exp
 from pathlib import Path
 from typing import Any
 
+import h5py
 import nir
 import numpy as np
 import pytest
@@ -246,6 +247,21 @@ WRONG = {
         [("input", "w"), ("w", "lif")],
         r"node 'w' \(Linear\): weight is complex; it must be real",
     ),
+    "flags": (
+        {"w": nir.Linear(np.ones((1, 1), bool)), "lif": lif(1)},
+        [("input", "w"), ("w", "lif")],
+        r"node 'w' \(Linear\): weight is of flags; it must be real",
+    ),
+    "few": (
+        {"w": nir.Linear(np.ones((1, 1))), "lif": lif(2)},
+        [("input", "w"), ("w", "lif")],
+        r"node 'lif' \(LIF\): it has 2 cells, and 1 values lead to it",
+    ),
+    "many": (
+        {"w": nir.Linear(np.ones((3, 1))), "lif": lif(2)},
+        [("input", "w"), ("w", "lif")],
+        r"node 'lif' \(LIF\): it has 2 cells, and 3 values lead to it",
+    ),
     "reset": (
         {"lif": nir.LIF(np.full(1, DT), np.ones(1), np.zeros(1), np.ones(1), np.ones(1))},
         [("input", "lif")],
@@ -264,6 +280,27 @@ def test_an_impossible_node_is_named(tmp_path: Path, nodes: Any, edges: Any, mes
     with pytest.raises(NetworkError, match=message) as caught:
         emitted(written(tmp_path, nodes, edges, 1), noise(1), method="euler")
     assert "net.nir" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        (
+            "type",
+            "Affnie",
+            "the node 'w' is of the type 'Affnie', which does not exist; did you mean 'Affine'",
+        ),
+        ("lif/v_leak", [b"x"], r"node 'lif' \(LIF\): v_leak is a text; it must be real"),
+    ],
+)
+def test_a_wrong_dataset_of_a_file_is_named(tmp_path: Path, field: str, value: object, message: str) -> None:
+    nodes = {"w": nir.Linear(np.ones((1, 1))), "lif": lif(1)}
+    path = written(tmp_path, nodes, [("input", "w"), ("w", "lif")], 1)
+    with h5py.File(path, "r+") as file:
+        del file[f"node/nodes/{field}"]
+        file[f"node/nodes/{field}"] = value
+    with pytest.raises(NetworkError, match=message):
+        emitted(path, noise(1), method="euler")
 
 
 def test_a_file_is_a_brain_whose_inputs_devices_drive(tmp_path: Path) -> None:
