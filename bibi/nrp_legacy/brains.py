@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+import ast
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -14,6 +14,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from nrp_core._support.arrays import IntArray
+from nrp_core._support.dotted import last_name
 from nrp_core._support.xml import Element
 from nrp_core.analysis.evaluation import UnreadableError
 from nrp_core.brain.files.script import load_network
@@ -49,11 +50,8 @@ from nrp_legacy.shims.modules import message_modules
 from nrp_legacy.shims.paths import Paths
 from nrp_legacy.spinnaker import EXTERNAL_DEVICES, add_spinnaker
 
-_POPULATIONS = re.compile(
-    r"^\s*(?:from|import)\s+(?:pyNN|hbp_nrp_cle\.brainsim|python_cle|spynnaker).*^[^#\n]*\bPopulation\s*\(",
-    re.MULTILINE | re.DOTALL,
-)
-"""A script that makes populations of PyNN."""
+_PYNN = ("pyNN", "hbp_nrp_cle.brainsim", "python_cle", "spynnaker")
+"""How the names of modules begin in which scripts find PyNN's populations."""
 _PLACES = ("from", "to", "step", "index")
 _HDF5 = (".h5", ".hdf5")
 _SIMULATORS = (
@@ -137,7 +135,7 @@ def load_script(
         raise NetworkError(f"a brain must be a .py or .h5 file, not '{path.name}'", path=path)
     built, currents = BuiltBrain(), list[Injection]()
     kernel = RunningKernel(seed, built)
-    kernel.is_beside = _POPULATIONS.search(Source.of_file(path).text) is not None
+    kernel.is_beside = _makes_populations(path)
     built.nest = nest_module(kernel)
     built.on_begin.append(kernel.begin)
     kept: list[dict[str, Any]] = []
@@ -181,6 +179,20 @@ def load_script(
     _keep(built, kernel, made, kept[0], sims[0])
     noted = NotedNetwork(*parts, tuple(kernel.notes), tuple(currents), built, remarks=made.remarks)
     return with_views(noted, populations or {})
+
+
+def _makes_populations(path: Path) -> bool:
+    """Return whether a script calls for populations of PyNN."""
+    try:
+        nodes = list(ast.walk(Source.of_file(path).tree(unnoted)))
+    except ExperimentError:  # it is refused when it runs
+        return False
+    imported = [node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)]
+    imported += [one.name for node in nodes if isinstance(node, ast.Import) for one in node.names]
+    called = (node.func for node in nodes if isinstance(node, ast.Call))
+    return any(name.startswith(_PYNN) for name in imported) and any(
+        last_name(function) == "Population" for function in called
+    )
 
 
 def _keep(

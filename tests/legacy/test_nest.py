@@ -296,6 +296,13 @@ def test_cells_and_parameters_that_do_not_exist_are_named(tmp_path: Path, call: 
         loaded(tmp_path, CELLS_OF_PYNN + call + "\n")
 
 
+def test_only_a_call_makes_populations_and_moves_the_numbers_of_nodes(tmp_path: Path) -> None:
+    text = '"""One population.\n\n    Population (of NEST)\n"""\nimport pyNN.nest as sim\nimport nest\n'
+    text += "text = 'sim.Population(3)'\nkind = sim.Population\n"
+    text += "circuit = nest.Create('iaf_cond_alpha', 3)\nassert list(circuit) == [1, 2, 3]\n"
+    assert loaded(tmp_path, text).size == 3
+
+
 EARLY = "nodes = nest.Create('iaf_cond_alpha', 3)\nheard = nest.Create('spike_detector')\n"
 
 
