@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from nrp_core._support import machine
 from nrp_core.cli.session import RunRequest, Session
 from nrp_core.errors import ExperimentError
 from nrp_core.recording.layout import EXPERIMENT_NAME, MCAP_NAME, RUN_NAME, RUNNING, Images
@@ -26,8 +27,9 @@ END_NS = STEPS * 20_000_000
 
 @pytest.fixture
 def folder(fakes: None, drive_to_the_wall: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A recording of engines that simulate nothing, a chunk for each step."""
+    """A recording of engines that simulate nothing, a chunk for each step, without what is installed here."""
     monkeypatch.setattr(writer, "FLUSH_S", 0.0)
+    monkeypatch.setattr(machine, "distributions", dict)
     folder = tmp_path / "recording"
     request = RunRequest(str(drive_to_the_wall), ["criteria=null"], "0.06s", folder, Images.EXACT, "off")
     assert Session(request).run(as_json=False) == 0
