@@ -14,7 +14,7 @@ from nrp_core.paths import existing_file
 
 INSTALL = "pip install nir"
 _ENDS: Final = frozenset({"Input", "Output"})
-_KINDS: Final = {"c": "complex", "b": "of flags", "S": "a text", "U": "a text"}
+_KINDS: Final = {"c": "complex", "b": "of flags", "S": "a text", "U": "a text", "O": "a text"}
 _CONVOLUTIONS: Final = frozenset({"Conv1d", "Conv2d"})
 
 

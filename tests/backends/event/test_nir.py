@@ -286,7 +286,7 @@ def test_an_impossible_node_is_named(tmp_path: Path, nodes: Any, edges: Any, mes
     ("field", "value", "message"),
     [
         (
-            "type",
+            "w/type",
             "Affnie",
             "the node 'w' is of the type 'Affnie', which does not exist; did you mean 'Affine'",
         ),
