@@ -83,7 +83,7 @@ class ChildBuilder:
         data = self._asked(question, _contents(make, self._backend))
         self.warnings = [Finding.from_dict(one) for one in data["warnings"]]
         self.joined = [(pre, post) for pre, post in data["network"]["joined"]]
-        self.silent = [(part, first_ms) for part, first_ms in data["network"]["silent"]]
+        self.silent = [Silence(*one) for one in data["network"]["silent"]]
         self.mute = data["network"]["mute"]
         self.refusal = _error_of(data["refusal"]) if data["refusal"] else None
         network = skeleton_of(data["network"])

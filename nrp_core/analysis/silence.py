@@ -4,14 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import inf
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from nrp_core.brain.network.data import Network, Population, Projection
 
-Silence = tuple[str, float | None]
-"""A part in words, and the time (ms) before which it has no effect; None if it never has one."""
+
+class Silence(NamedTuple):
+    """A part without spikes at first.
+
+    Args:
+        part: the part in words.
+        first_ms: the time before which it has no effect; None if it never has one.
+        is_rare: whether that is the mean time to its first spike.
+    """
+
+    part: str
+    first_ms: float | None
+    is_rare: bool = False
 
 
 _LEAKY: Final = frozenset({"IF_curr_exp", "IF_curr_alpha", "IF_curr_delta", "IF_cond_exp", "IF_cond_alpha"})
@@ -27,10 +38,10 @@ def _sources(network: Network) -> Iterator[Silence]:
     for label, population in network.populations.items():
         first_ms = _first_ms(population)
         if first_ms > 0:
-            yield f"the source '{label}' does not fire", None if first_ms == inf else first_ms
+            yield Silence(f"the source '{label}' does not fire", None if first_ms == inf else first_ms)
         elif population.cell_type == "SpikeSourcePoisson" and "rate" in population.parameters:
             rate_hz = float(np.sum(population.parameters["rate"]))
-            yield f"the source '{label}' has hardly a spike", 1000.0 / rate_hz
+            yield Silence(f"the source '{label}' has hardly a spike", 1000.0 / rate_hz, is_rare=True)
 
 
 def mute(network: Network) -> list[str]:
@@ -79,13 +90,13 @@ def _projections(network: Network) -> Iterator[Silence]:
     for projection in network.projections:
         name = f"the projection '{projection.label}'"
         if projection.rewiring is not None:
-            yield f"{name} transmits no spikes", projection.rewiring.initial_delay_low
+            yield Silence(f"{name} transmits no spikes", projection.rewiring.initial_delay_low)
         elif not projection.size:
-            yield f"{name} has no synapses, so it transmits no spikes", None
+            yield Silence(f"{name} has no synapses, so it transmits no spikes", None)
         elif _is_weightless(projection):
-            yield f"{name} has no effect: all its weights are 0", None
+            yield Silence(f"{name} has no effect: all its weights are 0", None)
         else:
-            yield f"{name} transmits no spikes", float(np.min(projection.delay_ms))
+            yield Silence(f"{name} transmits no spikes", float(np.min(projection.delay_ms)))
 
 
 def _is_weightless(projection: Projection) -> bool:

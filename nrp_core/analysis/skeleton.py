@@ -15,6 +15,7 @@ from nrp_core.brain.network.rewiring import Rewiring
 
 _NO_INDEX = np.empty(0, dtype=np.int32)
 _NO_VALUE = np.empty(0)
+_FOR_WEIGHTS = ("tau_syn_E", "tau_syn_I", "v_rest", "v_thresh", "e_rev_E", "e_rev_I")
 
 
 def described(network: Network) -> dict[str, Any]:
@@ -119,12 +120,17 @@ def skeleton_of(described: dict[str, Any]) -> Network:
 
 
 def _least_leak(population: Population) -> dict[str, float]:
-    """Return the capacitance and time constant of the cell with the smallest leak, if cells have them."""
+    """Return the capacitance and time constant of the cell with the smallest leak, if cells have them.
+
+    The values by which weights are judged come with them if all cells have the same.
+    """
     cells = population.parameters
     if not {"cm", "tau_m"} <= cells.keys() or population.equations is not None or not population.size:
         return {}
     cell = int(np.argmin(cells["cm"] / cells["tau_m"]))
-    return {name: float(cells[name][cell]) for name in ("cm", "tau_m")}
+    alike = all(np.ptp(cells[name]) == 0.0 for name in ("cm", "tau_m", *_FOR_WEIGHTS) if name in cells)
+    names = ("cm", "tau_m", *(_FOR_WEIGHTS if alike else ()))
+    return {name: float(cells[name][cell]) for name in names if name in cells}
 
 
 def _text(positions_um: FloatArray | None) -> str | None:

@@ -11,7 +11,7 @@ import pytest
 from nrp_core import load_experiment
 from nrp_core.analysis.validate import validate_file
 from nrp_core.experiment.running.run import Run
-from nrp_core.findings import Finding, InvalidExperimentError
+from nrp_core.findings import Finding, InvalidExperimentError, Level
 
 Broken = Callable[..., list[Finding]]
 
@@ -134,6 +134,19 @@ def test_parts_of_a_brain_without_an_effect_are_noted(
     found = [finding for finding in validate_file(husky) if finding.code.name == "NRP248"]
     assert len(found) == bool(message)
     assert message in _messages(found)
+
+
+@pytest.mark.parametrize(
+    ("rate", "level"),
+    [("0.01", Level.WARNING), ("0.02", Level.NOTE), ("0.05", None), ("1e-3", Level.WARNING)],
+)
+def test_a_source_with_less_than_half_a_spike_in_the_run_is_a_warning(
+    rate: str, level: Level | None, husky: Path
+) -> None:
+    (husky / "brain.py").write_text(_BRAIN.format(**_SOUND).replace("rate=10.0", f"rate={rate}"))
+    found = [finding for finding in validate_file(husky) if finding.code.name == "NRP248"]
+    assert [finding.level for finding in found] == ([level] if level else [])
+    assert level is None or "the source 'noise' has hardly a spike before" in found[0].message
 
 
 @pytest.mark.parametrize("source", ["SpikeSourceGamma(beta=50.0)", "SpikeSourcePoissonRefractory(rate=50.0)"])

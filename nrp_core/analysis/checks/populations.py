@@ -13,6 +13,7 @@ from nrp_core.analysis.study import Examined, Study
 from nrp_core.brain.devices.ports import SourcePort
 from nrp_core.brain.devices.sinks import SinkPort
 from nrp_core.brain.devices.state_recorder import StateRecorderPort
+from nrp_core.brain.network.implausible import FEWEST_SPIKES
 from nrp_core.clock import milliseconds
 from nrp_core.dsl.devices.groups import DeviceGroup
 from nrp_core.findings import Code, Finding, Level
@@ -131,11 +132,12 @@ def devices_of_a_group_differ(function: Examined) -> Iterator[Finding]:
 def spikes_come_in_time(study: Study) -> Iterator[Finding]:
     """Look for sources and projections without an effect before the end of the run."""
     end_ms = milliseconds(study.experiment.duration)
-    for part, first_ms in study.silent:
+    for part, first_ms, is_rare in study.silent:
         if first_ms is None or first_ms >= end_ms:
             when = "" if first_ms is None else f" before {first_ms:g} ms, and the run ends at {end_ms:g} ms"
             place = study.experiment.place("brain", "model")
-            yield place.finding(Code.NRP248, part + when, Level.NOTE)
+            has_none = is_rare and first_ms is not None and end_ms < FEWEST_SPIKES * first_ms
+            yield place.finding(Code.NRP248, part + when, Level.WARNING if has_none else Level.NOTE)
 
 
 @checks_experiment(Code.NRP211)

@@ -308,6 +308,35 @@ def too_strong(weight: float, post: Population) -> str:
     return f"{weight:g} nA, which leads to {weight / leak:.3g} mV; is it meant in pA?"
 
 
+def too_weak(weight: float, post: Population) -> str:
+    """Return a weight with its effect if no rate of one source takes a cell to its threshold by it.
+
+    The effect is the mean voltage that ``HIGHEST_HZ`` cause in a cell at rest.
+    """
+    cells, in_mv = post.parameters, post.cell_type in _IN_MV
+    needed = {"cm", "tau_m", "v_rest", "v_thresh"} | (set() if in_mv else {"tau_syn_E", "tau_syn_I"})
+    needed |= {"e_rev_E", "e_rev_I"} if post.is_conductance_based else set()
+    if post.equations is not None or not needed <= cells.keys() or not post.size or not weight:
+        return ""
+    distance_mv = float((cells["v_thresh"] - cells["v_rest"]).min())
+    if not 0.0 < distance_mv < np.inf:  # pacemakers, and cells that never fire
+        return ""
+    effect_mv = weight * HIGHEST_HZ / 1000.0 * float(cells["tau_m"].max())
+    if not in_mv:  # an alpha function is e times as large as an exponential one of its height
+        longest_ms = float(max(cells["tau_syn_E"].max(), cells["tau_syn_I"].max()))
+        effect_mv *= np.e * longest_ms / float(cells["cm"].min())
+    if post.is_conductance_based:
+        forces = [np.abs(cells[f"e_rev_{kind}"] - cells["v_rest"]) for kind in "EI"]
+        effect_mv *= float(np.max(forces))
+    if effect_mv >= distance_mv:
+        return ""
+    unit = "mV" if in_mv else ("uS" if post.is_conductance_based else "nA")
+    return (
+        f"{weight:g} {unit}: even {HIGHEST_HZ:.0f} spikes a second move a cell by {effect_mv:.2g} mV, and "
+        f"its threshold is {distance_mv:g} mV above its resting potential; is it in another unit?"
+    )
+
+
 def _of_all_together(projection: Projection, post: Population) -> Iterator[str]:
     """Yield that no cell notices a projection, even if all its synapses are active at once."""
     cells, name = post.parameters, f"tau_syn_{'E' if projection.receptor == 'excitatory' else 'I'}"

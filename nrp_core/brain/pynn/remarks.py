@@ -6,6 +6,8 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+import numpy as np
+
 from nrp_core.brain.pynn.electrodes import DCSource
 from nrp_core.brain.pynn.expected import highest_probability
 from nrp_core.brain.pynn.populations import ids_of
@@ -13,6 +15,8 @@ from nrp_core.brain.pynn.simulator import State
 
 _BY_A_FUNCTION = ("DistanceDependentProbabilityConnector", "IndexBasedProbabilityConnector")
 _ROUNDING_MS = 1e-9
+_FEWEST = 3
+"""Cells of a group of which a list may leave out the first without a reason."""
 _ROUNDING = 1e-9
 
 
@@ -34,6 +38,7 @@ def remarks_on(state: State, populations: Sequence[str], projections: Sequence[s
         *_unplaced(state),
         *_beyond(state, projections),
         *_unpaired(state, projections),
+        *_from_one(state, projections),
         *_multiple(state, projections),
         *_certain(state, projections),
         *_empty(state, projections),
@@ -136,6 +141,27 @@ def _unpaired(state: State, labels: Sequence[str]) -> Iterator[str]:
             yield (
                 f"the projection '{label}' is one to one, but '{one.pre.label}' has {one.pre.size} cells and "
                 f"'{one.post.label}' has {one.post.size}: the remaining cells are not connected"
+            )
+
+
+def _from_one(state: State, labels: Sequence[str]) -> Iterator[str]:
+    """Yield the projections of a list with all cells of both groups but the first, which nothing connects."""
+    for one, label in zip(state.projections, labels, strict=True):
+        ends = (one.pre, one.post)
+        if type(one.connector).__name__ != "FromListConnector" or not one.connector.conn_list.size:
+            continue
+        columns = one.connector.conn_list[:, :2].T
+        if min(cells.size for cells in ends) < _FEWEST or not all(
+            np.array_equal(np.unique(column), np.arange(1, cells.size))
+            for column, cells in zip(columns, ends, strict=True)
+        ):
+            continue
+        others = [cells for each in state.projections if each is not one for cells in (each.pre, each.post)]
+        connected = np.concatenate([np.empty(0, np.int64), *map(ids_of, others)])
+        if not np.isin([ids_of(cells)[0] for cells in ends], connected).any():
+            yield (
+                f"the list of the projection '{label}' has all cells of '{one.pre.label}' and "
+                f"'{one.post.label}' but the first; cells are numbered from 0"
             )
 
 

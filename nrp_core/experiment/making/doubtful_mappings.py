@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 
-from nrp_core.brain.network.data import Network
-from nrp_core.brain.network.implausible import too_strong
+from nrp_core.brain.network.data import Network, Population
+from nrp_core.brain.network.implausible import too_strong, too_weak
 from nrp_core.dsl.functions.csv_recorder import inside
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.dsl.functions.mappings import MapCSVRecorder, MapSpikeSink, MapSpikeSource
@@ -20,7 +20,7 @@ from nrp_core.findings import Code, Finding, Level
 
 
 def doubtful_mappings(function: TransferFunction, network: Network) -> Iterator[Finding]:
-    """Yield findings about mappings that select a neuron twice, are too strong or write another file."""
+    """Yield findings about mappings with a neuron twice, a doubtful weight or another file of rows."""
     for name, mapping in function.mappings.items():
         match mapping:
             case MapSpikeSource() | MapSpikeSink():
@@ -31,7 +31,7 @@ def doubtful_mappings(function: TransferFunction, network: Network) -> Iterator[
                         message = f"'{name}' {verb} the same neuron {most} times: {mapping.selector!r}"
                         yield _at(mapping, Code.NRP211, message)
                         break
-                size = too_strong_source(mapping, network)
+                size = too_strong_source(mapping, network) or _too_weak_source(mapping, network)
                 if size:
                     yield _at(mapping, Code.NRP297, f"weight of '{name}' is {size}")
             case MapCSVRecorder(filename=str(filename)) if inside(filename) != filename:
@@ -41,19 +41,29 @@ def doubtful_mappings(function: TransferFunction, network: Network) -> Iterator[
 
 def too_strong_source(mapping: MapSpikeSource | MapSpikeSink, network: Network) -> str:
     """Return the weight of a source with its effect on its cells if that is implausibly large."""
+    return next(filter(None, _doubts(too_strong, mapping, network)), "")
+
+
+def _too_weak_source(mapping: MapSpikeSource | MapSpikeSink, network: Network) -> str:
+    """Return the weight of a source if it takes none of its cells to their threshold at any rate."""
+    doubts = list(_doubts(too_weak, mapping, network))
+    return doubts[0] if doubts and all(doubts) else ""
+
+
+def _doubts(
+    doubt: Callable[[float, Population], str], mapping: MapSpikeSource | MapSpikeSink, network: Network
+) -> Iterator[str]:
+    """Yield the doubt about the weight of a source, or an empty text, for each population that it drives."""
     weight = mapping.options.get("weight")
     if not isinstance(mapping, MapSpikeSource) or not isinstance(weight, int | float):
-        return ""
+        return
     if "synapse_type" in mapping.options:
-        return ""  # it may transmit a small share of the weight
+        return  # it may transmit a small share of the weight
     driven = [ids for ids in _chosen(mapping, network) if ids.size]
     for label, population in network.populations.items():
         first = network.offsets[label]
-        inside = any(((ids >= first) & (ids < first + population.size)).any() for ids in driven)
-        size = too_strong(abs(weight), population) if inside and not population.is_source else ""
-        if size:
-            return size
-    return ""
+        if any(((ids >= first) & (ids < first + population.size)).any() for ids in driven):
+            yield "" if population.is_source else doubt(abs(weight), population)
 
 
 def _chosen(
