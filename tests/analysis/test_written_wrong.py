@@ -37,6 +37,7 @@ def drive(t, left, count):
     x = x + 2.0 * half  # NRP247 'half' is a function, not a value; call it: half(...)
     x = x + None * left.voltage  # NRP247 None is not a number
     x = x - left.voltage / Vector3  # NRP247 'Vector3' is a class, not a value; call it: Vector3(...)
+    x = x + True * left.voltage  # NRP247 True counts as 1 in 'True * left.voltage': write a number
     x = x + float("nan") * left.voltage  # NRP247 always nan
     linear = Vector3(x, 0, 0)
     angular = Vector3(0, 0, math.sqrt)  # NRP227 'sqrt' is a function, not a value; call it
@@ -93,6 +94,7 @@ def drive(t, left, best):
     rows = sorted([left.voltage, GAIN], key=abs) + [0.0] * 2
     made = np.array(rows, dtype=float) * LIMIT
     work = abs if t > 1 else min
+    made[0] += (t > 1) * LIMIT + (MAPPED is True)
     if best.value == float("inf") or text is None:
         return Twist()
     return Twist(Vector3(drop(*rows) + work(made[0], 0), 0, 0), Vector3())

@@ -62,6 +62,20 @@ def numbers_are_computed_with(function: Examined) -> Iterator[Finding]:
 
 
 @checks_function(Code.NRP247)
+def truth_values_are_not_computed_with(function: Examined) -> Iterator[Finding]:
+    """Look for True and False as they are written in computations."""
+    for event in function.events:
+        match event:
+            case Add(ast.BinOp() as node) | Multiply(node) | Divide(node):
+                for side in (node.left, node.right):
+                    if isinstance(side, ast.Constant) and isinstance(side.value, bool):
+                        message = (
+                            f"{side.value} counts as {side.value:d} in '{excerpt(node)}': write a number"
+                        )
+                        yield function.declared.finding(Code.NRP247, side, message, Level.WARNING)
+
+
+@checks_function(Code.NRP247)
 def ordered_values_are_compared(function: Examined) -> Iterator[Finding]:
     """Look for strings that are compared with numbers."""
     for event in function.events:

@@ -164,8 +164,8 @@ def overridden(tree: Tree, override: str) -> Tree:
     Raises:
         InvalidExperimentError: it cannot be applied.
     """
-    place = Place(override=override)
-    key, equals, text = override.partition("=")
+    place = Place(override=str(override))  # what is not a text cannot be read as one either
+    key, equals, text = str(override).partition("=")
     keys = key.strip().split(".")
     try:
         if not equals or not all(keys):

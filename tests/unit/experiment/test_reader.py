@@ -210,6 +210,7 @@ def test_a_file_named_by_an_override_lies_below_the_current_folder(
     ("override", "finding"),
     [
         ("seed", "in the override 'seed': it must read 'dotted.key=value' [NRP215]"),
+        (None, "in the override 'None': it must read 'dotted.key=value' [NRP215]"),
         ("seed= ", "in the override 'seed= ': there is no value; write 'seed=null' to remove it [NRP215]"),
         ("brain..model=x", "in the override 'brain..model=x': it must read 'dotted.key=value' [NRP215]"),
         ("seed=x", "in the override 'seed=x': seed: should be a valid integer, not 'x' [NRP202]"),
