@@ -153,7 +153,11 @@ class PairDiff:
             because = "".join(f"; {flaw}" for flaw in flaws)
             raise ExperimentError(f"has no step in common with {other}{because}", path=one)
         rows = [row for metric in metrics for row in _measured(metric, ours, theirs)]
-        left_out = [*_left_out(one, runs[0], ours), *_left_out(other, runs[1], ours)]
+        left_out = [
+            *_unlike(ours, theirs),
+            *_left_out(one, runs[0], ours),
+            *_left_out(other, runs[1], ours),
+        ]
         engines = _engines(ours, theirs, margins)
         return cls(ours, theirs, divergence, deviations(ours, theirs), rows, engines, left_out, flaws)
 
@@ -186,6 +190,19 @@ def _engines(one: RunSignals, other: RunSignals, margins: EngineMargins) -> Engi
     return EngineVerdict(ranked(differences))
 
 
+def _unlike(one: RunSignals, other: RunSignals) -> Iterator[str]:
+    """Describe the groups of neurons that have one name in both runs and are not of one size."""
+    for part, (ours, theirs) in _resized(one, other).items():
+        yield f"'{part}' has {ours} neurons in one and {theirs} in the other: their trains are not compared"
+
+
+def _resized(one: RunSignals, other: RunSignals) -> dict[str, tuple[int, int]]:
+    """Return the numbers of neurons of the groups that have as many in one run alone."""
+    common = [name for name in one.groups if name in other.groups]
+    sizes = {name: (len(one.trains_s(name)), len(other.trains_s(name))) for name in common}
+    return {name: pair for name, pair in sizes.items() if pair[0] != pair[1]}
+
+
 def _left_out(path: Path, run: RunSignals, compared: RunSignals) -> Iterator[str]:
     """Describe the part of a recording that is not compared."""
     if not run.recording.complete:
@@ -205,11 +222,12 @@ def _measured(metric: Metric, one: RunSignals, other: RunSignals) -> list[Measur
             for part in dict.fromkeys((*a, *b))
         ]
     assert isinstance(metric, DistanceMetric)
+    resized = _resized(one, other)
     ours, theirs = metric.features(one), metric.features(other)
     return [
         Measured(metric, part, None, None, metric.distance(ours[part], theirs[part]))
         for part in ours
-        if part in theirs
+        if part in theirs and part not in resized
     ]
 
 
