@@ -23,6 +23,7 @@ found_by = register(FOUND_BY, SmallBackend, "brain")
 
 
 @found_by(
+    "a_delay_of_0_is_a_step_of_the_grid_or_is_refused",
     "a_cell_can_act_on_itself",
     "a_device_acts_within_its_delay_and_a_step",
     "a_fixed_frequency_source_sends_equidistant_spikes",
@@ -208,6 +209,7 @@ class SharesCurrentsBetweenBrains(SmallBrain):
 
 
 @found_by(
+    "a_delay_of_0_is_a_step_of_the_grid_or_is_refused",
     "cells_that_fire_at_once_are_reset_each_to_its_own_potential",
     "a_cell_can_act_on_itself",
     "a_snapshot_keeps_spikes_in_flight",
@@ -373,6 +375,7 @@ class PromisesSnapshots(SmallBrain):
 
 
 @found_by(
+    "delays_are_used_as_precisely_as_they_are_given",
     "a_brain_with_a_grid_stops_only_on_it_and_one_without_stops_anywhere",
     "a_cell_under_a_current_fires_at_the_times_of_its_equations",
     "a_device_acts_within_its_delay_and_a_step",
@@ -387,6 +390,7 @@ class HidesItsGrid(SmallBackend):
 
 
 @found_by(
+    "a_delay_of_0_is_a_step_of_the_grid_or_is_refused",
     "the_spikes_of_a_brain_with_a_grid_lie_on_it",
 )
 class NamesACoarserGridThanItHas(SmallBackend):

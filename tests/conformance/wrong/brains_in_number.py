@@ -73,6 +73,7 @@ class TakesTheFirstWeightOfAProjectionForAll(_Wires):
 
 
 @found_by(
+    "a_delay_of_0_is_a_step_of_the_grid_or_is_refused",
     "a_cell_can_act_on_itself",
     "projections_between_the_same_cells_keep_their_delays_and_receptors",
     "projections_between_the_same_populations_add_to_each_other",
@@ -212,6 +213,7 @@ class SharesOneResourceAmongSynapses(MinimalBrain):
 
 
 @found_by_with_short_term(
+    "a_delay_of_0_is_a_step_of_the_grid_or_is_refused",
     "a_cell_can_act_on_itself",
     "a_device_acts_within_its_delay_and_a_step",
     "a_fixed_frequency_source_sends_equidistant_spikes",
