@@ -90,9 +90,13 @@ def tasks_of(names: Iterable[str]) -> list[BenchmarkTask]:
     """Return the tasks of these names in the order of their difficulty, by default all.
 
     Raises:
-        ExperimentError: a task does not exist.
+        ExperimentError: a task does not exist, or is given twice.
     """
-    wanted = set(names) or set(TASKS)
+    given = list(names)
+    wanted = set(given) or set(TASKS)
     for name in sorted(wanted - TASKS.keys()):
         raise ExperimentError(f"there is no task '{name}'{did_you_mean(name, TASKS)}")
+    for place, name in enumerate(given):
+        if name in given[:place]:
+            raise ExperimentError(f"the task '{name}' is given twice")
     return [task for name, task in TASKS.items() if name in wanted]

@@ -108,6 +108,7 @@ def test_a_pair_that_cannot_begin_is_named_and_the_others_run(
 
 MISTAKES: Mapping[tuple[str, ...], str] = {
     ("walkin",): "there is no task 'walkin'; did you mean 'walking'?",
+    ("drive", "drive"): "the task 'drive' is given twice",
     ("drive", "--worlds", "dics"): "no world backend is called 'dics'; did you mean 'disc'?",
     ("drive", "--worlds", "disc,disc"): "world 'disc' is given twice",
 }
