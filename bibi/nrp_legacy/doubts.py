@@ -32,6 +32,8 @@ def doubts_about(exc: Experiment, bibi: Bibi) -> Iterator[Finding]:
     """Yield a finding for each value that is passed over."""
     yield from _repeated(exc.element, _ONCE_IN_EXC)
     yield from _repeated(bibi.element, _ONCE_IN_BIBI)
+    for brain in children(bibi.element, "brainModel"):
+        yield from _repeated(brain, ("file",))
     if exc.element is not bibi.element:
         yield from slips_in(exc.element, "ExD")
     yield from slips_in(bibi.element, "bibi")

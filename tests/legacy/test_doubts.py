@@ -55,6 +55,7 @@ def test_an_experiment_without_slips_is_not_doubted(tmp_path: Path) -> None:
             "<TimeSetp> is ignored; did you mean <timestep>",
         ),
         ("<timestep>20", "<timestep>", "the <timestep> is empty: the default is used"),
+        ("</file>", "</file><file>b.py</file>", "a second <file> is ignored: the one of line 2 is used"),
         ('to="5"', 'to=""', "'to' of the population 'all' is empty: not used"),
         ("<timestep>20", "<timestep>0.02", "the <timestep> is 0.02 ms; is it meant in s?"),
         ('"Range"', '"Rnage"', "the population 'all' is of an unknown type 'Rnage'; did you mean 'Range'?"),
