@@ -197,7 +197,7 @@ class Simulation(Closing):
         if state is State.READY:
             return
         if state is State.CLOSED:
-            raise LifecycleError(f"{self._name} is closed")
+            raise LifecycleError(f"{self._name} is closed: its 'with' block has ended, or close() was called")
         if not or_failed:
             raise LifecycleError(f"{self._name} has failed; only reset, restore and close work")
 
