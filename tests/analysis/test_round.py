@@ -273,6 +273,35 @@ def test_a_brain_script_without_a_seed_is_reported(husky: Path) -> None:
     assert "has no seed" in second
 
 
+def test_a_seed_from_the_clock_is_reported_and_a_time_alone_is_not(husky: Path) -> None:
+    path = husky / "brain.py"
+    lines = (
+        "import random\nimport time\nfrom pyNN.random import NumpyRNG\n"
+        "rng = NumpyRNG(seed=int(time.time()))\nrandom.seed(time.time_ns())\nbegan = time.time()\n"
+    )
+    path.write_text(lines + path.read_text())
+    first, second = sorted(said(husky))
+    assert "brain.py:4:25" in first
+    assert "brain.py:5:13" in second
+    assert all("is part of a seed and another one in each run [NRP243]" in one for one in (first, second))
+
+
+@pytest.mark.parametrize(
+    ("body", "is_told"),
+    [
+        ("if time.time() % 2 < 1:\n        return t", True),
+        ("if t > 1 and time.monotonic() > 3.0:\n        red.rate = 0.0\n        return None", True),
+        ("if time.time() % 2 < 1:\n        print(t)\n        return", False),
+        ("if t > 1:\n        return time.time()", False),
+        ("began = time.time()\n    print(time.time() - began)", False),
+    ],
+)
+def test_a_clock_that_decides_what_is_returned_is_reported(husky: Path, body: str, is_told: bool) -> None:
+    found = of_functions(husky, f"import time\n    {body}")
+    told = [one for one in found if "differs between runs, and what is returned depends on it" in one]
+    assert len(told) == is_told
+
+
 def test_an_own_topic_that_nobody_uses_is_noted(husky: Path) -> None:
     found = validate_file(husky / "experiment.yaml", ["topics={/mine: std_msgs/Float64}"])
     assert any("nothing publishes on the topic '/mine' and nothing reads it" in one.message for one in found)

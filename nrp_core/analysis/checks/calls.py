@@ -83,6 +83,7 @@ def only_functions_are_called(function: Examined) -> Iterator[Finding]:
 def nothing_depends_on_the_clock(function: Examined) -> Iterator[Finding]:
     """Look for the wall clock, and for functions that sleep."""
     imported = full_names(function.declared.source.tree)
+    decisive = set(_deciding_calls(function.declared.node))
     for node in ast.walk(ast.Module(function.declared.node.body, [])):
         if not isinstance(node, ast.Call):
             continue
@@ -97,8 +98,19 @@ def nothing_depends_on_the_clock(function: Examined) -> Iterator[Finding]:
             message = f"'{name}' stops the whole loop: simulated time stands still meanwhile"
             yield function.declared.finding(Code.NRP243, node, message, Level.WARNING)
         elif called in _CLOCKS or (called.startswith("random.") and called not in _SEEDED):
-            message = f"'{name}' differs between runs"
-            yield function.declared.finding(Code.NRP243, node, message, Level.NOTE)
+            message, level = f"'{name}' differs between runs", Level.NOTE
+            if node in decisive:
+                message, level = f"{message}, and what is returned depends on it", Level.WARNING
+            yield function.declared.finding(Code.NRP243, node, message, level)
+
+
+def _deciding_calls(node: ast.AST) -> Iterator[ast.Call]:
+    """Yield the calls in conditions under which a function returns a value."""
+    for one in ast.walk(node):
+        if isinstance(one, ast.If) and any(
+            isinstance(inner, ast.Return) and inner.value is not None for inner in ast.walk(one)
+        ):
+            yield from (call for call in ast.walk(one.test) if isinstance(call, ast.Call))
 
 
 @checks_function(Code.NRP243)

@@ -93,15 +93,24 @@ def brain_scripts_repeat(study: Study) -> Iterator[Finding]:
     except (OSError, SyntaxError, ValueError):  # reported where it is executed
         return
     imported = full_names(tree)
-    for node in ast.walk(tree):
-        if not isinstance(node, ast.Call):
-            continue
+    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
+    seeds = {inner for call in calls for seed in _seeds(call, imported) for inner in ast.walk(seed)}
+    for node in calls:
         name = _full_name(node.func, set(), imported)
         written = excerpt(node)
         if name in _UNSEEDED and not node.args and not node.keywords:
             message, level = f"'{written}' has no seed: it is another one in each run", Level.WARNING
+        elif name in _CHANCE and node in seeds:
+            message, level = f"'{written}' is part of a seed and another one in each run", Level.WARNING
         elif name in _CHANCE:
             message, level = f"'{written}' is another one in each run", Level.NOTE
         else:
             continue
         yield Finding(Code.NRP243, message, level, path, node.lineno, node.col_offset + 1)
+
+
+def _seeds(call: ast.Call, imported: dict[str, str]) -> Iterator[ast.expr]:
+    """Yield the arguments of a call that seed something."""
+    yield from (keyword.value for keyword in call.keywords if keyword.arg == "seed")
+    if _full_name(call.func, set(), imported) in _UNSEEDED:
+        yield from call.args
