@@ -78,10 +78,10 @@ def test_arguments_of_a_file_without_any_are_refused(husky: Path) -> None:
         husky,
         "world.robots.husky.args={colour: red}",
         "transfer_functions=[]",
-        "events={}",
-        "criteria={}",
-        "aliases={}",
-        "comparison.vary={}",
+        "events=null",
+        "criteria=null",
+        "aliases=null",
+        "comparison.vary=null",
     )
     assert "husky.sdf:5: this is not a xacro file, so it has no arguments" in message
 

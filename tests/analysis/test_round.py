@@ -71,7 +71,10 @@ def of_functions(husky: Path, body: str = "pass", **changes: str) -> list[str]:
         ("world.options.timestep=20 ms", "the physics step is 20 ms, and 1 to 5 ms are usual: contacts"),
         ("world.options.timestep=2 us", "10000 steps of 0.002 ms in each step of the loop"),
         ("brain.interventions=[{scale: {sources: sensors, by: 50}}]", "by 50; is it in percent? [NRP297]"),
-        ("brain.controls=[{shuffle: weights}, {shuffle: weights}]", "stands twice: the second one changes"),
+        (
+            "brain.controls=[{shuffle: weights}, {shuffle: weights}]",
+            "controls: items 0 and 1 of the list are the same",
+        ),
         ("criteria.x={near: {model: husky, point: [1000, 0], within: 1 m}}", "'point' is 993 m outside"),
         ("criteria.reaches_left.near.model=left_vr_screen", "'left_vr_screen' is always near itself"),
         ("brain.populations.more=[0, 0, 1]", "the population 'more' has 2 neurons, some of them twice"),
@@ -130,7 +133,7 @@ def of_functions(husky: Path, body: str = "pass", **changes: str) -> list[str]:
         ("events.left_red.at=40 s", "'left_red' is at 40 s, and the run ends at 40 s [NRP248]"),
         (
             "brain.interventions=[{silence: actors}, {silence: actors}]",
-            "has no effect: it stands twice [NRP336]",
+            "interventions: items 0 and 1 of the list are the same",
         ),
         (
             "criteria.x={stays_within: {model: husky, distance: 0.5 m, during: {until: left_red}}}",

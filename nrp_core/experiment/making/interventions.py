@@ -41,8 +41,6 @@ def with_variants(network: Network, experiment: Experiment, collector: Collector
     for i, intervention in enumerate(experiment.brain.interventions):
         with collector.during(Code.NRP335, *_KEYS, i, always=True):
             change, idle = intervention.change, intervention.idle(experiment.duration)
-            if intervention in experiment.brain.interventions[:i]:
-                idle = "stands twice"
             if idle:
                 message = f"'{intervention.name}' has no effect: it {idle}"
                 collector.add(Code.NRP336, message, *_KEYS, i, level=Level.WARNING)
@@ -68,17 +66,14 @@ def with_variants(network: Network, experiment: Experiment, collector: Collector
 
 def _with_controls(network: Network, experiment: Experiment, collector: Collector) -> Network:
     """Return the network after an experiment's controls."""
-    seeds, controls = Seeds(experiment.seed).child("controls"), experiment.brain.controls
-    for i, section in enumerate(controls):
+    seeds = Seeds(experiment.seed).child("controls")
+    for i, section in enumerate(experiment.brain.controls):
         keys = ("brain", "controls", i)
         with collector.during(Code.NRP335, *keys, always=True):
             before, network = network, section.control(network, seeds.child(str(i)))
             if any(projection.size for projection in before.projections) and _are_equal(before, network):
                 message = f"'{section.name}' changes nothing: the synapses stay the same"
                 collector.add(Code.NRP336, message, *keys, level=Level.WARNING)
-        if section in controls[:i]:
-            message = f"'{section.name}' stands twice: the second one changes the result of the first"
-            collector.add(Code.NRP336, message, *keys, level=Level.WARNING)
     return network
 
 
