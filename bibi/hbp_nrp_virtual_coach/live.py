@@ -97,7 +97,15 @@ class Live:
         run.write_csv(self._records)
 
     def _draft(self, name: str, source: str) -> Path:
-        """Write a source to a file, for the run to read."""
+        """Write a source to a file, for the run to read.
+
+        Raises:
+            ExperimentError: it is the name of a file.
+        """
+        if source.strip().endswith(Path(name).suffix) and len(source.split()) == 1:
+            raise ExperimentError(
+                f"{source.strip()!r:.60} is the name of a file; give its text, open(...).read()"
+            )
         path = Path(mkdtemp(dir=self._drafts.name), name)
         path.write_text(source, encoding="utf-8")
         return path

@@ -199,6 +199,8 @@ def test_another_brain_begins_at_zero_with_the_functions_that_there_are(
     assert simulation.get_transfer_function("drive") == AHEAD
     with pytest.raises(ExperimentError, match="division by zero"):
         simulation.edit_brain("1/0")
+    with pytest.raises(ExperimentError, match=r"'brain\.py' is the name of a file; give its text"):
+        simulation.edit_brain("brain.py")
     assert simulation.get_brain().endswith("marked = True\n")
     assert "stopped" not in states
     assert run_to(simulation, 1.0)["simulationTime"] == 1.0

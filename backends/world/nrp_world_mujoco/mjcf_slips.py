@@ -36,7 +36,7 @@ def warn_of_slips(root: Element, model: Any, warnings: Findings) -> None:
     elements = list(_all(root))
     actuators = [one for group in root.all("actuator") for one in group.children]
     for owners, found in (
-        (actuators, (*_one_sided(model), *_without_effect(model))),
+        (actuators, (*_one_sided(model), *_without_effect(model), *_rivals(model))),
         (elements, _armatures(model)),
     ):
         for code, name, message in found:
@@ -189,6 +189,27 @@ def _without_effect(model: Any) -> Iterator[tuple[Code, str, str]]:
                     f"the ctrlrange of {owner} is {low:g} to {high:g} rad, and the joint turns by up to "
                     f"{float(abs(model.jnt_range[joint]).max()):.3g} rad",
                 )
+
+
+def _rivals(model: Any) -> Iterator[tuple[Code, str, str]]:
+    """Yield the servos that hold a joint beside another one, each at a target of its own."""
+    servos: dict[tuple[int, int], str] = {}
+    for number in range(model.nu):
+        actuator = model.actuator(number)
+        gain, stiffness, damping = actuator.gainprm[0], -actuator.biasprm[1], -actuator.biasprm[2]
+        term = 1 if gain == stiffness > 0 else 2 if gain == damping > 0 else 0
+        if not term or mujoco.mjtTrn(model.actuator_trntype[number]) != mujoco.mjtTrn.mjTRN_JOINT:
+            continue
+        joint = int(actuator.trnid[0])
+        first = servos.setdefault((joint, term), actuator.name)
+        if first != actuator.name:
+            what = "position" if term == 1 else "velocity"
+            yield (
+                Code.NRP298,
+                actuator.name,
+                f"two servos drive the {what} of the joint '{model.joint(joint).name}', '{first}' and "
+                f"'{actuator.name}': each pulls it to its own target, which is 0 without a command",
+            )
 
 
 def _unreached(model: Any, number: int, joint: int, gear: float) -> str:

@@ -91,9 +91,9 @@ def nothing_depends_on_the_clock(function: Examined) -> Iterator[Finding]:
         if not re.fullmatch(r"[\w.]+", name):
             continue  # of a result, such as a generator with its own seed
         root, _, rest = name.partition(".")
+        called = ".".join(part for part in (imported.get(root, ""), rest) if part)
         if isinstance(function.declared.names.get(root), Known):
             continue  # this name is not a clock but a substitute of ours
-        called = ".".join(part for part in (imported.get(root, ""), rest) if part)
         if called == "time.sleep":
             message = f"'{name}' stops the whole loop: simulated time stands still meanwhile"
             yield function.declared.finding(Code.NRP243, node, message, Level.WARNING)
@@ -111,6 +111,20 @@ def _deciding_calls(node: ast.AST) -> Iterator[ast.Call]:
             isinstance(inner, ast.Return) and inner.value is not None for inner in ast.walk(one)
         ):
             yield from (call for call in ast.walk(one.test) if isinstance(call, ast.Call))
+
+
+@checks_function(Code.NRP300)
+def functions_do_not_wait(function: Examined) -> Iterator[Finding]:
+    """Look for functions that sleep in simulated time, which passes between their calls only."""
+    imported = full_names(function.declared.source.tree)
+    for node in function.declared.own:
+        if not isinstance(node, ast.Call):
+            continue
+        name = ast.unparse(node.func)
+        root, _, rest = name.partition(".")
+        if f"{imported.get(root, root)}.{rest}".strip(".") == "rospy.sleep":
+            message = f"'{name}' returns at once: simulated time stands still while a transfer function runs"
+            yield function.declared.finding(Code.NRP300, node, message, Level.WARNING)
 
 
 @checks_function(Code.NRP243)

@@ -8,10 +8,13 @@ from typing import Final
 
 from nrp_core._support.dotted import last_name
 from nrp_core.analysis.checks.angles import ARCS, CONVERSIONS, TURNING
+from nrp_core.analysis.events import Add, Read
 from nrp_core.analysis.quoting import excerpt
 from nrp_core.analysis.registry import checks_function
+from nrp_core.analysis.shapes import Instance, Known
 from nrp_core.analysis.study import Examined
 from nrp_core.findings import Code, Finding, Level
+from nrp_core.world.messages.geometry_msgs import Quaternion
 
 _ANGLES: Final = ("yaw", "heading", "theta", "angle", "roll", "pitch")
 _TAKES_ANGLES: Final = (*TURNING, *CONVERSIONS)
@@ -42,6 +45,24 @@ def parts_of_quaternions_are_no_angles(function: Examined) -> Iterator[Finding]:
                 if last_name(func) in _TAKES_ANGLES:
                     message = _NOT_AN_ANGLE.format(ast.unparse(part))
                     yield function.declared.finding(Code.NRP233, node, message, Level.WARNING)
+
+
+@checks_function(Code.NRP233)
+def parts_of_quaternions_are_no_terms(function: Examined) -> Iterator[Finding]:
+    """Look for a component of an orientation that is added to a number beyond 1, or subtracted from it."""
+    parts = {
+        id(event.node)
+        for event in function.events
+        if isinstance(event, Read) and event.owner == Instance(Quaternion)
+    }
+    for event in function.events:
+        match event:
+            case Add(ast.BinOp(one, _, other) as node, left, right):
+                for part, term in ((one, right), (other, left)):
+                    match term:
+                        case Known(int() | float() as number) if id(part) in parts and abs(number) > 1:
+                            message = _NOT_AN_ANGLE.format(ast.unparse(part))
+                            yield function.declared.finding(Code.NRP233, node, message, Level.WARNING)
 
 
 @checks_function(Code.NRP249)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from math import degrees, hypot, inf, isfinite, radians
+from math import degrees, hypot, inf, isfinite, pi, radians
 from typing import Final
 
 import numpy as np
@@ -13,7 +13,7 @@ from nrp_core._support.arrays import FloatArray
 from nrp_core.errors import SceneError, did_you_mean
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.rigid.pose import Pose, Vector
-from nrp_core.world.scene.implausible_joints import of_joints
+from nrp_core.world.scene.implausible_joints import of_joints, of_slides
 from nrp_core.world.scene.implausible_links import has_dense_link, of_links
 from nrp_core.world.scene.implausible_looks import of_looks
 from nrp_core.world.scene.implausible_shapes import box_around, of_radii, solid_or_seen, without_strays
@@ -46,6 +46,10 @@ _FASTEST_TURN: Final = radians(4000)
 """The widest range of gyroscopes, rad/s (ISM330DHCX data sheet: 4000 degrees per second)."""
 _SHORT: Final = 0.1
 """The smallest range of a sensor of distances, in sizes of the robot."""
+_OPTICAL: Final = matrix_of(Pose.from_rpy((0.0, 0.0, 0.0), -pi / 2, 0.0, -pi / 2))[:, :3]
+_ROUNDED: Final = 0.01
+"""How far a rounded angle is off, rad."""
+_UPRIGHT: Final = 0.9
 _SENSOR_TIMES: Final = 10.0
 """How many times a robot's size a sensor is away from its link if its place is in millimetres."""
 
@@ -198,6 +202,7 @@ def _of_sizes(model: Model) -> Iterator[str]:
     around = touched if shown is None else np.maximum(touched, shown)
     size_m = float(np.linalg.norm(around))
     yield from _of_sensors(model, size_m)
+    yield from of_slides(model, _largest_link_m(model))
     for link in model.links:
         away_m = 0.0 if link.inertial is None else hypot(*link.inertial.pose.position)
         if away_m > _SENSOR_TIMES * size_m:
@@ -252,6 +257,8 @@ def _of_sensors(model: Model, size_m: float) -> Iterator[str]:
                     f"the sensor {owner} measures up to {reach_m:g} m, and the robot is {size_m:.3g} m "
                     "large; is its range meant in km?"
                 )
+            yield from _of_optics(f"the camera {owner}", sensor, link)
+            yield from _of_touch(owner, sensor, link)
             pose = getattr(sensor, "pose", None)
             away_m = 0.0 if pose is None else hypot(*pose.position)
             if away_m > _SENSOR_TIMES * size_m:
@@ -259,6 +266,26 @@ def _of_sensors(model: Model, size_m: float) -> Iterator[str]:
                     f"the sensor {owner} is {away_m:.3g} m from its link, and the robot {size_m:.3g} m "
                     "large; is its pose meant in mm?"
                 )
+
+
+def _of_optics(owner: str, sensor: MountedSensor, link: Link) -> Iterator[str]:
+    """Yield that a camera on an upright link is turned as if it looked along z, and so lies on its side."""
+    if sensor.view is None or matrix_of(link.pose)[2, 2] < _UPRIGHT:
+        return
+    if np.abs(matrix_of(sensor.view.pose)[:, :3] - _OPTICAL).max() < _ROUNDED:
+        yield (
+            f"{owner} is turned by -pi/2 0 -pi/2 as an optical frame, and cameras look along x: "
+            "it looks along -y of its link, and the top of its images is along x"
+        )
+
+
+def _of_touch(owner: str, sensor: MountedSensor, link: Link) -> Iterator[str]:
+    """Yield that a contact sensor of a whole link has nothing that can touch anything."""
+    if sensor.tag == "contact" and not getattr(sensor, "collisions", ()) and not link.collisions:
+        yield (
+            f"the contact sensor {owner} is on the link '{link.name}', which has no collision shape: it "
+            "never reports a contact"
+        )
 
 
 def _of_view(owner: str, sensor: MountedSensor, size_m: float) -> Iterator[str]:

@@ -11,11 +11,19 @@ import numpy as np
 from nrp_core.world.rigid.matrices import matrix_of
 from nrp_core.world.scene.acting import ControllerKind, JointController, Pid
 from nrp_core.world.scene.model import Joint, Model
+from nrp_core.world.scene.posture import Posture
+from nrp_core.world.scene.starts import start_positions
 
 _TURNS_RAD: Final = 4 * pi
 """Two turns: joints of robots with limits turn less."""
 _DEGREES: Final = 720.0
 """More than two turns in degrees; larger limits mean "unlimited"."""
+_LONGEST_M: Final = 7.0
+"""A travel beyond the limits of a revolute joint, which many files have at a prismatic one, and:"""
+_ENDLESS_M: Final = 100.0
+"""one that means "unlimited", as do limits on both sides of 0."""
+_SIZES: Final = 20.0
+"""How many times longer than the largest link a travel is that is not meant in metres."""
 _SLOWEST_RAD_S: Final = 0.02
 """One degree a second: a fifth of the speed of the second hand of a clock, 0.1 rad/s."""
 _SLOWEST_M_S: Final = 1e-3
@@ -56,6 +64,17 @@ def of_joints(model: Model) -> Iterator[str]:
             yield from _of_controller(owner, joint, controller)
             yield from _of_strength(owner, joint, controller, model)
     yield from _of_double_control(model)
+
+
+def of_slides(model: Model, size_m: float) -> Iterator[str]:
+    """Yield that a joint slides much farther than its robot, whose largest link has a size, is long."""
+    for joint in model.joints:
+        is_slide = joint.kind == "prismatic" and joint.lower >= 0
+        if is_slide and max(_LONGEST_M, _SIZES * size_m) < joint.upper < _ENDLESS_M:
+            yield (
+                f"the joint '{joint.name}' of '{model.name}' slides from {joint.lower:g} to {joint.upper:g} "
+                f"m, and the largest link is {size_m:.2g} m large; is that meant in mm?"
+            )
 
 
 def _of_limits(owner: str, joint: Joint) -> Iterator[str]:
@@ -160,15 +179,15 @@ def _load(joint: Joint, model: Model) -> float:
     while count != len(beyond):
         count = len(beyond)
         beyond |= {one.child for one in model.joints if one.parent in beyond}
-    placed = [(model.link(name).pose, model.link(name).inertial) for name in beyond]
-    parts = [(one.mass, (pose @ one.pose).position) for pose, one in placed if one is not None]
-    if joint.stiffness or model.loops or model.starts or joint.parent in beyond:
+    if joint.stiffness or model.loops or joint.parent in beyond:
         return 0.0
+    posture = Posture(model, start_positions(model))
+    placed = [(posture.of(name) @ model.link(name).pose, model.link(name).inertial) for name in beyond]
+    parts = [(one.mass, (pose @ one.pose).position) for pose, one in placed if one is not None]
+    here = posture.of(joint.parent) @ joint.pose
     down = matrix_of(model.pose)[:, :3].T @ (0.0, 0.0, -_GRAVITY)
-    axis = matrix_of(joint.pose)[:, :3] @ np.array(joint.axis)
-    pull = sum(
-        (one * np.cross(np.subtract(place, joint.pose.position), down) for one, place in parts), np.zeros(3)
-    )
+    axis = matrix_of(here)[:, :3] @ np.array(joint.axis)
+    pull = sum((one * np.cross(np.subtract(place, here.position), down) for one, place in parts), np.zeros(3))
     return abs(float(axis @ pull))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from math import cos, pi
 from pathlib import Path
 
 import nrp_experiments.bodies
@@ -312,6 +314,61 @@ def test_a_joint_that_cannot_hold_what_hangs_on_it_is_reported(
     needed = 9.81 * (0.8 * 0.15 + 0.5 * 0.45)
     words = f"what it carries needs {needed:.2g} N m to be held where it starts"
     assert [words in one for one in found] == [True] * is_reported
+
+
+def test_a_joint_is_loaded_as_it_stands_at_the_start(tmp_path: Path) -> None:
+    """Upper arm down by 60 degrees: half of what it needs straight ahead; upright it needs nothing."""
+    text = (Path(nrp_experiments.bodies.__path__[0]) / "arm.sdf").read_text("utf-8")
+    weak = text.replace("<upper>2</upper><effort>20<", "<upper>2</upper><effort>0.5<")
+    (path := tmp_path / "arm.sdf").write_text(weak)
+    model, needed = read_model(path), 9.81 * (0.8 * 0.15 + 0.5 * 0.45) * cos(pi / 3)
+    for start, words in ((pi / 3, f"needs {needed:.2g} N m to be held"), (-pi / 2, "to be held")):
+        scene = Scene((replace(model, starts=(("shoulder", start),)),))
+        found = [sentence for _, sentence in implausible(scene, ["arm"])]
+        assert [words in one for one in found] == [True] * (start > 0)
+
+
+_CRANE = """<robot name="crane">
+  <link name="base"><inertial><mass value="5"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>
+    <collision><geometry><box size="0.3 0.3 0.3"/></geometry></collision></link>
+  <link name="hook">{solid}
+    <inertial><mass value="0.1"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4"/></inertial></link>
+  <joint name="slide" type="prismatic"><parent link="base"/><child link="hook"/>
+    <origin xyz="0 0 0.2" {turned}/>
+    <limit lower="{lower}" upper="{upper}" effort="10" velocity="1"/></joint>
+  <gazebo reference="hook"><sensor name="touch" type="contact"/>
+    <sensor name="eye" type="camera"><pose>0 0 0 {look}</pose>
+    <camera><horizontal_fov>1</horizontal_fov><image><width>8</width><height>8</height></image></camera>
+    </sensor></gazebo>
+</robot>"""
+_SOLID = '<collision><geometry><box size="0.05 0.05 0.05"/></geometry></collision>'
+_RIGHT = {"solid": _SOLID, "turned": "", "lower": "0", "upper": "0.2", "look": "0 0 0"}
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({}, ""),
+        ({"upper": "30"}, "'slide' of 'crane' slides from 0 to 30 m, and the largest link is 0.52 m large"),
+        ({"upper": "6.28"}, ""),
+        ({"lower": "-50", "upper": "50"}, ""),
+        ({"upper": "1000"}, ""),
+        (
+            {"solid": ""},
+            "the contact sensor 'touch' of 'crane' is on the link 'hook', which has no collision",
+        ),
+        ({"look": "-1.5708 0 -1.5708"}, "looks along -y of its link, and the top of its images is along x"),
+        ({"look": "-1.5708 0 -1.5708", "turned": 'rpy="1.5708 0 1.5708"'}, ""),
+        ({"look": "1.5708 0 0"}, ""),
+        ({"look": "0 0 -1.5708"}, ""),
+    ],
+)
+def test_travels_touch_and_cameras_that_contradict_their_robot_are_reported(
+    tmp_path: Path, values: dict[str, str], words: str
+) -> None:
+    (path := tmp_path / "crane.urdf").write_text(_CRANE.format(**_RIGHT | values))
+    found = [sentence for _, sentence in implausible(Scene((read_model(path),)), ["crane"])]
+    assert [words in one for one in found] == [True] * bool(words), found
 
 
 _NOISE = """<sdf version="1.9"><model name="scout"><link name="base">
