@@ -287,4 +287,4 @@ class SpikeRecorderDevice(RecorderDevice):
         return self.selection.label
 
     def shown(self) -> str:
-        return f"{len(self._seen)} spikes"
+        return f"times = {len(self._seen)} rows of neuron and ms"
