@@ -44,10 +44,8 @@ class Library:
         """Return the folders in which rooms and robots find the models that they refer to."""
         shelves = (library / shelf for library in self._models for shelf in _SHELVES)
         textures = self.folder / "resources" / "textures"
-        return [
-            self.folder,
-            *dict.fromkeys(folder for folder in (*shelves, textures) if folder.is_dir()),
-        ]
+        others = (folder for folder in (*shelves, textures) if folder.is_dir())
+        return list(dict.fromkeys((self.folder, *others)))
 
     def environment(self) -> dict[str, str]:
         """Return the environment variables with the folders of the platform."""

@@ -63,7 +63,7 @@ def test_a_rewired_fly_walks_over_the_sugar() -> None:
 def ends(*cells: str) -> dict[str, float]:
     """Return where the fly is after some of its descending cells were activated."""
     driven = ", ".join(f"{{activate: {{cells: {one}, rate: 300 Hz, weight: 15}}}}" for one in cells)
-    settings = [SMALL, f"brain.interventions=[{driven}]", "criteria={}", "duration=0.6 s"]
+    settings = [SMALL, f"brain.interventions=[{driven}]", "criteria=null", "duration=0.6 s"]
     return dict(run("fly", settings).final_pose["fly"])
 
 

@@ -62,7 +62,7 @@ def test_a_topic_that_only_the_agent_publishes_is_not_doubted(tmp_path: Path) ->
 def test_what_only_a_comparison_reads_is_not_doubted() -> None:
     """Its section varies an event that these settings leave out."""
     seen = {"observe": ["motion:husky"], "act": {"/husky/cmd_vel": {"linear.x": (0, 1)}}}
-    bare = ["transfer_functions=[]", "criteria=null", "events={}"]
+    bare = ["transfer_functions=[]", "criteria=null", "events=null"]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         make_env("braitenberg_husky", bare, **seen).close()

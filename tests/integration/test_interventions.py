@@ -37,7 +37,7 @@ def experiment_of(brain: str, *settings: str) -> Experiment:
     own = [
         f"brain.model={brain}",
         "brain.populations={sensors: null, actors: null, driver: 1, relay: 3, last: 5}",
-        "transfer_functions=[]", "aliases={}", "events={}", "criteria={}", "comparison.vary={}",
+        "transfer_functions=[]", "aliases=null", "events=null", "criteria=null", "comparison.vary=null",
         "world.options.image_scale=0.1", "duration=1 s", "brain.backend=spinnaker", *settings,
     ]  # fmt: skip
     return load_experiment("braitenberg_husky", own)

@@ -293,7 +293,8 @@ def test_a_run_in_the_background_of_a_script_is_ended_cleanly(experiment: Path, 
         wait $!
         echo $? > code.txt
     """
-    subprocess.run(["sh", "-c", script], cwd=experiment, check=True, timeout=120)
+    heard = ["env", f"--default-signal={sent}", "sh", "-c", script]  # the tests may run under nohup
+    subprocess.run(heard, cwd=experiment, check=True, timeout=120)
     assert (experiment / "code.txt").read_text() == "130\n"
     recording = Recording(experiment / "out")
     assert recording.check().intact
