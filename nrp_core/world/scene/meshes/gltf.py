@@ -40,7 +40,8 @@ def parse_gltf(data: bytes, beside: ReadBeside) -> list[Surface]:
     """
     try:
         file = _File(data, beside)
-        return [each for node in file.roots for each in file.surfaces(node, np.eye(4), frozenset())]
+        with np.errstate(invalid="ignore", over="ignore"):  # triangles without numbers are left out later
+            return [each for node in file.roots for each in file.surfaces(node, np.eye(4), frozenset())]
     except (LookupError, TypeError, AttributeError, OverflowError, RecursionError) as error:
         raise ValueError(f"it is not valid glTF: {type(error).__name__}: {error}") from error
 

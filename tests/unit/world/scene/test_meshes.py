@@ -477,6 +477,15 @@ def test_a_damaged_file_is_read_or_refused_but_never_crashes(suffix: str, data: 
     assert all(np.isfinite(triangles).all() for triangles in (piece.triangles for piece in pieces))
 
 
+@pytest.mark.parametrize("number", [b"\0\0\x81\x7f", b"\0\0\x80\x7f", b"\0\0\xc0\x7f"])
+def test_a_triangle_of_gltf_whose_corner_is_no_number_is_left_out(number: bytes) -> None:
+    """A signalling nan, an infinity and a quiet nan in the corner that only one triangle has."""
+    corners = square_gltf.CORNERS.tobytes()
+    damaged = square_gltf.binary_file({}).replace(corners, corners[:36] + number + corners[40:])
+    (surface,), left_out = parse(damaged, ".glb", lambda _: None)
+    assert (len(surface.triangles), left_out) == (1, 1)
+
+
 def test_a_written_mesh_is_read_back(tmp_path: Path) -> None:
     write_stl(tmp_path / "a.stl", ball(5))
     assert read_stl(tmp_path / "a.stl") == pytest.approx(ball(5), abs=1e-6)
