@@ -29,6 +29,7 @@ from nrp_core.brain.pynn.arguments import (
     require_shape,
     require_values,
 )
+from nrp_core.brain.pynn.ids import ID
 from nrp_core.brain.pynn.invalid import (
     InvalidValueError,
     UnknownCellError,
@@ -50,28 +51,6 @@ BYTES_PER_VALUE = 8
 
 WRITTEN = (".nix", ".h5", ".nwb", ".pkl", ".pickle", ".mat")
 """The suffixes of files to which PyNN writes data."""
-
-
-class ID(int, common.IDMixin):
-    """A cell, which is also its global id."""
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        if name != "parent" and not hasattr(type(self), name):
-            self.parent._require([name])
-        super().__setattr__(name, value)
-
-    def __getattr__(self, name: str) -> Any:
-        """Return a parameter; an attribute of populations is refused: one cell was given in place of some."""
-        if name in ("parent", "set") or name.startswith("_"):
-            return super().__getattr__(name)
-        if name in vars(self.parent) or hasattr(type(self.parent), name):
-            place = self.parent.id_to_index(self)
-            label = self.parent.label
-            raise UnknownParameterError(
-                f"this is one cell of '{label}', which has no '{name}'; a slice is a view of it: "
-                f"[{place}:{place + 1}]"
-            )
-        return super().__getattr__(name)
 
 
 @cache

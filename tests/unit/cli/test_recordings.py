@@ -60,10 +60,7 @@ def test_options_of_figures_without_effect_are_told(
 @pytest.mark.parametrize(
     ("sheet", "words"),
     [
-        (
-            "axes.tittlesize: 12\n",
-            ":1: the style sheet cannot be used: 'axes.tittlesize' is not a setting; did you",
-        ),
+        ("axes.tittlesize: 12\n", ":1: the style sheet cannot be used: 'axes.tittlesize' is not a setting;"),
         ("# mine\naxes.titlesize: huge\n", ":2: the style sheet cannot be used: Bad value"),
         ("axes.titlesize 12\n", ":1: the style sheet cannot be used: Missing colon"),
         ("axes.titlesize: 12\n", ""),
