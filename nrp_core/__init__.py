@@ -15,7 +15,6 @@ from nrp_core._support.lazy import lazily
 
 TYPE_CHECKING = False  # known to type checkers; typing itself takes 5 ms to import
 if TYPE_CHECKING:
-    from nrp_core.analysis.validate import validate as validate
     from nrp_core.brain.backends import brains as brains
     from nrp_core.brain.files import read_network as read_network
     from nrp_core.brain.files import save_network as save_network
@@ -27,6 +26,7 @@ if TYPE_CHECKING:
     from nrp_core.brain.network.data import Population as Population
     from nrp_core.brain.network.data import Projection as Projection
     from nrp_core.brain.nir.save import save_nir as save_nir
+    from nrp_core.checks.validate import validate as validate
     from nrp_core.dsl.functions.function import TransferFunction as TransferFunction
     from nrp_core.dsl.loading.imports import provide_messages as provide_messages
     from nrp_core.dsl.loading.loader import load_transfer_functions as load_transfer_functions
@@ -67,7 +67,7 @@ else:
     __getattr__, __dir__, __all__ = lazily(
         __name__,
         {
-            "nrp_core.analysis.validate": "validate",
+            "nrp_core.checks.validate": "validate",
             "nrp_core.brain.backends": "brains",
             "nrp_core.brain.files": "read_network save_network",
             "nrp_core.brain.files.script": "load_network",

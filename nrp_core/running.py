@@ -11,7 +11,7 @@ from pathlib import Path
 from nrp_core._support.callables import takes
 from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core._support.numbers import is_number
-from nrp_core.analysis.doubts import checked_run
+from nrp_core.checks.doubts import checked_run
 from nrp_core.clock import from_seconds
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.making.prepare import ProgressCallback, no_progress

@@ -10,7 +10,7 @@ from contextlib import suppress
 from typing import Any, TypeVar
 
 from hbp_nrp_virtual_coach.once import log
-from nrp_core.analysis.doubts import announcement, checked_run
+from nrp_core.checks.doubts import announcement, checked_run
 from nrp_core.clock import NS_PER_S, seconds
 from nrp_core.errors import LifecycleError
 from nrp_core.experiment.model.experiment import Experiment

@@ -16,10 +16,10 @@ import numpy as np
 from nrp_core._support.arrays import IntArray
 from nrp_core._support.dotted import last_name
 from nrp_core._support.xml import Element
-from nrp_core.analysis.evaluation import UnreadableError
 from nrp_core.brain.files.script import load_network
 from nrp_core.brain.network.data import Network
 from nrp_core.brain.network.picking import CIRCUIT, Selection, with_views
+from nrp_core.checks.evaluation import UnreadableError
 from nrp_core.dsl.selection.selectors import Selector
 from nrp_core.errors import ExperimentError, NetworkError
 from nrp_core.findings import Code, Finding

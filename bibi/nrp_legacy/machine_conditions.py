@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 from nrp_core._support.dotted import last_name
-from nrp_core.analysis.choices import number_of
-from nrp_core.analysis.quoting import excerpt
-from nrp_core.analysis.scopes import own_nodes
-from nrp_core.analysis.shapes import hints
+from nrp_core.checks.choices import number_of
+from nrp_core.checks.quoting import excerpt
+from nrp_core.checks.scopes import own_nodes
+from nrp_core.checks.shapes import hints
 from nrp_core.dsl.parameters.messages import message_packages
 from nrp_core.findings import Code
 from nrp_core.world.raycast.extent import width_m

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Final
 
 from nrp_core._support.dotted import last_name
-from nrp_core.analysis.choices import number_of, without_choice
-from nrp_core.analysis.imported import full_names
-from nrp_core.analysis.quoting import excerpt
+from nrp_core.checks.choices import number_of, without_choice
+from nrp_core.checks.imported import full_names
+from nrp_core.checks.quoting import excerpt
 from nrp_core.clock import from_seconds, seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.findings import Code, Finding, Level

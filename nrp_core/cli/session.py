@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
-from nrp_core.analysis.doubts import checked_run
+from nrp_core.checks.doubts import checked_run
 from nrp_core.cli.failure import INTERRUPTED, NO, as_data, complain, lines
 from nrp_core.cli.options import usage_errors
 from nrp_core.cli.output import document

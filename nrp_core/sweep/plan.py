@@ -11,8 +11,8 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from nrp_core.analysis.doubts import announcement, doubts_of
 from nrp_core.brain.backends import brains
+from nrp_core.checks.doubts import announcement, doubts_of
 from nrp_core.clock import milliseconds, seconds
 from nrp_core.comparison.grid import digest_of_files, require_there
 from nrp_core.errors import ExperimentError, did_you_mean

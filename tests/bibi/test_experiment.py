@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from nrp_core.analysis.validate import validate_file
+from nrp_core.checks.validate import validate_file
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.result import Result
 from nrp_core.experiment.running.run import Run

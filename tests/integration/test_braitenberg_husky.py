@@ -2,7 +2,7 @@
 
 import pytest
 
-from nrp_core.analysis.validate import validate_file
+from nrp_core.checks.validate import validate_file
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.find import load_experiment, shipped
 from nrp_core.experiment.running.result import Result

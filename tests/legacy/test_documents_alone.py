@@ -9,7 +9,7 @@ from nrp_bibi.model.functions import Robot2Neuron
 from nrp_bibi.model.selectors import MapSelector
 from nrp_bibi.reader import read_bibi
 
-from nrp_core.analysis.validate import validate_file
+from nrp_core.checks.validate import validate_file
 from nrp_core.cli.app import run_app
 from nrp_core.findings import Code, Finding, Level
 

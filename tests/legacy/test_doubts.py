@@ -8,7 +8,7 @@ import pytest
 from nrp_legacy.documents import read_bibi, read_experiment
 from nrp_legacy.doubts import doubts_about
 
-from nrp_core.analysis.validate import validate_file
+from nrp_core.checks.validate import validate_file
 from nrp_core.findings import Code, Weight
 
 _EXC = """<ExD>

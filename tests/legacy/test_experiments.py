@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from nrp_legacy.reader import read_exc
 
-from nrp_core.analysis.validate import validate_file
+from nrp_core.checks.validate import validate_file
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 

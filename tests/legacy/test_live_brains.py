@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from nrp_legacy.reader import read_exc
 
-from nrp_core.analysis.validate import validate_file
+from nrp_core.checks.validate import validate_file
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
 

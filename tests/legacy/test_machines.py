@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from recorded import rows
 
-from nrp_core.analysis.validate import validate_file
+from nrp_core.checks.validate import validate_file
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code
 from nrp_core.world.scene.model import Box

@@ -17,7 +17,7 @@ from nrp_legacy.code import Source
 from nrp_legacy.convert.python import piece_of
 from nrp_legacy.python2 import converted, executable, names
 
-from nrp_core.analysis.validate import validate_file
+from nrp_core.checks.validate import validate_file
 from nrp_core.errors import TransferFunctionError
 
 

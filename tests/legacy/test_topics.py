@@ -12,7 +12,7 @@ from nrp_legacy.aliases import find_alias
 from nrp_legacy.framework import topic
 from nrp_legacy.shims.tuples import as_in_ros1
 
-from nrp_core.analysis.validate import validate_file
+from nrp_core.checks.validate import validate_file
 from nrp_core.dsl.testing.mocks import MockWorld
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 import nrp_core
-from nrp_core.analysis.doubts import announcement, doubts_of
 from nrp_core.benchmark.ladder import Ladder
 from nrp_core.benchmark.tasks import BenchmarkTask
+from nrp_core.checks.doubts import announcement, doubts_of
 from nrp_core.cli import app
 from nrp_core.evolve import evolve
 from nrp_core.findings import Code

@@ -109,7 +109,7 @@ def run(
     try:
         code = Session(request).run(as_json=json)
     except InvalidExperimentError as error:
-        from nrp_core.analysis.validate import refined
+        from nrp_core.checks.validate import refined
 
         raise refined(error, experiment, settings) from None
     raise typer.Exit(code)

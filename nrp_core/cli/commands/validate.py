@@ -45,7 +45,7 @@ def validate(
     The brain script is executed, in a process without network that can write only temporary files, where the
     system allows that (nrp doctor), for at most 20 s.
     """
-    from nrp_core.analysis.validate import validate_file
+    from nrp_core.checks.validate import validate_file
 
     if json and format not in (FindingFormat.TEXT, FindingFormat.JSON):
         raise typer.BadParameter(
@@ -58,7 +58,7 @@ def validate(
 
 
 def _write(findings: list[Finding], form: FindingFormat, *, is_valid: bool) -> None:
-    from nrp_core.analysis.formats import github, sarif
+    from nrp_core.checks.formats import github, sarif
 
     if form is FindingFormat.JSON:
         document({"valid": is_valid, "findings": [finding.to_dict() for finding in findings]})

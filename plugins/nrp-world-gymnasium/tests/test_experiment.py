@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from nrp_core import InvalidExperimentError, Run, load_experiment, run
-from nrp_core.analysis.validate import validate_file
+from nrp_core.checks.validate import validate_file
 from nrp_core.findings import Code, Level
 
 PLUGIN = Path(__file__).parents[1]

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 import nrp_core
-from nrp_core.analysis import doubts
-from nrp_core.analysis.study import Study
+from nrp_core.checks import doubts
+from nrp_core.checks.study import Study
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.find import load_experiment

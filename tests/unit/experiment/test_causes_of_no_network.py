@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.analysis import network as analysis_network
-from nrp_core.analysis.validate import validate_file
 from nrp_core.brain.files import read_network, save_network
 from nrp_core.brain.files.script import load_network
+from nrp_core.checks import network as analysis_network
+from nrp_core.checks.validate import validate_file
 from nrp_core.experiment.reading.find import load_experiment
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, InvalidExperimentError, Level

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.analysis.validate import validate_file
+from nrp_core.checks.validate import validate_file
 from nrp_core.findings import Code
 
 SHIPPED = Path(str(files("nrp_experiments"))) / "slalom_pioneer"

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from nrp_core.analysis.validate import validate, validate_file
+from nrp_core.checks.validate import validate, validate_file
 from nrp_core.errors import BackendLoadError, ExperimentError, UnknownBackendError
 from nrp_core.experiment.making.prepare import prepare
 from nrp_core.experiment.reading.find import load_experiment

@@ -11,7 +11,7 @@ from nrp_cockpit.designer.brain.document import BrainDocument
 from nrp_cockpit.designer.brain.interventions import interventions_of, overrides_of, yaml_of
 from visitors import SMALL, RefusedError, Visitor, cockpit
 
-from nrp_core.analysis.validate import validate
+from nrp_core.checks.validate import validate
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.model.experiment import Experiment
 from nrp_core.experiment.reading.find import load_experiment

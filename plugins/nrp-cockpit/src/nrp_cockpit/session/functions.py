@@ -13,8 +13,8 @@ from nrp_cockpit.session.completion import words_of
 from nrp_cockpit.session.costs import Costs
 from nrp_cockpit.session.drafts import Drafts
 from nrp_cockpit.session.findings import finding_data, function_data
-from nrp_core.analysis.doubts import new_doubts
-from nrp_core.analysis.validate import validate
+from nrp_core.checks.doubts import new_doubts
+from nrp_core.checks.validate import validate
 from nrp_core.errors import ExperimentError, NrpError
 from nrp_core.experiment.making.maker import load_functions
 from nrp_core.experiment.model.experiment import Experiment

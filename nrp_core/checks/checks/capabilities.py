@@ -1,0 +1,151 @@
+"""Capabilities that robots, functions and events need and the chosen world lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from nrp_core.checks.registry import checks_experiment
+from nrp_core.checks.study import Study
+from nrp_core.dsl.parameters.topics import SubscribedTopic
+from nrp_core.findings import Code, Finding, Level
+from nrp_core.findings.refusals import world_lacks
+from nrp_core.world.capabilities import WorldCapabilities, needs_of
+from nrp_core.world.scene.model import Scene
+from nrp_core.world.sensors.contact import CONTACTS
+from nrp_core.world.services.service import PREFIX
+
+_SERVICES = {
+    "set_model_state": "changes", "set_link_state": "changes", "set_model_configuration": "changes",
+    "spawn_sdf_model": "changes", "spawn_urdf_model": "changes", "spawn_sdf_entity": "changes",
+    "delete_model": "changes", "set_physics_properties": "changes",
+    "apply_body_wrench": "joint_control", "apply_joint_effort": "joint_control",
+}  # fmt: skip
+"""The capability that each service needs."""
+
+
+@checks_experiment(Code.NRP216)
+def the_world_has_the_sensors(study: Study) -> Iterator[Finding]:
+    """Look for sensors that a function, an event or a criterion reads and the world does not simulate."""
+    if study.scene is None:
+        return
+    lacking = _lacking(study, _senses(study.scene))
+    for examined in study.examined:
+        for name, adapter in examined.adapters.items():
+            if isinstance(adapter, SubscribedTopic) and adapter.name in lacking:
+                message = f"'{name}' gets no messages: {lacking[adapter.name]}"
+                node = examined.declared.nodes.get(name)
+                yield examined.declared.finding(Code.NRP216, node, message, Level.WARNING)
+    experiment = study.experiment
+    for event, what in experiment.events.items():
+        if what.when is not None and what.when.topic is not None and what.when.topic.name in lacking:
+            message = f"'{event}' never happens: {lacking[what.when.topic.name]}"
+            place = experiment.place("events", event, "when", "topic", "name")
+            yield place.finding(Code.NRP216, message, Level.WARNING)
+    for criterion, asked in experiment.criteria.items():
+        if asked.topic_stays is not None and asked.topic_stays.name in lacking:
+            message = f"'{criterion}' is never met: {lacking[asked.topic_stays.name]}"
+            place = experiment.place("criteria", criterion, "topic_stays", "name")
+            yield place.finding(Code.NRP216, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP216)
+def the_world_reports_distances(study: Study) -> Iterator[Finding]:
+    """Look for events and criteria about distances in a world that does not report where models are."""
+    if study.world is None or study.world.capabilities.poses:
+        return
+    experiment = study.experiment
+    events = (
+        ("events", name, "when", "near")
+        for name, event in experiment.events.items()
+        if event.when is not None and event.when.near is not None
+    )
+    criteria = (
+        ("criteria", name) for name, asked in experiment.criteria.items() if asked.topic_stays is None
+    )
+    for keys in (*events, *criteria):
+        message = f"'{keys[1]}' needs a distance: {world_lacks(experiment.world.backend, 'poses')}"
+        yield experiment.place(*keys).finding(Code.NRP216, message)
+
+
+@checks_experiment(Code.NRP216)
+def the_world_does_what_is_commanded(study: Study) -> Iterator[Finding]:
+    """Look for joints, forces and changes that a function or an event commands and the world refuses."""
+    if study.scene is None:
+        return
+    lacking = _lacking(study, _commands(study.scene))
+    for examined in study.examined:
+        declared, returned = examined.declared, examined.returns_to
+        topics = {"": returned.name} if returned is not None else {}
+        topics |= {name: one.writes.name for name, one in examined.function.mappings.items() if one.writes}
+        for name, topic in topics.items():
+            if topic in lacking:
+                message = f"nothing reacts to messages on '{topic}': {lacking[topic]}"
+                yield declared.finding(Code.NRP216, declared.nodes.get(name), message)
+    for event, what in study.experiment.events.items():
+        for i, published in enumerate(what.publish):
+            if published.topic in lacking:
+                message = f"nothing reacts to '{published.topic}': {lacking[published.topic]}"
+                place = study.experiment.place("events", event, "publish", i, "topic")
+                yield place.finding(Code.NRP216, message)
+
+
+@checks_experiment(Code.NRP216)
+def the_world_moves_the_robots(study: Study) -> Iterator[Finding]:
+    """Look for models that need forces to move or hold, in a world without dynamics."""
+    if study.world is None or study.scene is None:
+        return
+    has, backend = study.world.capabilities, study.experiment.world.backend
+    for model in study.scene.models:
+        held = [one.joint for one in model.controllers if one.initial is not None]
+        lacking = [
+            (j.name, need) for j in model.joints for need in needs_of(model, j) if not getattr(has, need)
+        ]
+        message = ""
+        if not (has.dynamics or model.static or model.drives):
+            message = f"'{model.name}' could not move: {world_lacks(backend, 'dynamics')}"
+        elif held and not has.joint_control:
+            message = f"'{model.name}' holds {held[0]}: {world_lacks(backend, 'joint_control')}"
+        elif lacking and has.dynamics and not model.static:
+            joint, need = lacking[0]
+            message = f"'{model.name}/{joint}' could not move: {world_lacks(backend, need)}"
+        if message:
+            is_robot = model.name in study.experiment.world.robots
+            keys = ("world", "robots", model.name) if is_robot else ("world", "scene")
+            yield study.experiment.place(*keys).finding(Code.NRP216, message)
+
+
+def _lacking(study: Study, needs: Iterable[tuple[str, str]]) -> dict[str, str]:
+    """Return the topics for which the world lacks capabilities, with these capabilities."""
+    if study.world is None:
+        return {}
+    has: WorldCapabilities = study.world.capabilities
+    backend = study.experiment.world.backend
+    return {topic: world_lacks(backend, need) for topic, need in needs if not getattr(has, need)}
+
+
+def _senses(scene: Scene) -> Iterator[tuple[str, str]]:
+    """Yield the topic of each sensor, wheels included, with each capability that it needs."""
+    for _, link in scene.links():
+        for sensor in link.sensors:
+            for need in sensor.needs:
+                yield sensor.topic, need
+    for model in scene.models:
+        for topic in (model.joint_states_topic, *(drive.wheel_speeds_topic for drive in model.drives)):
+            if topic is not None:
+                yield topic, "dynamics"
+    yield CONTACTS, "contacts"
+
+
+def _commands(scene: Scene) -> Iterator[tuple[str, str]]:
+    """Yield the topic of each command with the capability that it needs."""
+    for model in scene.models:
+        for controller in model.controllers:
+            yield controller.topic, "joint_control"
+        for pair in model.pair_controllers:
+            yield pair.topic, "joint_control"
+        for group in model.group_controllers:
+            yield group.topic, "joint_control"
+        for follower in model.trajectory_controllers:
+            yield follower.command_topic, "joint_control"
+    for service, need in _SERVICES.items():
+        yield f"{PREFIX}{service}", need

@@ -1,0 +1,273 @@
+"""Conditions of events, criteria and comparisons that can never be met."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Final
+
+from nrp_core.checks.registry import checks_experiment
+from nrp_core.checks.study import Study
+from nrp_core.clock import NS_PER_S, seconds
+from nrp_core.errors import ExperimentError, did_you_mean
+from nrp_core.experiment.making.parameters import with_parameters
+from nrp_core.experiment.model.collector import Collector
+from nrp_core.experiment.model.event_schema import END, START, During, causes_of
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.model.tree import Key
+from nrp_core.experiment.reading.reader import experiment_of
+from nrp_core.findings import Code, Finding, Level
+from nrp_core.quantities import time_ns
+from nrp_core.world.raycast.extent import size_m, width_m
+from nrp_core.world.scene.checks import WORLD
+from nrp_core.world.scene.model import Model
+
+_TOUCHING: Final = 0.01
+"""A distance, in sizes of a model, that its origin has only by chance."""
+
+
+@checks_experiment(Code.NRP296)
+def a_step_is_short(study: Study) -> Iterator[Finding]:
+    """Look for a time step that is too long for a closed loop."""
+    step_ns = study.experiment.timestep
+    if step_ns > NS_PER_S:
+        message = f"timestep: sensors reach the brain, and this the robot, only every {seconds(step_ns):g} s"
+        yield study.experiment.place("timestep").finding(Code.NRP296, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP317)
+def the_room_asks_for_the_same_step(study: Study) -> Iterator[Finding]:
+    """Look for a ``<physics>`` with another time step than that of the world."""
+    wanted_s = None if study.scene is None else study.scene.step_s
+    step_ns = study.world.capabilities.step_ns if study.world else None
+    if wanted_s and step_ns and round(wanted_s * NS_PER_S) != step_ns:
+        message = (
+            f"the <physics> of the room asks for a step of {wanted_s:g} s, and the world takes one of "
+            f"{seconds(step_ns):g} s"
+        )
+        yield study.experiment.place("world", "scene").finding(Code.NRP317, message, Level.NOTE)
+
+
+@checks_experiment(Code.NRP248)
+def criteria_count_some_time(study: Study) -> Iterator[Finding]:
+    """Look for criteria that are never evaluated."""
+    experiment, end_ns = study.experiment, study.experiment.duration
+    for keys, during in _periods(experiment):
+        place = experiment.place(*keys, "during")
+        for moment in (during.since, during.until):
+            if isinstance(moment, int) and moment > end_ns:
+                message = f"{seconds(moment):g} s is never reached: the run ends at {seconds(end_ns):g} s"
+                yield place.finding(Code.NRP248, message, Level.WARNING)
+        wrong = _never_counts(during, experiment)
+        if wrong:
+            yield place.finding(Code.NRP248, f"it is never evaluated: {wrong}", Level.WARNING)
+
+
+def _never_counts(during: During, experiment: Experiment) -> str:
+    """Return why a period is empty; an empty text if it is not, or if this is unknown."""
+    since, until = (_time_of(moment, experiment) for moment in (during.since, during.until))
+    if isinstance(since, int) and isinstance(until, int):
+        if since >= until:
+            return f"{seconds(since):g} s is not before {seconds(until):g} s"
+        step_ns = experiment.timestep
+        is_between = until // step_ns == (since - 1) // step_ns  # no multiple of the step lies in the period
+        return f"no step of {seconds(step_ns):g} s ends in this period" if is_between else ""
+    if since == until:
+        return f"'{since}' is both its beginning and its end"
+    if isinstance(during.since, str) and during.until in causes_of(during.since, experiment.events):
+        return f"'{during.until}' comes before '{during.since}'"
+    return ""
+
+
+def _time_of(moment: int | str, experiment: Experiment) -> int | str:
+    """Return a time in ns; the event itself if its time is only known during the run."""
+    fixed = {START: 0, END: experiment.duration}
+    fixed |= {name: event.at for name, event in experiment.events.items() if event.at is not None}
+    return moment if isinstance(moment, int) else fixed.get(moment, moment)
+
+
+@checks_experiment(Code.NRP328)
+def criteria_differ(study: Study) -> Iterator[Finding]:
+    """Look for two criteria that are the same."""
+    criteria = study.experiment.criteria
+    for name, criterion in criteria.items():
+        first = next(other for other in criteria if criteria[other] == criterion)
+        if first != name:
+            place = study.experiment.place("criteria", name)
+            yield place.finding(Code.NRP328, f"'{name}' is the same as '{first}'", Level.WARNING)
+
+
+@checks_experiment(Code.NRP248)
+def bounds_leave_something(study: Study) -> Iterator[Finding]:
+    """Look for bounds that exclude each other."""
+    for keys, wanted in asked(study.experiment, "topic", "topic_stays"):
+        if wanted.above is not None and wanted.below is not None and wanted.above >= wanted.below:
+            message = f"nothing is above {wanted.above:g} and below {wanted.below:g}"
+            yield study.experiment.place(*keys, "above").finding(Code.NRP248, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP212)
+def topics_of_criteria_are_published(study: Study) -> Iterator[Finding]:
+    """Look for criteria on topics of the experiment that nothing publishes on."""
+    experiment = study.experiment
+    if not study.is_complete:
+        return
+    spoken = {topic.name for declared in study.declared for topic in declared.function.published}
+    spoken |= {one.topic for event in experiment.events.values() for one in event.publish}
+    spoken = {experiment.aliases.get(name, name) for name in spoken}
+    for keys, wanted in asked(experiment, "topic", "topic_stays"):
+        name = experiment.aliases.get(wanted.name, wanted.name)
+        if keys[0] == "criteria" and name in experiment.topics and name not in spoken:
+            message = f"no transfer function and no event publishes on '{wanted.name}': it has no value"
+            yield experiment.place(*keys, "name").finding(Code.NRP212, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP323)
+def what_is_asked_about_moves(study: Study) -> Iterator[Finding]:
+    """Look for distances between things that never move, and for criteria that such a thing stays."""
+    if study.scene is None:
+        return
+    fixed = {name for name, robot in study.experiment.world.robots.items() if robot.fixed}  # on purpose
+    still = {model.name for model in study.scene.models if _is_held(model)} - fixed
+    for keys, near in asked(study.experiment, "near", "near"):
+        aim = near.other or (near.visual or "").partition("/")[0] or "the point"
+        target_rests = aim == "the point" or aim in still
+        if near.model in still and target_rests and not (near.visual and not study.scene.model(aim).static):
+            message = f"neither '{near.model}' nor {aim if near.point else repr(aim)} moves by itself"
+            yield study.experiment.place(*keys).finding(Code.NRP323, message, Level.WARNING)
+    for name, criterion in study.experiment.criteria.items():
+        stays = criterion.stays_within
+        if stays is not None and stays.model in still:
+            message = f"'{stays.model}' does not move by itself, so it stays wherever it is"
+            yield study.experiment.place("criteria", name).finding(Code.NRP323, message, Level.WARNING)
+
+
+def _is_held(model: Model) -> bool:
+    """Return whether the base of a model cannot move."""
+    return model.static or any(one.parent == WORLD and one.kind == "fixed" for one in model.joints)
+
+
+@checks_experiment(Code.NRP307)
+def distances_fit_the_model(study: Study) -> Iterator[Finding]:
+    """Look for distances that are as nothing beside the model that should come so near."""
+    if study.scene is None:
+        return
+    sizes_m = {model.name: size_m(model) for model in study.scene.models}
+    for keys, near in asked(study.experiment, "near", "near"):
+        large_m = sizes_m.get(near.model) or 0.0
+        if near.within < _TOUCHING * large_m:
+            message = (
+                f"'within' is {near.within:g} m, and '{near.model}' is {large_m:.3g} m large: its origin "
+                "hardly ever comes that near; is the unit right?"
+            )
+            yield study.experiment.place(*keys, "within").finding(Code.NRP307, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP307)
+def distances_fit_the_scene(study: Study) -> Iterator[Finding]:
+    """Look for distances that no model can exceed."""
+    if study.scene is None:
+        return
+    size_m = width_m(study.scene)
+    for keys, distance_m in _distances(study.experiment):
+        if distance_m > size_m:
+            message = (
+                f"'{keys[-1]}' is {distance_m:g} m, and the scene is {size_m:.3g} m across: "
+                "every place is within that distance"
+            )
+            yield study.experiment.place(*keys).finding(Code.NRP307, message, Level.WARNING)
+
+
+def _distances(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], float]]:
+    """Yield the distances of events and criteria, m."""
+    for name, event in experiment.events.items():
+        if event.when is not None and event.when.near is not None:
+            yield ("events", name, "when", "near", "within"), event.when.near.within
+    for name, criterion in experiment.criteria.items():
+        if criterion.near is not None:
+            yield ("criteria", name, "near", "within"), criterion.near.within
+        if criterion.stays_within is not None:
+            yield ("criteria", name, "stays_within", "distance"), criterion.stays_within.distance
+
+
+@checks_experiment(Code.NRP305)
+def aliases_name_different_topics(study: Study) -> Iterator[Finding]:
+    """Look for two aliases of one topic."""
+    aliases = study.experiment.aliases
+    first: dict[str, str] = {}
+    for alias, topic in aliases.items():
+        target = aliases.get(topic, topic)
+        other = first.setdefault(target, alias)
+        if other != alias and topic not in aliases:
+            message = f"'{alias}' and '{other}' are both aliases of '{topic}'"
+            yield study.experiment.place("aliases", alias).finding(Code.NRP305, message, Level.WARNING)
+
+
+@checks_experiment(Code.NRP215, Code.NRP248)
+def varied_settings_exist(study: Study) -> Iterator[Finding]:
+    """Try a value from each range of a comparison."""
+    experiment = study.experiment
+    if not experiment.source.value:  # it was created in Python
+        return
+    own = _wrong_parameters(experiment_of(experiment.source)) if experiment.comparison.vary else []
+    for key, values in experiment.comparison.vary.items():
+        message = ""
+        try:
+            changed = experiment_of(experiment.source, [values.override(key, experiment.seed)])
+        except ExperimentError as error:
+            message = error.message
+        else:
+            known = _named(experiment)
+            message = "".join(
+                f"there is no '{name}'{did_you_mean(name, known)}" for name in _named(changed) - known
+            )
+            message = message or "; ".join(one for one in _wrong_parameters(changed) if one not in own)
+        end_ns = experiment.duration
+        if not message and key.startswith("events.") and key.endswith((".at", ".when.after")):
+            latest_ns = time_ns(f"{values.high:.9g} {values.unit}")
+            if latest_ns >= end_ns:
+                late = f"up to {seconds(latest_ns):g} s, and the run ends at {seconds(end_ns):g} s"
+                place = experiment.place("comparison", "vary", key)
+                yield place.finding(Code.NRP248, f"'{key}' is {late}", Level.WARNING)
+        if message:
+            message = f"'{key}' cannot be varied: {message}"
+            yield experiment.place("comparison", "vary", key).finding(Code.NRP215, message)
+
+
+def _wrong_parameters(experiment: Experiment) -> list[str]:
+    found = Collector(experiment.source)
+    with_parameters(experiment, found)
+    return [one.message for one in found.findings if one.code is Code.NRP288]
+
+
+def _named(experiment: Experiment) -> set[str]:
+    return {*experiment.events, *experiment.criteria, *experiment.world.robots}
+
+
+def _periods(experiment: Experiment) -> Iterator[tuple[tuple[Key, ...], During]]:
+    for name, criterion in experiment.criteria.items():
+        for kind in ("stays_within", "topic_stays"):
+            asked = getattr(criterion, kind)
+            if asked is not None:
+                yield ("criteria", name, kind), asked.during
+
+
+def asked(experiment: Experiment, when: str, criterion: str) -> Iterator[tuple[tuple[Key, ...], Any]]:
+    """Yield the conditions of one kind, with their keys in the experiment file.
+
+    Args:
+        experiment: the experiment.
+        when: the key of the condition in events.
+        criterion: its key in criteria.
+    """
+    for name, event in experiment.events.items():
+        if (condition := getattr(event.when, when, None)) is not None:
+            yield ("events", name, "when", when), condition
+    for name, each in experiment.criteria.items():
+        if (condition := getattr(each, criterion)) is not None:
+            yield ("criteria", name, criterion), condition
+
+
+def read_topics(study: Study) -> set[str]:
+    """Return the names, or aliases, of the topics that functions, events and criteria read."""
+    names = {topic.name for one in study.declared for topic in one.function.subscribed}
+    return names | {wanted.name for _, wanted in asked(study.experiment, "topic", "topic_stays")}

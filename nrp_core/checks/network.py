@@ -1,0 +1,241 @@
+"""Describe a network without building it in this process.
+
+A brain script is the only user code that has to be executed for a check. It runs in a child process without
+network access and with limits of time and memory, which can write only temporary files. The answer is kept
+for as long as the script, its imports, the environment variables that it reads, and the programs that read it
+stay the same.
+"""
+
+from __future__ import annotations
+
+import ast
+import base64
+import hashlib
+import json
+import pickle
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from importlib.metadata import version
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import nrp_core.brain
+from nrp_core import errors
+from nrp_core._support.environment import have_changed
+from nrp_core._support.machine import cores
+from nrp_core._support.probe import ChildResult, run_module, run_probe
+from nrp_core.brain.backend import BrainBackend, BrainOptions
+from nrp_core.brain.files import read_network
+from nrp_core.brain.network.data import Network
+from nrp_core.checks.silence import Silence, mute, silent_parts
+from nrp_core.checks.skeleton import Ends, ends_of, joined, linked, skeleton_of
+from nrp_core.errors import NetworkError, NrpError, SlowScriptError
+from nrp_core.experiment.making.maker import build_here
+from nrp_core.findings import Finding
+
+TIME_LIMIT_S = 20.0
+_DAY_S = 86_400.0
+_LARGE = 10_000_000
+CHILD = "nrp_core.checks.child"
+
+
+class ChildBuilder:
+    """Builds networks in a confined child process.
+
+    Args:
+        backend: reports the properties of the network that it would change; None: no reports.
+        options: its options.
+        limit_s: time that a script may take, s, if that is less than :data:`TIME_LIMIT_S`; time in which
+            other programs had the processors does not count.
+
+    Attributes:
+        warnings: the backend's warnings about the last network.
+        joined: the pairs of populations of the last network that have synapses, source first.
+        linked: which cells of each population have synapses onto them, and which have some onto others.
+        silent: its parts without spikes, see :mod:`nrp_core.checks.silence`.
+        mute: labels of its populations that cannot fire unless a device drives them.
+        refusal: the reason why it cannot simulate it.
+    """
+
+    def __init__(
+        self, backend: BrainBackend | None, options: BrainOptions | None, limit_s: float | None = None
+    ) -> None:
+        self._backend, self._options = backend, options
+        self._limit_s = min(TIME_LIMIT_S, limit_s or TIME_LIMIT_S)
+        self.warnings: list[Finding] = []
+        self.joined: list[tuple[str, str]] = []
+        self.linked: dict[str, Ends] = {}
+        self.silent: list[Silence] = []
+        self.mute: list[str] = []
+        self.refusal: NrpError | None = None
+
+    def __call__(self, make: Callable[[], Network]) -> Network:
+        """Return the network to be made without its synapses, parameters and positions.
+
+        Raises:
+            NrpError: the error of ``make``.
+        """
+        question = _question(make, self._backend, _parts(self._options))
+        if question is None:
+            return self.described(build_here(make))
+        data = self._asked(question, _contents(make, self._backend))
+        self.warnings = [Finding.from_dict(one) for one in data["warnings"]]
+        self.joined = [(pre, post) for pre, post in data["network"]["joined"]]
+        self.silent = [Silence(*one) for one in data["network"]["silent"]]
+        self.mute = data["network"]["mute"]
+        self.refusal = _error_of(data["refusal"]) if data["refusal"] else None
+        network = skeleton_of(data["network"])
+        self.linked = ends_of(data["network"]["linked"], network)
+        return network
+
+    def described(self, network: Network) -> Network:
+        """Return a complete network, whose parts are described from now on."""
+        self.joined, self.silent = joined(network), silent_parts(network)
+        self.mute, self.linked = mute(network), linked(network)
+        return network
+
+    def _asked(self, question: str, depends_on: str) -> dict[str, Any]:
+        """Return the answer of the child, or a cached one if the environment is the same for the script."""
+        for refresh in (False, True):
+            answer = run_probe(
+                CHILD, question, _cpu_s(self._limit_s), depends_on=depends_on, timeout_s=self._limit_s,
+                keep_failures=False, refresh=refresh, is_forked=True,
+            )  # fmt: skip
+            data = _data(answer, self._limit_s)
+            if not have_changed(data["variables"]):
+                break
+        return data
+
+
+def build_confined(make: Callable[[], Network], limit_s: float | None) -> Network:
+    """Return a complete network that was built in a confined child process.
+
+    Args:
+        make: builds it.
+        limit_s: time that it may take, s, without that in which others had the processors; None: a day.
+
+    Raises:
+        NrpError: the error of ``make``.
+    """
+    question = _question(make, None, None)
+    if question is None:
+        return build_here(make)
+    limit_s = limit_s or _DAY_S
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "network.nrpnet"
+        answer = run_module(CHILD, question, _cpu_s(limit_s), str(file), timeout_s=limit_s, is_forked=True)
+        _data(answer, limit_s)
+        return read_network(file)
+
+
+def _question(make: Callable[[], Network], backend: Any, parts: Any) -> str | None:
+    """Return the request to a child; None if it depends on objects that exist only in this process."""
+    try:
+        return base64.b64encode(pickle.dumps((make, backend, parts))).decode()
+    except (pickle.PicklingError, AttributeError, TypeError):
+        return None
+
+
+def _cpu_s(limit_s: float) -> str:
+    return str(limit_s * cores() + 1)
+
+
+def _data(answer: ChildResult, limit_s: float) -> dict[str, Any]:
+    """Return the data that a child has written.
+
+    Raises:
+        NrpError: the error of the script, or the end of its process.
+    """
+    if answer.exit_code in (None, -signal.SIGXCPU):
+        raise SlowScriptError(f"the brain script had not built its network after {limit_s:g} s")
+    try:
+        data: dict[str, Any] = json.loads(answer.output)
+    except ValueError:
+        raise NetworkError(_how_it_ended(answer)) from None
+    if "error" in data:
+        raise _error_of(data["error"])
+    return data
+
+
+def _how_it_ended(answer: ChildResult) -> str:
+    code, last = answer.exit_code or 0, answer.errors[-300:].strip()
+    how = f"by the signal {signal.Signals(-code).name}" if code < 0 else f"with exit code {code}"
+    return f"the brain script ended its process {how}{f': {last}' if last else ', without a message'}"
+
+
+def _parts(options: BrainOptions | None) -> tuple[type[BrainOptions], dict[str, Any]] | None:
+    """Return the values of options in an order that is the same in every process.
+
+    Pydantic's pickles are not, because they have a set of names.
+    """
+    if options is None:
+        return None
+    return type(options), {name: getattr(options, name) for name in type(options).model_fields}
+
+
+def _error_of(error: dict[str, Any]) -> NrpError:
+    kind = getattr(errors, error["kind"], NetworkError)
+    if issubclass(kind, errors.ExperimentError):
+        where = {name: error[name] for name in ("path", "line", "column", "subject")}
+        return kind(error["message"], **where)
+    made: NrpError = kind(error["message"])
+    return made
+
+
+def _contents(make: Any, backend: BrainBackend | None) -> str:
+    """Return a digest of everything that a network depends on: files, and the programs that read them."""
+    state = hashlib.blake2b(digest_size=16)
+    for value in (*getattr(make, "args", ()), *getattr(make, "keywords", {}).values()):
+        if isinstance(value, Path):
+            for path in sorted(_reached(value)):
+                state.update(f"{path}:{_version(path)};".encode())
+    programs = [Path(*nrp_core.brain.__path__), Path(__file__).parent]
+    if backend is not None:
+        file = sys.modules[type(backend).__module__].__file__
+        programs += [Path(file).parent] if file else []
+    for folder in programs:
+        newest_ns = max((path.stat().st_mtime_ns for path in folder.rglob("*.py")), default=0)
+        state.update(f"{folder}:{newest_ns};".encode())
+    state.update(f"{version('nrp-core')};{version('PyNN')};{version('numpy')}".encode())
+    return state.hexdigest()
+
+
+def _version(path: Path) -> str:
+    """Return a digest of a file's contents; for a large one, its size and time of modification."""
+    status = path.stat()
+    if status.st_size > _LARGE:
+        return f"{status.st_size} {status.st_mtime_ns}"
+    return hashlib.blake2b(path.read_bytes(), digest_size=16).hexdigest()
+
+
+def _reached(script: Path) -> set[Path]:
+    """Return a script, the modules that it imports from beside it, and the files that it names there."""
+    found: set[Path] = set()
+    waiting = [script]
+    while waiting:
+        path = waiting.pop()
+        if path in found or not path.is_file():
+            continue
+        found.add(path)
+        if path.suffix == ".py":
+            waiting += _named(path)
+        elif path.suffix == ".json":  # it describes a network in further files
+            found |= {file for file in path.parent.rglob("*") if file.is_file()}
+    return found
+
+
+def _named(script: Path) -> Iterator[Path]:
+    try:
+        tree = ast.parse(script.read_bytes())
+    except (SyntaxError, ValueError):
+        return
+    for node in ast.walk(tree):
+        match node:
+            case ast.Import(names):
+                yield from (script.parent / f"{alias.name.partition('.')[0]}.py" for alias in names)
+            case ast.ImportFrom(module=str(module)):
+                yield script.parent / f"{module.partition('.')[0]}.py"
+            case ast.Constant(value=str(text)) if 0 < len(text) < 200 and text.isprintable():
+                yield script.parent / text

@@ -1,0 +1,155 @@
+"""A network without its synapses and nearly all parameters: enough to know its neurons and models."""
+
+from __future__ import annotations
+
+import base64
+from typing import Any
+
+import numpy as np
+
+from nrp_core._support.arrays import BoolArray, FloatArray, IntArray
+from nrp_core.brain.network.data import Network, Population, Projection
+from nrp_core.brain.network.neuromodulation import Neuromodulation
+from nrp_core.brain.network.rewiring import Rewiring
+from nrp_core.checks.silence import mute, silent_parts
+
+_NO_INDEX = np.empty(0, dtype=np.int32)
+_NO_VALUE = np.empty(0)
+_FOR_WEIGHTS = ("tau_syn_E", "tau_syn_I", "v_rest", "v_thresh", "e_rev_E", "e_rev_I")
+
+
+def described(network: Network) -> dict[str, Any]:
+    """Return a network's skeleton as plain data, from which :func:`skeleton_of` makes a network."""
+    kinds: dict[tuple[str, bool, bool], Projection] = {}
+    for one in network.projections:
+        kinds.setdefault((one.synapse_type, one.rewiring is None, one.neuromodulation is None), one)
+    return {
+        "populations": [
+            [p.label, p.size, p.cell_type, _text(p.positions_um)] for p in network.populations.values()
+        ],
+        "synapses": [
+            [
+                one.label,
+                one.pre,
+                one.post,
+                one.receptor,
+                one.synapse_type,
+                one.rewiring and one.rewiring.data(),
+                one.neuromodulation and one.neuromodulation.data(),
+            ]
+            for one in kinds.values()
+        ],
+        "joined": joined(network),
+        "linked": {label: _packed(ends) for label, ends in linked(network).items()},
+        "silent": silent_parts(network),
+        "mute": mute(network),
+        "leaks": {p.label: leak for p in network.populations.values() if (leak := _least_leak(p))},
+        "views": {name: _short(ids) for name, ids in network.views.items()},
+        "timestep_ms": network.timestep_ms,
+    }
+
+
+def joined(network: Network) -> list[tuple[str, str]]:
+    """Return the pairs of populations, source first, that have synapses or may grow some."""
+    pairs = ((one.pre, one.post) for one in network.projections if one.size or one.rewiring is not None)
+    return list(dict.fromkeys(pairs))
+
+
+Ends = tuple[BoolArray, BoolArray]
+"""Whether each cell of a population has synapses onto it, and whether it has some onto others."""
+
+
+def linked(network: Network) -> dict[str, Ends]:
+    """Return which cells of each population have synapses, or may grow some."""
+    found = {
+        one.label: (np.zeros(one.size, bool), np.zeros(one.size, bool))
+        for one in network.populations.values()
+    }
+    for one in network.projections:
+        (onto, _), (_, out) = found[one.post], found[one.pre]
+        if one.rewiring is not None:
+            onto[:], out[:] = True, True
+        for pre, post in one.pairs():
+            out[pre], onto[post] = True, True
+    return found
+
+
+def ends_of(packed: dict[str, list[str]], network: Network) -> dict[str, Ends]:
+    """Return which cells have synapses, as a child has written it."""
+    return {
+        label: (
+            _unpacked(onto, network.populations[label].size),
+            _unpacked(out, network.populations[label].size),
+        )
+        for label, (onto, out) in packed.items()
+    }
+
+
+def _packed(ends: Ends) -> list[str]:
+    return [base64.b64encode(np.packbits(one).tobytes()).decode() for one in ends]
+
+
+def _unpacked(text: str, size: int) -> BoolArray:
+    bits = np.frombuffer(base64.b64decode(text), np.uint8)
+    return np.unpackbits(bits, count=size).astype(bool)
+
+
+def skeleton_of(described: dict[str, Any]) -> Network:
+    """Return a network with the populations, views and synapse types of another one."""
+    leaks: dict[str, dict[str, float]] = described.get("leaks", {})
+    populations = {
+        label: Population(
+            label,
+            size,
+            cell_type,
+            {name: np.full(size, value) for name, value in leaks.get(label, {}).items()},
+            positions_um=_array(positions, size),
+        )
+        for label, size, cell_type, positions in described["populations"]
+    }
+    projections = [
+        Projection(
+            label, pre, post, receptor, _NO_INDEX, _NO_INDEX, _NO_VALUE, _NO_VALUE, synapse_type=kind,
+            rewiring=rewiring and Rewiring.from_data(rewiring),
+            neuromodulation=neuromodulation and Neuromodulation.from_data(neuromodulation),
+        )
+        for label, pre, post, receptor, kind, rewiring, neuromodulation in described["synapses"]
+    ]  # fmt: skip
+    views = {name: _long(ids) for name, ids in described["views"].items()}
+    return Network(populations, tuple(projections), views, timestep_ms=described["timestep_ms"])
+
+
+def _least_leak(population: Population) -> dict[str, float]:
+    """Return the capacitance and time constant of the cell with the smallest leak, if cells have them.
+
+    The values by which weights are judged come with them if all cells have the same.
+    """
+    cells = population.parameters
+    if not {"cm", "tau_m"} <= cells.keys() or population.equations is not None or not population.size:
+        return {}
+    cell = int(np.argmin(cells["cm"] / cells["tau_m"]))
+    alike = all(np.ptp(cells[name]) == 0.0 for name in ("cm", "tau_m", *_FOR_WEIGHTS) if name in cells)
+    names = ("cm", "tau_m", *(_FOR_WEIGHTS if alike else ()))
+    return {name: float(cells[name][cell]) for name in names if name in cells}
+
+
+def _text(positions_um: FloatArray | None) -> str | None:
+    return None if positions_um is None else base64.b64encode(positions_um.astype(float).tobytes()).decode()
+
+
+def _array(positions_um: str | None, size: int) -> FloatArray | None:
+    if positions_um is None:
+        return None
+    return np.frombuffer(base64.b64decode(positions_um)).reshape(size, 3)
+
+
+def _short(ids: IntArray) -> list[int] | dict[str, int]:
+    if ids.size > 2 and (np.diff(ids) == 1).all():
+        return {"first": int(ids[0]), "size": int(ids.size)}
+    return [int(neuron) for neuron in ids]
+
+
+def _long(ids: list[int] | dict[str, int]) -> IntArray:
+    if isinstance(ids, dict):
+        return np.arange(ids["first"], ids["first"] + ids["size"])
+    return np.array(ids, dtype=np.int64)

@@ -1,0 +1,117 @@
+"""Check an experiment, or transfer functions, without starting a simulator or executing a function."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from os import PathLike
+from pathlib import Path
+
+from nrp_core._support.checked_arguments import checks_arguments
+from nrp_core.checks import checks as checks  # registers them
+from nrp_core.checks.declarations import Declarations
+from nrp_core.checks.registry import CHECKS
+from nrp_core.checks.study import Study, at_most
+from nrp_core.errors import ExperimentError, TopicError, TransferFunctionError
+from nrp_core.experiment.making.maker import LISTERS
+from nrp_core.experiment.making.prepare import ProgressCallback, no_progress
+from nrp_core.experiment.model.experiment import Experiment
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.experiment.reading.platforms import described_by
+from nrp_core.findings import Code, Finding, InvalidExperimentError, Level
+
+
+@checks_arguments("experiment")
+def validate(experiment: Experiment | str | Path, progress: ProgressCallback = no_progress) -> list[Finding]:
+    """Return all findings about an experiment.
+
+    Args:
+        experiment: one that could be read, or its name or path; errors of reading it are findings.
+        progress: called with the name of each task as it begins.
+
+    Raises:
+        ExperimentError: it is something else.
+    """
+    if isinstance(experiment, str | PathLike):
+        return validate_file(experiment, progress=progress)
+    if not isinstance(experiment, Experiment):
+        raise ExperimentError(
+            "validate takes an experiment, as load_experiment('...') returns it, or its name, not "
+            f"{experiment!r:.60}"
+        )
+    return findings_of(Study(experiment, progress))
+
+
+def findings_of(study: Study) -> list[Finding]:
+    """Return all findings about an experiment that was studied."""
+    experiment = study.experiment
+    worst = Level.ERROR if experiment.strict else Level.WARNING
+    found = [at_most(finding, worst) for check in CHECKS for finding in check.run(study)]
+    return list(dict.fromkeys([*study.collector.findings, *found]))
+
+
+def validate_file(
+    text: str | Path, overrides: Sequence[str] = (), progress: ProgressCallback = no_progress
+) -> list[Finding]:
+    """Return all findings about an experiment, errors of reading it included.
+
+    Args:
+        text: a shipped experiment, a file, a folder with one, or a file with transfer functions.
+        overrides: ``dotted.key=value``.
+        progress: called with the name of each task as it begins.
+    """
+    try:
+        if Path(text).is_file() and Path(text).suffix in LISTERS.names():
+            return validate_functions(Path(text), overrides, progress)
+        return validate(load_experiment(text, overrides), progress)
+    except InvalidExperimentError as error:
+        return list(error.findings)
+    except TransferFunctionError as error:
+        return [Finding.of(error, Code.NRP210)]
+    except TopicError as error:  # two parts of the world have the same topic
+        return [Finding.of(error, Code.NRP212)]
+    except ExperimentError as error:  # there is no such experiment
+        return [Finding.of(error, Code.NRP204)]
+
+
+def validate_functions(
+    path: Path, overrides: Sequence[str] = (), progress: ProgressCallback = no_progress
+) -> list[Finding]:
+    """Return all findings about a file with transfer functions, and the brain and body that it may name.
+
+    Raises:
+        ExperimentError: it cannot be read.
+    """
+    experiment = described_by(path, overrides)
+    if experiment is not None:
+        return validate(experiment, progress)
+    declarations = Declarations(LISTERS.load(path.suffix)(path))
+    if not (declarations.functions or declarations.findings):
+        return [Finding(Code.NRP210, "declares no transfer function", path=path)]
+    return [*declarations.findings, *(_in_vain(path, override) for override in overrides)]
+
+
+def _in_vain(path: Path, override: str) -> Finding:
+    message = f"'{override}' has no effect on a file of functions alone; check the experiment that uses it"
+    return Finding(Code.NRP215, message, Level.WARNING, path)
+
+
+def refined(
+    error: InvalidExperimentError, text: str | Path, overrides: Sequence[str] = ()
+) -> InvalidExperimentError:
+    """Return the findings of :func:`validate_file` for an experiment that failed to start.
+
+    Args:
+        error: the error of the run.
+        text: the experiment, as of :func:`validate_file`.
+        overrides: as of :func:`validate_file`.
+    """
+    found = validate_file(text, overrides)
+    known = [finding for finding in found if finding.level is Level.ERROR]
+    said = {(finding.path, key) for finding in known for key in (finding.line, finding.message)}
+    others = (
+        finding
+        for finding in error.findings
+        if (finding.path, finding.line) not in said and (finding.path, finding.message) not in said
+    )
+    warnings = (finding for finding in found if finding.level is Level.WARNING)  # often their causes
+    return InvalidExperimentError(dict.fromkeys([*known, *others, *warnings]))

@@ -1,0 +1,142 @@
+"""The brain script is executed in a process of its own, and its network is kept."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from nrp_core.brain.files.script import load_network
+from nrp_core.brain.network.neuromodulation import Neuromodulation
+from nrp_core.brain.network.rewiring import Rewiring
+from nrp_core.checks import network as analysis_network
+from nrp_core.checks.network import ChildBuilder
+from nrp_core.checks.skeleton import described, skeleton_of
+from nrp_core.checks.validate import validate_file
+from nrp_core.conformance.brain import parts as network_parts
+from nrp_core.conformance.brain.samples import SAMPLES
+from nrp_core.findings import Level
+
+
+def codes(folder: Path) -> list[str]:
+    """Return the codes of what is said of an experiment."""
+    return [finding.code.name for finding in validate_file(folder)]
+
+
+def test_a_skeleton_has_the_neurons_of_its_network(husky: Path) -> None:
+    network = load_network(husky / "brain.py", populations={"some": [0, 2], "all": None})
+    skeleton = skeleton_of(json.loads(json.dumps(described(network))))
+    assert list(skeleton.populations) == list(network.populations)
+    assert {name: list(ids) for name, ids in skeleton.views.items()} == {
+        name: list(ids) for name, ids in network.views.items()
+    }
+    assert {one.synapse_type for one in skeleton.projections} == {
+        one.synapse_type for one in network.projections
+    }
+    assert (skeleton.size, skeleton.timestep_ms) == (network.size, network.timestep_ms)
+
+
+def test_a_skeleton_has_a_projection_of_each_kind_that_a_backend_may_refuse() -> None:
+    parts = [network_parts.cells(SAMPLES["IF_curr_exp"], label) for label in ("a", "b")]
+    plain = network_parts.connect("a", "b", 0.1)
+    reward = replace(plain, label="good", receptor="reward", neuromodulation=Neuromodulation(tau_d=5.0))
+    grows = replace(plain, label="grows", rewiring=Rewiring(s_max=3))
+    network = network_parts.network(*parts, plain, reward, grows, replace(plain, label="again"))
+    found = skeleton_of(json.loads(json.dumps(described(network)))).projections
+    assert [one.label for one in found] == [plain.label, "good", "grows"]
+    assert [one.neuromodulation for one in found] == [None, reward.neuromodulation, None]
+    assert [one.rewiring for one in found] == [None, None, grows.rewiring]
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What a child process was asked about, kept answers aside."""
+    from nrp_core._support import probe
+
+    asked: list[str] = []
+    run = probe._run
+
+    def counted(command: list[str], timeout_s: float, is_forked: bool) -> probe.ChildResult:
+        asked.extend(one for one in command if one == analysis_network.CHILD)
+        return run(command, timeout_s, is_forked)
+
+    monkeypatch.setattr(probe, "_run", counted)
+    return asked
+
+
+def test_a_network_is_built_once_until_its_script_or_what_it_imports_changes(
+    husky: Path, asked: list[str]
+) -> None:
+    (husky / "sizes.py").write_text("N = 8\n")
+    brain = (husky / "brain.py").read_text()
+    (husky / "brain.py").write_text(
+        brain.replace("    8,\n", "    sizes.N,\n").replace("import nrp", "import sizes\nimport nrp")
+    )
+    for _ in range(3):
+        assert codes(husky) == ["NRP238"]
+    assert len(asked) == 1
+    (husky / "sizes.py").write_text("N = 7\n")
+    assert "NRP208" in codes(husky)
+    assert len(asked) == 2
+
+
+def test_results_are_reused_by_the_next_process(husky: Path) -> None:
+    program = (
+        "import sys\nfrom nrp_core._support import probe\n"
+        "from nrp_core.checks.validate import validate_file\n"
+        "if sys.argv[2] == 'again':\n    probe._run = None\n"
+        "validate_file(sys.argv[1], ['brain.backend=spinnaker'])\n"
+    )
+    for seed, turn in enumerate(("first", "again")):
+        environment = {**os.environ, "PYTHONHASHSEED": str(seed)}
+        subprocess.run([sys.executable, "-c", program, str(husky), turn], env=environment, check=True)
+
+
+def test_output_of_a_script_does_not_matter(husky: Path) -> None:
+    brain = husky / "brain.py"
+    brain.write_text(f"import os\nprint('[1')\nos.write(1, b'[2')\n{brain.read_text()}")
+    assert codes(husky) == ["NRP238"]
+
+
+def test_a_script_that_does_not_end_is_a_warning(husky: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(analysis_network, "TIME_LIMIT_S", 1.0)
+    (husky / "brain.py").write_text("while True:\n    pass\n")
+    (finding,) = validate_file(husky)
+    assert (finding.code.name, finding.level) == ("NRP244", Level.WARNING)
+    assert "the brain script had not built its network after 1 s" in finding.message
+
+
+def test_a_script_that_ends_its_process_does_not_end_ours(husky: Path) -> None:
+    (husky / "brain.py").write_text("import os\nos._exit(3)\n")
+    (finding,) = validate_file(husky)
+    assert (finding.code.name, finding.level, finding.line) == ("NRP208", Level.ERROR, 2)
+    assert "os._exit(3) would end the whole program" in finding.message
+    (husky / "brain.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGKILL)\n")
+    (finding,) = validate_file(husky)
+    assert (finding.code.name, finding.level) == ("NRP208", Level.ERROR)
+    assert "the brain script ended its process" in finding.message
+    assert "SIGKILL" in finding.message
+
+
+def test_a_script_is_executed_again_when_a_variable_that_it_reads_changes(
+    husky: Path, asked: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    brain = husky / "brain.py"
+    read = "import os\nN = int(os.environ.get('CELLS', 8))\n"
+    brain.write_text(read + brain.read_text().replace("    8,\n", "    N,\n"))
+    for value, found, n in ((None, "NRP238", 1), ("7", "NRP208", 2), ("8", "NRP238", 3), ("8", "NRP238", 3)):
+        if value is not None:
+            monkeypatch.setenv("CELLS", value)
+        monkeypatch.setenv("UNREAD", str(value))
+        assert found in codes(husky)
+        assert len(asked) == n
+
+
+def test_a_network_that_cannot_be_pickled_is_built_in_this_process(husky: Path) -> None:
+    builder = ChildBuilder(None, None)
+    assert builder(lambda: load_network(husky / "brain.py")).size == 8

@@ -1,0 +1,200 @@
+"""Bodies of transfer functions: what is said of them, and of what nothing is said because it works."""
+
+from __future__ import annotations
+
+import ast
+import sysconfig
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from nrp_core.checks.function_body import FunctionBody
+from nrp_core.checks.validate import validate_file
+from nrp_core.findings import Finding
+
+HEAD = """\
+import math
+
+import geometry_msgs.msg
+import numpy as np
+
+GAINS = {"left": 2.0}
+N = 3
+ROBOT = "husky"
+
+
+def helper(x, *more):
+    return x
+
+
+@nrp.MapRobotSubscriber("camera", Topic(f"/{ROBOT}/camera", sensor_msgs.msg.Image))
+@nrp.MapSpikeSource("eyes", nrp.map_neurons(range(N), lambda i: nrp.brain.sensors[i]), nrp.poisson)
+@nrp.MapSpikeSource("noise", nrp.brain.sensors[4], nrp.nc_source, stdev=0.1)
+@nrp.MapSpikeSink("wheels", nrp.chain_neurons(nrp.brain.actors[0], nrp.brain.actors[1]), nrp.population_rate)
+@nrp.MapSpikeSink("wheel", nrp.brain.actors[0], nrp.leaky_integrator_alpha)
+@nrp.MapSpikeSink("spikes", nrp.brain.actors, nrp.spike_recorder)
+@nrp.MapVariable("count", initial_value=np.zeros(3), scope=nrp.GLOBAL)
+@nrp.MapCSVRecorder("rows", "rows.csv", ["Time", "Rate"])
+@nrp.Neuron2Robot(Topic("/husky/cmd_vel", geometry_msgs.msg.Twist))
+def drive(t, camera, eyes, noise, wheels, wheel, spikes, count, rows):
+    used = (camera, eyes, noise, wheels, wheel, spikes, count, rows)
+    eyes.rate = 0.0
+"""
+TAIL = "    return geometry_msgs.msg.Twist() if used else None\n"
+
+Check = Callable[[str], list[Finding]]
+
+
+@pytest.fixture
+def check(husky: Path, functions: Path) -> Check:
+    """Return a function that gives all findings about a body but the latency of the loop."""
+
+    def checked(body: str) -> list[Finding]:
+        lines = "".join(f"    {line}\n" for line in body.splitlines())
+        (husky / "drive.py").write_text(HEAD + lines + TAIL)
+        found = validate_file(functions, [f"transfer_functions=[{husky}/drive.py]"])
+        return [finding for finding in found if finding.code.name != "NRP238"]
+
+    return checked
+
+
+WORKS = [
+    "eyes.rate = 2.0 * wheels.rate[0]",
+    "for eye, rate in zip(eyes, (1.0, 2.0, 3.0)):\n    eye.rate = rate",
+    "eyes.rate = [1.0, 2.0, 3.0]",
+    "eyes[0].rate = 5.0\neyes[1:].rate = 6.0\neyes[-1].active = False",
+    "noise.mean, noise.stdev = 0.1, 0.2",
+    "rows.record_entry(t, wheel.voltage, *wheels.rate)",
+    "count.value[0] += 1\ncount.value = count.value + 1",
+    "if camera.changed and camera.value is not None:\n"
+    "    eyes.rate = camera.value.width + camera.value.header.stamp.sec",
+    "camera = camera.value\neyes.rate = camera.width",
+    "n = len(eyes) + len(spikes.times)\neyes.rate = [helper(i) for i in range(n)][0]",
+    "wheel = wheel.voltage\neyes.rate = helper(wheel, 1, 2)",
+    "try:\n    eyes.rate = wheel.rate\nexcept AttributeError:\n    eyes.rate = 0.0",
+    "if hasattr(wheel, 'rate'):\n    eyes.rate = wheel.rate",
+    "share = 0\nfor time in spikes.times:\n    share += time[1]\neyes.rate = 1.0 / share if share else 0.0",
+    "n = 0\nwhile n < 3:\n    n += 1\neyes.rate = 10.0 / n",
+    "n = 0\nif camera.changed:\n    n = 2\neyes.rate = 10.0 / n if n else 0.0",
+    "result = nrp.tf_lib.detect_red(camera.value)\neyes.rate = 10.0 * max(result.left, result.rightred)",
+    "found = [one for one in wheels.rate if one > 1.0]\neyes.rate = float(len(found)) * math.pi",
+    "eyes.rate = np.clip(wheel.voltage, 0.0, 1.0).item()",
+    "twist = geometry_msgs.msg.Twist()\ntwist.linear.x = 2 * wheel.voltage\n"
+    "twist.angular = geometry_msgs.msg.Vector3(z=1)\nhelper(twist)",
+    "def scaled(x):\n    return x / GAINS['left']\neyes.rate = scaled(2.0)",
+    "eyes.rate = (lambda x: x.anything)(helper(count))",
+    "with np.errstate(all='ignore'):\n    eyes.rate = abs(t)",
+    "match helper(t):\n    case 1:\n        eyes.rate = 1.0\n    case other:\n        eyes.rate = other",
+    "import os.path\neyes.rate = float(os.path.exists('x'))",
+    "assert (rate := 3.0) > 0\neyes.rate = rate",
+    "eyes.rate = '%d' % 0 and 1.0",
+    "helper(camera, wheel, eyes)\nprint(camera, wheel)\neyes.rate = min(eyes, key=lambda eye: eye.rate).rate",
+    "while True:\n    if t > 1.0:\n        break\n    t += 1.0",
+    "while 1:\n    for rate in wheels.rate:\n        if rate:\n            break\n    else:\n        break",
+    "def forever():\n    while True:\n        yield 1\neyes.rate = next(forever())",
+    "if t < 39.9 and t * 1000 < 1e6:\n    eyes.rate = 1.0",
+    "if camera.value is None or wheel == 3 or not count:\n    eyes.rate = 1.0",
+    "import random\neyes.rate = random.Random(t).random()",
+    "eyes.rate = float(np.sum(wheels.rate)) + sum(count.value)",
+]
+
+
+@pytest.mark.parametrize("body", WORKS)
+def test_valid_code_yields_no_finding(check: Check, body: str) -> None:
+    units = [finding for finding in check(body) if finding.code.name == "NRP233"]
+    assert [str(finding) for finding in check(body) if finding not in units] == []
+
+
+FAILS = [
+    ("eyes.rat = 1.0", "NRP223",
+     "'eyes', a group of poisson (source), has no attribute 'rat'; did you mean 'rate'?"),
+    ("eyes.rate = [1.0, 2.0]", "NRP225", "2 values for 'rate' of 3 devices"),
+    ("for eye in eyes:\n    eye.voltage = 1.0", "NRP223", "has no attribute 'voltage'"),
+    ("eyes[1].rate = -1.0", "NRP225", "-1"),
+    ("noise.stdev = -0.1", "NRP225", "stdev"),
+    ("helper(wheels.voltage)", "NRP223",
+     "'wheels', a group of population_rate (sink), has no attribute 'voltage'"),
+    ("spikes.times = 1", "NRP224", "'spikes', a spike_recorder (sink): 'times' is read-only"),
+    ("camera.value = None", "NRP224", "is read-only"),
+    ("helper(camera.value.header.stamp.hours)", "NRP226", "builtin_interfaces/msg/Time has no field 'hours'"),
+    ("twist = geometry_msgs.msg.Twist()\ntwist.linaer.x = 1.0\nhelper(twist)", "NRP226",
+     "did you mean 'linear'?"),
+    ("twist = geometry_msgs.msg.Twist()\ntwist.linear = 1.0\nhelper(twist)", "NRP227",
+     "linear of geometry_msgs/msg/Twist must be"),
+    ("if t > 1:\n    return wheel.voltage", "NRP228",
+     "/husky/cmd_vel carries geometry_msgs/msg/Twist, not a number"),
+    ("rows.record(t)", "NRP223", "'rows' has no attribute 'record'"),
+    ("count.vale = 1", "NRP223", "'count', a variable, has no attribute 'vale'; did you mean 'value'?"),
+    ("helper(1 / (2 - 2))", "NRP232", "divides by zero"),
+    ("zero = 0.0\nhelper(t // zero)", "NRP232", "divides by zero"),
+    ("eyes.rate = 20 * wheel.voltage", "NRP233", "'rate' is in Hz and is set from a quantity in mV"),
+    ("eyes.rate = abs(min(wheel.voltage, 3.0))", "NRP233", "Hz/mV"),
+    ("helper(wheel.voltage + wheels.rate[0])", "NRP233", "a quantity in mV is combined with one in Hz"),
+    ("helper(wheel.voltage > wheels.rate[1])", "NRP233", "a quantity in mV is combined with one in Hz"),
+    ("helper(math.squrt(2))", "NRP241", "'math' has no 'squrt'; did you mean 'sqrt'?"),
+    ("helper(np.maen([1]))", "NRP241", "'np' has no 'maen'; did you mean 'mean'?"),
+    ("helper(np.random.rand())", "NRP243", "draws from a generator that all share"),
+    ("nrp.tf_lib.detect_red(camera.value, 3)", "NRP240", "detect_red(image): too many positional arguments"),
+    ("eyes.rate = wheel", "NRP225",
+     "'rate' takes a number: 'wheel' is a device, not a value; did you mean 'wheel.voltage'?"),
+    ("eyes.rate = camera.value", "NRP225", "a sensor_msgs/msg/Image is not a number"),
+    ("eyes.rate = [1.0, nrp.tf_lib.detect_red(camera.value), 2.0]", "NRP225", "a RedShares is not a number"),
+    ("helper(2 * wheel)", "NRP247", "did you mean 'wheel.voltage'?"),
+    ("helper(wheel > 2)", "NRP247", "did you mean 'wheel.voltage'?"),
+    ("helper(-camera.value)", "NRP247", "a sensor_msgs/msg/Image is not a number; its fields are header"),
+    ("helper(min(wheel, 3.0))", "NRP247", "did you mean 'wheel.voltage'?"),
+    ("nrp.tf_lib.detect_red(camera)", "NRP247", "did you mean 'camera.value'?"),
+    ("count += 1", "NRP247", "'count' is a variable, not a value; did you mean 'count.value'?"),
+    ("helper(wheel.voltage())", "NRP240", "'wheel.voltage' is not a function"),
+    ("helper(eyes(0))", "NRP240", "'eyes' is not a function"),
+    ("if t > 5000:\n    helper(t)", "NRP248", "'t', in seconds, never reaches 5000: the run ends at 40 s"),
+    ("if 41 <= t:\n    helper(t)", "NRP248", "never reaches 41"),
+    ("while True:\n    helper(t)", "NRP251", "never ends"),
+    ("import time\ntime.sleep(1)", "NRP243", "'time.sleep' stops the whole loop"),
+    ("from random import random\nhelper(random())", "NRP243", "'random' differs between runs"),
+    ("helper(eyes[3].rate)", "NRP252", "'eyes' has 3 devices, 0..2; 3 is out of range"),
+    ("helper(wheel[0])", "NRP252", "'wheel' has no items"),
+    ("helper(wheel.voltage[0])", "NRP252", "a number has no items"),
+    ("for x in camera:\n    helper(x)", "NRP252", "'camera' has no items"),
+    ("eyes.rate = [t, helper(t)]", "NRP225", "2 values for 'rate' of 3 devices"),
+    ("helper(len(spikes))", "NRP247", "did you mean 'spikes.times'?"),
+    ("print('t: ' + t)", "NRP247", "a text and a number cannot be combined"),
+    ("eyes.rate = '2' * wheel.voltage", "NRP247", "float(text)"),
+    ("helper(min(wheel.voltage))", "NRP252", "min of one argument needs items, and a number has none"),
+    ("helper(abs(t, 1))", "NRP240", "abs(x, /): too many positional arguments"),
+    ("if t > 1:\n    return geometry_msgs.msg.Twist", "NRP228", "did you mean 'Twist()'?"),
+    ("noise.mean = None", "NRP225", "'mean' takes a number, not None"),
+    ("helper(t.value)", "NRP223", "'t' is a number and has no 'value'"),
+    ("twist = geometry_msgs.msg.Twist()\ntwist.linear = [1, 2, 3]\nhelper(twist)", "NRP227", "not a list"),
+    ("helper(wheels.rate * 2.0)", "NRP247", "a group returns a list"),
+    ("helper(eyes > 3)", "NRP247", "'eyes' is a group of devices"),
+    ("helper()", "NRP240", "helper(x, *more): missing a required argument: 'x'"),
+    ("helper(math.sqrt(t, 2))", "NRP240", "sqrt(x, /): too many positional arguments"),
+    ("rows.record_entry(t)", "NRP254", "a row of 1 under 2 headers: Time, Rate"),
+    ("count = helper(count.value)\ncount.value += 1", "NRP253", "did you mean 'count.value = ...' there?"),
+    ("helper(wheal.voltage)", "NRP246", "nothing defines the name 'wheal'; did you mean 'wheel'?"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("body", "code", "message"), FAILS)
+def test_failing_code_is_reported_at_its_place(check: Check, body: str, code: str, message: str) -> None:
+    found = check(body)
+    assert [finding.code.name for finding in found] == [code], found
+    assert message in found[0].message
+    assert found[0].line is not None
+    assert found[0].line > HEAD.count("\n")
+    assert found[0].column
+
+
+def test_any_python_can_be_walked_through() -> None:
+    library = Path(sysconfig.get_paths()["stdlib"])
+    functions = [
+        node
+        for path in sorted(library.glob("*.py"))[::8]
+        for node in ast.walk(ast.parse(path.read_bytes()))
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))
+    ]
+    assert len(functions) > 100
+    for node in functions:
+        FunctionBody({}, node.body, lambda _: ())

@@ -1,0 +1,397 @@
+"""Mistakes in places, times, surroundings and units are reported, and correct variants are not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from nrp_core.checks.validate import validate_file
+from nrp_core.experiment.making.prepare import prepare
+from nrp_core.experiment.reading.find import load_experiment
+from nrp_core.findings import Code, Level
+from nrp_core.world.drives.implausible import implausible_drives
+from nrp_core.world.scene.sdf import read_model
+
+HEAD = """\
+import os
+import subprocess
+import threading
+import urllib.request
+
+import geometry_msgs.msg
+import std_msgs.msg
+
+
+@nrp.MapSpikeSource("red", nrp.brain.sensors{neurons}, nrp.{device})
+@nrp.MapCSVRecorder("rows", "{file}", headers=["t", "{header}"])
+{mapped}@nrp.Robot2Neuron()
+def see(t, red, rows{taken}):
+    red.rate = 1.0
+    rows.record_entry(t, t)
+    {body}
+
+
+@nrp.Neuron2Robot(Topic("/husky/cmd_vel", geometry_msgs.msg.Twist))
+def drive(t):
+    return geometry_msgs.msg.Twist()
+"""
+
+OWN = "@nrp.MapRobotPublisher('topic', Topic('/mine', std_msgs.msg.Float64))\n"
+SEND = "topic.send_message(std_msgs.msg.Float64(t))"
+
+
+def said(husky: Path, *overrides: str) -> list[str]:
+    """Return the errors and warnings about an experiment."""
+    found = validate_file(husky / "experiment.yaml", overrides)
+    return [str(finding) for finding in found if finding.level is not Level.NOTE]
+
+
+def of_functions(husky: Path, body: str = "pass", **changes: str) -> list[str]:
+    given = {"device": "poisson", "header": "x", "neurons": "[0]", "file": "rows.csv"} | changes
+    given |= {"mapped": OWN, "taken": ", topic"} if "topic" in body else {"mapped": "", "taken": ""}
+    (husky / "mine.py").write_text(HEAD.format(body=body, **given))
+    functions = f"transfer_functions=[{husky}/mine.py]"
+    return said(husky, functions, *(["topics={/mine: std_msgs/Float64}"] if "send" in body else []))
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("criteria.reaches_left.within_of.time=15 ms", "a step of 20 ms apart, and the limit is 15 ms"),
+        ("criteria.reaches_left.within_of.time=15 min", "allows 900 s, and the run lasts 40 s [NRP248]"),
+        (
+            "criteria.reaches_right.near.within=12 m",
+            "met as soon as 'right_red' happens: 'husky' is within 1.2 m of left_vr_screen/body/screen_glass",
+        ),
+        (
+            "criteria.reaches_left.near.within=6 m",
+            "met as soon as 'left_red' happens: 'husky' is within 0.5 m of its start then, and so at most",
+        ),
+        ("world.options.timestep=20 ms", "the physics step is 20 ms, and 1 to 5 ms are usual: contacts"),
+        ("world.options.timestep=2 us", "10000 steps of 0.002 ms in each step of the loop"),
+        ("brain.interventions=[{scale: {sources: sensors, by: 50}}]", "by 50; is it in percent? [NRP297]"),
+        (
+            "brain.controls=[{shuffle: weights}, {shuffle: weights}]",
+            "controls: items 0 and 1 of the list are the same",
+        ),
+        ("criteria.x={near: {model: husky, point: [1000, 0], within: 1 m}}", "'point' is 993 m outside"),
+        ("criteria.reaches_left.near.model=left_vr_screen", "'left_vr_screen' is always near itself"),
+        ("brain.populations.more=[0, 0, 1]", "the population 'more' has 2 neurons, some of them twice"),
+        ("world.sensors={/husky/camera: {noise: 30}}", "is 30, and full brightness is 1 [NRP298]"),
+        (
+            "criteria.reaches_left.near.within=1.2 mm",
+            "'within' is 0.0012 m, and 'husky' is 1.22 m large: its origin hardly ever comes that near",
+        ),
+        (
+            "criteria.x={stays_within: {model: husky, distance: 0.5 m, of: [3, 0]}}",
+            "'x' is not met from the beginning: 'husky' starts 3 m away [NRP248]",
+        ),
+        (
+            "events.go={when: {near: {model: husky, point: [1, 0], within: 2 m}}}",
+            "'go' happens before anything moves: 'husky' starts 1 m away [NRP248]",
+        ),
+        (
+            "events.left_red.publish={topic: /screens/left/color, value: {r: 1}}",
+            "'left_red' makes '/screens/left/color' invisible: the opacity 'a' is 0 unless it is given",
+        ),
+        (
+            "world.robots.husky.add_sensors=[{type: imu, link: base_link, pose: [0, 0, 0, 0, 30, 0]}]",
+            "the pitch of the sensor on 'husky/base_link' is 30 rad, more than a turn; 30 degrees are 0.5236",
+        ),
+        (
+            "world.robots.husky.add_sensors=[{type: lidar, link: base_link, lidar: {scan: {horizontal: "
+            "{samples: 1, min_angle: -1.5, max_angle: 1.5}}}}]",
+            "a laser with one ray has angles from -1.5 to 1.5 rad: the ray points to the first",
+        ),
+        ("world.sensors={/husky/camera: {}}", "sets nothing; valid: noise, bias, delay, drop_out"),
+        (
+            "events.blue={at: 5 s, publish: {topic: /left_vr_screen/body/screen_glass/color, value: blue}}",
+            "at 5 s, when 'left_red' publishes another value",
+        ),
+        (
+            "events.left_red.publish={topic: /screens/left/color, value: Gazebo/BlueGlow}",
+            "has this colour from the start, and no event gives it another [NRP320]",
+        ),
+        (
+            "criteria.x={topic_stays: {name: /husky/odom, field: pose.pose.position.x, equals: 1.5}}",
+            "is measured and hardly ever exactly 1.5; write 'above' and 'below' [NRP248]",
+        ),
+        (
+            "events.go={at: 1 s, publish: {topic: /husky/cmd_vel, value: {linear: {x: 1}}}}",
+            "'go' publishes on '/husky/cmd_vel', as 'linear_twist' does in every step",
+        ),
+        (
+            "events.go={when: {near: {model: left_vr_screen, point: [0, 0], within: 1 m}}}",
+            "neither 'left_vr_screen' nor the point moves by itself [NRP323]",
+        ),
+        (
+            "criteria.x={stays_within: {model: left_vr_screen, distance: 1 m}}",
+            "'left_vr_screen' does not move by itself, so it stays wherever it is [NRP323]",
+        ),
+        (f"csv_folder={__file__}", "test_round.py' is a file, and the files of recorders need a folder"),
+        ("events.left_red.at=40 s", "'left_red' is at 40 s, and the run ends at 40 s [NRP248]"),
+        (
+            "brain.interventions=[{silence: actors}, {silence: actors}]",
+            "interventions: items 0 and 1 of the list are the same",
+        ),
+        (
+            "criteria.x={stays_within: {model: husky, distance: 0.5 m, during: {until: left_red}}}",
+            "'x' is the same as 'turns_on_the_spot' [NRP328]",
+        ),
+        ("topics={/husky/camerra: std_msgs/Float64}", "did you mean '/husky/camera'? [NRP324]"),
+        ("world.robots.husky.joints={front_left_joint: 1 m}", "takes angles, not '1 m' [NRP209]"),
+        ("comparison.vary={brain.parameters.gian: 0..1}", "there is no parameter 'gian'"),
+    ],
+)
+def test_what_an_experiment_asks_in_vain_is_reported(husky: Path, override: str, words: str) -> None:
+    assert any(words in message for message in said(husky, override))
+
+
+def test_a_wrong_parameter_is_not_also_that_of_a_comparison(husky: Path) -> None:
+    assert len([one for one in said(husky, "brain.parameters.gian=2") if "'gian'" in one]) == 1
+
+
+@pytest.mark.parametrize(
+    "override",
+    [
+        "criteria.reaches_left.within_of.time=20 ms",
+        "criteria.reaches_right.near.within=5 m",
+        "criteria.reaches_left.near.within=2.5 m",
+        "world.options.timestep=10 ms",
+        "criteria.x={near: {model: husky, point: [6, 4], within: 1 m}}",
+        "criteria.x={near: {model: husky, point: [7.5, 0], within: 1 m}}",
+        "events.again={at: 5 s, publish: {topic: /screens/left/color, value: Gazebo/RedGlow}}",
+        "brain.populations.more=[0, 1]",
+        "world.sensors={/husky/camera: {noise: 0.02}}",
+        "criteria.x={topic_stays: {name: /husky/odom, field: twist.twist.linear.x, equals: 0}}",
+        "world.sensors={/husky/camera: {noise: 0.5, bias: -0.2}}",
+        "events.go={when: {near: {model: left_vr_screen, other: husky, within: 1 m}}}",
+        "topics={/mine: std_msgs/Float64}",
+        "criteria.x={stays_within: {model: husky, distance: 9 m, of: [3, 0]}}",
+        "criteria.x={stays_within: {model: husky, distance: 1 m, of: [3, 0], during: {since: 9 s}}}",
+        "events.left_red.publish={topic: /screens/left/color, value: {r: 1, a: 1}}",
+        "events.home={when: {event: all_blue, near: {model: husky, point: [0, 0], within: 1 m}}}",
+        "world.robots.husky.add_sensors=[{type: imu, link: base_link, pose: [0, 0, 0, 0, 30 deg, 0]}]",
+    ],
+)
+def test_what_an_experiment_may_ask_is_not_reported(husky: Path, override: str) -> None:
+    assert said(husky, override) == []
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("print(os.environ['RATE'])", "'os.environ' reads a variable of the machine"),
+        ("threading.Thread(target=print).start()", "'threading.Thread' runs beside the loop"),
+        ("subprocess.run(['ls'])", "'subprocess.run' runs beside the loop"),
+        ("urllib.request.urlopen('http://localhost')", "'urllib.request.urlopen' uses the network"),
+        ("nrp.parameter('gain', 1.0)", "a parameter is declared at the top of its file"),
+        ("try:\n        print(rows.nothing)\n    except Exception:\n        pass", "this drops every error"),
+    ],
+)
+def test_what_a_body_takes_from_elsewhere_is_reported(husky: Path, body: str, words: str) -> None:
+    (message,) = of_functions(husky, body)
+    assert words in message
+    assert "mine.py:1" in message
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "print(os.path.join('a', 'b'))",
+        "threading = 3; print(threading)",
+        "try:\n        print(1 / t)\n    except ZeroDivisionError:\n        pass",
+        "try:\n        print(1 / t)\n    except Exception as error:\n        print(error)",
+        "red.rate = 100.0 * (t > 1)",
+        "red.rate = 100.0 if t > 1 else 0.0",
+        "x = 0\n    for i in range(5):\n        x = x + i\n    print(x)",
+        "x = [t] * 5\n    for i in range(5):\n        x[i] = t + i\n    print(x)",
+        "x = 0\n    for i in range(5):\n        x = i\n        if i > t:\n            break\n    print(x)",
+        "import numpy as np; red.rate = 100.0 * (np.array([t, 1.0])[:1].min() > 0.5)",
+        "red = None if t > 1 else red\n    if red is None:\n        return",
+        f"if t > 1:\n        {SEND}\n        return\n    {SEND}",
+    ],
+)
+def test_what_stays_in_the_body_is_not_reported(husky: Path, body: str) -> None:
+    assert of_functions(husky, body) == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"device": "poisson, weight=150.0"}, "weight of 'red' is 150 uS, 6e+04 times the leak of a cell"),
+        ({"device": "poisson, delay=50000.0"}, "'red' delivers no spike before 50000 ms"),
+        ({"device": "injector", "body": "red.inject_spikes([0], [1e9])"}, "a spike at 1e+09 ms is not sent"),
+        (
+            {"device": "dc_source", "body": "red.amplitude = 500.0"},
+            "'amplitude' is 500 nA; is it meant in pA",
+        ),
+        ({"header": "t"}, "two columns have the header 't'"),
+        ({"device": "poisson, weight=-0.01"}, "the conductances of 'circuit' are never negative"),
+        ({"body": "red.rate = t > 1"}, "'rate' is in Hz and is set to true or false, which is 1 or 0 Hz"),
+        ({"body": "import numpy as np; red.rate = np.array([t]).min() > 1"}, "and is set to true or false"),
+        (
+            {"body": f"if topic is None:\n        {SEND}"},
+            "'topic is None' is never true: 'topic' is a published",
+        ),
+        (
+            {"body": "for i in range(5):\n        x = [t, 1, 2, 3, 4][i]\n    print(x)"},
+            "each pass of the loop replaces 'x': only the last value is kept [NRP320]",
+        ),
+        ({"body": "red.rate = True"}, "'rate' is in Hz and is set to true or false, which is 1 or 0 Hz"),
+        ({"neurons": "[[0, 0]]"}, "'red' drives the same neuron 2 times: brain.sensors[[0, 0]] [NRP211]"),
+        ({"neurons": "[0, 0:2]"}, "'red' drives the same neuron 2 times"),
+        ({"file": "/tmp/rows.csv"}, "are written to 'tmp/rows.csv', not to '/tmp/rows.csv' [NRP315]"),
+        (
+            {"body": f"{SEND}; {SEND}"},
+            "sends another message on '/mine': functions and robots use only that one [NRP319]",
+        ),
+    ],
+)
+def test_settings_in_a_wrong_unit_are_reported(husky: Path, changes: dict[str, str], words: str) -> None:
+    assert any(words in message for message in of_functions(husky, **changes))
+
+
+def test_a_weight_beyond_both_limits_is_reported_once(husky: Path) -> None:
+    assert len([one for one in of_functions(husky, device="poisson, weight=150.0") if "NRP297" in one]) == 1
+
+
+def test_a_tag_in_a_yaml_file_is_refused_with_its_line(husky: Path) -> None:
+    path = husky / "experiment.yaml"
+    path.write_text(path.read_text().replace("seed: 7", "seed: !env SEED"))
+    (message,) = said(husky)
+    assert "experiment.yaml:8:7: the tag '!env' has no meaning here" in message
+
+
+def test_a_brain_script_without_a_seed_is_reported(husky: Path) -> None:
+    path = husky / "brain.py"
+    calls = ["default_rng()", "seed()", "default_rng(3)", "rand()"]
+    lines = "".join(f"numpy.random.{call}\n" for call in calls)
+    path.write_text(f"import numpy\n{lines}{path.read_text()}")
+    first, second = said(husky)
+    assert "brain.py:2:1" in first
+    assert "brain.py:3:1" in second
+    assert "has no seed" in first
+    assert "has no seed" in second
+
+
+def test_a_seed_from_the_clock_is_reported_and_a_time_alone_is_not(husky: Path) -> None:
+    path = husky / "brain.py"
+    lines = (
+        "import random\nimport time\nfrom pyNN.random import NumpyRNG\n"
+        "rng = NumpyRNG(seed=int(time.time()))\nrandom.seed(time.time_ns())\nbegan = time.time()\n"
+    )
+    path.write_text(lines + path.read_text())
+    first, second = sorted(said(husky))
+    assert "brain.py:4:25" in first
+    assert "brain.py:5:13" in second
+    assert all("is part of a seed and another one in each run [NRP243]" in one for one in (first, second))
+
+
+@pytest.mark.parametrize(
+    ("body", "is_told"),
+    [
+        ("if time.time() % 2 < 1:\n        return t", True),
+        ("if t > 1 and time.monotonic() > 3.0:\n        red.rate = 0.0\n        return None", True),
+        ("if time.time() % 2 < 1:\n        print(t)\n        return", False),
+        ("if t > 1:\n        return time.time()", False),
+        ("began = time.time()\n    print(time.time() - began)", False),
+    ],
+)
+def test_a_clock_that_decides_what_is_returned_is_reported(husky: Path, body: str, is_told: bool) -> None:
+    found = of_functions(husky, f"import time\n    {body}")
+    told = [one for one in found if "differs between runs, and what is returned depends on it" in one]
+    assert len(told) == is_told
+
+
+def test_an_own_topic_that_nobody_uses_is_noted(husky: Path) -> None:
+    found = validate_file(husky / "experiment.yaml", ["topics={/mine: std_msgs/Float64}"])
+    assert any("nothing publishes on the topic '/mine' and nothing reads it" in one.message for one in found)
+
+
+SCREEN = ("room.sdf", "0 -2.44 0.65", "0 -2.44 {}")
+JOINT = ("husky.sdf", "<axis><xyz>0 1 0</xyz></axis>", "<axis><xyz>0 1 0</xyz>{}</axis>")
+CAMERA = (
+    "husky.sdf",
+    "<clip><near>0.1</near><far>100</far></clip>",
+    "<clip><near>0.1</near><far>{}</far></clip>",
+)
+RATE = ("husky.sdf", "<update_rate>30<", "<update_rate>{}<")
+SUN = ("room.sdf", "-0.1698 0.1 -0.3", "{}")
+STEP = ("room.sdf", "<gravity>", "<physics><max_step_size>{}</max_step_size></physics><gravity>")
+LIMITS = "<limit><lower>-{0}</lower><upper>{0}</upper></limit>"
+FILES = [
+    (SCREEN, "-3", "the model 'left_vr_screen' lies below 'floor/link/floor', which the robots stand"),
+    (SCREEN, "0.1", ""),  # its stand is in the floor
+    (JOINT, LIMITS.format(1), "'back_left_joint' is continuous: it turns past its <limit> of -1 to 1 rad"),
+    (JOINT, LIMITS.format(3.14159), ""),
+    (JOINT, LIMITS.format(1e16), ""),
+    (CAMERA, "0.3", "the camera 'camera' of 'husky' sees 0.3 m far, and the robot is 1.32 m large"),
+    (CAMERA, "3", ""),
+    (RATE, "1e9", "the sensor 'camera' of 'husky' measures 1e+09 times a second"),
+    (RATE, "1000", ""),
+    (RATE, "0.02", "no message comes on '/husky/camera' in a run of 40 s: there is one every 50 s [NRP248]"),
+    (RATE, "0.05", "which gives 2 messages in 40 s; is that its period in s?"),
+    (RATE, "0.5", ""),
+    (SUN, "0 0 1", "the light 'sun' shines upward"),
+    (STEP, "0.1", "asks for a step of 0.1 s, and the world takes one of 0.002 s [NRP317]"),
+    (STEP, "0.002", ""),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("edit", "value", "words"), FILES, ids=lambda one: str(one)[-12:])
+def test_a_value_of_a_file_is_reported_if_it_cannot_be_meant(
+    husky: Path, edit: tuple[str, str, str], value: str, words: str
+) -> None:
+    name, old, new = edit
+    path = husky / name
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new.format(value), 1))
+    found = [str(one) for one in validate_file(husky / "experiment.yaml") if one.code is not Code.NRP238]
+    assert [words in message for message in found] == [True] * bool(words)
+
+
+def test_a_wheel_with_limits_is_reported(husky: Path) -> None:
+    path, joint = husky / "husky.sdf", 'name="back_left_joint" type="{}"'
+    free = path.read_text().replace(joint.format("continuous"), joint.format("revolute"))
+    limited = free.replace(JOINT[1], JOINT[2].format("<limit><lower>0</lower><upper>1</upper></limit>"), 1)
+    assert free != path.read_text()
+    for text, is_reported in ((free, False), (limited, True)):
+        path.write_text(text)
+        found = list(implausible_drives(read_model(path), 0.02))
+        words = "has a wheel that cannot roll: the joint 'back_left_joint' has limits of 0 to 1 rad"
+        assert any(words in one for one in found) == is_reported
+
+
+def test_a_room_that_is_the_robot_is_refused_with_both_names(husky: Path) -> None:
+    (message,) = said(husky, f"world.scene={husky}/husky.sdf")
+    assert "the room already has a model 'husky': rename the robot, or the model" in message
+    assert "; is 'scene' the file of a robot? [NRP209]" in message
+
+
+def test_a_run_reports_what_devices_files_and_parameters_ask_in_vain(husky: Path) -> None:
+    (husky / "mine.py").write_text(
+        "@nrp.MapSpikeSource('red', nrp.brain.sensors[0, 0], nrp.poisson)\n"
+        "@nrp.MapCSVRecorder('rows', '../rows.csv', headers=['t'])\n"
+        "@nrp.Robot2Neuron()\ndef see(t, red, rows):\n    red.rate = 1.0\n"
+        "gain = nrp.parameter('gain', 1.0)\n"
+    )
+    plan = prepare(load_experiment(husky, [f"transfer_functions=[{husky}/mine.py]"]))
+    assert sorted((one.code.name, one.line) for one in plan.warnings) == [
+        ("NRP211", 1), ("NRP315", 2), ("NRP318", 6),
+    ]  # fmt: skip
+
+
+def test_a_setting_for_a_file_of_functions_alone_is_reported(husky: Path) -> None:
+    said_of_it = [str(one) for one in validate_file(husky / "listing1.py", ["seed=3"])]
+    assert any("'seed=3' has no effect on a file of functions alone" in one for one in said_of_it)
+    assert not any("has no effect" in str(one) for one in validate_file(husky / "listing1.py"))
+
+
+def test_a_topic_of_two_parts_is_one_error_with_its_place(husky: Path) -> None:
+    path = husky / "husky.sdf"
+    path.write_text(path.read_text().replace("<odometryTopic>odom<", "<odometryTopic>cmd_vel<"))
+    (error,) = [one for one in validate_file(husky / "experiment.yaml") if one.level is Level.ERROR]
+    assert error.message.startswith("two parts of the scene have the topic '/husky/cmd_vel'")
+    assert (error.path, error.line) == (husky / "experiment.yaml", 19)

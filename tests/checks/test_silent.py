@@ -1,0 +1,171 @@
+"""Mistakes that a run passes over in silence are reported with their places, and correct variants are not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from nrp_core.checks.validate import validate_file
+from nrp_core.findings import Finding, Level
+
+FILES = """\
+import csv
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+
+LOG = Path("log.txt")
+
+
+def stored(rows):
+    np.savetxt("rows.txt", rows)
+
+
+@nrp.MapVariable("rows", initial_value=[])
+@nrp.Robot2Neuron()
+def keep(t, rows):
+    {}
+"""
+WRITING = [
+    "open('log.txt', 'w').write(str(t))",
+    "open('log.txt', mode='a').close()",
+    "csv.writer(open('log.csv', 'w')).writerow([t])",
+    "LOG.open('wb').close()",
+    "LOG.write_text(str(t))",
+    "np.save('rows.npy', rows.value)",
+    "stored(rows.value)",
+    "json.dump(rows.value, LOG.open('w'))",
+    "rows.value.to_csv('rows.csv')",
+]
+READING = [
+    "print(open('log.txt').read(), open('log.txt', 'rb').read(), LOG.open().read())",
+    "print(np.load('rows.npy'), LOG.read_text(), json.dumps(rows.value))",
+    "print(rows.value.to_csv())",
+    "print(io.BytesIO(), np.save(rows.value, t))",
+    "open = print; open('log.txt', 'w')",
+]
+
+
+def messages(husky: Path, *overrides: str) -> list[str]:
+    """Return the warnings about an experiment, each with its place."""
+    found = validate_file(husky / "experiment.yaml", overrides)
+    return [str(finding) for finding in found if finding.level is not Level.NOTE]
+
+
+def about_files(husky: Path, body: str) -> list[Finding]:
+    (husky / "keep.py").write_text(FILES.format(body))
+    found = validate_file(husky / "experiment.yaml", [f"transfer_functions=[{husky}/keep.py]"])
+    return [finding for finding in found if finding.code.name == "NRP303"]
+
+
+@pytest.mark.parametrize("body", WRITING)
+def test_a_function_that_writes_a_file_is_told_of_the_recorder(husky: Path, body: str) -> None:
+    (finding,) = about_files(husky, body)
+    assert finding.line == (12 if body.startswith("stored") else 18)
+    assert finding.level is Level.WARNING
+    assert "MapCSVRecorder" in finding.message
+
+
+@pytest.mark.parametrize("body", READING)
+def test_a_function_that_only_reads_files_is_not_reported(husky: Path, body: str) -> None:
+    assert about_files(husky, body) == []
+
+
+WRONG_DISTANCES = {
+    "criteria.reaches_left.near.within=1200 m": ("within", "1200 m"),
+    "criteria.turns_on_the_spot.stays_within.distance=500 m": ("distance", "500 m"),
+    "events.right_red.when.near.within=1200 m": ("within", "1200 m"),
+}
+
+
+@pytest.mark.parametrize("override", WRONG_DISTANCES)
+def test_a_distance_that_is_larger_than_the_room_is_reported(husky: Path, override: str) -> None:
+    key, distance = WRONG_DISTANCES[override]
+    (message,) = messages(husky, override)
+    assert "NRP307" in message
+    assert f"'{key}' is {distance}, and the scene is " in message
+
+
+@pytest.mark.parametrize(("z_m", "found"), [(20, 1), (4, 1), (2, 0), (0.2, 0)])
+def test_a_robot_that_starts_in_the_air_is_reported(husky: Path, z_m: float, found: int) -> None:
+    said = messages(husky, f"world.robots.husky.pose=[0, 0, {z_m}, 0, 0, 0]")
+    expected = f"the robot 'husky' starts at z {z_m} m and falls"
+    assert ["NRP306" in message and expected in message for message in said] == [True] * found
+
+
+@pytest.mark.parametrize(
+    ("more", "shared"),
+    [
+        ("3:7", "share 2 of their 5 and 4 neurons"),
+        ("[0, 6]", "share 1 of their 5 and 2 neurons"),
+        ("0:8", ""),
+        ("1:3", ""),
+        ("0:5", ""),
+    ],
+)
+def test_populations_that_share_some_neurons_are_reported(husky: Path, more: str, shared: str) -> None:
+    said = messages(
+        husky, f'brain.populations.more="{more}"' if ":" in more else f"brain.populations.more={more}"
+    )
+    about = [message for message in said if "'sensors' and 'more'" in message]
+    assert [shared in message and "NRP304" in message for message in about] == [True] * bool(shared)
+
+
+def test_two_aliases_of_a_topic_are_reported(husky: Path) -> None:
+    glass = "/left_vr_screen/body/screen_glass/color"
+    path = husky / "experiment.yaml"
+    right = "/screens/right/color: /right"
+    path.write_text(path.read_text().replace(right, right.replace(": /right", ": /left")))
+    (message,) = messages(husky)
+    assert f"'/screens/right/color' and '/screens/left/color' are both aliases of '{glass}'" in message
+    assert "experiment.yaml:26:" in message
+
+
+def test_an_alias_with_the_name_of_a_topic_is_refused(husky: Path) -> None:
+    path = husky / "experiment.yaml"
+    path.write_text(path.read_text().replace("aliases:\n", "aliases:\n  /husky/camera: /husky/cmd_vel\n"))
+    assert any("experiment.yaml:25:" in message and "/husky/camera" in message for message in messages(husky))
+
+
+@pytest.mark.parametrize(("after_s", "found"), [(38, 1), (34, 0)])
+def test_an_event_that_follows_another_too_late_is_reported(husky: Path, after_s: int, found: int) -> None:
+    said = messages(husky, f"events.late={{when: {{event: left_red, after: {after_s} s}}}}")
+    expected = f"'late' comes at {5 + after_s} s at the earliest, after 'left_red', and the run ends at 40 s"
+    assert [expected in message for message in said] == [True] * found
+
+
+def test_events_that_wait_in_a_circle_are_reported(husky: Path) -> None:
+    said = messages(husky, "events.a={when: {event: b}}", "events.b={when: {event: a}}")
+    assert "'a' waits for itself: a -> b -> a" in "\n".join(said)
+
+
+def test_a_run_that_ends_before_its_first_event_is_reported(husky: Path) -> None:
+    assert "'left_red' is at 5 s, and the run ends at 2 s" in "\n".join(messages(husky, "duration=2 s"))
+
+
+def test_what_a_brain_script_loses_is_reported_at_the_brain(husky: Path) -> None:
+    path = husky / "brain.py"
+    path.write_text(
+        path.read_text()
+        + """
+sim.DCSource(amplitude=0.1)
+circuit.inject(sim.DCSource(amplitude=0.0))
+circuit.inject(sim.DCSource(amplitude=1e-6))
+ten = sim.FixedNumberPreConnector(n=10)
+four = sim.FixedNumberPostConnector(n=4)
+often = sim.FixedNumberPreConnector(n=10, with_replacement=True)
+for number, connector in enumerate((ten, four, often)):
+    way = circuit[0:4], circuit[4:8], connector, sim.StaticSynapse(weight=1e-4, delay=1.0)
+    sim.Projection(*way, label=f"way {number}")
+last = circuit[6:9]
+"""
+    )
+    over, never, weak, many = messages(husky)
+    assert "experiment.yaml:12:10: a DCSource" in never
+    assert "is never injected" in never
+    assert "a DCSource has no effect: its amplitude is 0 nA" in weak
+    assert "the slice 6:9 of 'circuit' ends at 8, its last cell" in over
+    assert "of the projection 'way 0' is 10, and 'view of 'circuit' with size 4' has 4 cells" in many
