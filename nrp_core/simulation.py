@@ -5,6 +5,25 @@ The public methods are final and check the contract once, for every backend; a b
 
     READY ──(exception in a _do_* method)──> FAILED ──reset──> READY
       └───────────────close────────────────────┴──────close──> CLOSED
+
+``reset(what)`` is the one way back to the start, for parts of a run as for the whole:
+
+==========  =========================  ============================================================
+``what``    of                         returns
+==========  =========================  ============================================================
+``all``     brain, world, loop, run    the time to 0, everything to the state right after opening,
+                                       and a failed simulation to READY; this is the default
+``state``   brain, world               everything but the time to the state right after opening
+``poses``   world                      models and their joints to their initial poses, at rest
+``colors``  world                      models to their initial colours
+``brain``   run                        the brain's ``state``
+``robot``   run                        the ``poses`` of the robots
+``world``   run                        the ``poses`` and ``colors`` of all other models
+==========  =========================  ============================================================
+
+Devices, ports, publications and subscriptions stay open. With ``seed`` the random streams begin as those of
+the new seed, else as those of the seed in force. Where time goes on, devices keep their values, their random
+streams and what they recorded. A snapshot returns to any other time: see :meth:`Simulation.restore`.
 """
 
 from __future__ import annotations
@@ -16,7 +35,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, final
+from typing import Any, Literal, final
 
 from nrp_core._support.checked_arguments import checks_arguments, require_kind
 from nrp_core._support.closing import Closing
@@ -122,17 +141,25 @@ class Simulation(Closing):
                 raise
             self.now_ns = t_ns
 
-    @final
     @checks_arguments()
-    def reset(self, *, seed: int | None = None) -> None:
-        """Return to time 0 and the state right after opening; devices and ports stay.
+    def reset(self, what: Literal["all", "state"] = "all", *, seed: int | None = None) -> None:
+        """Return to the state right after opening; devices and ports stay.
 
         Args:
+            what: ``all``, the time included, or ``state``, while time goes on.
             seed: a new seed; by default the one in force is used again.
+
+        Raises:
+            LifecycleError: the simulation is closed; or it failed, and ``what`` is not ``all``.
+            CapabilityError: the engine cannot reset the state while time goes on.
         """
-        self.require_ready(or_failed=True)
+        self.require_ready(or_failed=what == "all")
         if seed is not None:
             self._seed = seed
+        if what == "state":
+            with guarded(self, "reset its state"):
+                self._reset_state()
+            return
         self.now_ns = 0
         self._lifecycle = State.READY
         with guarded(self, "reset"):
@@ -152,11 +179,11 @@ class Simulation(Closing):
 
         Raises:
             SnapshotError: the snapshot belongs to another backend, model or set of options, or the engine
-                makes nothing of it.
+                cannot read it.
         """
         self.require_ready(or_failed=True)
         if snapshot.identity != self.identity:
-            then, now = _apart(snapshot.identity, self.identity)
+            then, now = _identity_difference(snapshot.identity, self.identity)
             raise SnapshotError(f"the snapshot was taken with {then}; here it is {now}")
         self._lifecycle = State.READY
         with guarded(self, "restore", SnapshotError):
@@ -177,6 +204,9 @@ class Simulation(Closing):
 
     @abstractmethod
     def _reset(self) -> None: ...
+
+    @abstractmethod
+    def _reset_state(self) -> None: ...
 
     @abstractmethod
     def _save(self) -> object: ...
@@ -229,11 +259,11 @@ def guarded(
         raise
 
 
-def _apart(one: str, other: str) -> tuple[str, str]:
-    """Return in what two identities differ."""
+def _identity_difference(one: str, other: str) -> tuple[str, str]:
+    """Return the parts in which two identities differ."""
     both = [[part for part in re.split(r"[,{}]", text) if part.strip()] for text in (one, other)]
-    kept = [
+    different = [
         ", ".join(part.strip() for part in parts if part not in rest)
         for parts, rest in (both, reversed(both))
     ]
-    return kept[0] or one, kept[1] or other
+    return different[0] or one, different[1] or other

@@ -146,23 +146,6 @@ class Brain(Simulation):
     # -- changes of the network while it runs; a reset reverts them
 
     @final
-    def start_over(self) -> None:
-        """Return the network to the state right after opening, while time and devices go on.
-
-        Cells, weights and events in transit are reset, and source populations fire as they did from time 0.
-        Devices that drive neurons keep their values and random streams, and the others what they heard.
-        """
-        self.require_ready()
-        with guarded(self, "start over"):
-            self._start_over()
-
-    def _start_over(self) -> None:
-        self._attached.reset_trains(self._seeds)
-        self._currents = np.zeros(self.network.size)
-        self._do_reset(self._seed)
-        self._began_ns = self.now_ns
-
-    @final
     def set_parameters(self, neurons: npt.ArrayLike, values: Mapping[str, npt.ArrayLike]) -> None:
         """Change parameters of cells from now on.
 
@@ -358,6 +341,13 @@ class Brain(Simulation):
         for recorder in self._attached.recorders:
             self._sample(recorder, self._do_read_state(recorder.variable, recorder.neurons))
 
+    def _reset_state(self) -> None:
+        """Reset cells, weights and events in transit; source populations fire as they did from time 0."""
+        self._attached.reset_trains(self._seeds)
+        self._currents = np.zeros(self.network.size)
+        self._do_reset(self._seed)
+        self._began_ns = self.now_ns
+
     def _save(self) -> object:
         self._require_snapshot()
         names, devices = self._attached.save()
@@ -365,7 +355,7 @@ class Brain(Simulation):
 
     def _load(self, saved: Any) -> None:
         self._require_snapshot()
-        seed, currents, names, devices, state, *began = saved  # version 0.1 did not start over
+        seed, currents, names, devices, state, *began = saved  # version 0.1 did not store it
         self._attached.restore(names, devices)
         self._seed, self._currents = seed, currents
         self._began_ns = began[0] if began else 0

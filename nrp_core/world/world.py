@@ -219,10 +219,6 @@ class World(Simulation):
         """Give models the colours with which they were opened."""
         self.live.repaint(models)
 
-    def start_over(self) -> None:
-        """Reset everything but the time to the state of the opening; see :meth:`.LiveScene.start_over`."""
-        self.live.start_over()
-
     # -- the order of an advance
 
     def _advance(self, t_ns: int) -> None:
@@ -260,6 +256,9 @@ class World(Simulation):
         self.engine.now_ns = 0
         self._board.restart()
         self.live.reset(self._seed)
+
+    def _reset_state(self) -> None:
+        self.live.start_over()
 
     def _save(self) -> object:
         return self._seed, self._board.save(), self.live.save()

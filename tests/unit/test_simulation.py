@@ -4,12 +4,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nrp_core.errors import LifecycleError, SimulationError, SnapshotError
+from nrp_core.errors import ArgumentError, LifecycleError, SimulationError, SnapshotError
 from nrp_core.simulation import Simulation, State
 
 
 class Counter(Simulation):
-    """Counts nanoseconds; fails where it is told to."""
+    """Counts nanoseconds; fails at a given time."""
 
     def __init__(self, identity: str = "counter") -> None:
         super().__init__(seed=1, identity=identity)
@@ -23,6 +23,9 @@ class Counter(Simulation):
         self.count += t_ns - self.now_ns
 
     def _reset(self) -> None:
+        self.count = 0
+
+    def _reset_state(self) -> None:
         self.count = 0
 
     def _save(self) -> object:
@@ -76,6 +79,21 @@ def test_reset_keeps_the_seed_unless_it_gets_another() -> None:
     assert simulation.seed == 1
     simulation.reset(seed=8)
     assert (simulation.seed, simulation.now_ns) == (8, 0)
+
+
+def test_a_reset_of_the_state_leaves_the_time_and_needs_a_simulation_that_has_not_failed() -> None:
+    simulation = Counter()
+    simulation.run_until(7)
+    simulation.reset("state", seed=8)
+    assert (simulation.now_ns, simulation.count, simulation.seed) == (7, 0, 8)
+    simulation.fails_at = 10
+    with pytest.raises(SimulationError):
+        simulation.run_until(10)
+    with pytest.raises(LifecycleError):
+        simulation.reset("state")
+    simulation.reset()
+    with pytest.raises(ArgumentError):
+        simulation.reset("stat")  # type: ignore[arg-type]
 
 
 def test_a_snapshot_leads_back() -> None:

@@ -31,7 +31,7 @@ def reset_part(part: str, brain: Brain, world: World, robots: Container[str]) ->
         robots: names of the models that are robots.
     """
     if part == "brain":
-        brain.start_over()
+        brain.reset("state")
         return
     models = [each.name for each in world.scene.models if (each.name in robots) is (part == "robot")]
     world.return_home(models)

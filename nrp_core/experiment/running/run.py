@@ -311,7 +311,7 @@ class Run(Closing):
         """Reset one part before the next step while time goes on; any thread may.
 
         Args:
-            part: ``brain``: the network, see :meth:`.Brain.start_over`; ``robot``: the robots return to their
+            part: ``brain``: the network, see :meth:`.Simulation.reset`; ``robot``: the robots return to their
                 initial poses, at rest; ``world``: all other models do, in their initial colours.
 
         Raises:

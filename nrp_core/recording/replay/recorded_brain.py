@@ -75,7 +75,7 @@ class RecordedBrain(Brain):
         self._playback.reset()
         self._playback.until(0)
 
-    def _start_over(self) -> None:
+    def _reset_state(self) -> None:
         """Do nothing: what it fires from then on is recorded, too."""
 
     def _do_close(self) -> None: ...

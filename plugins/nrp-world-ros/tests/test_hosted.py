@@ -105,7 +105,7 @@ def placed(world: World) -> None:
 
 def started_over(world: World) -> None:
     spawned(world)
-    world.start_over()
+    world.reset("state")
 
 
 def went_back(world: World) -> None:

@@ -314,6 +314,6 @@ def test_a_world_that_cannot_change_gets_its_lights_back_by_a_reset_or_a_snapsho
     assert [light.name for light in room.scene.lights] == ["sun"]
 
 
-def test_a_world_that_cannot_change_does_not_start_over_while_time_goes_on(room: Any) -> None:
+def test_a_world_that_cannot_change_cannot_reset_its_state_while_time_goes_on(room: Any) -> None:
     with pytest.raises(CapabilityError, match="cannot be reset"):
-        room.start_over()
+        room.reset("state")

@@ -53,7 +53,7 @@ class HostedBody(Body):
             "set_joint_effort": world.engine.set_joint_effort,
             "set_joints": world.set_joints,
             "set_lights": world.set_lights,
-            "start_over": world.start_over,
+            "reset_state": lambda: world.reset("state"),
             "touches": world.engine._do_touches,
         }
 

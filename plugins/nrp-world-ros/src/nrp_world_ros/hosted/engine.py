@@ -174,7 +174,7 @@ class HostedEngine(RosEngine):
         """Reset; if time continues, only the body is reset."""
         self._told_pause = False
         if self.now_ns:
-            self._order("start_over")
+            self._order("reset_state")
         else:
             self._order("reset", seed)
 

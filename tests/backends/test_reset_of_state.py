@@ -1,4 +1,4 @@
-"""A network starts over while time goes on: it fires as it did from time 0, as much later."""
+"""The state of a brain is reset while time goes on: it fires as it did from time 0, as much later."""
 
 from __future__ import annotations
 
@@ -51,50 +51,50 @@ def test_it_fires_as_from_the_beginning(opened: Open, after_ms: int) -> None:
     fresh, brain = opened(), opened()
     expected = fired(fresh, -1e-9, 80, fresh.add_sink(SpikeRecorder(), [0, 1, 2], name="all"))
     assert len(expected[0]) > 10
-    heard = brain.add_sink(SpikeRecorder(), [0, 1, 2], name="all")
+    recorder = brain.add_sink(SpikeRecorder(), [0, 1, 2], name="all")
     brain.run_until(after_ms * NS_PER_MS)
-    brain.start_over()
+    brain.reset("state")
     assert brain.now_ns == after_ms * NS_PER_MS
-    assert fired(brain, after_ms, after_ms + 80, heard) == expected
+    assert fired(brain, after_ms, after_ms + 80, recorder) == expected
 
 
-def test_devices_keep_their_values_and_what_they_heard(opened: Open) -> None:
+def test_devices_keep_their_values_and_what_they_recorded(opened: Open) -> None:
     brain = opened()
-    heard = brain.add_sink(SpikeRecorder(), [1, 2], name="all")
+    recorder = brain.add_sink(SpikeRecorder(), [1, 2], name="all")
     voltage = brain.add_sink(LeakyIntegratorAlpha(), [1], name="voltage")
     source = brain.add_source(DCSource(), [2], name="dc")
     source.amplitude = 3.0  # type: ignore[attr-defined]
     brain.add_source(FixedFrequencySource(rate=100.0, delay=1.0, weight=6.0), [1], name="clock")
     brain.run_until(50 * NS_PER_MS)
-    before, level = heard.spikes(), voltage.voltage  # type: ignore[attr-defined]
-    brain.start_over()
-    assert (len(heard.spikes()), voltage.voltage) == (len(before), level)  # type: ignore[attr-defined]
+    before, level = recorder.spikes(), voltage.voltage  # type: ignore[attr-defined]
+    brain.reset("state")
+    assert (len(recorder.spikes()), voltage.voltage) == (len(before), level)  # type: ignore[attr-defined]
     brain.run_until(100 * NS_PER_MS)
-    later = heard.spikes().within(50, 100)
+    later = recorder.spikes().within(50, 100)
     assert (later.neurons == 1).sum() > 1
     assert (later.neurons == 2).sum() > 5
 
 
-def test_a_snapshot_knows_when_it_started_over(opened: Open) -> None:
+def test_a_snapshot_holds_the_time_of_the_last_reset_of_the_state(opened: Open) -> None:
     brain = opened()
-    heard = brain.add_sink(SpikeRecorder(), [0, 1, 2], name="all")
+    recorder = brain.add_sink(SpikeRecorder(), [0, 1, 2], name="all")
     brain.run_until(13 * NS_PER_MS)
-    brain.start_over()
+    brain.reset("state")
     brain.run_until(17 * NS_PER_MS)
     saved = brain.snapshot()
-    first = fired(brain, 17, 60, heard)
+    first = fired(brain, 17, 60, recorder)
     brain.restore(saved)
-    assert fired(brain, 17, 60, heard) == first
+    assert fired(brain, 17, 60, recorder) == first
     brain.reset()
-    again = fired(brain, -1e-9, 80, heard)
+    again = fired(brain, -1e-9, 80, recorder)
     fresh = opened()
     assert again == fired(fresh, -1e-9, 80, fresh.add_sink(SpikeRecorder(), [0, 1, 2], name="all"))
 
 
 def test_spike_times_that_are_given_later_are_those_of_the_run(opened: Open) -> None:
     brain = opened()
-    heard = brain.add_sink(SpikeRecorder(), [0], name="given")
+    recorder = brain.add_sink(SpikeRecorder(), [0], name="given")
     brain.run_until(30 * NS_PER_MS)
-    brain.start_over()
+    brain.reset("state")
     brain.set_spike_times("given", [[20.0, 33.0, 35.0]])
-    assert fired(brain, 30, 50, heard)[1] == [3.0, 5.0]
+    assert fired(brain, 30, 50, recorder)[1] == [3.0, 5.0]
