@@ -16,6 +16,7 @@ from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.run import Run
 from nrp_core.findings import Code, Finding, Findings, Level
+from nrp_core.recording import old_names
 from nrp_core.world.messages.nrp_msgs import Called
 
 CHANGE, ACTIVATE, RESET, LOST = "change", "activate", "reset", "lost"
@@ -122,7 +123,7 @@ def repeat(run: Run, called: Called, folder: Path) -> None:
         ExperimentError: the call is not possible.
     """
     try:
-        arguments = pickle.loads(bytes(called.data))
+        arguments = old_names.loads(bytes(called.data))
         if called.name == CHANGE:
             files, remove = arguments
             removed = [name for name in remove if _has(run, name)]
