@@ -24,8 +24,7 @@ from typing import Any
 
 from batch import raw_mujoco
 from conditions import conditions, load
-
-from nrp_core.gym import make_vec
+from nrp_lab.gym import make_vec
 
 STEPS = 25
 STEP_S = 0.02

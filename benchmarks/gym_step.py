@@ -20,8 +20,7 @@ from statistics import median
 from typing import Any
 
 from conditions import conditions, load
-
-from nrp_core.gym import make_env
+from nrp_lab.gym import make_env
 
 CASES: dict[str, dict[str, Any]] = {
     "braitenberg_husky": {

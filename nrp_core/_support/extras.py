@@ -7,12 +7,12 @@ from importlib.util import find_spec
 from nrp_core.errors import BackendLoadError
 
 
-def require_extra(module: str, extra: str, what: str) -> None:
+def require_extra(module: str, requirement: str, what: str) -> None:
     """Refuse to go on without a package that an extra installs.
 
     Args:
         module: the name under which it is imported.
-        extra: the extra of this distribution.
+        requirement: the distribution and its extra, as in ``nrp-lab[gym]``.
         what: the thing that needs it, for the message.
 
     Raises:
@@ -23,4 +23,4 @@ def require_extra(module: str, extra: str, what: str) -> None:
     except ValueError:  # it was made unavailable in this process
         found = None
     if found is None:
-        raise BackendLoadError(f"{what} needs {module}", remedy=f"pip install 'nrp-core[{extra}]'")
+        raise BackendLoadError(f"{what} needs {module}", remedy=f"pip install '{requirement}'")

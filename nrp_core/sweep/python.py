@@ -72,7 +72,7 @@ def sweep(
         BackendError: a requirement is not installed or cannot be reached.
     """
     require_workers(workers)
-    require_extra("pandas", "sweep", "a table of a sweep in Python")
+    require_extra("pandas", "nrp-lab[sweep]", "a table of a sweep in Python")
     if isinstance(description, Mapping):
         plan = Plan.of(sweep_of(tree_of(description)), confirmed=confirmed)
     else:

@@ -108,7 +108,7 @@ def data_frame(rows: Sequence[Row]) -> pd.DataFrame:
     Raises:
         BackendLoadError: pandas is not installed.
     """
-    require_extra("pandas", "sweep", "a table of a sweep in Python")
+    require_extra("pandas", "nrp-lab[sweep]", "a table of a sweep in Python")
     import pandas as pd
 
     frame = pd.DataFrame(list(rows))

@@ -48,7 +48,7 @@ def outside() -> list[Path]:
         "plugins/nrp-*-minimal/tests/*.py",
     )  # fmt: skip
     found = (path for pattern in patterns for path in ROOT.glob(pattern))
-    return sorted(path for path in found if not {"decisions", "nrp-cockpit"} & set(path.parts))
+    return sorted(path for path in found if not {"decisions", "nrp-cockpit", "nrp-lab"} & set(path.parts))
 
 
 def imported(text: str) -> Iterator[tuple[str, str]]:

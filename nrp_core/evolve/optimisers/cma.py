@@ -21,7 +21,7 @@ class CmaOptimiser(Optimiser):
     least_population = 3
 
     def begin(self, space: Space) -> None:
-        require_extra("cma", "evolve", "the optimiser cma")
+        require_extra("cma", "nrp-lab[evolve]", "the optimiser cma")
         from cma import CMAEvolutionStrategy
 
         rng = space.seeds.stream("cma")

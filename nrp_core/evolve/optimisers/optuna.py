@@ -21,7 +21,7 @@ class OptunaOptimiser(Optimiser):
     name: ClassVar[str]
 
     def begin(self, space: Space) -> None:
-        require_extra("optuna", "evolve", f"the optimiser {self.name}")
+        require_extra("optuna", "nrp-lab[evolve]", f"the optimiser {self.name}")
         import optuna
         from optuna.storages import JournalStorage
         from optuna.storages.journal import JournalFileBackend

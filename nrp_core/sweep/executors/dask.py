@@ -36,7 +36,7 @@ class DaskExecutor(Executor):
         self._numbers = count()
 
     def __enter__(self) -> DaskExecutor:
-        require_extra("distributed", "sweep", "the executor dask")
+        require_extra("distributed", "nrp-lab[sweep]", "the executor dask")
         from distributed import Client, LocalCluster
 
         if not self.address:

@@ -307,4 +307,4 @@ def test_without_the_package_the_error_names_the_command(
     monkeypatch.setitem(__import__("sys").modules, "cma", None)
     code, _, err = command("search.yaml")
     assert code != 0
-    assert "pip install 'nrp-core[evolve]'" in err
+    assert "pip install 'nrp-lab[evolve]'" in err

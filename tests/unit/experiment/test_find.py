@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from nrp_lab.gym.env import NrpEnv
+from nrp_lab.gym.vector import NrpVectorEnv
 
 import nrp_core
 from nrp_core.errors import BackendError, ExperimentError
 from nrp_core.experiment.reading.find import find_file, load_experiment, shipped
-from nrp_core.gym.env import NrpEnv
-from nrp_core.gym.vector import NrpVectorEnv
 
 PACKAGES = {"walkers": "", "broken": "import no_such_module"}
 

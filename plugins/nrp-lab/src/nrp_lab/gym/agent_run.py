@@ -19,8 +19,8 @@ from nrp_core.clock import seconds
 from nrp_core.dsl.functions.function import TransferFunction
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.run import Run
-from nrp_core.gym.acting import SOURCE, act_on
-from nrp_core.gym.observing import Observed, observe
+from nrp_lab.gym.acting import SOURCE, act_on
+from nrp_lab.gym.observing import Observed, observe
 
 Reward: TypeAlias = Callable[[Run, dict[str, Any]], float]
 """Returns the reward of the last step, from the run and the observation by name."""
@@ -30,7 +30,7 @@ Terminate: TypeAlias = Callable[[Run, dict[str, Any]], bool]
 
 @dataclass(frozen=True)
 class Agent:
-    """What an agent observes, sets and is rewarded for; see :class:`~nrp_core.gym.env.NrpEnv`.
+    """What an agent observes, sets and is rewarded for; see :class:`~nrp_lab.gym.env.NrpEnv`.
 
     Raises:
         ExperimentError: nothing is observed, or ``steps`` is not a number of steps.

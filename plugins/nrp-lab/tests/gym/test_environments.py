@@ -12,12 +12,12 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
+from nrp_lab.gym import NrpEnv, make_env, make_vec
+from nrp_lab.gym.agent_run import Agent
+from nrp_lab.gym.registered import SHIPPED
 
 import nrp_core
 from nrp_core.errors import ExperimentError
-from nrp_core.gym import NrpEnv, make_env, make_vec
-from nrp_core.gym.agent_run import Agent
-from nrp_core.gym.registered import SHIPPED
 
 DRIVE = {"/pioneer/cmd_vel": {"linear.x": (0.0, 1.0), "angular.z": (-2.0, 2.0)}}
 
@@ -293,9 +293,9 @@ def test_episodes_that_end_at_once_are_warned_of(terminate: Any, count: int) -> 
 
 
 def test_without_gymnasium_the_command_that_installs_it_is_named() -> None:
-    program = "import sys; sys.modules['gymnasium'] = None\nimport nrp_core.gym"
+    program = "import sys; sys.modules['gymnasium'] = None\nimport nrp_lab.gym"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
-    assert "nrp_core.gym needs gymnasium; try: pip install 'nrp-core[gym]'" in done.stderr
+    assert "nrp_lab.gym needs gymnasium; try: pip install 'nrp-lab[gym]'" in done.stderr
 
 
 def test_a_closed_environment_says_so() -> None:

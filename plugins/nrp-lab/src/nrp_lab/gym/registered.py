@@ -52,7 +52,7 @@ SHIPPED: dict[str, dict[str, Any]] = {
         "act": {f"source:{cell}": (0.0, 300.0, 15.0) for cell in ("DNp09_left", "DNp09_right", "MDN")},
     },
 }
-"""Arguments of :class:`~nrp_core.gym.env.NrpEnv` by the id of the environment."""
+"""Arguments of :class:`~nrp_lab.gym.env.NrpEnv` by the id of the environment."""
 
 
 def register_shipped() -> None:
@@ -61,7 +61,7 @@ def register_shipped() -> None:
         if name not in gymnasium.registry:
             gymnasium.register(
                 name,
-                "nrp_core.gym.env:NrpEnv",
-                vector_entry_point="nrp_core.gym.vector_processes:make_vec",
+                "nrp_lab.gym.env:NrpEnv",
+                vector_entry_point="nrp_lab.gym.vector_processes:make_vec",
                 kwargs=settings,
             )

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from nrp_lab.gym import make_env, make_vec
 
 from nrp_core.findings import Code
-from nrp_core.gym import make_env, make_vec
 
 ONE = """
 @nrp.Neuron2Robot(Topic("/pioneer/cmd_vel", geometry_msgs.msg.Twist))

@@ -13,9 +13,9 @@ from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.clock import seconds
 from nrp_core.errors import ExperimentError
 from nrp_core.experiment.running.run import Run
-from nrp_core.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_doubts
-from nrp_core.gym.observing import values_of
 from nrp_core.running import open_run
+from nrp_lab.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_doubts
+from nrp_lab.gym.observing import values_of
 
 CLOSED = "the environment is closed: make another one"
 

@@ -5,17 +5,17 @@ from contextlib import closing
 from typing import Any
 
 import gymnasium
+import nrp_lab.gym
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from nrp_lab.gym import NrpProcessesEnv, NrpVectorEnv, make_env, make_vec, vector_processes
 
-import nrp_core.gym
 from nrp_core.errors import NrpError
-from nrp_core.gym import NrpProcessesEnv, NrpVectorEnv, make_env, make_vec, vector_processes
 from nrp_core.world.rigid.motion import ModelMotion
 from nrp_core.world.rigid.pose import Pose
 
-assert nrp_core.gym, "importing it registers the shipped experiments"
+assert nrp_lab.gym, "importing it registers the shipped experiments"
 COPIES = 2
 LIVELY_HZ = 140
 pytestmark = pytest.mark.filterwarnings(r"ignore:[\s\S]*NRP301")  # its counter, on purpose
@@ -209,7 +209,7 @@ def test_wrong_shares_are_noticed(
     alone: SyncVectorEnv, spread: NrpProcessesEnv, wrong: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if wrong == "seeds":
-        monkeypatch.setattr("nrp_core.gym.vector_processes.seeds_of", lambda seed, copies: [5] * copies)
+        monkeypatch.setattr("nrp_lab.gym.vector_processes.seeds_of", lambda seed, copies: [5] * copies)
     else:
         right = vector_processes.rows_of
         swapped = lambda given, space: {name: rows[::-1] for name, rows in right(given, space).items()}  # noqa: E731

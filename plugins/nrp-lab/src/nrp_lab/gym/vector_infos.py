@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nrp_core.gym.agent_run import AgentRun
+from nrp_lab.gym.agent_run import AgentRun
 
 Infos = dict[str, Any]
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-PAGE = Path(__file__).parents[2] / "docs" / "howto" / "train-with-gymnasium.md"
+PAGE = Path(__file__).parents[4] / "docs" / "howto" / "train-with-gymnasium.md"
 
 
 @pytest.mark.heavy

@@ -18,18 +18,18 @@ from nrp_core._support.checked_arguments import checks_arguments
 from nrp_core.cle.side_by_side import SideBySide
 from nrp_core.errors import ExperimentError, SimulationError
 from nrp_core.experiment.running.run import Run
-from nrp_core.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_doubts
-from nrp_core.gym.env import CLOSED
-from nrp_core.gym.vector_arguments import masked, mode_of, require_going, require_number, rows_of, seeds_of
-from nrp_core.gym.vector_infos import final_infos, infos_of, times_of
 from nrp_core.running import open_run
 from nrp_core.world.batch import threads_for
+from nrp_lab.gym.agent_run import Agent, AgentRun, Reward, Terminate, bounds_by_name, warn_of_doubts
+from nrp_lab.gym.env import CLOSED
+from nrp_lab.gym.vector_arguments import masked, mode_of, require_going, require_number, rows_of, seeds_of
+from nrp_lab.gym.vector_infos import final_infos, infos_of, times_of
 
 
 class NrpVectorEnv(VectorEnv[Any, Any, Any]):
     """Copies of an experiment in one process, stepped together.
 
-    Each copy is, bit for bit, the :class:`~nrp_core.gym.env.NrpEnv` with its seed. Their brains and worlds
+    Each copy is, bit for bit, the :class:`~nrp_lab.gym.env.NrpEnv` with its seed. Their brains and worlds
     advance on threads, and share what never changes: the network, the scene and the compiled model. Each
     observation of all copies is one array. Values, resets and ``infos`` are those of Gymnasium's
     ``SyncVectorEnv``. The experiment's pace is ignored.

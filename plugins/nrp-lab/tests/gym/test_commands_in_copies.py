@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from nrp_lab.gym import NrpEnv, NrpVectorEnv, make_env, make_vec
 
 from nrp_core.errors import TopicError
-from nrp_core.gym import NrpEnv, NrpVectorEnv, make_env, make_vec
 from nrp_core.world.messages.geometry_msgs import Twist, Vector3
 
 COPIES = 3

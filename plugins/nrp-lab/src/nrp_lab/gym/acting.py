@@ -16,11 +16,11 @@ from nrp_core.brain.devices.trains import PoissonSource
 from nrp_core.brain.network.implausible import too_strong
 from nrp_core.errors import ExperimentError, did_you_mean
 from nrp_core.experiment.running.run import Run
-from nrp_core.gym.observing import neurons_of
 from nrp_core.recording.reading.columns import numbers_in
 from nrp_core.world.batch import layout_of, publish_numbers, publish_rows
 from nrp_core.world.drives.drive import commanded_components
 from nrp_core.world.topics import Direction
+from nrp_lab.gym.observing import neurons_of
 
 SOURCE = "source:"
 _HIGHEST_HZ = 200.0

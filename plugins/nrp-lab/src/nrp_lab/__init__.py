@@ -1,0 +1,1 @@
+"""Many runs of one experiment: environments to learn in."""
